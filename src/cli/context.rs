@@ -1,0 +1,95 @@
+//! What every command needs: how to talk, how many threads, how to open a mesh.
+
+use super::Common;
+use crate::error::{Error, Result};
+use crate::formats::{self, ReadOptions, Source};
+use crate::mesh::Mesh;
+use std::io::Write;
+use std::path::Path;
+
+/// The common options, and printing: results to stdout, everything else to stderr.
+pub struct Context {
+    /// The common options as given.
+    pub common: Common,
+}
+
+impl Context {
+    /// From the common options.
+    pub fn new(common: Common) -> Self {
+        Self { common }
+    }
+
+    /// Runs `work` on as many threads as asked for.
+    pub fn with_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+        let Some(n) = self.common.threads else {
+            return work();
+        };
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n.get())
+            .build()
+            .map_err(|error| Error::system(format!("cannot start {n} threads: {error}")))?
+            .install(work)
+    }
+
+    /// Reads a mesh, in the format of `--format` where it is given.
+    pub fn read_mesh(&self, path: &Path) -> Result<Mesh> {
+        let source = Source::open(path)?;
+        let options = ReadOptions {
+            tag_array: self.common.tag_array.clone(),
+        };
+        match &self.common.format {
+            Some(name) => formats::read_as(formats::by_name(name)?, &source, &options),
+            None => formats::read(&source, &options),
+        }
+    }
+
+    /// Prints a result. A closed pipe ends the output quietly.
+    pub fn print(&self, text: &str) -> Result<()> {
+        let mut out = std::io::stdout().lock();
+        match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(Error::io(Path::new("<stdout>"), &error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Prints a JSON result with its version.
+    pub fn print_json(&self, mut value: serde_json::Value) -> Result<()> {
+        if let Some(object) = value.as_object_mut() {
+            object.shift_insert(0, "version".into(), 1.into());
+        }
+        self.print(&format!("{value:#}\n"))
+    }
+
+    /// A remark on stderr, unless quiet.
+    pub fn note(&self, text: &str) {
+        if !self.common.quiet {
+            to_stderr(&format!("note: {text}"));
+        }
+    }
+
+    /// A warning on stderr, unless quiet.
+    pub fn warn(&self, text: &str) {
+        if !self.common.quiet {
+            to_stderr(&format!("warning: {text}"));
+        }
+    }
+
+    /// A remark on stderr for those who asked for more with `-v`.
+    pub fn detail(&self, text: &str) {
+        if self.common.verbose > 0 {
+            to_stderr(text);
+        }
+    }
+
+    /// An error on stderr, always.
+    pub fn error(&self, error: &Error) {
+        to_stderr(&format!("error: {error}"));
+    }
+}
+
+fn to_stderr(text: &str) {
+    // Nobody is left to tell when stderr is gone.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}

@@ -1,0 +1,100 @@
+//! The command line: one file a command. The only floor that prints and knows exit codes.
+
+mod context;
+mod convert;
+mod diff;
+mod info;
+mod quality;
+mod sample;
+
+pub use context::Context;
+
+use crate::error::{Kind, Result};
+use clap::{Args, Parser, Subcommand};
+use std::num::NonZeroUsize;
+use std::process::ExitCode;
+
+/// Moves unstructured meshes with rotors, wings and anything else that turns.
+#[derive(Debug, Parser)]
+#[command(name = "azimesh", version, about, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Options common to all commands.
+#[derive(Debug, Clone, Args)]
+pub struct Common {
+    /// Threads to use; by default what the machine, the control group or the batch system grants
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// Print nothing but results and errors
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Say more; twice for more still
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Print the result as JSON on standard output
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Format of the mesh, whatever the file name says
+    #[arg(long, global = true, value_name = "F")]
+    pub format: Option<String>,
+    /// VTK cell array that holds the boundary tags
+    #[arg(long, global = true, value_name = "NAME")]
+    pub tag_array: Option<String>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// What is in a mesh: nodes, cells by type, zones, boundary tags, bounds
+    Info(info::InfoArgs),
+    /// One format into another, tags kept
+    Convert(convert::ConvertArgs),
+    /// Cell quality, alone or against a reference mesh
+    Quality(quality::QualityArgs),
+    /// Compare two meshes node by node and tag by tag
+    Diff(diff::DiffArgs),
+    /// Make a mesh and its schedule to try things on
+    Sample(sample::SampleArgs),
+}
+
+/// What a command that did its work found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Nothing to complain about: exit code 0.
+    Fine,
+    /// A check failed: exit code 1.
+    CheckFailed,
+}
+
+/// Parses the arguments, runs the command, prints its error and gives the exit code.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let context = Context::new(cli.common);
+    let result = context.with_threads(|| run(cli.command, &context));
+    match result {
+        Ok(Outcome::Fine) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        Err(error) => {
+            context.error(&error);
+            ExitCode::from(match error.kind {
+                Kind::Check => 1,
+                Kind::Input => 2,
+                Kind::System => 3,
+            })
+        }
+    }
+}
+
+fn run(command: Command, context: &Context) -> Result<Outcome> {
+    match command {
+        Command::Info(args) => info::run(&args, context),
+        Command::Convert(args) => convert::run(&args, context),
+        Command::Quality(args) => quality::run(&args, context),
+        Command::Diff(args) => diff::run(&args, context),
+        Command::Sample(args) => sample::run(&args, context),
+    }
+}

@@ -1,0 +1,168 @@
+//! The one error type: what went wrong, and where.
+//!
+//! Library code returns [`Error`]; only `cli` prints it and turns its [`Kind`] into an exit code.
+//! A parser that sees bytes and no path gives the position alone; whoever opened the file adds the
+//! path with [`Error::file`].
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// The crate's result.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What the failure means to the caller; `cli` maps it to an exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The input or the arguments are wrong; nothing was written.
+    Input,
+    /// The work was done but a check failed.
+    Check,
+    /// The operating system refused: disk full, no permission, out of memory.
+    System,
+}
+
+/// Where in a file an error was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Position {
+    /// One-based line of a text file.
+    Line(u64),
+    /// Byte offset from the start of a binary file.
+    Byte(u64),
+    /// A named part: an XML data array, an HDF5 dataset, a section.
+    Dataset(String),
+}
+
+/// An error with its place: file, position, what was found and what would be right.
+#[derive(Debug, thiserror::Error)]
+pub struct Error {
+    /// What the failure means to the caller.
+    pub kind: Kind,
+    /// The file it is about, once known.
+    pub path: Option<PathBuf>,
+    /// Where in that file, where it is known.
+    pub position: Option<Position>,
+    /// What was found, and what would be right.
+    pub message: String,
+}
+
+impl Error {
+    /// Wrong input: the message says what was found and what would be right.
+    pub fn input(message: impl Into<String>) -> Self {
+        Self::new(Kind::Input, message)
+    }
+
+    /// A check that failed after the work was done.
+    pub fn check(message: impl Into<String>) -> Self {
+        Self::new(Kind::Check, message)
+    }
+
+    /// A failure of the system, in its own words.
+    pub fn system(message: impl Into<String>) -> Self {
+        Self::new(Kind::System, message)
+    }
+
+    /// An input or output error on `path`. A file that is missing or is no file is wrong input,
+    /// anything else is the system's failure.
+    pub fn io(path: &Path, source: &std::io::Error) -> Self {
+        use std::io::ErrorKind as Io;
+        let kind = match source.kind() {
+            Io::NotFound | Io::IsADirectory | Io::NotADirectory | Io::InvalidInput => Kind::Input,
+            _ => Kind::System,
+        };
+        Self::new(kind, source.to_string()).file(path)
+    }
+
+    fn new(kind: Kind, message: impl Into<String>) -> Self {
+        Self {
+            kind,
+            path: None,
+            position: None,
+            message: message.into(),
+        }
+    }
+
+    /// Adds the file, unless one is named already.
+    #[must_use]
+    pub fn file(mut self, path: &Path) -> Self {
+        self.path.get_or_insert_with(|| path.to_path_buf());
+        self
+    }
+
+    /// Adds a one-based line, unless a position is known already.
+    #[must_use]
+    pub fn line(self, line: u64) -> Self {
+        self.at(Position::Line(line))
+    }
+
+    /// Adds a byte offset, unless a position is known already.
+    #[must_use]
+    pub fn byte(self, offset: u64) -> Self {
+        self.at(Position::Byte(offset))
+    }
+
+    /// Adds the name of the part of the file, unless a position is known already.
+    #[must_use]
+    pub fn dataset(self, name: &str) -> Self {
+        self.at(Position::Dataset(name.to_owned()))
+    }
+
+    fn at(mut self, position: Position) -> Self {
+        self.position.get_or_insert(position);
+        self
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(path) = &self.path {
+            write!(f, "{}:", path.display())?;
+        }
+        match &self.position {
+            Some(Position::Line(line)) if self.path.is_some() => write!(f, "{line}: ")?,
+            Some(Position::Line(line)) => write!(f, "line {line}: ")?,
+            Some(Position::Byte(offset)) => write!(f, " byte {offset}: ")?,
+            Some(Position::Dataset(name)) => write!(f, " {name}: ")?,
+            None if self.path.is_some() => write!(f, " ")?,
+            None => {}
+        }
+        f.write_str(&self.message)
+    }
+}
+
+/// The name of `known` nearest to `found`, for "did you mean" sentences.
+pub fn nearest_name<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(found, name), name))
+        .filter(|(likeness, _)| *likeness > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_reads_path_line_message() {
+        let error = Error::input("a triangle needs 3 node indices, found 2")
+            .line(412)
+            .file(Path::new("wing.su2"));
+        assert_eq!(
+            error.to_string(),
+            "wing.su2:412: a triangle needs 3 node indices, found 2"
+        );
+    }
+
+    #[test]
+    fn the_innermost_place_wins() {
+        let error = Error::input("x").line(1).line(2).file(Path::new("a"));
+        assert_eq!(error.file(Path::new("b")).to_string(), "a:1: x");
+    }
+
+    #[test]
+    fn the_nearest_name_is_suggested() {
+        assert_eq!(nearest_name("blade1", ["hub", "blade_1"]), Some("blade_1"));
+        assert_eq!(nearest_name("zzz", ["hub", "blade_1"]), None);
+    }
+}

@@ -1,0 +1,61 @@
+//! Order along a space-filling curve, so that neighbours in space are neighbours in memory.
+
+use super::bounds::Bounds;
+use super::vector::Vector;
+use rayon::prelude::*;
+
+const BITS: u32 = 21;
+
+/// Indices of `points` in the order of a Morton curve over their bounding box; ties to the lowest
+/// index.
+pub fn order(points: &[Vector]) -> Vec<u32> {
+    let bounds = Bounds::around(points);
+    let mut keyed: Vec<(u64, u32)> = points
+        .par_iter()
+        .enumerate()
+        .map(|(i, point)| (key(point, &bounds), i as u32))
+        .collect();
+    keyed.par_sort_unstable();
+    keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Position along the curve, 21 bits an axis.
+fn key(point: &Vector, bounds: &Bounds) -> u64 {
+    let extent = (0..3)
+        .map(|i| bounds.high[i] - bounds.low[i])
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let cells = f64::from((1u32 << BITS) - 1);
+    (0..3).fold(0, |key, i| {
+        let cell = ((point[i] - bounds.low[i]) / extent * cells) as u64;
+        key | spread(cell) << i
+    })
+}
+
+/// Puts two zero bits between each two of the lowest 21.
+fn spread(x: u64) -> u64 {
+    let mut x = x & 0x1f_ffff;
+    x = (x | x << 32) & 0x001f_0000_0000_ffff;
+    x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+    x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+    x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+    (x | x << 2) & 0x1249_2492_4924_9249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_is_a_permutation_and_coincident_points_keep_theirs() {
+        let mut points: Vec<Vector> = (0..100)
+            .map(|i| [f64::from(i * 37 % 100), f64::from(i * 11 % 7), 0.0])
+            .collect();
+        points[40] = points[3];
+        let order = order(&points);
+        let at = |node: u32| order.iter().position(|&i| i == node);
+        assert!(at(3) < at(40));
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert!(sorted.iter().enumerate().all(|(i, &x)| i as u32 == x));
+    }
+}

@@ -1,0 +1,9 @@
+//! Vectors, rigid transforms, boxes and space-filling order. Knows nothing of meshes.
+
+pub mod bounds;
+pub mod curve;
+pub mod transform;
+pub mod vector;
+
+pub use bounds::Bounds;
+pub use transform::Transform;

@@ -1,0 +1,40 @@
+//! Moves unstructured meshes with rotors, wings and anything else that turns, by radial basis
+//! functions.
+//!
+//! ```text
+//! mesh file ── formats ──> Mesh ─┐
+//!                                ├─ motion: roles of surface nodes, poses per step
+//! schedule.toml ── motion ───────┘        │
+//!                          modes: D (N_s, 3K) = U (N_s, r) C (r, 3K)
+//!                                         │
+//!                          rbf: base points, weights, M (N_v, r) = Phi_vb Phi_bb^-1 U_b
+//!                                         │
+//!                          sequence: x_k = x + M C_k, quality, one file a step
+//! ```
+//!
+//! | module | owns |
+//! |---|---|
+//! | [`error`] | the one error type, with its place in a file |
+//! | [`geometry`] | vectors, transforms, boxes, space-filling order, closest points |
+//! | [`linear`] | factors and products of dense matrices |
+//! | [`mesh`] | nodes, cells, groups, arrays; how two meshes differ |
+//! | [`formats`] | reading and writing mesh files |
+//! | [`modes`] | any motion as a few fields times coefficients per step |
+//! | [`motion`] | the schedule, roles of nodes, poses per step |
+//! | [`rbf`] | kernels, base points, evaluation, correction |
+//! | [`quality`] | cell metrics and their summary |
+//! | [`sample`] | meshes to try things on |
+//! | [`sequence`] | a run from plan to files |
+
+pub mod cli;
+pub mod error;
+pub mod formats;
+pub mod geometry;
+pub mod linear;
+pub mod mesh;
+pub mod modes;
+pub mod motion;
+pub mod quality;
+pub mod rbf;
+pub mod sample;
+pub mod sequence;

@@ -1,0 +1,129 @@
+//! Data arrays that a mesh carries along at its nodes, at its cells, or as a whole.
+
+/// Values of one array, in the type of the file.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // the names say it
+pub enum Values {
+    I8(Vec<i8>),
+    U8(Vec<u8>),
+    I16(Vec<i16>),
+    U16(Vec<u16>),
+    I32(Vec<i32>),
+    U32(Vec<u32>),
+    I64(Vec<i64>),
+    U64(Vec<u64>),
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+    Text(Vec<String>),
+}
+
+/// Runs `$body` with `$v` bound to the vector inside; text is left to `$text`.
+macro_rules! with_numbers {
+    ($values:expr, $v:ident => $body:expr, $t:ident => $text:expr) => {
+        match $values {
+            Values::I8($v) => $body,
+            Values::U8($v) => $body,
+            Values::I16($v) => $body,
+            Values::U16($v) => $body,
+            Values::I32($v) => $body,
+            Values::U32($v) => $body,
+            Values::I64($v) => $body,
+            Values::U64($v) => $body,
+            Values::F32($v) => $body,
+            Values::F64($v) => $body,
+            Values::Text($t) => $text,
+        }
+    };
+}
+#[allow(unused_imports)]
+pub(crate) use with_numbers;
+
+/// A named array of tuples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataArray {
+    /// Its name.
+    pub name: String,
+    /// Values in one tuple; 1 for a scalar, 3 for a vector.
+    pub n_components: usize,
+    /// Names of the components, where the file gives them; otherwise empty.
+    pub component_names: Vec<String>,
+    /// The tuples, one after another.
+    pub values: Values,
+}
+
+impl DataArray {
+    /// A scalar array.
+    pub fn scalar(name: impl Into<String>, values: Values) -> Self {
+        Self::tuples(name, 1, values)
+    }
+
+    /// An array of `n_components` values a tuple.
+    pub fn tuples(name: impl Into<String>, n_components: usize, values: Values) -> Self {
+        Self {
+            name: name.into(),
+            n_components,
+            component_names: Vec::new(),
+            values,
+        }
+    }
+
+    /// Number of tuples.
+    pub fn n_tuples(&self) -> usize {
+        self.values.len() / self.n_components.max(1)
+    }
+}
+
+impl Values {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        with_numbers!(self, v => v.len(), t => t.len())
+    }
+
+    /// Whether there is no value.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The values as integers; `None` for text and for numbers with a fraction.
+    pub fn to_integers(&self) -> Option<Vec<i64>> {
+        Some(match self {
+            Values::I8(v) => v.iter().map(|&x| x.into()).collect(),
+            Values::U8(v) => v.iter().map(|&x| x.into()).collect(),
+            Values::I16(v) => v.iter().map(|&x| x.into()).collect(),
+            Values::U16(v) => v.iter().map(|&x| x.into()).collect(),
+            Values::I32(v) => v.iter().map(|&x| x.into()).collect(),
+            Values::U32(v) => v.iter().map(|&x| x.into()).collect(),
+            Values::I64(v) => v.clone(),
+            Values::U64(v) => return v.iter().map(|&x| i64::try_from(x).ok()).collect(),
+            Values::F32(v) => return v.iter().map(|&x| whole(x.into())).collect(),
+            Values::F64(v) => return v.iter().map(|&x| whole(x)).collect(),
+            Values::Text(_) => return None,
+        })
+    }
+
+    /// The values of tuples `keep`, in that order.
+    ///
+    /// # Panics
+    /// When a tuple is out of range.
+    pub fn select(&self, n_components: usize, keep: &[usize]) -> Self {
+        macro_rules! pick {
+            ($($variant:ident),*) => {
+                match self { $(Values::$variant(v) => Values::$variant(
+                    keep.iter()
+                        .flat_map(|&i| v[i * n_components..(i + 1) * n_components].iter().cloned())
+                        .collect(),
+                )),* }
+            };
+        }
+        pick!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text)
+    }
+
+    /// Bytes held in memory.
+    pub fn memory_bytes(&self) -> usize {
+        with_numbers!(self, v => size_of_val(&v[..]), t => t.iter().map(|s| s.len() + 24).sum())
+    }
+}
+
+fn whole(x: f64) -> Option<i64> {
+    (x.fract() == 0.0 && x.abs() < 9e15).then_some(x as i64)
+}

@@ -1,0 +1,368 @@
+//! The cells of a mesh, in file order, stored as runs of equal kind and node count.
+//!
+//! A run needs no offsets, and a metric can be computed over a whole run without looking at types.
+//! Node indices are zero-based.
+
+use super::kind::CellKind;
+use crate::error::{Error, Result};
+
+/// Cells in order, run-length encoded by kind and node count.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Cells {
+    runs: Vec<Run>,
+    connectivity: Vec<u32>,
+    polyhedra: Polyhedra,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Run {
+    kind: CellKind,
+    n_nodes: u32,
+    first_cell: u32,
+    n_cells: u32,
+    first_entry: usize,
+}
+
+/// Faces of the polyhedra, in the order of the polyhedra among the cells.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Polyhedra {
+    /// Cell index of each polyhedron, ascending.
+    cells: Vec<u32>,
+    /// Start of each polyhedron in `stream`.
+    starts: Vec<usize>,
+    /// `n_faces, (n_nodes, node...)...` for each.
+    stream: Vec<u32>,
+}
+
+/// Consecutive cells of one kind and one node count.
+#[derive(Debug, Clone, Copy)]
+pub struct CellRun<'a> {
+    /// Kind of every cell of the run.
+    pub kind: CellKind,
+    /// Nodes of each cell.
+    pub n_nodes: usize,
+    /// Index of the run's first cell.
+    pub first_cell: usize,
+    /// Node indices, `n_nodes` for each cell.
+    pub connectivity: &'a [u32],
+}
+
+impl<'a> CellRun<'a> {
+    /// Number of cells in the run.
+    pub fn n_cells(&self) -> usize {
+        self.connectivity.len() / self.n_nodes
+    }
+
+    /// Nodes of each cell, in order.
+    pub fn cells(&self) -> std::slice::ChunksExact<'a, u32> {
+        self.connectivity.chunks_exact(self.n_nodes)
+    }
+}
+
+/// One cell.
+#[derive(Debug, Clone, Copy)]
+pub struct CellRef<'a> {
+    /// Its index among all cells.
+    pub index: usize,
+    /// Its kind.
+    pub kind: CellKind,
+    /// Its nodes, in VTK's order; for a polyhedron each node once.
+    pub nodes: &'a [u32],
+}
+
+impl Cells {
+    /// No cells yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Reserves room for `n_entries` node indices.
+    pub fn reserve(&mut self, n_entries: usize) {
+        self.connectivity.reserve(n_entries);
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.runs
+            .last()
+            .map_or(0, |run| run.first_cell as usize + run.n_cells as usize)
+    }
+
+    /// Whether there is no cell.
+    pub fn is_empty(&self) -> bool {
+        self.runs.is_empty()
+    }
+
+    /// Node indices of all cells, one after another.
+    pub fn connectivity(&self) -> &[u32] {
+        &self.connectivity
+    }
+
+    /// Appends one cell. A polyhedron is appended with [`Cells::push_polyhedron`].
+    ///
+    /// # Panics
+    /// When the number of nodes is not the kind's; the caller has checked its input.
+    pub fn push(&mut self, kind: CellKind, nodes: &[u32]) {
+        assert!(kind != CellKind::Polyhedron && !nodes.is_empty());
+        assert!(kind.n_nodes().is_none_or(|n| n == nodes.len()));
+        self.extend_run(kind, nodes.len(), 1);
+        self.connectivity.extend_from_slice(nodes);
+    }
+
+    /// Appends many cells of one kind with `n_nodes` nodes each.
+    ///
+    /// # Panics
+    /// When the length of `connectivity` is no multiple of `n_nodes`.
+    pub fn push_run(&mut self, kind: CellKind, n_nodes: usize, connectivity: &[u32]) {
+        assert!(kind != CellKind::Polyhedron && n_nodes > 0);
+        assert!(kind.n_nodes().is_none_or(|n| n == n_nodes));
+        assert!(connectivity.len().is_multiple_of(n_nodes));
+        if !connectivity.is_empty() {
+            self.extend_run(kind, n_nodes, connectivity.len() / n_nodes);
+            self.connectivity.extend_from_slice(connectivity);
+        }
+    }
+
+    /// Takes over `connectivity` whole: `kinds` gives (kind, nodes per cell, number of cells) in
+    /// order. For readers that hold the finished array and must not copy it.
+    pub fn from_connectivity(
+        connectivity: Vec<u32>,
+        kinds: impl IntoIterator<Item = (CellKind, usize, usize)>,
+    ) -> Self {
+        let mut cells = Self::new();
+        let mut n_entries = 0;
+        for (kind, n_nodes, n_cells) in kinds {
+            assert!(kind != CellKind::Polyhedron && n_nodes > 0);
+            if n_cells > 0 {
+                cells.extend_run_at(kind, n_nodes, n_cells, n_entries);
+                n_entries += n_nodes * n_cells;
+            }
+        }
+        assert_eq!(n_entries, connectivity.len());
+        cells.connectivity = connectivity;
+        cells
+    }
+
+    /// Appends a polyhedron given as its face stream `n_faces, (n_nodes, node...)...`.
+    ///
+    /// Its nodes are listed once each, in order of first appearance.
+    pub fn push_polyhedron(&mut self, stream: &[u32]) -> Result<()> {
+        let mut nodes: Vec<u32> = Vec::new();
+        for face in face_stream(stream) {
+            for &node in face? {
+                if !nodes.contains(&node) {
+                    nodes.push(node);
+                }
+            }
+        }
+        self.push_polyhedron_with_nodes(&nodes, stream)
+    }
+
+    /// Appends a polyhedron whose file gives the order of its nodes.
+    pub fn push_polyhedron_with_nodes(&mut self, nodes: &[u32], stream: &[u32]) -> Result<()> {
+        for face in face_stream(stream) {
+            if let Some(node) = face?.iter().find(|node| !nodes.contains(node)) {
+                return Err(Error::input(format!(
+                    "a face of polyhedron {} has node {node}, which the polyhedron does not",
+                    self.len()
+                )));
+            }
+        }
+        if nodes.is_empty() {
+            return Err(Error::input("a polyhedron without nodes"));
+        }
+        self.polyhedra.cells.push(self.len() as u32);
+        self.polyhedra.starts.push(self.polyhedra.stream.len());
+        self.polyhedra.stream.extend_from_slice(stream);
+        self.extend_run(CellKind::Polyhedron, nodes.len(), 1);
+        self.connectivity.extend_from_slice(nodes);
+        Ok(())
+    }
+
+    fn extend_run(&mut self, kind: CellKind, n_nodes: usize, n_cells: usize) {
+        self.extend_run_at(kind, n_nodes, n_cells, self.connectivity.len());
+    }
+
+    fn extend_run_at(&mut self, kind: CellKind, n_nodes: usize, n_cells: usize, entry: usize) {
+        let first_cell = self.len();
+        assert!(
+            first_cell + n_cells < u32::MAX as usize,
+            "at most 4294967294 cells"
+        );
+        match self.runs.last_mut() {
+            Some(run) if run.kind == kind && run.n_nodes as usize == n_nodes => {
+                run.n_cells += n_cells as u32;
+            }
+            _ => self.runs.push(Run {
+                kind,
+                n_nodes: n_nodes as u32,
+                first_cell: first_cell as u32,
+                n_cells: n_cells as u32,
+                first_entry: entry,
+            }),
+        }
+    }
+
+    /// The runs, in order.
+    pub fn runs(&self) -> impl ExactSizeIterator<Item = CellRun<'_>> + DoubleEndedIterator + Clone {
+        self.runs.iter().map(|run| self.view(run))
+    }
+
+    fn view(&self, run: &Run) -> CellRun<'_> {
+        let n_nodes = run.n_nodes as usize;
+        let end = run.first_entry + n_nodes * run.n_cells as usize;
+        CellRun {
+            kind: run.kind,
+            n_nodes,
+            first_cell: run.first_cell as usize,
+            connectivity: &self.connectivity[run.first_entry..end],
+        }
+    }
+
+    /// The runs, cut to the cells of `range`.
+    pub fn runs_in(&self, range: std::ops::Range<usize>) -> impl Iterator<Item = CellRun<'_>> {
+        let first = self
+            .runs
+            .partition_point(|run| (run.first_cell + run.n_cells) as usize <= range.start);
+        self.runs[first..]
+            .iter()
+            .take_while({
+                let end = range.end;
+                move |run| (run.first_cell as usize) < end
+            })
+            .map(move |run| {
+                let whole = self.view(run);
+                let skip = range.start.saturating_sub(whole.first_cell);
+                let end = whole.n_cells().min(range.end - whole.first_cell);
+                CellRun {
+                    first_cell: whole.first_cell + skip,
+                    connectivity: &whole.connectivity[skip * whole.n_nodes..end * whole.n_nodes],
+                    ..whole
+                }
+            })
+    }
+
+    /// Every cell, in order.
+    pub fn iter(&self) -> impl Iterator<Item = CellRef<'_>> {
+        self.runs().flat_map(|run| {
+            run.cells().enumerate().map(move |(i, nodes)| CellRef {
+                index: run.first_cell + i,
+                kind: run.kind,
+                nodes,
+            })
+        })
+    }
+
+    /// The cell with this index.
+    ///
+    /// # Panics
+    /// When there is no such cell.
+    pub fn get(&self, index: usize) -> CellRef<'_> {
+        let after = self
+            .runs
+            .partition_point(|run| run.first_cell as usize <= index);
+        let run = self.view(&self.runs[after - 1]);
+        let start = (index - run.first_cell) * run.n_nodes;
+        CellRef {
+            index,
+            kind: run.kind,
+            nodes: &run.connectivity[start..start + run.n_nodes],
+        }
+    }
+
+    /// Face stream `n_faces, (n_nodes, node...)...` of a polyhedron; `None` for any other cell.
+    pub fn face_stream(&self, cell: usize) -> Option<&[u32]> {
+        let ordinal = self.polyhedra.cells.binary_search(&(cell as u32)).ok()?;
+        let starts = &self.polyhedra.starts;
+        let end = starts
+            .get(ordinal + 1)
+            .copied()
+            .unwrap_or(self.polyhedra.stream.len());
+        Some(&self.polyhedra.stream[starts[ordinal]..end])
+    }
+
+    /// Faces of a polyhedron as node lists; empty for any other cell.
+    pub fn polyhedron_faces(&self, cell: usize) -> impl Iterator<Item = &[u32]> {
+        face_stream(self.face_stream(cell).unwrap_or(&[0]))
+            .map(|face| face.expect("streams are checked when a polyhedron is added"))
+    }
+
+    /// Whether any cell is a polyhedron.
+    pub fn has_polyhedra(&self) -> bool {
+        !self.polyhedra.cells.is_empty()
+    }
+
+    /// Bytes held in memory.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&self.runs[..])
+            + size_of_val(&self.connectivity[..])
+            + size_of_val(&self.polyhedra.stream[..])
+            + self.polyhedra.cells.len() * 12
+    }
+}
+
+/// The faces of one polyhedron's stream; an error where the counts do not fit its length.
+pub fn face_stream(stream: &[u32]) -> impl Iterator<Item = Result<&[u32]>> {
+    let n_faces = stream.first().copied().unwrap_or(0);
+    let mut rest = stream.get(1..).unwrap_or(&[]);
+    let mut left = n_faces;
+    std::iter::from_fn(move || {
+        if left == 0 {
+            if rest.is_empty() {
+                return None;
+            }
+            let extra = std::mem::take(&mut rest).len();
+            return Some(Err(Error::input(format!(
+                "a polyhedron's face stream has {extra} entries after its last face"
+            ))));
+        }
+        left -= 1;
+        let n = rest.first().copied().unwrap_or(0) as usize;
+        if n == 0 || rest.len() <= n {
+            left = 0;
+            rest = &[];
+            return Some(Err(Error::input(
+                "a polyhedron's face stream ends inside a face",
+            )));
+        }
+        let (face, tail) = rest[1..].split_at(n);
+        rest = tail;
+        Some(Ok(face))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_come_back_in_order_whatever_the_runs() {
+        let mut cells = Cells::new();
+        cells.push(CellKind::Triangle, &[0, 1, 2]);
+        cells.push(CellKind::Triangle, &[1, 2, 3]);
+        cells.push(CellKind::Polygon, &[0, 1, 2, 3, 4]);
+        cells.push(CellKind::Polygon, &[0, 1, 2]);
+        assert_eq!(cells.runs().len(), 3);
+        assert_eq!(cells.get(1).nodes, [1, 2, 3]);
+        assert_eq!(cells.get(3).nodes, [0, 1, 2]);
+        assert_eq!(cells.iter().count(), 4);
+        let cut: Vec<_> = cells
+            .runs_in(1..3)
+            .map(|r| (r.first_cell, r.n_cells()))
+            .collect();
+        assert_eq!(cut, [(1, 1), (2, 1)]);
+    }
+
+    #[test]
+    fn a_polyhedron_keeps_its_faces() {
+        let tetrahedron = [4, 3, 0, 1, 2, 3, 0, 1, 3, 3, 1, 2, 3, 3, 0, 2, 3];
+        let mut cells = Cells::new();
+        cells.push(CellKind::Vertex, &[0]);
+        cells.push_polyhedron(&tetrahedron).expect("a good stream");
+        assert_eq!(cells.get(1).nodes, [0, 1, 2, 3]);
+        assert_eq!(cells.face_stream(1), Some(&tetrahedron[..]));
+        assert_eq!(cells.polyhedron_faces(1).count(), 4);
+        assert!(cells.push_polyhedron(&[1, 3, 0, 1]).is_err());
+        assert!(cells.push_polyhedron(&[1, 3, 0, 1, 2, 7]).is_err());
+    }
+}

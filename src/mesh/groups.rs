@@ -1,0 +1,117 @@
+//! Named groups of cells: boundary tags, zones, and groups of lower dimension.
+
+use std::ops::Range;
+
+/// A named set of cells of one dimension. One below the mesh's dimension it is a boundary tag, of
+/// the mesh's dimension a zone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Topological dimension of its cells.
+    pub dimension: u8,
+    /// Its name; a group the file gives no name is called by its number.
+    pub name: String,
+    /// The number the file gives it, for formats that number their groups.
+    pub number: Option<i32>,
+    /// Its cells.
+    pub cells: CellSet,
+}
+
+/// A set of cell indices, kept as ascending disjoint ranges: boundaries and zones are mostly
+/// contiguous, so a set of millions takes a few bytes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CellSet {
+    ranges: Vec<Range<u32>>,
+    len: usize,
+}
+
+impl CellSet {
+    /// An empty set.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a cell above all that are in the set; the last one again is ignored.
+    ///
+    /// # Panics
+    /// When `cell` is below the set's largest.
+    pub fn push(&mut self, cell: usize) {
+        self.push_range(cell..cell + 1);
+    }
+
+    /// Adds a range that starts at or above the end of the set.
+    pub fn push_range(&mut self, cells: Range<usize>) {
+        let cells = cells.start as u32..cells.end as u32;
+        if cells.is_empty() {
+            return;
+        }
+        match self.ranges.last_mut() {
+            Some(last) if last.end == cells.start => last.end = cells.end,
+            Some(last) if last.end == cells.end && cells.len() == 1 => return,
+            Some(last) => {
+                assert!(last.end < cells.start, "cells are added in order");
+                self.ranges.push(cells.clone());
+            }
+            None => self.ranges.push(cells.clone()),
+        }
+        self.len += cells.len();
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether the set is empty.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Whether the cell is in the set.
+    pub fn contains(&self, cell: usize) -> bool {
+        let after = self
+            .ranges
+            .partition_point(|range| range.start as usize <= cell);
+        after > 0 && (cell as u32) < self.ranges[after - 1].end
+    }
+
+    /// The cells, ascending.
+    pub fn iter(&self) -> impl Iterator<Item = usize> + Clone {
+        self.ranges
+            .iter()
+            .flat_map(|range| range.start as usize..range.end as usize)
+    }
+
+    /// The cells as ascending disjoint ranges.
+    pub fn ranges(&self) -> impl ExactSizeIterator<Item = Range<usize>> + Clone {
+        self.ranges
+            .iter()
+            .map(|range| range.start as usize..range.end as usize)
+    }
+}
+
+impl FromIterator<usize> for CellSet {
+    /// Collects cells in any order; repeated ones count once.
+    fn from_iter<I: IntoIterator<Item = usize>>(cells: I) -> Self {
+        let mut cells: Vec<usize> = cells.into_iter().collect();
+        cells.sort_unstable();
+        let mut set = Self::new();
+        for cell in cells {
+            set.push(cell);
+        }
+        set
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_holds_what_was_added() {
+        let set: CellSet = [7, 3, 4, 9, 4].into_iter().collect();
+        assert_eq!(set.iter().collect::<Vec<_>>(), [3, 4, 7, 9]);
+        assert_eq!(set.len(), 4);
+        assert_eq!(set.ranges().len(), 3);
+        assert!(set.contains(4) && !set.contains(5) && !set.contains(0));
+    }
+}

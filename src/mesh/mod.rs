@@ -1,0 +1,182 @@
+//! One mesh in memory for every format: nodes, cells in file order, named groups, arrays.
+//!
+//! Owns what a mesh is and how two of them differ. Knows nothing of files or of motion. Node order
+//! within a cell is VTK's; node and cell indices are zero-based.
+
+pub mod arrays;
+pub mod cells;
+pub mod groups;
+pub mod kind;
+pub mod repeated;
+
+pub use arrays::{DataArray, Values};
+pub use cells::{CellRef, CellRun, Cells};
+pub use groups::{CellSet, Group};
+pub use kind::CellKind;
+
+use crate::error::{Error, Result};
+
+/// An unstructured mesh.
+///
+/// Boundary faces are cells like any other, one dimension below the mesh's own; a boundary tag is a
+/// [`Group`] of them. A face in two tags is one cell in two groups.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    /// Node coordinates, in the mesh's own unit. In 2D the third is zero unless the file says
+    /// otherwise.
+    pub points: Vec<[f64; 3]>,
+    /// Cells of every dimension, in file order.
+    pub cells: Cells,
+    /// Boundary tags, zones and groups of lower dimension, in file order.
+    pub groups: Vec<Group>,
+    /// Arrays with one tuple a node.
+    pub point_arrays: Vec<DataArray>,
+    /// Arrays with one tuple a cell.
+    pub cell_arrays: Vec<DataArray>,
+    /// Arrays of the mesh as a whole.
+    pub field_arrays: Vec<DataArray>,
+}
+
+impl Mesh {
+    /// Largest dimension of its cells: 2 for a plane mesh, 3 for a solid one; 0 without cells.
+    pub fn dimension(&self) -> u8 {
+        self.cells
+            .runs()
+            .map(|run| run.kind.dimension())
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// The boundary tags, in file order.
+    pub fn boundary_tags(&self) -> impl Iterator<Item = &Group> + Clone {
+        let dimension = self.dimension();
+        self.groups
+            .iter()
+            .filter(move |group| group.dimension + 1 == dimension)
+    }
+
+    /// The zones, in file order.
+    pub fn zones(&self) -> impl Iterator<Item = &Group> + Clone {
+        let dimension = self.dimension();
+        self.groups
+            .iter()
+            .filter(move |group| group.dimension == dimension)
+    }
+
+    /// Runs of the cells with the mesh's own dimension.
+    pub fn volume_runs(&self) -> impl Iterator<Item = CellRun<'_>> + Clone {
+        let dimension = self.dimension();
+        self.cells
+            .runs()
+            .filter(move |run| run.kind.dimension() == dimension)
+    }
+
+    /// Smallest and largest coordinates; `None` without nodes.
+    pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        let first = *self.points.first()?;
+        Some(self.points.iter().fold([first, first], |[lo, hi], p| {
+            [
+                std::array::from_fn(|i| lo[i].min(p[i])),
+                std::array::from_fn(|i| hi[i].max(p[i])),
+            ]
+        }))
+    }
+
+    /// Bytes held in memory by nodes, cells, groups and arrays.
+    pub fn memory_bytes(&self) -> usize {
+        let arrays = self
+            .point_arrays
+            .iter()
+            .chain(&self.cell_arrays)
+            .chain(&self.field_arrays);
+        size_of_val(&self.points[..])
+            + self.cells.memory_bytes()
+            + self
+                .groups
+                .iter()
+                .map(|g| g.cells.ranges().len() * 8)
+                .sum::<usize>()
+            + arrays.map(|a| a.values.memory_bytes()).sum::<usize>()
+    }
+
+    /// Checks what every later stage relies on: node indices in range, finite coordinates, arrays
+    /// of the right length, groups that hold cells of their own dimension.
+    pub fn validate(&self) -> Result<()> {
+        let n_points = self.points.len();
+        if let Some(i) = self
+            .points
+            .iter()
+            .position(|p| !p.iter().all(|x| x.is_finite()))
+        {
+            return Err(Error::input(format!(
+                "node {i} has coordinates {:?}; they must be finite numbers",
+                self.points[i]
+            )));
+        }
+        for run in self.cells.runs() {
+            if let Some(at) = run
+                .connectivity
+                .iter()
+                .position(|&n| n as usize >= n_points)
+            {
+                return Err(Error::input(format!(
+                    "{} {} has node {}, but the mesh has {n_points} nodes (0 to {})",
+                    run.kind.name(),
+                    run.first_cell + at / run.n_nodes,
+                    run.connectivity[at],
+                    n_points.saturating_sub(1),
+                )));
+            }
+        }
+        self.validate_arrays()?;
+        self.validate_groups()
+    }
+
+    fn validate_arrays(&self) -> Result<()> {
+        let expected = [
+            (&self.point_arrays, self.points.len(), "nodes"),
+            (&self.cell_arrays, self.cells.len(), "cells"),
+        ];
+        for (arrays, n, of) in expected {
+            for array in arrays {
+                if array.n_components == 0 || array.values.len() != n * array.n_components {
+                    return Err(Error::input(format!(
+                        "array \"{}\" has {} values of {} components for {n} {of}",
+                        array.name,
+                        array.values.len(),
+                        array.n_components
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_groups(&self) -> Result<()> {
+        for group in &self.groups {
+            for range in group.cells.ranges() {
+                if range.end > self.cells.len() {
+                    return Err(Error::input(format!(
+                        "group \"{}\" holds cell {}, but the mesh has {} cells",
+                        group.name,
+                        range.end - 1,
+                        self.cells.len()
+                    )));
+                }
+            }
+            let runs = group.cells.ranges().flat_map(|r| self.cells.runs_in(r));
+            for run in runs {
+                if run.kind.dimension() != group.dimension {
+                    return Err(Error::input(format!(
+                        "group \"{}\" of dimension {} holds cell {}, a {}",
+                        group.name,
+                        group.dimension,
+                        run.first_cell,
+                        run.kind.name()
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
