@@ -21,18 +21,19 @@ pub fn save(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
-    replace(path, |out| format.write(mesh, out, options))
+    write_whole(path, |out| format.write(mesh, out, options))
 }
 
 /// Writes text to `path` in the same way.
 pub fn save_text(text: &str, path: &Path) -> Result<()> {
-    replace(path, |out| {
+    write_whole(path, |out| {
         out.write_all(text.as_bytes())
             .map_err(|error| Error::io(path, &error))
     })
 }
 
-fn replace<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
+/// Fills a file through `write`, whole or not at all, as [`save`] does.
+pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
     if path.as_os_str() == "-" {
         return fill(io::stdout().lock(), Path::new("<stdout>"), write);
     }
@@ -111,7 +112,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("mesh.txt");
         save_text("old", &path).expect("it can be written");
-        let failed: Result<()> = replace(&path, |out| {
+        let failed: Result<()> = write_whole(&path, |out| {
             out.write_all(b"half").expect("it is buffered");
             Err(Error::system("disk full"))
         });
