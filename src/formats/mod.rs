@@ -4,10 +4,12 @@
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
 pub mod gmsh;
+pub mod save;
 mod source;
 pub mod su2;
 pub mod vtu;
 
+pub use save::save;
 pub use source::Source;
 
 use crate::error::{Error, Result};
