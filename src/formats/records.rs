@@ -103,7 +103,11 @@ mod tests {
         })
         .expect("a vector takes every byte");
         let text = String::from_utf8(out).expect("digits");
-        assert!(text.lines().enumerate().all(|(i, line)| line == i.to_string()));
+        assert!(
+            text.lines()
+                .enumerate()
+                .all(|(i, line)| line == i.to_string())
+        );
     }
 
     #[test]

@@ -24,11 +24,7 @@ enum Body<'a> {
 }
 
 /// Reads all elements; `tagged` takes those of each entity.
-pub(super) fn read41(
-    stream: &mut Stream,
-    nodes: &NodeIndex,
-    tagged: &mut Tagged,
-) -> Result<Cells> {
+pub(super) fn read41(stream: &mut Stream, nodes: &NodeIndex, tagged: &mut Tagged) -> Result<Cells> {
     let blocks = read_blocks(stream, tagged)?;
     let n_entries = blocks.iter().map(|block| block.n_nodes * block.n_cells);
     let mut connectivity = vec![0u32; n_entries.sum()];
@@ -113,11 +109,10 @@ impl Block<'_> {
                     .zip(body.par_chunks(CHUNK * each))
                     .enumerate()
                     .map(|(i, (out, body))| {
-                        self.decode(*binary, body, nodes, out)
-                            .map_err(|(at, tag)| {
-                                let place = start + i * CHUNK * each + at;
-                                unknown_node(self.kind, tag).byte(place as u64)
-                            })
+                        self.decode(*binary, body, nodes, out).map_err(|(at, tag)| {
+                            let place = start + i * CHUNK * each + at;
+                            unknown_node(self.kind, tag).byte(place as u64)
+                        })
                     })
                     .collect();
                 results.into_iter().collect()

@@ -65,8 +65,13 @@ pub(super) fn read2(
                 let (own, tail) = rest.split_at(n_nodes * run.n_cells);
                 let range = cells.len()..cells.len() + run.n_cells;
                 let dimension = run.kind.dimension();
-                physical.add(dimension, run.physical, range.clone());
-                elementary.add(dimension, run.elementary, range);
+                // Version 2 says 0 for an element without a tag.
+                if run.physical != 0 {
+                    physical.add(dimension, run.physical, range.clone());
+                }
+                if run.elementary != 0 {
+                    elementary.add(dimension, run.elementary, range);
+                }
                 cells.push_run(run.kind, n_nodes, own);
                 rest = tail;
             }
@@ -134,7 +139,9 @@ impl<'a> Block<'a> {
         let kind = kinds::kind(number.into()).map_err(|why| stream.error(why))?;
         let n_cells = stream.int("the number of elements in a block")?;
         let n_tags = stream.int("the number of tags")?;
-        let n_cells = usize::try_from(n_cells).ok().filter(|n| (1..=left).contains(n));
+        let n_cells = usize::try_from(n_cells)
+            .ok()
+            .filter(|n| (1..=left).contains(n));
         let n_cells = n_cells.ok_or_else(|| {
             stream.error(format!(
                 "a block of elements with a wrong length; {left} elements are left"
@@ -179,9 +186,9 @@ impl<'a> Block<'a> {
     fn decode(&self, element: &[u8], nodes: &NodeIndex, part: &mut Part) -> Result<()> {
         let int = |i: usize| self.binary.int(&element[4 * i..4 * i + 4]);
         let tag = |i: usize| if i < self.n_tags { int(1 + i) } else { 0 };
-        let physical = tag(0).checked_abs().ok_or_else(|| {
-            Error::input(format!("physical group {} is out of range", tag(0)))
-        })?;
+        let physical = tag(0)
+            .checked_abs()
+            .ok_or_else(|| Error::input(format!("physical group {} is out of range", tag(0))))?;
         let cell = part.push(self.kind, physical, tag(1));
         for (i, node) in cell.iter_mut().enumerate() {
             let tag = i64::from(int(1 + self.n_tags + i));

@@ -64,10 +64,10 @@ fn read_rest(
     for _ in 0..stream.size("the number of physical groups")? {
         // A negative tag means the group holds the entity turned round.
         let group = stream.int("a physical group")?;
-        let group = group.checked_abs().ok_or_else(|| {
-            stream.error(format!("physical group {group} is out of range"))
-        })?;
-        if group != 0 && !groups.contains(&group) {
+        let group = group
+            .checked_abs()
+            .ok_or_else(|| stream.error(format!("physical group {group} is out of range")))?;
+        if !groups.contains(&group) {
             groups.push(group);
         }
     }

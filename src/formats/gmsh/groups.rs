@@ -1,24 +1,22 @@
 //! From the tags of elements to the named groups of the mesh.
 
 use super::entities::Physicals;
-use super::stream::Stream;
 use super::nodes::count;
+use super::stream::Stream;
 use crate::error::Result;
 use crate::mesh::{CellSet, Group};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Cells by dimension and tag; tag 0 means none.
+/// Cells by dimension and tag.
 #[derive(Debug, Default)]
 pub(super) struct Tagged(BTreeMap<(u8, i32), CellSet>);
 
 impl Tagged {
     /// Adds cells above all that were added before.
     pub fn add(&mut self, dimension: u8, tag: i32, cells: Range<usize>) {
-        if tag != 0 {
-            let set = self.0.entry((dimension, tag)).or_default();
-            set.push_range(cells);
-        }
+        let set = self.0.entry((dimension, tag)).or_default();
+        set.push_range(cells);
     }
 
     /// Cells by physical group, from cells by entity.
@@ -78,11 +76,15 @@ pub(super) fn read_names(stream: &mut Stream) -> Result<Vec<PhysicalName>> {
     Ok(names)
 }
 
-/// The text between the first and the last quote, or all of it where there are none.
+/// The text between the quotes: to the last one where that ends the line, to the next one where
+/// some program put more behind it. All of it where there are none.
 fn unquoted(text: &[u8]) -> String {
-    let inside = text.strip_prefix(b"\"").unwrap_or(text);
-    let inside = inside.strip_suffix(b"\"").unwrap_or(inside);
-    String::from_utf8_lossy(inside).into_owned()
+    let Some(inside) = text.strip_prefix(b"\"") else {
+        return String::from_utf8_lossy(text).into_owned();
+    };
+    let next = memchr::memchr(b'"', inside).unwrap_or(inside.len());
+    let name = inside.strip_suffix(b"\"").unwrap_or(&inside[..next]);
+    String::from_utf8_lossy(name).into_owned()
 }
 
 /// The groups of a mesh of this dimension: named ones in the order of the file, then nameless ones,
@@ -137,6 +139,7 @@ mod tests {
     fn names_keep_their_spaces_and_quotes() {
         assert_eq!(unquoted(b"\"upper wall\""), "upper wall");
         assert_eq!(unquoted(b"\"the \"hub\" side\""), "the \"hub\" side");
+        assert_eq!(unquoted(b"\"beam\" lower_dimensional_block"), "beam");
         assert_eq!(unquoted(b"bare"), "bare");
         assert_eq!(unquoted(b"\""), "");
     }

@@ -85,5 +85,3 @@ fn is_msh(head: &[u8]) -> bool {
         .iter()
         .any(|start| head.starts_with(start))
 }
-
-

@@ -45,7 +45,10 @@ impl NodeIndex {
             )));
         }
         let n = tags.len() as u64;
-        if tags.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1])) {
+        if tags
+            .windows(2)
+            .all(|pair| pair[0].checked_add(1) == Some(pair[1]))
+        {
             return Ok(Self::Consecutive { first, n });
         }
         let twice = |tag: i64| Error::input(format!("node {tag} is given twice"));
@@ -125,19 +128,8 @@ pub(super) fn read41(stream: &mut Stream) -> Result<Nodes> {
                 decode(binary, coordinates, each, start, &mut points)?;
             }
             None => {
-                let tag_lines = stream.lines(n, "the node tags")?;
-                let coordinates = stream.lines(n, "the node coordinates")?;
-                let known = tags.len();
-                tags.resize(known + n, 0);
-                tag_lines.parse_into(&mut tags[known..], 1, |line, tag| {
-                    tag[0] = line.integer("a node tag")?;
-                    line.end("a node tag")
-                })?;
-                points.resize(known + n, [0.0; 3]);
-                coordinates.parse_into(&mut points[known..], 1, |line, point| {
-                    point[0] = coordinates_of(line)?;
-                    if parametric { Ok(()) } else { line.end("a node") }
-                })?;
+                read_tags(stream, n, &mut tags)?;
+                read_coordinates(stream, n, n_parameters, &mut points)?;
             }
         }
     }
@@ -149,6 +141,56 @@ pub(super) fn read41(stream: &mut Stream) -> Result<Nodes> {
     }
     let index = NodeIndex::new(&tags).map_err(|error| at(stream, error))?;
     Ok(Nodes { points, index })
+}
+
+/// Reads a block of tags as text.
+fn read_tags(stream: &mut Stream, n: usize, tags: &mut Vec<i64>) -> Result<()> {
+    let what = "a node tag";
+    if stream.crowded(1) {
+        for _ in 0..n {
+            tags.push(stream.word(what)?.integer(what)?);
+        }
+        return Ok(());
+    }
+    let lines = stream.lines(n, "the node tags")?;
+    let known = tags.len();
+    tags.resize(known + n, 0);
+    lines.parse_into(&mut tags[known..], 1, |line, tag| {
+        tag[0] = line.integer(what)?;
+        line.end(what)
+    })
+}
+
+/// Reads a block of coordinates as text, each followed by its parameters.
+fn read_coordinates(
+    stream: &mut Stream,
+    n: usize,
+    n_parameters: usize,
+    points: &mut Vec<[f64; 3]>,
+) -> Result<()> {
+    if stream.crowded(3 + n_parameters) {
+        for _ in 0..n {
+            let mut point = [0.0; 3];
+            for x in &mut point {
+                *x = stream.real("a coordinate of a node")?;
+            }
+            for _ in 0..n_parameters {
+                stream.real("a parameter of a node")?;
+            }
+            points.push(point);
+        }
+        return Ok(());
+    }
+    let lines = stream.lines(n, "the node coordinates")?;
+    let known = points.len();
+    points.resize(known + n, [0.0; 3]);
+    lines.parse_into(&mut points[known..], 1, |line, point| {
+        point[0] = coordinates_of(line)?;
+        if n_parameters > 0 {
+            return Ok(());
+        }
+        line.end("a node")
+    })
 }
 
 /// Reads the nodes of version 2: a tag and three coordinates each; parametric ones have more after
@@ -171,7 +213,11 @@ pub(super) fn read2(stream: &mut Stream, parametric: bool) -> Result<Nodes> {
             lines.parse_into(&mut nodes, 1, |line, node| {
                 node[0].0 = line.integer("a node number")?;
                 node[0].1 = coordinates_of(line)?;
-                if parametric { Ok(()) } else { line.end("a node") }
+                if parametric {
+                    Ok(())
+                } else {
+                    line.end("a node")
+                }
             })?;
             points = nodes.iter().map(|node| node.1).collect();
             nodes.iter().map(|node| node.0).collect()

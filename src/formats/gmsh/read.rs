@@ -74,7 +74,9 @@ fn skip_section(name: &[u8], stream: &mut Stream) -> Result<()> {
     let end = [b"$End", name].concat();
     match memchr::memmem::find(stream.text.rest(), &end) {
         Some(at) => {
-            stream.text.set_position(stream.text.position() + at + end.len());
+            stream
+                .text
+                .set_position(stream.text.position() + at + end.len());
             Ok(())
         }
         None => Err(stream.error(format!("${0} has no $End{0}", show(name)))),

@@ -1,6 +1,6 @@
 //! The scalars of an MSH file, as text or as binary of either byte order.
 
-use super::super::lexer::{Lexer, Lines};
+use super::super::lexer::{Fields, Lexer, Lines};
 use crate::error::{Error, Result};
 
 /// How numbers are stored in a binary file.
@@ -83,7 +83,8 @@ impl<'a> Stream<'a> {
         }
     }
 
-    fn word(&mut self, what: &str) -> Result<super::super::lexer::Fields<'a>> {
+    /// The next word of a text file.
+    pub fn word(&mut self, what: &str) -> Result<Fields<'a>> {
         let word = self.text.word();
         word.ok_or_else(|| self.error(format!("the file ends before {what}")))
     }
@@ -105,6 +106,14 @@ impl<'a> Stream<'a> {
     /// The next `n` lines of a text file.
     pub fn lines(&mut self, n: usize, what: &str) -> Result<Lines<'a>> {
         self.text.take_lines(n, what)
+    }
+
+    /// Whether the next line of a text file has more than `n` words: some programs write a whole
+    /// block on one line.
+    pub fn crowded(&self, n: usize) -> bool {
+        let mut line = self.text.peek_line();
+        let mut words = std::iter::from_fn(|| line.as_mut()?.word());
+        words.nth(n).is_some()
     }
 
     /// An error at the next byte, or its line.

@@ -145,7 +145,11 @@ fn write_nodes(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
     let home = home.expect("there is one entity at least");
     sink.ints_sizes(&[home.dimension.into(), home.tag, 0], &[n])?;
     sink.integers(n, 1, 8, |i, tag| tag[0] = i as u64 + 1)?;
-    let push = if sink.text { push_point } else { push_point_binary };
+    let push = if sink.text {
+        push_point
+    } else {
+        push_point_binary
+    };
     write_records(sink.out, n, |range, buffer| {
         for point in &mesh.points[range] {
             push(buffer, point);
@@ -160,7 +164,12 @@ fn write_elements(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
     sink.line("$Elements")?;
     sink.ints_sizes(&[], &[plan.blocks.len(), n, n.min(1), n])?;
     for block in &plan.blocks {
-        let Block { kind, number, cells, entity } = block;
+        let Block {
+            kind,
+            number,
+            cells,
+            entity,
+        } = block;
         let entity = &plan.entities[*entity];
         let order = kinds::order(*kind);
         let header = [entity.dimension.into(), entity.tag, *number];

@@ -135,12 +135,13 @@ impl<'a> Blocks<'a> {
                 let n = keyword.count(line)?;
                 let name = self.marker.take();
                 let name = name.ok_or_else(|| line.error("MARKER_ELEMS before its MARKER_TAG"))?;
-                // Periodic markers of older versions say here where they send and receive.
+                // Markers of partitioned and periodic meshes say here where they send and receive.
                 let next = lexer.peek_line();
-                if next.is_some_and(|next| next.rest().starts_with(b"SEND_RECV")) {
+                if next.is_some_and(|next| next.rest().starts_with(b"SEND_")) {
                     lexer.line();
                 }
-                self.cells.push((Some(name), lexer.take_lines(n, "boundary elements")?));
+                self.cells
+                    .push((Some(name), lexer.take_lines(n, "boundary elements")?));
             }
             b"NMARK" | b"IZONE" => {}
             _ => return Ok(false),
@@ -186,9 +187,7 @@ fn read_points(lines: &Lines, dimension: usize) -> Result<Vec<[f64; 3]>> {
     lines.parse_into(&mut points, 1, |line, point| {
         for (i, x) in point[0][..dimension].iter_mut().enumerate() {
             if line.is_done() {
-                return Err(line.error(format!(
-                    "a node needs {dimension} coordinates, found {i}"
-                )));
+                return Err(line.error(format!("a node needs {dimension} coordinates, found {i}")));
             }
             *x = line.real("a coordinate")?;
         }

@@ -18,7 +18,10 @@ pub(super) fn write(
     let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     let mut notes = left_out("SU2", mesh, options);
     notes.extend(dropped(mesh));
-    write_all(out, format!("NDIME= {dimension}\nNELEM= {n_cells}\n").as_bytes())?;
+    write_all(
+        out,
+        format!("NDIME= {dimension}\nNELEM= {n_cells}\n").as_bytes(),
+    )?;
     let mut index = 0;
     for run in mesh.volume_runs() {
         write_cells(&run, Some(index), out)?;
@@ -30,7 +33,10 @@ pub(super) fn write(
     for tag in mesh.boundary_tags() {
         let name = marker_name(tag, &mut notes);
         let n = tag.cells.len();
-        write_all(out, format!("MARKER_TAG= {name}\nMARKER_ELEMS= {n}\n").as_bytes())?;
+        write_all(
+            out,
+            format!("MARKER_TAG= {name}\nMARKER_ELEMS= {n}\n").as_bytes(),
+        )?;
         for range in tag.cells.ranges() {
             for run in mesh.cells.runs_in(range) {
                 write_cells(&run, None, out)?;
@@ -50,7 +56,11 @@ fn check(mesh: &Mesh, dimension: usize) -> Result<()> {
     }
     let boundary = mesh.boundary_tags().flat_map(|tag| tag.cells.ranges());
     let boundary = boundary.flat_map(|range| mesh.cells.runs_in(range));
-    if let Some(run) = mesh.volume_runs().chain(boundary).find(|run| !holds(run.kind)) {
+    if let Some(run) = mesh
+        .volume_runs()
+        .chain(boundary)
+        .find(|run| !holds(run.kind))
+    {
         return Err(Error::input(format!(
             "cell {} is a {}, which SU2 cannot hold",
             run.first_cell,
@@ -85,7 +95,9 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
     let lower: Vec<&Group> = mesh.groups.iter().filter(lower).collect();
     if !lower.is_empty() {
         let names = names(lower);
-        notes.push(format!("SU2 holds boundary tags only; groups left out: {names}"));
+        notes.push(format!(
+            "SU2 holds boundary tags only; groups left out: {names}"
+        ));
     }
     let mut is_tagged = vec![false; mesh.cells.len()];
     for cell in mesh.boundary_tags().flat_map(|tag| tag.cells.iter()) {
@@ -103,7 +115,9 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
         }
     }
     if n_faces > 0 {
-        notes.push(format!("{n_faces} boundary elements without a tag are left out"));
+        notes.push(format!(
+            "{n_faces} boundary elements without a tag are left out"
+        ));
     }
     if n_lower > 0 {
         notes.push(format!("{n_lower} cells of lower dimension are left out"));
@@ -116,7 +130,13 @@ fn marker_name(tag: &Group, notes: &mut Vec<String>) -> String {
     let name: String = tag
         .name
         .chars()
-        .map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c })
+        .map(|c| {
+            if c.is_whitespace() || c.is_control() {
+                '_'
+            } else {
+                c
+            }
+        })
         .collect();
     if name != tag.name {
         notes.push(format!(
