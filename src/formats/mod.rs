@@ -4,6 +4,8 @@
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
 pub mod gmsh;
+mod lexer;
+mod records;
 mod save;
 mod source;
 pub mod su2;
