@@ -4,11 +4,16 @@
 //! schedules.
 
 mod airfoil;
+pub mod blade;
+pub mod extrude;
 pub mod naca0012;
 mod ray;
 pub mod size;
 mod spacing;
+mod split;
 
+pub use blade::{BladeOptions, BladeShape, blade};
+pub use extrude::CellShape;
 pub use naca0012::{Naca0012Options, naca0012};
 pub use size::SizeOptions;
 
