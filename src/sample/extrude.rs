@@ -5,6 +5,7 @@ use super::split::{WEDGE_TETRAHEDRA, tetrahedra, triangles};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, Cells};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Shape of the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -28,7 +29,7 @@ pub fn layer_nodes(rays: &[Ray], n_layers: usize) -> Vec<Vector> {
 }
 
 /// The surface grid as cells of the shape asked for.
-pub enum Faces {
+enum Faces {
     /// Kept whole.
     Quads(Vec<[u32; 4]>),
     /// Cut in two.
@@ -37,7 +38,7 @@ pub enum Faces {
 
 impl Faces {
     /// The faces of cells of this shape, from the quadrilaterals of the grid.
-    pub fn new(quads: Vec<[u32; 4]>, shape: CellShape) -> Self {
+    fn new(quads: Vec<[u32; 4]>, shape: CellShape) -> Self {
         match shape {
             CellShape::Hex => Self::Quads(quads),
             CellShape::Wedge | CellShape::Tet => Self::Triangles(triangles(&quads)),
@@ -45,7 +46,7 @@ impl Faces {
     }
 
     /// Their number.
-    pub fn len(&self) -> usize {
+    fn len(&self) -> usize {
         match self {
             Self::Quads(faces) => faces.len(),
             Self::Triangles(faces) => faces.len(),
@@ -62,38 +63,74 @@ fn volume_kind(shape: CellShape) -> (CellKind, usize, usize) {
     }
 }
 
-/// The cells of `n_layers` layers over `faces` of a surface of `n_nodes` nodes, then the innermost
-/// faces, seen from the volume's outside, then the outermost ones.
-pub fn cells(faces: &Faces, n_nodes: usize, n_layers: usize, shape: CellShape) -> Cells {
-    let (kind, per_cell, cells_per_face) = volume_kind(shape);
-    let per_layer = faces.len() * cells_per_face * per_cell;
-    let (face_kind, per_face) = match faces {
-        Faces::Quads(_) => (CellKind::Quadrilateral, 4),
-        Faces::Triangles(_) => (CellKind::Triangle, 3),
-    };
-    let n_volume = per_layer * n_layers;
-    let n_boundary = faces.len() * per_face;
-    let mut connectivity = vec![0; n_volume + 2 * n_boundary];
-    let (volume, boundary) = connectivity.split_at_mut(n_volume);
-    volume
-        .par_chunks_mut(per_layer)
-        .enumerate()
-        .for_each(|(layer, entries)| {
-            fill_layer(
-                entries,
-                faces,
-                shape,
-                [layer, layer + 1].map(|l| (l * n_nodes) as u32),
-            );
-        });
-    let (inner, outer) = boundary.split_at_mut(n_boundary);
-    fill_boundary(inner, faces, 0, true);
-    fill_boundary(outer, faces, (n_layers * n_nodes) as u32, false);
-    let kinds = [
-        (kind, per_cell, n_volume / per_cell),
-        (face_kind, per_face, 2 * faces.len()),
-    ];
-    Cells::from_connectivity(connectivity, kinds)
+/// Layers over a surface grid: the cells of each layer, then the innermost faces, seen from
+/// outside the volume, then the outermost ones.
+pub struct Extrusion {
+    faces: Faces,
+    shape: CellShape,
+    n_nodes: usize,
+    n_layers: usize,
+}
+
+impl Extrusion {
+    /// `n_layers` layers over quadrilaterals of `n_nodes` nodes.
+    pub fn new(quads: Vec<[u32; 4]>, n_nodes: usize, n_layers: usize, shape: CellShape) -> Self {
+        Self {
+            faces: Faces::new(quads, shape),
+            shape,
+            n_nodes,
+            n_layers,
+        }
+    }
+
+    /// The cells of some layers.
+    pub fn layers(&self, layers: Range<usize>) -> Range<usize> {
+        let (_, _, cells_per_face) = volume_kind(self.shape);
+        let per_layer = self.faces.len() * cells_per_face;
+        layers.start * per_layer..layers.end * per_layer
+    }
+
+    /// The innermost faces.
+    pub fn inner(&self) -> Range<usize> {
+        let first = self.layers(0..self.n_layers).end;
+        first..first + self.faces.len()
+    }
+
+    /// The outermost faces.
+    pub fn outer(&self) -> Range<usize> {
+        let first = self.inner().end;
+        first..first + self.faces.len()
+    }
+
+    /// All cells, in that order.
+    pub fn cells(&self) -> Cells {
+        let (kind, per_cell, _) = volume_kind(self.shape);
+        let (face_kind, per_face) = match self.faces {
+            Faces::Quads(_) => (CellKind::Quadrilateral, 4),
+            Faces::Triangles(_) => (CellKind::Triangle, 3),
+        };
+        let per_layer = self.layers(0..1).len() * per_cell;
+        let n_boundary = self.faces.len() * per_face;
+        let mut connectivity = vec![0; per_layer * self.n_layers + 2 * n_boundary];
+        let (volume, boundary) = connectivity.split_at_mut(per_layer * self.n_layers);
+        let base = |layer: usize| (layer * self.n_nodes) as u32;
+        volume
+            .par_chunks_mut(per_layer)
+            .enumerate()
+            .for_each(|(layer, entries)| {
+                let bases = [base(layer), base(layer + 1)];
+                fill_layer(entries, &self.faces, self.shape, bases);
+            });
+        let (inner, outer) = boundary.split_at_mut(n_boundary);
+        fill_boundary(inner, &self.faces, 0, true);
+        fill_boundary(outer, &self.faces, base(self.n_layers), false);
+        let n_volume = self.layers(0..self.n_layers).end;
+        let kinds = [
+            (kind, per_cell, n_volume),
+            (face_kind, per_face, 2 * self.faces.len()),
+        ];
+        Cells::from_connectivity(connectivity, kinds)
+    }
 }
 
 /// The cells between two layers, whose first nodes are `base`.

@@ -46,6 +46,17 @@ pub struct Cylinder {
     pub ends: [f64; 2],
 }
 
+impl Cylinder {
+    /// The point of a cylinder three times as wide, and as much longer at either end, that lies
+    /// opposite to a point of this one's surface.
+    pub fn far(&self, [x, y, z]: Vector) -> Vector {
+        let middle = 0.5 * (self.ends[0] + self.ends[1]);
+        let half = 0.5 * (self.ends[1] - self.ends[0]);
+        let stretch = (half + 2.0 * self.radius) / half;
+        [middle + stretch * (x - middle), 3.0 * y, 3.0 * z]
+    }
+}
+
 impl BladeShape {
     /// Checks the measures.
     pub fn resolve(&self) -> Result<Geometry> {

@@ -5,16 +5,18 @@
 //! Tags `blade` and `outer`.
 
 pub mod geometry;
+mod schedule;
 mod shape;
 mod tube;
 
 pub use geometry::BladeShape;
 
-use super::extrude::{CellShape, Faces, cells, layer_nodes};
+use super::extrude::{CellShape, Extrusion, layer_nodes};
 use super::ray::Ray;
 use super::size::SizeOptions;
 use super::{Sample, tag};
 use crate::error::Result;
+use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use geometry::Geometry;
 use rayon::prelude::*;
@@ -23,6 +25,12 @@ use tube::Tube;
 
 /// Cells along the span for each from leading to trailing edge.
 const SPAN_TO_CHORD: f64 = 1.4;
+
+/// Nodes when nothing is asked for.
+const NODES: usize = 60_000;
+
+/// The fewest nodes on the wall that resolve the blade's edges.
+const LEAST_WALL: usize = 240;
 
 /// Options of the sample; nodes are 60,000 unless given.
 #[derive(Debug, Clone, Copy, Default)]
@@ -38,54 +46,96 @@ pub struct BladeOptions {
 /// The mesh and the schedule of a rotor in forward flight.
 pub fn blade(options: &BladeOptions) -> Result<Sample> {
     let geometry = options.shape.resolve()?;
-    let body = Body::new(&geometry, &options.size)?;
-    let faces = Faces::new(body.tube.quads(), options.cells);
-    let n_nodes = body.rays.len();
-    let cells = cells(&faces, n_nodes, body.n_layers, options.cells);
-    let first = cells.len() - 2 * faces.len();
-    let middle = first + faces.len();
+    let grid = BladeGrid::new(&geometry, &options.size)?;
+    let rays = grid.rays(&geometry, grid.n_layers);
+    let volume = Extrusion::new(grid.tube.quads(), rays.len(), grid.n_layers, options.cells);
     let groups = vec![
-        tag("blade", 2, first..middle),
-        tag("outer", 2, middle..cells.len()),
+        tag("blade", 2, volume.inner()),
+        tag("outer", 2, volume.outer()),
     ];
-    let mesh = Mesh {
-        points: layer_nodes(&body.rays, body.n_layers),
-        cells,
-        groups,
-        ..Mesh::default()
-    };
     Ok(Sample {
-        mesh,
-        schedule: String::new(),
+        mesh: Mesh {
+            points: layer_nodes(&rays, grid.n_layers),
+            cells: volume.cells(),
+            groups,
+            ..Mesh::default()
+        },
+        schedule: schedule::blade(&geometry),
     })
 }
 
-/// The rays of a blade's grid.
-struct Body {
-    tube: Tube,
-    rays: Vec<Ray>,
-    n_layers: usize,
+/// The mesh and the schedule of a blade whose cylinder is a zone of its own.
+///
+/// The zone `rotor` is the cylinder of [`blade`], the zone `background` fills a larger one around
+/// it; they share the nodes of the cylinder between them, which has no tag. Tags `blade` and
+/// `farfield`.
+pub fn rotor(options: &BladeOptions) -> Result<Sample> {
+    let geometry = options.shape.resolve()?;
+    let grid = BladeGrid::new(&geometry, &options.size)?;
+    let n_around = (grid.n_layers / 5).max(2);
+    let n_rotor = grid.n_layers - n_around;
+    let rays = grid.rays(&geometry, n_rotor);
+    let mut points = layer_nodes(&rays, n_rotor);
+    points.extend(background_nodes(&geometry, &rays, n_around));
+    let volume = Extrusion::new(grid.tube.quads(), rays.len(), grid.n_layers, options.cells);
+    let groups = vec![
+        tag("rotor", 3, volume.layers(0..n_rotor)),
+        tag("background", 3, volume.layers(n_rotor..grid.n_layers)),
+        tag("blade", 2, volume.inner()),
+        tag("farfield", 2, volume.outer()),
+    ];
+    Ok(Sample {
+        mesh: Mesh {
+            points,
+            cells: volume.cells(),
+            groups,
+            ..Mesh::default()
+        },
+        schedule: schedule::rotor(&geometry),
+    })
 }
 
-impl Body {
+/// The grid on a blade and the layers around it.
+struct BladeGrid {
+    tube: Tube,
+    n_layers: usize,
+    /// Height of the wall cells, in mesh units.
+    first: f64,
+}
+
+impl BladeGrid {
     fn new(geometry: &Geometry, size: &SizeOptions) -> Result<Self> {
         let usual_layers = |nodes: usize| ((1.1 * (nodes as f64).cbrt()) as usize).clamp(16, 96);
-        let size = size.resolve(60_000, usual_layers, 240)?;
+        let size = size.resolve(NODES, usual_layers, LEAST_WALL)?;
         let tube = Tube::with_nodes(size.wall_nodes, SPAN_TO_CHORD);
-        let n_layers = size.layers(tube.n_nodes());
-        let shape = Shape::new(geometry, tube);
-        let first = size.first_cell * geometry.chord;
-        let rays = (0..tube.n_nodes())
+        Ok(Self {
+            tube,
+            n_layers: size.layers(tube.n_nodes()),
+            first: size.first_cell * geometry.chord,
+        })
+    }
+
+    /// The rays from blade to cylinder, in node order.
+    fn rays(&self, geometry: &Geometry, n_layers: usize) -> Vec<Ray> {
+        let shape = Shape::new(geometry, self.tube);
+        (0..self.tube.n_nodes())
             .into_par_iter()
             .map(|node| {
                 let pair = shape.pair(node);
-                Ray::new(pair.wall, pair.normal, pair.outer, first, n_layers)
+                Ray::new(pair.wall, pair.normal, pair.outer, self.first, n_layers)
             })
-            .collect();
-        Ok(Self {
-            tube,
-            rays,
-            n_layers,
-        })
+            .collect()
     }
+}
+
+/// Nodes of the layers outside the cylinder: on straight rays that go on with the height of the
+/// last layer inside.
+fn background_nodes(geometry: &Geometry, rays: &[Ray], n_around: usize) -> Vec<Vector> {
+    let onward: Vec<Ray> = rays
+        .par_iter()
+        .map(|ray| ray.onward(|node| geometry.cylinder.far(node), n_around))
+        .collect();
+    let mut nodes = layer_nodes(&onward, n_around);
+    nodes.drain(..rays.len());
+    nodes
 }

@@ -20,6 +20,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 /// Half of the angle that the leading band takes on the cylinder.
 const BAND_ANGLE: f64 = 0.66;
 
+/// Half width of the bands on the blade, in radii of the leading and the trailing edge.
+const BAND_REACH: f64 = 0.4;
+
 /// Where the patch's corners lie on the cylinder's ends, in its radius.
 const PATCH_CORNER: f64 = 0.55;
 
@@ -52,7 +55,8 @@ impl<'a> Shape<'a> {
         let section = Section::new();
         let ring = (tube.band / 2) as f64;
         let half_loop = tube.side + tube.band;
-        let ends = [NOSE_RADIUS, section.trailing_radius()].map(|radius| 0.75 * radius / ring);
+        let ends =
+            [NOSE_RADIUS, section.trailing_radius()].map(|radius| BAND_REACH * radius / ring);
         let parameters: Vec<f64> = graded_from_ends(section.length(), half_loop, ends)
             .into_iter()
             .map(|arc| section.parameter_at_arc(arc))
@@ -129,7 +133,13 @@ impl<'a> Shape<'a> {
             (Half::Rear, self.tube.side + ring)
         };
         let h = self.thickness[corner];
-        let reach = (0.9 * self.section.largest() / h - 1.0).clamp(0.1, 3.0);
+        // Not before the patch's corner, at 1.4 h, is well inside the last square.
+        let last = match half {
+            Half::Front => 3.0 * h,
+            Half::Rear => 0.97 * self.section.trailing_radius(),
+        };
+        let last = last.min(0.95 * self.section.largest());
+        let reach = (last / h - 1.0).max(1.0);
         let square = 1.0 - (self.thickness[i] / h - 1.0) / reach;
         (half, corner, square.clamp(0.0, 1.0))
     }
