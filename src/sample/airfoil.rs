@@ -79,6 +79,11 @@ impl Section {
         self.radius
     }
 
+    /// The parameter of the largest half thickness.
+    pub fn thickest(&self) -> f64 {
+        self.thickest
+    }
+
     /// Largest half thickness.
     pub fn largest(&self) -> f64 {
         self.point(self.thickest).at[1]

@@ -4,11 +4,18 @@
 //! schedules.
 
 mod airfoil;
+pub mod blade;
+pub mod block;
+pub mod extrude;
 pub mod naca0012;
 mod ray;
 pub mod size;
 mod spacing;
+mod split;
 
+pub use blade::{BladeOptions, BladeShape, blade, rotor};
+pub use block::{BlockOptions, block};
+pub use extrude::CellShape;
 pub use naca0012::{Naca0012Options, naca0012};
 pub use size::SizeOptions;
 

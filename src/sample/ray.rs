@@ -1,13 +1,16 @@
 //! Lines of nodes from a wall to the outer boundary.
 
 use super::spacing::{growth, height};
-use crate::geometry::vector::{Vector, add, distance, scale, sub};
+use crate::geometry::vector::{Vector, add, distance, norm, scale, sub};
+
+/// Part of the distance to the outer boundary that a ray starts with; a smaller one bends earlier.
+const START: f64 = 0.5;
 
 /// A line from a wall node, along its normal, bending towards a node of the outer boundary.
 ///
 /// Hermite's cubic `x(u)` with `x(0) = wall`, `x'(0) = D normal`, `x(1) = outer`,
-/// `x'(1) = outer - wall`, `D = |outer - wall|`. Nodes lie at `u = first height(layer) / D`, so the
-/// first cell is `first` high to `O(first / D)`.
+/// `x'(1) = outer - wall`, `D = |outer - wall| / 2`. Nodes lie at `u = first height(layer) / D`, so
+/// the first cell is `first` high to `O(first / D)`.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
     wall: Vector,
@@ -24,7 +27,8 @@ impl Ray {
     pub fn new(wall: Vector, normal: Vector, outer: Vector, first: f64, n_layers: usize) -> Self {
         let length = distance(wall, outer);
         let chord = sub(outer, wall);
-        let start = scale(normal, length);
+        let speed = START * length;
+        let start = scale(normal, speed);
         // x = wall + u a + u^2 b + u^3 c with b = 2 (chord - a) and c = a - chord.
         let bend = sub(chord, start);
         Self {
@@ -32,8 +36,25 @@ impl Ray {
             outer,
             n_layers,
             cubic: [start, scale(bend, 2.0), scale(bend, -1.0)],
+            first: first / speed,
+            growth: growth(first / speed, 1.0, n_layers),
+        }
+    }
+
+    /// A straight ray of `n_layers` layers from this one's last node, the first of them as high as
+    /// this one's last, to the point that `far` gives.
+    pub fn onward(&self, far: impl Fn(Vector) -> Vector, n_layers: usize) -> Self {
+        let first = distance(self.outer, self.node(self.n_layers - 1));
+        let outer = far(self.outer);
+        let along = sub(outer, self.outer);
+        let length = norm(along);
+        Self {
+            wall: self.outer,
+            outer,
+            n_layers,
+            cubic: [along, [0.0; 3], [0.0; 3]],
             first: first / length,
-            growth: growth(first, length, n_layers),
+            growth: growth(first / length, 1.0, n_layers),
         }
     }
 
