@@ -229,8 +229,7 @@ impl Cyclic {
 
 fn read_harmonics(entry: &Entry<'_>, unit: AngleUnit) -> Result<Vec<Harmonic>> {
     let read = |element: &Entry<'_>| {
-        let section =
-            element.section("a harmonic such as { sin = -7.65, cos = -0.96 }", &HARMONIC)?;
+        let section = element.section("a harmonic { sin, cos }", &HARMONIC)?;
         let angle = |key: &str| section.get(key).map_or(Ok(0.0), |entry| entry.angle(unit));
         Ok(Harmonic {
             sin: angle("sin")?,
@@ -277,10 +276,7 @@ impl Rigid {
 }
 
 fn read_rotation(entry: &Entry<'_>, unit: AngleUnit) -> Result<(Vector, Vector, f64)> {
-    let section = entry.section(
-        "rotate = { axis = [0.0, 0.0, 1.0], origin = [0.0, 0.0, 0.0], angle = 20.0 }",
-        &ROTATE,
-    )?;
+    let section = entry.section("rotate = { axis, origin, angle }", &ROTATE)?;
     let axis = section
         .require("axis", "axis = [0.0, 0.0, 1.0]")?
         .direction()?;

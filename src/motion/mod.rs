@@ -32,3 +32,6 @@ pub use schedule::Schedule;
 pub use steps::{MAX_STEPS, Step};
 pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
 pub use zones::DeformingZone;
+
+#[cfg(test)]
+mod tests;

@@ -68,15 +68,15 @@ pub struct Boundaries {
 impl Boundaries {
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
         let section = entry.section("[boundaries]", &BOUNDARIES)?;
-        let names = |key: &str| {
+        let names = |key: &str, what: &str| {
             let entry = section.get(key);
-            entry.map_or(Ok(Vec::new()), |entry| patterns(&entry, key))
+            entry.map_or(Ok(Vec::new()), |entry| patterns(&entry, what))
         };
         let known = [("fixed", Others::Fixed), ("free", Others::Free)];
         let others = section.get("others");
         Ok(Self {
-            zones: names("zones")?,
-            fixed: names("fixed")?,
+            zones: names("zones", "zones")?,
+            fixed: names("fixed", "tags")?,
             others: others
                 .map(|entry| entry.choice(&known, &["slide"]))
                 .transpose()?,

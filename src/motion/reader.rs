@@ -126,10 +126,11 @@ impl<'a> Section<'a> {
 
 /// "unknown ...; did you mean ...?", then all that are known.
 fn unknown(what: &str, found: &str, known: &[&str]) -> String {
-    let hint = nearest_name(found, known.iter().copied())
-        .map_or(String::new(), |name| format!("; did you mean `{name}`?"));
     let all = list(known.iter().copied());
-    format!("unknown {what}{hint}; known: {all}")
+    match nearest_name(found, known.iter().copied()) {
+        Some(name) => format!("unknown {what}; did you mean `{name}`? known: {all}"),
+        None => format!("unknown {what}; known: {all}"),
+    }
 }
 
 impl<'a> Entry<'a> {

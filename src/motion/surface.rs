@@ -166,9 +166,10 @@ fn nodes_of<'m>(tag: &'m Group, mesh: &'m Mesh) -> impl Iterator<Item = u32> + '
     runs.flat_map(|run| run.connectivity.iter().copied())
 }
 
-/// Whether a tag has a node in the zone.
+/// Whether a tag has a node in the zone that its interface does not hold fixed anyway.
 fn touches(tag: &Group, zone: Option<&DeformingZone>, mesh: &Mesh) -> bool {
-    nodes_of(tag, mesh).any(|node| is_in(zone, node))
+    nodes_of(tag, mesh)
+        .any(|node| zone.is_none_or(|zone| zone.nodes[node as usize] && !zone.is_interface(node)))
 }
 
 fn is_in(zone: Option<&DeformingZone>, node: u32) -> bool {
@@ -195,16 +196,16 @@ fn check_bodies(
         }
         let Some(zone) = zone else { continue };
         for tag in own() {
-            let free_to_move = |node: u32| {
-                zone.nodes[node as usize] && zone.interface_nodes.binary_search(&node).is_err()
-            };
+            let free_to_move = |node: u32| zone.nodes[node as usize] && !zone.is_interface(node);
             if let Some(node) = nodes_of(tags[tag], mesh).find(|&node| !free_to_move(node)) {
                 let place = match zone.nodes[node as usize] {
-                    true => "on the interface of the zones that deform, which stays fixed",
-                    false => "outside the zones that deform",
+                    true => {
+                        "on the interface to the other zones, which stays fixed; name those zones as well"
+                    }
+                    false => "outside the zones that deform; name its zone as well",
                 };
                 return Err(Error::input(format!(
-                    "tag \"{}\" moves with body \"{}\", but its node {node} is {place}; name the zones on both sides of it",
+                    "tag \"{}\" moves with body \"{}\", but its node {node} is {place}",
                     tags[tag].name, body.name
                 ))
                 .line(body.line));

@@ -18,6 +18,11 @@ pub struct DeformingZone {
 }
 
 impl DeformingZone {
+    /// Whether a node is shared with volume cells outside these zones.
+    pub fn is_interface(&self, node: u32) -> bool {
+        self.interface_nodes.binary_search(&node).is_ok()
+    }
+
     /// The zones that `patterns` name; `None` when there are no patterns.
     pub(super) fn find(patterns: &[Pattern], mesh: &Mesh) -> Result<Option<Self>> {
         if patterns.is_empty() {
