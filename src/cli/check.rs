@@ -32,7 +32,9 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
 
 fn role_name(plan: &Plan, role: Option<Role>) -> String {
     match role {
-        Some(Role::Moving(body)) => format!("moves with {}", plan.motion.bodies[usize::from(body)].name),
+        Some(Role::Moving(body)) => {
+            format!("moves with {}", plan.motion.bodies[usize::from(body)].name)
+        }
         Some(Role::Fixed) => "fixed".into(),
         Some(Role::Sliding) => "slides".into(),
         None => "free".into(),
@@ -43,7 +45,10 @@ fn role_name(plan: &Plan, role: Option<Role>) -> String {
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 48 * nodes + 8 * plan.modes.n_modes * deforming
+    plan.mesh.memory_bytes()
+        + plan.mesh.cells.len()
+        + 48 * nodes
+        + 8 * plan.modes.n_modes * deforming
 }
 
 fn as_json(plan: &Plan) -> Value {
@@ -79,20 +84,36 @@ fn as_text(plan: &Plan) -> String {
         let _ = writeln!(text, "{name:<22}{value}");
     };
     line("nodes", plan.reference.len().to_string());
-    line("surface nodes", format!(
-        "{} at {} places",
-        plan.surface.nodes.len() + plan.surface.n_coincident,
-        plan.surface.nodes.len()
-    ));
+    line(
+        "surface nodes",
+        format!(
+            "{} at {} places",
+            plan.surface.nodes.len() + plan.surface.n_coincident,
+            plan.surface.nodes.len()
+        ),
+    );
     for tag in &plan.motion.surface.tags {
         line("tag", format!("{}: {}", tag.tag, role_name(plan, tag.role)));
     }
-    line("kernel", format!("{}, support radius {}", plan.basis.kernel.name(), plan.basis.radius));
+    line(
+        "kernel",
+        format!(
+            "{}, support radius {}",
+            plan.basis.kernel.name(),
+            plan.basis.radius
+        ),
+    );
     line("tolerance", plan.tolerance.to_string());
     for choice in &plan.choices {
         line("", choice.clone());
     }
-    line("modes", format!("{}, off by {:.1e} at most", plan.modes.n_modes, plan.modes.truncation));
+    line(
+        "modes",
+        format!(
+            "{}, off by {:.1e} at most",
+            plan.modes.n_modes, plan.modes.truncation
+        ),
+    );
     if let Some(height) = plan.first_cells.smallest() {
         line("smallest first cell", format!("{height:.3e}"));
     }
@@ -102,7 +123,10 @@ fn as_text(plan: &Plan) -> String {
     line("meshes", gigabytes(estimate_bytes(&plan.mesh, n_steps)));
     line("azimuth_deg", "largest displacement".into());
     for step in plan.motion.steps.iter().step_by(n_steps.div_ceil(LISTED)) {
-        line(&format!("{:>11}", step.azimuth_deg), format!("{:.6}", plan.largest_displacement(step.index)));
+        line(
+            &format!("{:>11}", step.azimuth_deg),
+            format!("{:.6}", plan.largest_displacement(step.index)),
+        );
     }
     text
 }

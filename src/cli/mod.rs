@@ -1,7 +1,9 @@
 //! The command line: one file a command. The only floor that prints and knows exit codes.
 
+mod check;
 mod context;
 mod convert;
+mod deform;
 mod diff;
 mod info;
 mod progress;

@@ -22,7 +22,10 @@ impl Context {
 
 impl Bars {
     fn with(&self, act: impl FnOnce(&ProgressBar)) {
-        let guard = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let guard = self
+            .0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some(bar) = guard.as_ref() {
             act(bar);
         }
@@ -44,7 +47,10 @@ impl Progress for Bars {
         }
         bar.set_prefix(stage.to_owned());
         bar.enable_steady_tick(Duration::from_millis(200));
-        *self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(bar);
+        *self
+            .0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(bar);
     }
 
     fn advance(&self, n: u64) {

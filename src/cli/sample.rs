@@ -2,7 +2,7 @@
 
 use super::{Context, Outcome};
 use crate::error::{Error, Result};
-use crate::formats::save::save_text;
+use crate::formats::save_text;
 use crate::formats::{self, WriteOptions};
 use crate::mesh::Mesh;
 use crate::sample::{

@@ -40,7 +40,11 @@ pub fn save(plan: &Plan, selection: &Selection, path: &Path) -> Result<()> {
         error: selection.error,
         mesh_nodes: plan.reference.len(),
         mesh_points_blake3: hash_of(&plan.reference),
-        nodes: selection.base.iter().map(|&i| plan.surface.nodes[i]).collect(),
+        nodes: selection
+            .base
+            .iter()
+            .map(|&i| plan.surface.nodes[i])
+            .collect(),
     };
     let text = toml::to_string(&file)
         .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))?;
@@ -59,10 +63,15 @@ pub fn load(plan: &Plan, path: &Path) -> Result<Selection> {
     let file: BaseFile = toml::from_str(&text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start);
         let line = text[..start].bytes().filter(|b| *b == b'\n').count() + 1;
-        Error::input(error.message().to_owned()).line(line as u64).file(path)
+        Error::input(error.message().to_owned())
+            .line(line as u64)
+            .file(path)
     })?;
     check(plan, &file).map_err(|error| error.file(path))?;
-    let base = plan.surface.find(&file.nodes).map_err(|error| error.file(path))?;
+    let base = plan
+        .surface
+        .find(&file.nodes)
+        .map_err(|error| error.file(path))?;
     select::from_base(plan.basis, plan.targets(), base)
 }
 
@@ -73,7 +82,9 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.version
         )));
     }
-    if file.mesh_nodes != plan.reference.len() || file.mesh_points_blake3 != hash_of(&plan.reference) {
+    if file.mesh_nodes != plan.reference.len()
+        || file.mesh_points_blake3 != hash_of(&plan.reference)
+    {
         return Err(Error::input(format!(
             "the base points were chosen on another mesh: one of {} nodes, this has {}",
             file.mesh_nodes,
@@ -107,7 +118,11 @@ fn polydata(plan: &Plan, selection: &Selection) -> String {
     let base = &selection.base;
     let join = |values: Vec<String>| values.join(" ");
     let surface = &plan.surface;
-    let points = join(base.iter().map(|&i| surface.points[i].map(|x| x.to_string()).join(" ")).collect());
+    let points = join(
+        base.iter()
+            .map(|&i| surface.points[i].map(|x| x.to_string()).join(" "))
+            .collect(),
+    );
     let order = join((0..base.len()).map(|i| i.to_string()).collect());
     let after = join((1..=base.len()).map(|i| i.to_string()).collect());
     let nodes = join(base.iter().map(|&i| surface.nodes[i].to_string()).collect());
@@ -115,7 +130,9 @@ fn polydata(plan: &Plan, selection: &Selection) -> String {
     let bodies = join(base.iter().map(|&i| body(i)).collect());
     let n = base.len();
     let array = |kind: &str, name: &str, values: &str| {
-        format!("        <DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>\n")
+        format!(
+            "        <DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>\n"
+        )
     };
     format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n  \

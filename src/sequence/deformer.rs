@@ -26,7 +26,11 @@ impl<'a> Deformer<'a> {
     /// Evaluates the modes at every node that deforms, and corrects them so that the surface is
     /// exact.
     pub fn new(plan: &'a Plan, selection: &Selection, progress: &dyn Progress) -> Result<Self> {
-        let base: Vec<Vector> = selection.base.iter().map(|&i| plan.surface.points[i]).collect();
+        let base: Vec<Vector> = selection
+            .base
+            .iter()
+            .map(|&i| plan.surface.points[i])
+            .collect();
         let weighted = WeightedBase {
             basis: plan.basis,
             points: &base,
@@ -132,7 +136,9 @@ fn correct(plan: &Plan, selection: &Selection, field: &mut Field, warnings: &mut
         selection.error,
     );
     correction.add_to(field, &plan.reference);
-    let narrow = correction.narrowest_gap.filter(|gap| gap.width < NARROW * plan.tolerance);
+    let narrow = correction
+        .narrowest_gap
+        .filter(|gap| gap.width < NARROW * plan.tolerance);
     if let Some(gap) = narrow {
         warnings.push(format!(
             "two surfaces are {:.3e} apart at node {}, which is under {NARROW} tolerances; the correction \

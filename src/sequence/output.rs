@@ -50,7 +50,9 @@ impl Names {
     /// For a mesh of this name, in a format, with so many steps.
     pub fn new(folder: &Path, mesh: &Path, format: &dyn Format, n_steps: usize) -> Self {
         // "wing.su2.gz" gives wing_0000.
-        let name = mesh.file_stem().map_or("mesh".into(), |name| name.to_string_lossy());
+        let name = mesh
+            .file_stem()
+            .map_or("mesh".into(), |name| name.to_string_lossy());
         let inner = Path::new(&*name);
         let known = |e: &std::ffi::OsStr| matches!(e.to_str(), Some("vtu" | "msh" | "su2"));
         let stem = match inner.extension().is_some_and(known) {
@@ -67,7 +69,12 @@ impl Names {
 
     /// Name of the mesh of a step.
     pub fn mesh(&self, step: usize) -> String {
-        format!("{}_{step:0digits$}.{}", self.stem, self.extension, digits = self.digits)
+        format!(
+            "{}_{step:0digits$}.{}",
+            self.stem,
+            self.extension,
+            digits = self.digits
+        )
     }
 
     /// Path of the time series.
@@ -98,7 +105,10 @@ pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     };
     let mut found: Vec<PathBuf> = entries
         .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.file_name().is_some_and(|n| names.is_ours(&n.to_string_lossy())))
+        .filter(|path| {
+            path.file_name()
+                .is_some_and(|n| names.is_ours(&n.to_string_lossy()))
+        })
         .collect();
     found.sort();
     found
@@ -173,7 +183,12 @@ impl Table {
 
     /// Appends a row in one write.
     pub fn row(&mut self, values: &[String]) -> Result<()> {
-        let line = values.iter().map(|value| quoted(value)).collect::<Vec<_>>().join(",") + "\n";
+        let line = values
+            .iter()
+            .map(|value| quoted(value))
+            .collect::<Vec<_>>()
+            .join(",")
+            + "\n";
         let written = self.file.write_all(line.as_bytes());
         written.map_err(|error| Error::io(&self.path, &error))
     }
@@ -193,7 +208,10 @@ pub fn series(steps: &[(Step, String)]) -> String {
     );
     for (step, file) in steps {
         let time = step.time_s.unwrap_or(step.azimuth_deg);
-        let file = file.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+        let file = file
+            .replace('&', "&amp;")
+            .replace('<', "&lt;")
+            .replace('"', "&quot;");
         text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
     }
     text + "  </Collection>\n</VTKFile>\n"

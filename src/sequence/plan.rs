@@ -127,18 +127,32 @@ impl Plan {
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
         let zone = self.motion.zone.as_ref()?;
         let marked = zone.nodes.iter().zip(0..);
-        Some(marked.filter(|(inside, _)| **inside).map(|(_, node)| node).collect())
+        Some(
+            marked
+                .filter(|(inside, _)| **inside)
+                .map(|(_, node)| node)
+                .collect(),
+        )
     }
 }
 
 fn poses(motion: &Motion) -> Vec<Vec<Transform>> {
-    let of_body = |body| motion.steps.iter().map(|step| motion.pose(body, step)).collect();
+    let of_body = |body| {
+        motion
+            .steps
+            .iter()
+            .map(|step| motion.pose(body, step))
+            .collect()
+    };
     (0..motion.bodies.len()).map(of_body).collect()
 }
 
 fn moving_bounds(surface: &SurfacePoints) -> Bounds {
     let nodes = surface.points.iter().zip(&surface.body);
-    let moving: Vec<Vector> = nodes.filter(|(_, body)| body.is_some()).map(|(point, _)| *point).collect();
+    let moving: Vec<Vector> = nodes
+        .filter(|(_, body)| body.is_some())
+        .map(|(point, _)| *point)
+        .collect();
     Bounds::around(&moving)
 }
 
@@ -160,7 +174,10 @@ fn basis(
             None => Bounds::around(&mesh.points),
             Some(zone) => {
                 let nodes = mesh.points.iter().zip(&zone.nodes);
-                let inside: Vec<Vector> = nodes.filter(|(_, inside)| **inside).map(|(point, _)| *point).collect();
+                let inside: Vec<Vector> = nodes
+                    .filter(|(_, inside)| **inside)
+                    .map(|(point, _)| *point)
+                    .collect();
                 Bounds::around(&inside)
             }
         };
@@ -185,8 +202,10 @@ fn tolerance(
         false => first_cells.smallest(),
     };
     let tolerance = chosen.filter(|t| *t > 0.0).ok_or_else(|| {
-        Error::input("no tolerance can be chosen for this mesh; set selection.tolerance, in mesh units")
-            .file(&schedule.path)
+        Error::input(
+            "no tolerance can be chosen for this mesh; set selection.tolerance, in mesh units",
+        )
+        .file(&schedule.path)
     })?;
     choices.push(format!("selection.tolerance = {tolerance} (chosen)"));
     Ok(tolerance)

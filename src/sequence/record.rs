@@ -110,7 +110,9 @@ fn input(path: &Path) -> Result<Value> {
     if path.as_os_str() == "-" {
         return Ok(json!({ "file": "-" }));
     }
-    hasher.update_mmap_rayon(path).map_err(|error| Error::io(path, &error))?;
+    hasher
+        .update_mmap_rayon(path)
+        .map_err(|error| Error::io(path, &error))?;
     Ok(json!({
         "file": path.display().to_string(),
         "blake3": hasher.finalize().to_string(),

@@ -1,12 +1,12 @@
 //! The run: plan, base points, mode fields, then step after step; a step is written while the next
 //! one is computed.
 
+use super::base;
 use super::deformer::Deformer;
 use super::output::{self, COLUMNS, Names, Table};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::record::{Clock, Record, Timings};
-use super::base;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
 use crate::geometry::vector::{Vector, sub};
@@ -85,7 +85,10 @@ pub fn select_base(plan: &Plan, progress: &dyn Progress) -> Result<Selection> {
     progress.start("selection", None);
     let limits = Limits::in_rounds(plan.tolerance, plan.schedule.selection.max_points);
     let selection = select::select(plan.basis, targets, limits, &mut |n, error| {
-        progress.say(&format!("{n} base points, error {error:.2e} of {:.2e}", plan.tolerance));
+        progress.say(&format!(
+            "{n} base points, error {error:.2e} of {:.2e}",
+            plan.tolerance
+        ));
     });
     progress.finish();
     selection.map_err(|error| error.file(&plan.schedule.path))
@@ -109,9 +112,23 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     let format = formats::by_name(&plan.schedule.output.format)?;
     check_precision(plan)?;
     let dropped = format_holds(plan, format)?;
-    let names = Names::new(&request.folder, &request.mesh, format, plan.motion.steps.len());
-    let record = Record::new(names.path("run.json"), plan, &request.mesh, &plan.schedule.path)?;
-    let loaded = request.base.as_deref().map(|path| base::load(plan, path)).transpose()?;
+    let names = Names::new(
+        &request.folder,
+        &request.mesh,
+        format,
+        plan.motion.steps.len(),
+    );
+    let record = Record::new(
+        names.path("run.json"),
+        plan,
+        &request.mesh,
+        &plan.schedule.path,
+    )?;
+    let loaded = request
+        .base
+        .as_deref()
+        .map(|path| base::load(plan, path))
+        .transpose()?;
     output::prepare(&names, request.force)?;
     record.save()?;
     let mut run = Run {
@@ -131,7 +148,9 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
 
 /// Refuses conditions on columns that steps.csv does not have.
 pub fn check_conditions(fail_on: &[Criterion]) -> Result<()> {
-    fail_on.iter().try_for_each(|criterion| criterion.check_column(COLUMNS))
+    fail_on
+        .iter()
+        .try_for_each(|criterion| criterion.check_column(COLUMNS))
 }
 
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
@@ -215,7 +234,9 @@ impl Run {
         check_tolerance(plan, &selection)?;
         let mut mesh = std::mem::take(&mut plan.mesh);
         let deformer = Deformer::new(plan, &selection, progress)?;
-        self.finished.warnings.extend(deformer.warnings.iter().cloned());
+        self.finished
+            .warnings
+            .extend(deformer.warnings.iter().cloned());
         self.finished.timings.modes = clock.seconds() - self.finished.timings.selection;
         let errors = plan.criterion.largest_by_step(&selection.residuals);
         drop(selection);
@@ -254,10 +275,20 @@ impl Run {
             let (file, hash, seconds) = written?;
             self.finished.timings.steps += computed.seconds;
             self.finished.timings.writing += seconds;
-            let mut row = row(plan, step, &computed, selection_errors[step.index], self.finished.n_base);
+            let mut row = row(
+                plan,
+                step,
+                &computed,
+                selection_errors[step.index],
+                self.finished.n_base,
+            );
             set(&mut row, "file", file.clone());
             set(&mut row, "blake3", hash.to_string());
-            set(&mut row, "seconds", format!("{:.3}", computed.seconds + seconds));
+            set(
+                &mut row,
+                "seconds",
+                format!("{:.3}", computed.seconds + seconds),
+            );
             self.check_conditions(step, &row)?;
             table.row(&row)?;
             self.written.push((step.clone(), file));
@@ -303,7 +334,9 @@ impl Run {
             summary.inverted_cells.first().copied().unwrap_or_default()
         );
         match plan.schedule.output.on_inverted {
-            OnInverted::Stop => Err(Error::check(format!("{sentence}; stopped before writing it"))),
+            OnInverted::Stop => Err(Error::check(format!(
+                "{sentence}; stopped before writing it"
+            ))),
             OnInverted::Warn => {
                 finished.warnings.push(sentence);
                 Ok(())
@@ -330,7 +363,9 @@ impl Run {
     fn close(mut self, result: Result<()>, clock: &Clock) -> Result<Finished> {
         self.finished.timings.total = clock.seconds();
         let sizes = self.written.iter().filter_map(|(_, file)| {
-            std::fs::metadata(self.names.path(file)).ok().map(|found| found.len())
+            std::fs::metadata(self.names.path(file))
+                .ok()
+                .map(|found| found.len())
         });
         self.finished.mesh_bytes = sizes.max().unwrap_or(0);
         let outcome = match &result {
@@ -339,8 +374,10 @@ impl Run {
         };
         self.record.set("outcome", json!(outcome));
         self.record.set("steps_written", json!(self.written.len()));
-        self.record.set("inverted_steps", json!(self.finished.inverted_steps));
-        self.record.set("max_surface_error", json!(self.finished.surface_error));
+        self.record
+            .set("inverted_steps", json!(self.finished.inverted_steps));
+        self.record
+            .set("max_surface_error", json!(self.finished.surface_error));
         self.record.set("warnings", json!(self.finished.warnings));
         self.record.timings(&self.finished.timings);
         let series = match self.written.is_empty() {
@@ -385,7 +422,9 @@ fn compute(
     let clock = Clock::start();
     deformer.points_at(step, points);
     if plan.schedule.output.precision == Precision::F32 {
-        points.iter_mut().for_each(|x| *x = x.map(|x| f64::from(x as f32)));
+        points
+            .iter_mut()
+            .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
     }
     Computed {
         summary: reference.map(|reference| quality::assess(mesh, points, reference)),
@@ -399,7 +438,9 @@ fn compute(
 fn add_arrays(plan: &Plan, mesh: &mut Mesh, reference: Option<&Reference>) {
     if plan.schedule.output.displacement {
         let moved = mesh.points.iter().zip(&plan.reference);
-        let values = moved.flat_map(|(x, reference)| sub(*x, *reference)).collect();
+        let values = moved
+            .flat_map(|(x, reference)| sub(*x, *reference))
+            .collect();
         let array = DataArray::tuples("Displacement", 3, Values::F64(values));
         replace(&mut mesh.point_arrays, array);
     }
@@ -427,12 +468,28 @@ fn row(
     let mut row = vec![String::new(); COLUMNS.len()];
     set(&mut row, "step", step.index.to_string());
     set(&mut row, "azimuth_deg", step.azimuth_deg.to_string());
-    set(&mut row, "time_s", step.time_s.map_or(String::new(), |t| t.to_string()));
+    set(
+        &mut row,
+        "time_s",
+        step.time_s.map_or(String::new(), |t| t.to_string()),
+    );
     set(&mut row, "base_points", n_base.to_string());
-    set(&mut row, "max_displacement", plan.largest_displacement(step.index).to_string());
+    set(
+        &mut row,
+        "max_displacement",
+        plan.largest_displacement(step.index).to_string(),
+    );
     set(&mut row, "selection_error", selection_error.to_string());
-    set(&mut row, "max_surface_error", computed.surface_error.0.to_string());
-    set(&mut row, "rms_surface_error", computed.surface_error.1.to_string());
+    set(
+        &mut row,
+        "max_surface_error",
+        computed.surface_error.0.to_string(),
+    );
+    set(
+        &mut row,
+        "rms_surface_error",
+        computed.surface_error.1.to_string(),
+    );
     if let Some(ratio) = computed.first_cell_ratio {
         set(&mut row, "min_first_cell_ratio", ratio.to_string());
     }

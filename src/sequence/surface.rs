@@ -65,7 +65,10 @@ impl SurfacePoints {
             add(face.kind, face.nodes);
         }
         let none = Cells::new();
-        let interface = motion.zone.as_ref().map_or(&none, |zone| &zone.interface_faces);
+        let interface = motion
+            .zone
+            .as_ref()
+            .map_or(&none, |zone| &zone.interface_faces);
         for face in interface.iter() {
             add(face.kind, face.nodes);
         }
@@ -76,9 +79,13 @@ impl SurfacePoints {
         let mut sorted: Vec<(u32, usize)> = self.nodes.iter().copied().zip(0..).collect();
         sorted.sort_unstable();
         let find = |node: &u32| {
-            let at = sorted.binary_search_by_key(node, |entry| entry.0).map_err(|_| {
-                Error::input(format!("base point {node} is no surface node of this mesh and schedule"))
-            })?;
+            let at = sorted
+                .binary_search_by_key(node, |entry| entry.0)
+                .map_err(|_| {
+                    Error::input(format!(
+                        "base point {node} is no surface node of this mesh and schedule"
+                    ))
+                })?;
             Ok(sorted[at].1)
         };
         nodes.iter().map(find).collect()
@@ -120,16 +127,35 @@ fn triangles(kind: CellKind, nodes: &[u32]) -> Vec<[u32; 3]> {
         CellKind::Triangle => &[[0, 1, 2]],
         CellKind::Triangle6 => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
         CellKind::Quadrilateral => &[[0, 1, 2], [0, 2, 3]],
-        CellKind::Quadrilateral8 => &[[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 6], [4, 6, 7]],
+        CellKind::Quadrilateral8 => &[
+            [0, 4, 7],
+            [4, 1, 5],
+            [5, 2, 6],
+            [6, 3, 7],
+            [4, 5, 6],
+            [4, 6, 7],
+        ],
         CellKind::Quadrilateral9 => &[
-            [0, 4, 8], [0, 8, 7], [4, 1, 5], [4, 5, 8], [8, 5, 2], [8, 2, 6], [7, 8, 6], [7, 6, 3],
+            [0, 4, 8],
+            [0, 8, 7],
+            [4, 1, 5],
+            [4, 5, 8],
+            [8, 5, 2],
+            [8, 2, 6],
+            [7, 8, 6],
+            [7, 6, 3],
         ],
         CellKind::Polygon => {
-            return (2..nodes.len()).map(|i| [nodes[0], nodes[i - 1], nodes[i]]).collect();
+            return (2..nodes.len())
+                .map(|i| [nodes[0], nodes[i - 1], nodes[i]])
+                .collect();
         }
         _ => &[],
     };
-    split.iter().map(|corners| corners.map(|i| nodes[i])).collect()
+    split
+        .iter()
+        .map(|corners| corners.map(|i| nodes[i]))
+        .collect()
 }
 
 #[cfg(test)]

@@ -31,7 +31,8 @@ impl FirstCells {
                     let (a, b) = (cell[a as usize], cell[b as usize]);
                     for (on, off) in [(a, b), (b, a)] {
                         if wall[on as usize] != u32::MAX && wall[off as usize] == u32::MAX {
-                            let length = distance(mesh.points[on as usize], mesh.points[off as usize]);
+                            let length =
+                                distance(mesh.points[on as usize], mesh.points[off as usize]);
                             let entry = &mut shortest[wall[on as usize] as usize];
                             if (length, off) < (entry.1, entry.0) {
                                 *entry = (off, length);
@@ -41,9 +42,14 @@ impl FirstCells {
                 }
             }
         }
-        let found = nodes.iter().zip(shortest).filter(|(_, (off, _))| *off != u32::MAX);
+        let found = nodes
+            .iter()
+            .zip(shortest)
+            .filter(|(_, (off, _))| *off != u32::MAX);
         Self {
-            edges: found.map(|(&on, (off, length))| (on, off, length)).collect(),
+            edges: found
+                .map(|(&on, (off, length))| (on, off, length))
+                .collect(),
         }
     }
 

@@ -13,14 +13,20 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<()> {
     };
     let n = mesh.points.len();
     if n + zone.interface_nodes.len() > u32::MAX as usize {
-        return Err(Error::input("the mesh would have more than 4294967295 nodes"));
+        return Err(Error::input(
+            "the mesh would have more than 4294967295 nodes",
+        ));
     }
     let originals = zone.interface_nodes.clone();
     let copy = |node: u32| match originals.binary_search(&node) {
         Ok(at) => (n + at) as u32,
         Err(_) => node,
     };
-    mesh.cells = renumber(&mesh.cells, |cell, nodes| belongs(zone, &originals, cell, nodes), copy)?;
+    mesh.cells = renumber(
+        &mesh.cells,
+        |cell, nodes| belongs(zone, &originals, cell, nodes),
+        copy,
+    )?;
     zone.interface_faces = renumber(&zone.interface_faces, |_, _| true, copy)?;
     for &node in &originals {
         mesh.points.push(mesh.points[node as usize]);
@@ -32,7 +38,12 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<()> {
     }
     zone.interface_nodes = originals.iter().map(|&node| copy(node)).collect();
     let surface = &mut motion.surface.nodes;
-    let mut roles: Vec<_> = surface.nodes.iter().map(|&node| copy(node)).zip(surface.roles.clone()).collect();
+    let mut roles: Vec<_> = surface
+        .nodes
+        .iter()
+        .map(|&node| copy(node))
+        .zip(surface.roles.clone())
+        .collect();
     roles.sort_unstable_by_key(|entry| entry.0);
     (surface.nodes, surface.roles) = roles.into_iter().unzip();
     Ok(())
@@ -42,7 +53,9 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<()> {
 fn belongs(zone: &DeformingZone, interface: &[u32], cell: usize, nodes: &[u32]) -> bool {
     zone.cells[cell]
         || nodes.iter().all(|&node| zone.nodes[node as usize])
-            && nodes.iter().any(|node| interface.binary_search(node).is_err())
+            && nodes
+                .iter()
+                .any(|node| interface.binary_search(node).is_err())
 }
 
 fn renumber(
@@ -73,6 +86,8 @@ fn renumber(
 }
 
 fn repeat_tuples(array: &mut DataArray, n: usize, nodes: &[u32]) {
-    let keep: Vec<usize> = (0..n).chain(nodes.iter().map(|&node| node as usize)).collect();
+    let keep: Vec<usize> = (0..n)
+        .chain(nodes.iter().map(|&node| node as usize))
+        .collect();
     array.values = array.values.select(array.n_components, &keep);
 }
