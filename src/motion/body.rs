@@ -142,7 +142,7 @@ impl Body {
     pub(super) fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
         let section = entry.section("[[body]]", &BODY)?;
         let name = section.require("name", "name = \"blade\"")?;
-        let line = name.line;
+        let line = name.line();
         let name = name.string()?.to_owned();
         let tags = patterns(&section.require("tags", "tags = [\"blade\"]")?, "tags")?;
         let azimuth_offset = match section.get("azimuth_offset") {
@@ -178,7 +178,7 @@ pub(super) fn patterns(entry: &Entry<'_>, what: &str) -> Result<Vec<Pattern>> {
     let pattern = |element: &Entry<'_>| {
         Ok(Pattern {
             text: element.string()?.to_owned(),
-            line: element.line,
+            line: element.line(),
         })
     };
     elements.iter().map(pattern).collect()
@@ -220,7 +220,7 @@ impl Cyclic {
         };
         if !(cyclic.flap.is_zero() && cyclic.lag.is_zero()) {
             let lines =
-                ["coning", "flap", "lag"].map(|key| section.get(key).map(|entry| entry.line));
+                ["coning", "flap", "lag"].map(|key| section.get(key).map(|entry| entry.line()));
             cyclic.out_of_plane = lines.into_iter().flatten().min();
         }
         Ok(cyclic)
@@ -253,14 +253,14 @@ impl Rigid {
         if let Some(rotate) = section.get("rotate") {
             let (axis, origin, angle) = read_rotation(&rotate, unit)?;
             if (axis[0], axis[1]) != (0.0, 0.0) {
-                leaves_plane.push(rotate.line);
+                leaves_plane.push(rotate.line());
             }
             rigid.rotate = Some((axis, origin, angle));
         }
         if let Some(translate) = section.get("translate") {
             rigid.translate = translate.numbers()?;
             if rigid.translate[2] != 0.0 {
-                leaves_plane.push(translate.line);
+                leaves_plane.push(translate.line());
             }
         }
         if rigid.rotate.is_none() && section.get("translate").is_none() {

@@ -33,8 +33,8 @@ pub(super) struct Entry<'a> {
     text: &'a str,
     key: &'a str,
     value: &'a DeValue<'a>,
-    /// Line of the key, or of the element in an array.
-    pub line: u64,
+    /// Byte offset of the key, or of the element in an array.
+    offset: usize,
 }
 
 /// Unit of the angles that a person wrote.
@@ -63,7 +63,7 @@ impl AngleUnit {
 /// One-based line of a byte offset.
 pub(super) fn line_at(text: &str, offset: usize) -> u64 {
     let before = &text.as_bytes()[..offset.min(text.len())];
-    1 + memchr::memchr_iter(b'\n', before).count() as u64
+    1 + before.iter().filter(|byte| **byte == b'\n').count() as u64
 }
 
 impl<'a> Section<'a> {
@@ -85,7 +85,7 @@ impl<'a> Section<'a> {
             text: self.text,
             key: name.get_ref(),
             value: value.get_ref(),
-            line: line_at(self.text, name.span().start),
+            offset: name.span().start,
         })
     }
 
@@ -134,9 +134,15 @@ fn unknown(what: &str, found: &str, known: &[&str]) -> String {
 }
 
 impl<'a> Entry<'a> {
+    /// Line of the key, or of the element in an array. O(bytes before it), so asked for only where
+    /// it is needed.
+    pub(super) fn line(&self) -> u64 {
+        line_at(self.text, self.offset)
+    }
+
     /// An error at this line: what the key holds is wrong.
     pub(super) fn error(&self, message: &str) -> Error {
-        Error::input(format!("`{}` {message}", self.key)).line(self.line)
+        Error::input(format!("`{}` {message}", self.key)).line(self.line())
     }
 
     fn expected(&self, expected: &str) -> Error {
@@ -241,7 +247,7 @@ impl<'a> Entry<'a> {
         }
         let all: Vec<&str> = names().collect();
         let what = format!("{} \"{}\"", self.key, found.escape_debug());
-        Err(Error::input(unknown(&what, found, &all)).line(self.line))
+        Err(Error::input(unknown(&what, found, &all)).line(self.line()))
     }
 
     /// The elements of an array, each with its own line.
@@ -251,7 +257,7 @@ impl<'a> Entry<'a> {
         };
         let element = |value: &'a toml::Spanned<DeValue<'a>>| Entry {
             value: value.get_ref(),
-            line: line_at(self.text, value.span().start),
+            offset: value.span().start,
             ..*self
         };
         Ok(array.iter().map(element).collect())
@@ -289,7 +295,7 @@ impl<'a> Entry<'a> {
             text: self.text,
             title,
             table,
-            line: self.line,
+            line: self.line(),
         }
         .checked(keys)
     }

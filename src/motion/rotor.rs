@@ -101,16 +101,16 @@ impl Rotor {
         ] {
             if let Some(entry) = section.get(key) {
                 *axis = Some(entry.direction()?);
-                rotor.axis_line = Some(entry.line);
+                rotor.axis_line = Some(entry.line());
             }
         }
         if let Some(frame) = section.get("frame") {
-            rotor.frame_line = frame.line;
+            rotor.frame_line = frame.line();
             let known = [("rotating", Frame::Rotating), ("inertial", Frame::Inertial)];
             rotor.frame = frame.choice(&known, &[])?;
         }
         if let Some(rpm) = section.get("rpm") {
-            rotor.rpm_line = Some(rpm.line);
+            rotor.rpm_line = Some(rpm.line());
             rotor.rpm = Some(rpm.positive()?);
         }
         for (key, sign) in [

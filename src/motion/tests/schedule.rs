@@ -3,8 +3,8 @@
 use super::{one_body, parse};
 use crate::formats::{Compression, Encoding, Precision};
 use crate::motion::{
-    Frame, Harmonic, KernelName, OnInverted, Others, OutputOptions, QualityOutput, RbfOptions,
-    Schedule, SelectionMethod, SelectionOptions,
+    Frame, Harmonic, KernelName, MAX_STEPS, OnInverted, Others, OutputOptions, QualityOutput,
+    RbfOptions, Schedule, SelectionMethod, SelectionOptions,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -47,7 +47,7 @@ fixed = ["farfield"]
 others = "free"
 [rbf]
 kernel = "wendland-c4"
-support_radius = 5.625
+support_radius = 5.6_25
 polynomial = "none"
 interpolate = "displacement"
 substeps = 1
@@ -216,6 +216,34 @@ fn angles_may_be_in_radians() {
         (0.5, 0.25, 0.125)
     );
     assert_eq!(schedule.steps[1].azimuth, 30.0);
+}
+
+#[test]
+fn the_examples_of_the_schedule_page_mean_the_same() {
+    let page = include_str!("../../../docs/schedule.md");
+    let examples: Vec<Schedule> = page
+        .split("```toml\n")
+        .skip(1)
+        .map(|rest| rest.split("```").next().expect("split gives one at least"))
+        .map(|text| parse(text).expect("a good schedule"))
+        .collect();
+    let [short, long] = &examples[..] else {
+        panic!("two examples");
+    };
+    assert_eq!(short.steps, long.steps);
+    assert_eq!(short.rotor, long.rotor);
+    assert_eq!(short.bodies[0].cyclic, long.bodies[0].cyclic);
+    assert_eq!((short.rbf, short.selection), (long.rbf, long.selection));
+}
+
+#[test]
+fn a_million_steps_are_read_and_deep_nesting_is_refused() {
+    let values = "0.5,\n".repeat(MAX_STEPS);
+    let body = "[[body]]\nname = \"a\"\ntags = [\"a\"]\ncyclic = {}\n";
+    let schedule = parse(&format!("azimuth.values = [{values}]\n{body}")).expect("it is good");
+    assert_eq!(schedule.steps.len(), MAX_STEPS);
+    assert!(parse(&format!("azimuth.values = [{values}1]\n{body}")).is_err());
+    assert!(parse(&format!("version = {}", "[".repeat(100_000))).is_err());
 }
 
 #[test]

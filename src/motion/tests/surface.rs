@@ -92,6 +92,46 @@ fn only_the_named_zones_deform_and_their_interface_stays() {
 }
 
 #[test]
+fn an_interface_in_two_dimensions_is_made_of_edges() {
+    let mut mesh = two_squares();
+    mesh.groups
+        .extend([group(2, "near", &[0]), group(2, "far", &[1])]);
+    let motion =
+        resolve(&mesh, &format!("{BLADE}[boundaries]\nzones = [\"near\"]")).expect("it fits");
+    let zone = motion.zone.as_ref().expect("there is one");
+    assert_eq!(zone.interface_nodes, [2, 3]);
+    assert_eq!(zone.interface_faces.len(), 1);
+    assert_eq!(zone.interface_faces.get(0).kind, CellKind::Line);
+    assert_eq!(
+        roles(&motion),
+        [(0, Moving(0)), (1, Moving(0)), (2, Fixed), (3, Fixed)]
+    );
+}
+
+#[test]
+fn an_interface_of_polyhedra_is_made_of_their_faces() {
+    let mut mesh = two_cubes();
+    let hexahedra = std::mem::take(&mut mesh.cells);
+    for cell in hexahedra.iter() {
+        if cell.kind != CellKind::Hexahedron {
+            mesh.cells.push(cell.kind, cell.nodes);
+            continue;
+        }
+        let mut stream = vec![6];
+        for face in cell.kind.faces() {
+            stream.push(face.len() as u32);
+            stream.extend(face.iter().map(|&i| cell.nodes[i as usize]));
+        }
+        mesh.cells.push_polyhedron(&stream).expect("a good stream");
+    }
+    let tail = format!("{BLADE}[boundaries]\nzones = [\"rotor\"]\nfixed = [\"hub\"]");
+    let motion = resolve(&mesh, &tail).expect("it fits");
+    let zone = motion.zone.as_ref().expect("there is one");
+    assert_eq!(zone.interface_nodes, [4, 5, 6, 7]);
+    assert_eq!(zone.interface_faces.get(0).nodes, [4, 5, 6, 7]);
+}
+
+#[test]
 fn both_zones_together_have_no_interface() {
     let tail = format!("{BLADE}[boundaries]\nzones = [\"*\"]\nothers = \"free\"");
     let motion = resolve(&two_cubes(), &tail).expect("it fits");
