@@ -194,6 +194,15 @@ impl Table {
     }
 }
 
+/// The shortest text that reads back as the same number.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-4..1e9).contains(&size) => value.to_string(),
+        _ => format!("{value:e}"),
+    }
+}
+
 fn quoted(value: &str) -> String {
     match value.contains([',', '"', '\n']) {
         true => format!("\"{}\"", value.replace('"', "\"\"")),
@@ -215,4 +224,26 @@ pub fn series(steps: &[(Step, String)]) -> String {
         text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
     }
     text + "  </Collection>\n</VTKFile>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_as_they_were() {
+        for value in [0.0, 1.0, 37.0, 0.1 + 0.2, 1e-17, -2.9753038973609e-9, 1e300] {
+            assert_eq!(number(value).parse::<f64>(), Ok(value));
+        }
+        assert_eq!(number(1e-17), "1e-17");
+    }
+
+    #[test]
+    fn a_mesh_is_named_without_its_endings() {
+        let vtu = crate::formats::by_name("vtu").expect("it is known");
+        let name = |mesh: &str, n| Names::new(Path::new("d"), Path::new(mesh), vtu, n).mesh(7);
+        assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
+        assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
+        assert_eq!(name("-", 1), "-_0007.vtu");
+    }
 }

@@ -5,7 +5,8 @@ use super::surface::SurfacePoints;
 use super::wall::FirstCells;
 use super::zone;
 use crate::error::{Error, Result};
-use crate::geometry::{Bounds, Transform, vector::Vector};
+use crate::geometry::vector::{Vector, distance};
+use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Modes, RigidSurface};
 use crate::motion::{KernelName, Motion, Schedule, Step};
@@ -115,12 +116,12 @@ impl Plan {
 
     /// Largest prescribed displacement of a surface node at a step, in the rotating frame.
     pub fn largest_displacement(&self, step: usize) -> f64 {
-        let nodes = 0..self.surface.nodes.len();
-        let squares = nodes.map(|node| {
-            let d = self.modes.displacement(node, step);
-            d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-        });
-        squares.fold(0.0, f64::max).sqrt()
+        let step = &self.motion.steps[step];
+        let bodies = 0..self.motion.bodies.len();
+        let poses: Vec<Transform> = bodies.map(|body| self.motion.pose(body, step)).collect();
+        let nodes = self.surface.points.iter().zip(&self.surface.body);
+        let moved = nodes.filter_map(|(x, body)| Some(distance(poses[(*body)?].apply(*x), *x)));
+        moved.fold(0.0, f64::max)
     }
 
     /// The nodes that deform, ascending; `None` for all.

@@ -3,7 +3,7 @@
 
 use super::base;
 use super::deformer::Deformer;
-use super::output::{self, COLUMNS, Names, Table};
+use super::output::{self, COLUMNS, Names, Table, number};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::record::{Clock, Record, Timings};
@@ -21,6 +21,8 @@ use std::path::PathBuf;
 const F32_CHANGE: f64 = 0.01;
 /// Base points for which the dense matrix still fits a workstation: 12.8 GB.
 const MOST_DENSE: usize = 40_000;
+/// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
+const SELECTED: f64 = 0.99;
 
 /// What a run is asked for.
 #[derive(Debug, Clone)]
@@ -83,7 +85,10 @@ pub fn select_base(plan: &Plan, progress: &dyn Progress) -> Result<Selection> {
         return selection.map_err(|error| error.file(&plan.schedule.path));
     }
     progress.start("selection", None);
-    let limits = Limits::in_rounds(plan.tolerance, plan.schedule.selection.max_points);
+    let limits = Limits::in_rounds(
+        SELECTED * plan.tolerance,
+        plan.schedule.selection.max_points,
+    );
     let selection = select::select(plan.basis, targets, limits, &mut |n, error| {
         progress.say(&format!(
             "{n} base points, error {error:.2e} of {:.2e}",
@@ -479,23 +484,23 @@ fn row(
         "max_displacement",
         plan.largest_displacement(step.index).to_string(),
     );
-    set(&mut row, "selection_error", selection_error.to_string());
+    set(&mut row, "selection_error", number(selection_error));
     set(
         &mut row,
         "max_surface_error",
-        computed.surface_error.0.to_string(),
+        number(computed.surface_error.0),
     );
     set(
         &mut row,
         "rms_surface_error",
-        computed.surface_error.1.to_string(),
+        number(computed.surface_error.1),
     );
     if let Some(ratio) = computed.first_cell_ratio {
-        set(&mut row, "min_first_cell_ratio", ratio.to_string());
+        set(&mut row, "min_first_cell_ratio", number(ratio));
     }
     for (column, value) in computed.summary.iter().flat_map(Summary::columns) {
         if let Some(value) = value {
-            set(&mut row, column, value.to_string());
+            set(&mut row, column, number(value));
         }
     }
     row
