@@ -59,10 +59,7 @@ impl<'a> Shape<'a> {
             size: BAND_REACH * radius / ring,
             hold: hold * radius,
         };
-        let ends = [
-            end(NOSE_RADIUS, 0.45),
-            end(section.trailing_radius(), 1.0),
-        ];
+        let ends = [end(NOSE_RADIUS, 0.45), end(section.trailing_radius(), 1.0)];
         let parameters: Vec<f64> = graded_from_ends(section.length(), half_loop, ends)
             .into_iter()
             .map(|arc| section.parameter_at_arc(arc))
