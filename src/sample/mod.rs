@@ -42,3 +42,6 @@ fn tag(name: &str, dimension: u8, range: Range<usize>) -> Group {
         cells,
     }
 }
+
+#[cfg(test)]
+mod tests;

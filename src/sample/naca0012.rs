@@ -5,7 +5,7 @@
 use super::airfoil::{NOSE_RADIUS, Section};
 use super::ray::Ray;
 use super::size::SizeOptions;
-use super::spacing::graded_from_ends;
+use super::spacing::{LineEnd, graded_from_ends};
 use super::{Sample, tag};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
@@ -39,9 +39,16 @@ pub fn naca0012(options: &Naca0012Options) -> Result<Sample> {
 fn rays(n_side: usize, first: f64, n_layers: usize) -> Vec<Ray> {
     let section = Section::new();
     let cells_at_ends = (n_side as f64 / 16.0).max(2.0);
+    let quarter = FRAC_PI_2 * section.trailing_radius();
     let ends = [
-        FRAC_PI_2 * section.trailing_radius() / cells_at_ends,
-        NOSE_RADIUS / cells_at_ends,
+        LineEnd {
+            size: quarter / cells_at_ends,
+            hold: quarter,
+        },
+        LineEnd {
+            size: NOSE_RADIUS / cells_at_ends,
+            hold: 0.0,
+        },
     ];
     let arcs = graded_from_ends(section.length(), n_side, ends);
     (0..2 * n_side)

@@ -46,12 +46,24 @@ fn cell_count(length: f64, spacing: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>)
     (at, count)
 }
 
-/// Positions of `n_cells + 1` nodes between two ends where the cells are to have the sizes `ends`,
-/// growing away from both at the rate that makes `n_cells` fit. Where no rate does, all sizes are
-/// scaled alike.
-pub fn graded_from_ends(length: f64, n_cells: usize, ends: [f64; 2]) -> Vec<f64> {
+/// An end of a line: the size of the cells there, and how far they keep it.
+#[derive(Debug, Clone, Copy)]
+pub struct LineEnd {
+    /// Size of the cells.
+    pub size: f64,
+    /// Distance from the end up to which cells have that size.
+    pub hold: f64,
+}
+
+/// Positions of `n_cells + 1` nodes between two ends, the cells growing away from both at the rate
+/// that makes `n_cells` fit. Where no rate does, all sizes are scaled alike.
+pub fn graded_from_ends(length: f64, n_cells: usize, ends: [LineEnd; 2]) -> Vec<f64> {
+    let from = |end: LineEnd, rate: f64, x: f64| end.size + rate * (x - end.hold).max(0.0);
     let size = |rate: f64| {
-        move |x: f64| 1.0 / (1.0 / (ends[0] + rate * x) + 1.0 / (ends[1] + rate * (length - x)))
+        move |x: f64| {
+            let sizes = [from(ends[0], rate, x), from(ends[1], rate, length - x)];
+            1.0 / (1.0 / sizes[0] + 1.0 / sizes[1])
+        }
     };
     let fits = |rate: f64| {
         let (_, count) = cell_count(length, size(rate));
@@ -106,7 +118,11 @@ mod tests {
 
     #[test]
     fn graded_nodes_ascend_from_end_to_end() {
-        let at = graded_from_ends(1.0, 40, [1e-3, 1e-2]);
+        let at = graded_from_ends(
+            1.0,
+            40,
+            [1e-3, 1e-2].map(|size| LineEnd { size, hold: 0.0 }),
+        );
         assert_eq!((at.len(), at[0], at[40]), (41, 0.0, 1.0));
         assert!(at.windows(2).all(|pair| pair[0] < pair[1]));
         assert!((at[1] - 1e-3).abs() < 3e-4, "{}", at[1]);

@@ -14,14 +14,14 @@ use super::geometry::Geometry;
 use super::tube::{End, Place, Tube};
 use crate::geometry::vector::{Vector, unit};
 use crate::sample::airfoil::{Half, NOSE_RADIUS, Section};
-use crate::sample::spacing::graded_from_ends;
+use crate::sample::spacing::{LineEnd, graded_from_ends};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Half of the angle that the leading band takes on the cylinder.
 const BAND_ANGLE: f64 = 0.66;
 
 /// Half width of the bands on the blade, in radii of the leading and the trailing edge.
-const BAND_REACH: f64 = 0.4;
+const BAND_REACH: f64 = 0.45;
 
 /// Where the patch's corners lie on the cylinder's ends, in its radius.
 const PATCH_CORNER: f64 = 0.55;
@@ -55,8 +55,11 @@ impl<'a> Shape<'a> {
         let section = Section::new();
         let ring = (tube.band / 2) as f64;
         let half_loop = tube.side + tube.band;
-        let ends =
-            [NOSE_RADIUS, section.trailing_radius()].map(|radius| BAND_REACH * radius / ring);
+        let end = |radius: f64, hold: f64| LineEnd {
+            size: BAND_REACH * radius / ring,
+            hold: hold * radius,
+        };
+        let ends = [end(NOSE_RADIUS, 0.45), end(section.trailing_radius(), 1.0)];
         let parameters: Vec<f64> = graded_from_ends(section.length(), half_loop, ends)
             .into_iter()
             .map(|arc| section.parameter_at_arc(arc))
@@ -69,7 +72,7 @@ impl<'a> Shape<'a> {
         let cap = geometry.chord * section.largest();
         let size = PI * cap / (2 * tube.band) as f64;
         let length = geometry.radius - geometry.root - 2.0 * cap;
-        let stations = graded_from_ends(length, tube.span, [size, size])
+        let stations = graded_from_ends(length, tube.span, [LineEnd { size, hold: 0.0 }; 2])
             .into_iter()
             .map(|x| geometry.root + cap + x)
             .collect();

@@ -50,8 +50,8 @@ impl Tube {
     /// The tube with about `n_nodes` nodes, and with `aspect` times as many cells along the span
     /// as from leading to trailing edge.
     pub fn with_nodes(n_nodes: usize, aspect: f64) -> Self {
-        // Nodes are about 2 aspect (half loop)^2, and a band about a quarter of the half loop.
-        let usual = (n_nodes as f64 / (2.0 * aspect + 0.8)).sqrt();
+        // Nodes are about 2 aspect (half loop)^2, and a band about a sixth of the half loop.
+        let usual = (n_nodes as f64 / (2.0 * aspect + 0.6)).sqrt();
         let from = (0.8 * usual) as usize;
         let to = (1.2 * usual) as usize + 1;
         (from.max(6)..=to.max(7))
@@ -64,7 +64,7 @@ impl Tube {
     }
 
     fn with_half_loop(half_loop: usize, n_nodes: usize) -> Self {
-        let band = (2 * ((half_loop as f64 / 8.0).round() as usize)).clamp(2, 48);
+        let band = (2 * ((half_loop as f64 / 12.0).round() as usize)).clamp(2, 48);
         let side = half_loop - band;
         let tube = Self {
             side,
