@@ -224,7 +224,7 @@ impl<'a> Fields<'a> {
     #[cold]
     fn wrong(&mut self, start: usize, expected: &str, what: &str) -> Error {
         self.at = start;
-        let line = line_of(self.bytes, start);
+        let line = line_of(self.bytes, start.min(self.end.saturating_sub(1)));
         let found = match self.word() {
             Some(word) => shown(word),
             None => "the end of the line".into(),

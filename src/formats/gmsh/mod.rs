@@ -85,3 +85,6 @@ fn is_msh(head: &[u8]) -> bool {
         .iter()
         .any(|start| head.starts_with(start))
 }
+
+#[cfg(test)]
+mod tests;

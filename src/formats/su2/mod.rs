@@ -45,3 +45,6 @@ fn holds(kind: CellKind) -> bool {
         Vertex | Line | Triangle | Quadrilateral | Tetrahedron | Hexahedron | Wedge | Pyramid
     )
 }
+
+#[cfg(test)]
+mod tests;

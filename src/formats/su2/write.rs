@@ -17,6 +17,9 @@ pub(super) fn write(
     check(mesh, dimension)?;
     let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     let mut notes = left_out("SU2", mesh, options);
+    if dimension == 2 {
+        notes.extend(height(mesh)?);
+    }
     notes.extend(dropped(mesh));
     write_all(
         out,
@@ -67,16 +70,24 @@ fn check(mesh: &Mesh, dimension: usize) -> Result<()> {
             run.kind.name()
         )));
     }
-    if dimension == 3 {
-        return Ok(());
+    Ok(())
+}
+
+/// Plane meshes are written without z: refuses one that is not plane, to round-off; a sentence
+/// about the height of one that is.
+fn height(mesh: &Mesh) -> Result<Option<String>> {
+    let Some([low, high]) = mesh.bounds() else {
+        return Ok(None);
+    };
+    let size = (high[0] - low[0]).max(high[1] - low[1]);
+    if high[2] - low[2] > 1e-12 * size {
+        return Err(Error::input(format!(
+            "z goes from {} to {}; SU2 holds surface meshes only in a plane of constant z",
+            low[2], high[2]
+        )));
     }
-    match mesh.points.iter().position(|point| point[2] != 0.0) {
-        None => Ok(()),
-        Some(i) => Err(Error::input(format!(
-            "node {i} has z = {}; a plane mesh in SU2 has no z, it must be 0 at every node",
-            mesh.points[i][2]
-        ))),
-    }
+    let lies_flat = low[2] == 0.0 && high[2] == 0.0;
+    Ok((!lies_flat).then(|| format!("SU2 holds no z of a plane mesh; left out: z = {}", high[2])))
 }
 
 /// Sentences about cells and groups that are not written.
