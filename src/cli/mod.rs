@@ -4,6 +4,7 @@ mod context;
 mod convert;
 mod diff;
 mod info;
+mod output;
 mod quality;
 mod sample;
 

@@ -81,15 +81,18 @@ pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary 
     let (parts, histogram) = (0..n_cells.div_ceil(CHUNK))
         .into_par_iter()
         .with_min_len(16)
-        .fold(new, |(mut parts, mut histogram): (Vec<Part>, Histogram), chunk| {
-            let mut part = Part::new();
-            let facing = reference.facing();
-            visit::volume_cells(mesh, points, facing, range(chunk), |cell, metrics| {
-                part.take(cell, &metrics, reference, &mut histogram);
-            });
-            parts.push(part);
-            (parts, histogram)
-        })
+        .fold(
+            new,
+            |(mut parts, mut histogram): (Vec<Part>, Histogram), chunk| {
+                let mut part = Part::new();
+                let facing = reference.facing();
+                visit::volume_cells(mesh, points, facing, range(chunk), |cell, metrics| {
+                    part.take(cell, &metrics, reference, &mut histogram);
+                });
+                parts.push(part);
+                (parts, histogram)
+            },
+        )
         .reduce(new, |(mut parts, mut histogram), (more, counts)| {
             parts.extend(more);
             histogram.merge(&counts);
@@ -154,7 +157,11 @@ impl Part {
             all.add(scaled);
             lower(&mut self.min_scaled, scaled, cell);
         }
-        raise(&mut self.max_edge_ratio_squared, metrics.edge_ratio_squared(), cell);
+        raise(
+            &mut self.max_edge_ratio_squared,
+            metrics.edge_ratio_squared(),
+            cell,
+        );
         // An arc cosine only for angles beyond all seen before.
         if !self.angles.cover(&metrics.angles) {
             self.angles.merge(&metrics.angles);
@@ -183,7 +190,10 @@ impl Part {
             }
         }
         let pairs = [
-            (&mut self.max_edge_ratio_squared, next.max_edge_ratio_squared),
+            (
+                &mut self.max_edge_ratio_squared,
+                next.max_edge_ratio_squared,
+            ),
             (&mut self.max_skew, next.max_skew),
         ];
         for (mine, theirs) in pairs {

@@ -32,7 +32,9 @@ pub(super) fn volume_cells(
         let toward = |cell: usize| facing.of(cell);
         let visit = &mut visit;
         match run.kind.linear() {
-            CellKind::Triangle => each(&run, points, |i, p| visit(i, plane::triangle(p, toward(i)))),
+            CellKind::Triangle => {
+                each(&run, points, |i, p| visit(i, plane::triangle(p, toward(i))))
+            }
             CellKind::Quadrilateral => each(&run, points, |i, p| {
                 visit(i, plane::quadrilateral(p, toward(i)));
             }),
@@ -49,7 +51,10 @@ pub(super) fn volume_cells(
             CellKind::Polyhedron => {
                 for (i, nodes) in (run.first_cell..).zip(run.cells()) {
                     let faces = mesh.cells.polyhedron_faces(i);
-                    visit(i, solid::polyhedron(faces, points, points[nodes[0] as usize]));
+                    visit(
+                        i,
+                        solid::polyhedron(faces, points, points[nodes[0] as usize]),
+                    );
                 }
             }
             _ => {} // a mesh of lines or vertices has no quality
