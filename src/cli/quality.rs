@@ -186,12 +186,10 @@ fn as_text(summary: &Summary, worst: &[WorstCell]) -> String {
     for (name, value) in summary.columns() {
         let at =
             extreme(summary, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));
-        row(
-            name,
-            value.map_or_else(|| "-".into(), |x| format!("{x}{at}")),
-        );
+        let value = value.map_or_else(|| "-".into(), number);
+        row(name, format!("{value}{at}"));
     }
-    row("total_volume", summary.total_volume.to_string());
+    row("total_volume", number(summary.total_volume));
     if !summary.inverted_cells.is_empty() {
         let first: Vec<String> = summary
             .inverted_cells
@@ -207,11 +205,23 @@ fn as_text(summary: &Summary, worst: &[WorstCell]) -> String {
             false => format!(", at {}", cell.tags.join(", ")),
         };
         let (i, kind, scaled) = (cell.cell, cell.kind, cell.scaled_jacobian);
-        let line = format!("scaled Jacobian {scaled:.6}, volume {:e}", cell.volume);
-        writeln!(text, "{kind} {i} at ({x:.6} {y:.6} {z:.6}): {line}{tags}")
-            .expect("a string takes any text");
+        let line = format!("scaled Jacobian {scaled:.6e}, volume {:.6e}", cell.volume);
+        writeln!(
+            text,
+            "{kind} {i} at ({x:.6e} {y:.6e} {z:.6e}): {line}{tags}"
+        )
+        .expect("a string takes any text");
     }
     text
+}
+
+/// A count without a point, anything else with an exponent where it is very small or large.
+fn number(x: f64) -> String {
+    if x == x.trunc() && x.abs() < 1e15 {
+        format!("{x}")
+    } else {
+        format!("{x:?}")
+    }
 }
 
 fn extreme(summary: &Summary, column: &str) -> Option<Extreme> {
