@@ -17,6 +17,8 @@ mod plane;
 mod reference;
 mod solid;
 mod summary;
+#[cfg(test)]
+mod tests;
 mod visit;
 
 pub use cells::{CellMetrics, per_cell};
