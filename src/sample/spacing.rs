@@ -81,7 +81,7 @@ pub fn graded_from_ends(length: f64, n_cells: usize, ends: [LineEnd; 2]) -> Vec<
 /// `first (q^n - 1) / (q - 1) = length`, by bisection. Below one when `first` is large.
 pub fn growth(first: f64, length: f64, n_cells: usize) -> f64 {
     let wanted = length / first;
-    let (mut low, mut high) = (-3.0f64, 3.0f64);
+    let (mut low, mut high) = (-8.0f64, 8.0f64);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         *if cells_high(middle, n_cells) > wanted {

@@ -10,7 +10,7 @@ pub(super) fn blade(geometry: &Geometry) -> String {
 /// The zone `rotor` carried round with the azimuth.
 pub(super) fn rotor(geometry: &Geometry) -> String {
     let boundaries = "[boundaries]\n\
-        zones = [\"rotor\"]            # only this zone deforms and turns\n\
+        zones = [\"rotor\"]  # only this zone deforms and turns\n\
         fixed = [\"farfield\"]\n";
     text(geometry, "inertial", boundaries)
 }
@@ -35,7 +35,7 @@ step = 10.0
 hub = [0.0, 0.0, 0.0]
 span_axis = [1.0, 0.0, 0.0]
 shaft_axis = [0.0, 0.0, 1.0]
-frame = "{frame}"          # {note}
+frame = "{frame}"  # {note}
 
 [[body]]
 name = "blade"
@@ -50,10 +50,10 @@ flap = [ {{ sin = 3.211, cos = -0.421 }} ]
 {boundaries}
 [rbf]
 kernel = "wendland-c2"
-support_radius = {radius:?}       # the blade's radius
+support_radius = {radius:?}  # the blade's radius
 
 [selection]
-tolerance = {tolerance:?}           # 1e-4 chord
+tolerance = {tolerance:?}  # 1e-4 chord
 "#,
         radius = geometry.radius,
         tolerance = round(1e-4 * geometry.chord),
