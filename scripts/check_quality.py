@@ -36,12 +36,10 @@ def vtk_metric(grid, measure):
 
 def extent(grid):
     """Longest side of each cell's box, the scale of its rounding errors."""
-    counts = np.diff(grid.offset)
-    points = grid.points[grid.connectivity]
-    starts = grid.offset[:-1]
+    points = grid.points[grid.cell_connectivity]
+    starts = grid.cell_offsets[:-1]
     low = np.minimum.reduceat(points, starts)
     high = np.maximum.reduceat(points, starts)
-    assert len(counts) == len(low)
     return (high - low).max(axis=1)
 
 
