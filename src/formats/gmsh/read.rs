@@ -2,7 +2,7 @@
 
 use super::super::lexer::shown;
 use super::entities::Physicals;
-use super::groups::{PhysicalName, Tagged, groups};
+use super::groups::{PhysicalName, Shared, Tagged, groups, read_names};
 use super::nodes::Nodes;
 use super::stream::{Binary, Stream};
 use super::{elements, elements2, entities, nodes};
@@ -25,6 +25,7 @@ struct Parts {
     physical: Tagged,
     elementary: Tagged,
     physicals: Physicals,
+    shared: Shared,
 }
 
 /// The mesh in these bytes.
@@ -147,7 +148,7 @@ impl Parts {
     /// Reads a section that matters; `false` for any other.
     fn read(&mut self, name: &[u8], version: Version, stream: &mut Stream) -> Result<bool> {
         match (name, version) {
-            (b"PhysicalNames", _) => self.names.extend(super::groups::read_names(stream)?),
+            (b"PhysicalNames", _) => self.names.extend(read_names(stream)?),
             (b"Entities", Version::V41) => entities::read(stream, &mut self.physicals)?,
             (b"PartitionedEntities", Version::V41) => {
                 entities::read_partitioned(stream, &mut self.physicals)?;
@@ -172,10 +173,10 @@ impl Parts {
         if self.cells.is_some() {
             return Err(stream.error("a second section $Elements"));
         }
-        let elementary = &mut self.elementary;
+        let (physical, elementary) = (&mut self.physical, &mut self.elementary);
         self.cells = Some(match version {
             Version::V41 => elements::read41(stream, index, elementary)?,
-            Version::V2 => elements2::read2(stream, index, &mut self.physical, elementary)?,
+            Version::V2 => elements2::read2(stream, index, physical, elementary, &mut self.shared)?,
         });
         Ok(())
     }
@@ -194,6 +195,7 @@ impl Parts {
             false => self.elementary.physical(&self.physicals),
         };
         mesh.groups = groups(self.names, physical, self.elementary, mesh.dimension());
+        self.shared.merge(&mut mesh);
         Ok(mesh)
     }
 }
