@@ -6,7 +6,7 @@ use super::groups::{PhysicalName, Shared, Tagged, groups, read_names};
 use super::nodes::Nodes;
 use super::stream::{Binary, Stream};
 use super::{elements, elements2, entities, nodes};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::{Cells, Mesh};
 
 /// The versions that are read.
@@ -51,9 +51,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
         end_section(name, &mut stream)?;
     }
     if version.is_none() {
-        return Err(stream.error("no $MeshFormat in the file"));
+        return Err(no_format(bytes));
     }
     parts.mesh(&stream)
+}
+
+/// Other programs' files end in .msh too.
+fn no_format(bytes: &[u8]) -> Error {
+    let head = bytes.trim_ascii_start();
+    let found = match head.first() {
+        None => "it is empty".to_owned(),
+        Some(b'(') => "it looks like a mesh of Fluent".to_owned(),
+        Some(_) => format!("it starts with {}", shown(&head[..head.len().min(24)])),
+    };
+    Error::input(format!(
+        "no $MeshFormat, so this is no mesh of Gmsh: {found}"
+    ))
+    .line(1)
 }
 
 /// Moves past the next line that starts a section; its name without the `$`.
