@@ -1,5 +1,7 @@
 //! Real MSH and SU2 files, from the folder that AZIMESH_TESTDATA names.
 
+#![allow(clippy::print_stderr)] // an unset folder is said loudly
+
 use azimesh::formats::{self, Encoding, Format, ReadOptions, Source, WriteOptions, gmsh, su2};
 use azimesh::mesh::{Group, Mesh};
 use std::path::{Path, PathBuf};
