@@ -1,7 +1,7 @@
 //! `$Elements` of version 2: each element with its own type and tags.
 
 use super::elements::{parse_nodes, unknown_node};
-use super::groups::Tagged;
+use super::groups::{Shared, Tagged};
 use super::kinds;
 use super::nodes::{CHUNK, NodeIndex, count};
 use super::stream::{Binary, Stream};
@@ -39,18 +39,20 @@ impl Part {
             }),
         }
         let known = self.connectivity.len();
-        let n_nodes = kind.n_nodes().expect("Gmsh's kinds have a number of nodes");
+        let n_nodes = n_nodes_of(kind);
         self.connectivity.resize(known + n_nodes, 0);
         &mut self.connectivity[known..]
     }
 }
 
-/// Reads all elements; `physical` and `elementary` take those of each physical group and entity.
+/// Reads all elements; `physical` and `elementary` take those of each physical group and entity,
+/// `shared` what tells of elements that are there more than once.
 pub(super) fn read2(
     stream: &mut Stream,
     nodes: &NodeIndex,
     physical: &mut Tagged,
     elementary: &mut Tagged,
+    shared: &mut Shared,
 ) -> Result<Cells> {
     let n = count(stream, "the number of elements")?;
     if n >= u32::MAX as usize {
@@ -61,10 +63,11 @@ pub(super) fn read2(
         for part in parts {
             let mut rest = &part.connectivity[..];
             for run in part.runs {
-                let n_nodes = rest_nodes(run.kind);
+                let n_nodes = n_nodes_of(run.kind);
                 let (own, tail) = rest.split_at(n_nodes * run.n_cells);
                 let range = cells.len()..cells.len() + run.n_cells;
                 let dimension = run.kind.dimension();
+                shared.add(dimension, run.elementary, run.physical);
                 // Version 2 says 0 for an element without a tag.
                 if run.physical != 0 {
                     physical.add(dimension, run.physical, range.clone());
@@ -94,7 +97,7 @@ pub(super) fn read2(
     Ok(cells)
 }
 
-fn rest_nodes(kind: CellKind) -> usize {
+fn n_nodes_of(kind: CellKind) -> usize {
     kind.n_nodes().expect("Gmsh's kinds have a number of nodes")
 }
 
@@ -149,7 +152,7 @@ impl<'a> Block<'a> {
         })?;
         let each = usize::try_from(n_tags)
             .ok()
-            .and_then(|n| n.checked_add(1 + rest_nodes(kind))?.checked_mul(4))
+            .and_then(|n| n.checked_add(1 + n_nodes_of(kind))?.checked_mul(4))
             .ok_or_else(|| stream.error(format!("a block of elements with {n_tags} tags")))?;
         let start = stream.text.position();
         Ok(Self {
@@ -163,7 +166,7 @@ impl<'a> Block<'a> {
     }
 
     fn parts(&self, nodes: &NodeIndex) -> Result<Vec<Part>> {
-        let each = 4 * (1 + self.n_tags + rest_nodes(self.kind));
+        let each = 4 * (1 + self.n_tags + n_nodes_of(self.kind));
         let results: Vec<Result<Part>> = self
             .body
             .par_chunks(CHUNK * each)
@@ -171,7 +174,7 @@ impl<'a> Block<'a> {
             .map(|(i, body)| {
                 let mut part = Part::default();
                 part.connectivity
-                    .reserve(body.len() / each * rest_nodes(self.kind));
+                    .reserve(body.len() / each * n_nodes_of(self.kind));
                 for (j, element) in body.chunks_exact(each).enumerate() {
                     self.decode(element, nodes, &mut part).map_err(|error| {
                         error.byte((self.start + (i * CHUNK + j) * each) as u64)

@@ -4,8 +4,8 @@ use super::entities::Physicals;
 use super::nodes::count;
 use super::stream::Stream;
 use crate::error::Result;
-use crate::mesh::{CellSet, Group};
-use std::collections::BTreeMap;
+use crate::mesh::{CellSet, Group, Mesh};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Cells by dimension and tag.
@@ -37,6 +37,32 @@ impl Tagged {
             (key, set)
         });
         Self(sets.collect())
+    }
+}
+
+/// Version 2 repeats an element of several physical groups: the dimensions where an entity is in
+/// more than one.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    first: BTreeMap<(u8, i32), i32>,
+    dimensions: BTreeSet<u8>,
+}
+
+impl Shared {
+    /// Notes that an entity has elements of a physical group.
+    pub fn add(&mut self, dimension: u8, entity: i32, physical: i32) {
+        if *self.first.entry((dimension, entity)).or_insert(physical) != physical {
+            self.dimensions.insert(dimension);
+        }
+    }
+
+    /// Makes repeated cells one cell in several groups. Those of the boundary are left to whoever
+    /// reads a mesh of any format.
+    pub fn merge(&self, mesh: &mut Mesh) {
+        let boundary = mesh.dimension().checked_sub(1);
+        for &dimension in self.dimensions.iter().filter(|d| Some(**d) != boundary) {
+            mesh.merge_repeated_cells(dimension);
+        }
     }
 }
 

@@ -2,11 +2,11 @@
 
 use super::super::lexer::shown;
 use super::entities::Physicals;
-use super::groups::{PhysicalName, Tagged, groups};
+use super::groups::{PhysicalName, Shared, Tagged, groups, read_names};
 use super::nodes::Nodes;
 use super::stream::{Binary, Stream};
 use super::{elements, elements2, entities, nodes};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::{Cells, Mesh};
 
 /// The versions that are read.
@@ -25,6 +25,7 @@ struct Parts {
     physical: Tagged,
     elementary: Tagged,
     physicals: Physicals,
+    shared: Shared,
 }
 
 /// The mesh in these bytes.
@@ -50,9 +51,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
         end_section(name, &mut stream)?;
     }
     if version.is_none() {
-        return Err(stream.error("no $MeshFormat in the file"));
+        return Err(no_format(bytes));
     }
     parts.mesh(&stream)
+}
+
+/// Other programs' files end in .msh too.
+fn no_format(bytes: &[u8]) -> Error {
+    let head = bytes.trim_ascii_start();
+    let found = match head.first() {
+        None => "it is empty".to_owned(),
+        Some(b'(') => "it looks like a mesh of Fluent".to_owned(),
+        Some(_) => format!("it starts with {}", shown(&head[..head.len().min(24)])),
+    };
+    Error::input(format!(
+        "no $MeshFormat, so this is no mesh of Gmsh: {found}"
+    ))
+    .line(1)
 }
 
 /// Moves past the next line that starts a section; its name without the `$`.
@@ -147,7 +162,7 @@ impl Parts {
     /// Reads a section that matters; `false` for any other.
     fn read(&mut self, name: &[u8], version: Version, stream: &mut Stream) -> Result<bool> {
         match (name, version) {
-            (b"PhysicalNames", _) => self.names.extend(super::groups::read_names(stream)?),
+            (b"PhysicalNames", _) => self.names.extend(read_names(stream)?),
             (b"Entities", Version::V41) => entities::read(stream, &mut self.physicals)?,
             (b"PartitionedEntities", Version::V41) => {
                 entities::read_partitioned(stream, &mut self.physicals)?;
@@ -172,10 +187,10 @@ impl Parts {
         if self.cells.is_some() {
             return Err(stream.error("a second section $Elements"));
         }
-        let elementary = &mut self.elementary;
+        let (physical, elementary) = (&mut self.physical, &mut self.elementary);
         self.cells = Some(match version {
             Version::V41 => elements::read41(stream, index, elementary)?,
-            Version::V2 => elements2::read2(stream, index, &mut self.physical, elementary)?,
+            Version::V2 => elements2::read2(stream, index, physical, elementary, &mut self.shared)?,
         });
         Ok(())
     }
@@ -194,6 +209,7 @@ impl Parts {
             false => self.elementary.physical(&self.physicals),
         };
         mesh.groups = groups(self.names, physical, self.elementary, mesh.dimension());
+        self.shared.merge(&mut mesh);
         Ok(mesh)
     }
 }

@@ -111,9 +111,18 @@ impl<'a> Stream<'a> {
     /// Whether the next line of a text file has more than `n` words: some programs write a whole
     /// block on one line.
     pub fn crowded(&self, n: usize) -> bool {
-        let mut line = self.text.peek_line();
-        let mut words = std::iter::from_fn(|| line.as_mut()?.word());
-        words.nth(n).is_some()
+        let line = self.text.rest().trim_ascii_start();
+        let line = line.iter().take_while(|byte| **byte != b'\n');
+        let mut n_words = 0;
+        let mut blank_before = true;
+        for is_blank in line.map(u8::is_ascii_whitespace) {
+            n_words += usize::from(blank_before && !is_blank);
+            if n_words > n {
+                return true;
+            }
+            blank_before = is_blank;
+        }
+        false
     }
 
     /// An error at the next byte, or its line.

@@ -43,9 +43,11 @@ fn every_kind() -> Mesh {
     let [points, lines, surfaces, volumes] = &of_dimension;
     mesh.groups = vec![
         group(3, "air", 4, &volumes[1..]),
+        group(3, "rotor", 5, &volumes[2..6]),
         group(2, "upper wall", 2, &surfaces[..3]),
         group(2, "hub", 7, &surfaces[2..]),
         group(1, "the \"edge\"", 2, &lines[1..]),
+        group(1, "edges", 3, lines),
         group(0, "9", 9, points),
     ];
     mesh
@@ -72,7 +74,7 @@ fn every_kind_and_group_comes_back_from_every_flavour() {
             assert_eq!(back.points, mesh.points);
             assert_eq!(back.cells, mesh.cells);
             // A quote inside a name cannot be written.
-            mesh.groups[3].name = "the 'edge'".into();
+            mesh.groups[4].name = "the 'edge'".into();
             let mut groups = back.groups;
             groups.sort_by_key(|group| std::cmp::Reverse(group.dimension));
             assert_eq!(groups, mesh.groups);
