@@ -74,16 +74,14 @@ fn piece_runs(
     if n_cells == 0 {
         return Ok(Vec::new());
     }
+    let array = named(&piece.cells, "types")?;
     let mut types = Vec::new();
-    indices(
-        named(&piece.cells, "types")?,
-        layout,
-        0,
-        256,
-        Some(n_cells),
-        &mut types,
-    )?;
-    let types: Vec<u8> = types.into_iter().map(|vtk: u32| vtk as u8).collect();
+    // No type is larger than 255, and 255 is none.
+    let narrow = |vtk| u8::try_from(vtk).unwrap_or(u8::MAX);
+    with_type!(array.element, T => collect(array, layout, 1, Some(n_cells), &mut types, |chunk, out| {
+        chunk.convert::<T, u8>(out, |x| narrow(x.as_index()));
+        Ok(())
+    })?);
     let before = connectivity.len();
     let array = named(&piece.cells, "connectivity")?;
     indices(array, layout, nodes.base, nodes.limit, None, connectivity)?;

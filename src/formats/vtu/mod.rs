@@ -5,16 +5,19 @@
 //!
 //! ```text
 //! xml     which arrays there are and where their values lie
-//! stored  stored values of one array -> bytes: text, base64, raw, compressed blocks
+//! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
 //! number  bytes -> numbers
 //! read    arrays -> nodes and arrays; cells: types and offsets -> runs; polyhedra: their faces
 //! tags    integer cell arrays <-> groups
-//! write   mesh -> list of arrays -> file; content: bytes of one array; encode: text, base64, blocks
+//! write   mesh -> list of arrays; content: bytes of one array; encode: as text, base64, blocks
+//! file    list of arrays -> XML and values
 //! ```
 
+mod blocks;
 mod cells;
 mod content;
 mod encode;
+mod file;
 mod number;
 mod polyhedra;
 mod read;

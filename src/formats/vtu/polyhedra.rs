@@ -68,8 +68,13 @@ impl Streams {
         )?;
         let ends = integers(named(arrays, "faceoffsets")?, layout, Some(types.len()))?;
         let mut start = 0;
-        for cell in polyhedra(types) {
+        for (cell, &vtk) in types.iter().enumerate() {
             let end = usize::try_from(ends[cell]).ok();
+            if vtk != CellKind::Polyhedron.vtk() {
+                // Some writers give cells of other kinds a stream too, of no faces.
+                start = end.unwrap_or(start);
+                continue;
+            }
             let stream = end.and_then(|end| faces.get(start..end));
             let stream = stream.ok_or_else(|| {
                 let (found, n) = (ends[cell], faces.len());

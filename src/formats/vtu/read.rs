@@ -90,10 +90,14 @@ fn collect_stored<U: Copy + Default + Send>(
     let width = array.element.size().checked_mul(tuple);
     let width = width.ok_or_else(|| Error::input(format!("tuples of {tuple} components")))?;
     let wrong = |found: String| {
-        let expected = expected.map_or("a whole number of tuples".to_owned(), |n| n.to_string());
         let element = array.element.name();
-        let message = format!("{found} found; there must be {expected} of {tuple} {element}");
-        Err(Error::input(message))
+        let needed = match expected {
+            Some(n) => format!("{n} tuples of {tuple} {element}"),
+            None => format!("a whole number of tuples of {tuple} {element}"),
+        };
+        Err(Error::input(format!(
+            "it has {found}; it must have {needed}"
+        )))
     };
     if let Some(n_bytes) = stored.n_bytes() {
         let fits = match expected {

@@ -6,6 +6,7 @@ use super::super::Compression;
 use super::number::Element;
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
+use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
@@ -130,6 +131,14 @@ struct Parser<'a> {
     appended: Option<Appended>,
 }
 
+/// The value of an attribute. VTK does not escape the `&` of a name; then it is taken as it is.
+fn value(attribute: &Attribute) -> String {
+    match attribute.normalized_value(XmlVersion::Implicit1_0) {
+        Ok(value) => value.into_owned(),
+        Err(_) => attribute.value.to_string(),
+    }
+}
+
 /// What may come inside an element.
 enum Child<'a> {
     Element(BytesStart<'a>),
@@ -234,7 +243,12 @@ impl<'a> Parser<'a> {
                 continue;
             };
             match element.name().as_ref() {
-                "Points" => piece.points.extend(self.arrays("Points")?),
+                "Points" => {
+                    piece.points.extend(self.arrays("Points")?);
+                    // Errors name the array, whatever the file calls it.
+                    let arrays = piece.points.iter_mut();
+                    arrays.for_each(|array| array.name = "Points".into());
+                }
                 "Cells" => piece.cells.extend(self.arrays("Cells")?),
                 "PointData" => piece.point_data.extend(self.arrays("PointData")?),
                 "CellData" => piece.cell_data.extend(self.arrays("CellData")?),
@@ -306,10 +320,7 @@ impl<'a> Parser<'a> {
             };
             if index < n_components.min(MOST) {
                 names.resize(names.len().max(index + 1), String::new());
-                names[index] = attribute
-                    .normalized_value(XmlVersion::Implicit1_0)
-                    .map_err(|error| self.error(error.to_string()))?
-                    .into_owned();
+                names[index] = value(&attribute);
             }
         }
         Ok(names)
@@ -400,17 +411,9 @@ impl<'a> Parser<'a> {
     }
 
     fn attribute(&self, element: &BytesStart, name: &str) -> Result<Option<String>> {
-        let fail = |message: String| self.error(message);
-        let attribute = element
-            .try_get_attribute(name)
-            .map_err(|e| fail(e.to_string()))?;
-        let value = attribute.map(|attribute| {
-            attribute
-                .normalized_value(XmlVersion::Implicit1_0)
-                .map(|value| value.into_owned())
-                .map_err(|error| fail(error.to_string()))
-        });
-        value.transpose()
+        let attribute = element.try_get_attribute(name);
+        let attribute = attribute.map_err(|error| self.error(error.to_string()))?;
+        Ok(attribute.map(|attribute| value(&attribute)))
     }
 
     fn count(&self, element: &BytesStart, name: &str) -> Result<Option<u64>> {

@@ -1,0 +1,184 @@
+//! The XML of a .vtu file that is written, with values behind it or inside it.
+
+use super::super::{Compression, Encoding, WriteOptions};
+use super::content::Content;
+use super::encode::{self, Packed, failed};
+use super::number::Element;
+use crate::error::Result;
+use std::io::Write;
+
+/// The arrays of each part of the file.
+pub(super) struct Sections<'a> {
+    pub fields: Vec<Content<'a>>,
+    pub point_data: Vec<Content<'a>>,
+    pub cell_data: Vec<Content<'a>>,
+    pub points: Vec<Content<'a>>,
+    pub cells: Vec<Content<'a>>,
+}
+
+impl<'a> Sections<'a> {
+    /// Every array, in the order of the file.
+    fn all(&self) -> impl Iterator<Item = &Content<'a>> {
+        let of_piece = [&self.point_data, &self.cell_data, &self.points, &self.cells];
+        self.fields.iter().chain(of_piece.into_iter().flatten())
+    }
+}
+
+/// A file about to be written.
+pub(super) struct File<'a> {
+    pub sections: Sections<'a>,
+    pub n_points: usize,
+    pub n_cells: usize,
+    pub options: &'a WriteOptions,
+}
+
+impl File<'_> {
+    /// XML first, all values behind it.
+    pub fn appended(&self, out: &mut dyn Write) -> Result<()> {
+        let compression = self.options.compression;
+        let packed: Option<Vec<Packed>> = match compression {
+            Compression::None => None,
+            _ => {
+                let all = self
+                    .sections
+                    .all()
+                    .map(|array| Packed::new(array, compression));
+                Some(all.collect::<Result<_>>()?)
+            }
+        };
+        let sizes: Vec<usize> = match &packed {
+            Some(packed) => packed.iter().map(Packed::n_bytes).collect(),
+            None => self.sections.all().map(|array| 8 + array.n_bytes).collect(),
+        };
+        let mut sizes = sizes.into_iter();
+        let mut offset = 0;
+        self.xml(out, &mut |array, out| {
+            let tag = tag(array, "appended", Some(offset));
+            offset += sizes.next().expect("every array has a size");
+            writeln!(out, "{}/>", tag.0).map_err(failed)
+        })?;
+        write!(out, "  <AppendedData encoding=\"raw\">\n   _").map_err(failed)?;
+        match &packed {
+            Some(packed) => packed.iter().try_for_each(|array| array.write_raw(out))?,
+            None => self
+                .sections
+                .all()
+                .try_for_each(|array| encode::raw(array, out))?,
+        }
+        write!(out, "\n  </AppendedData>\n</VTKFile>\n").map_err(failed)
+    }
+
+    /// Values inside the XML.
+    pub fn inline(&self, out: &mut dyn Write) -> Result<()> {
+        let options = self.options;
+        let format = if options.encoding == Encoding::Ascii {
+            "ascii"
+        } else {
+            "binary"
+        };
+        self.xml(out, &mut |array, out| {
+            let (start, end) = tag(array, format, None);
+            writeln!(out, "{start}>").map_err(failed)?;
+            match (options.encoding, options.compression) {
+                (Encoding::Ascii, _) => encode::ascii(array, out)?,
+                (_, Compression::None) => encode::base64(array, out)?,
+                (_, compression) => Packed::new(array, compression)?.write_base64(out)?,
+            }
+            writeln!(out, "{end}").map_err(failed)
+        })?;
+        writeln!(out, "</VTKFile>").map_err(failed)
+    }
+
+    /// The XML up to the end of the grid; each array is written by `array`.
+    fn xml(
+        &self,
+        out: &mut dyn Write,
+        array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
+    ) -> Result<()> {
+        let order = if cfg!(target_endian = "big") {
+            "BigEndian"
+        } else {
+            "LittleEndian"
+        };
+        let compressor = match self.options.compression {
+            _ if self.options.encoding == Encoding::Ascii => "",
+            Compression::None => "",
+            Compression::Zlib => " compressor=\"vtkZLibDataCompressor\"",
+            Compression::Lz4 => " compressor=\"vtkLZ4DataCompressor\"",
+            Compression::Lzma => " compressor=\"vtkLZMADataCompressor\"",
+        };
+        write!(
+            out,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
+             byte_order=\"{order}\" header_type=\"UInt64\"{compressor}>\n  <UnstructuredGrid>\n"
+        )
+        .map_err(failed)?;
+        let sections = &self.sections;
+        if !sections.fields.is_empty() {
+            section("FieldData", &sections.fields, out, array)?;
+        }
+        let (n_points, n_cells) = (self.n_points, self.n_cells);
+        writeln!(
+            out,
+            "<Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">"
+        )
+        .map_err(failed)?;
+        section("PointData", &sections.point_data, out, array)?;
+        section("CellData", &sections.cell_data, out, array)?;
+        section("Points", &sections.points, out, array)?;
+        section("Cells", &sections.cells, out, array)?;
+        write!(out, "</Piece>\n  </UnstructuredGrid>\n").map_err(failed)
+    }
+}
+
+fn section(
+    name: &str,
+    arrays: &[Content],
+    out: &mut dyn Write,
+    write_array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
+) -> Result<()> {
+    writeln!(out, "<{name}>").map_err(failed)?;
+    for array in arrays {
+        write_array(array, out)?;
+    }
+    writeln!(out, "</{name}>").map_err(failed)
+}
+
+/// Start tag of an array without its last character, and end tag.
+fn tag(array: &Content, format: &str, offset: Option<usize>) -> (String, &'static str) {
+    // VTK calls arrays that hold no numbers by another name.
+    let (element, end) = match array.element {
+        Element::String => ("Array", "</Array>"),
+        _ => ("DataArray", "</DataArray>"),
+    };
+    let mut tag = format!(
+        "<{element} type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\"",
+        array.element.name(),
+        escaped(array.name),
+        array.n_components
+    );
+    for (i, name) in array.component_names.iter().enumerate() {
+        tag += &format!(" ComponentName{i}=\"{}\"", escaped(name));
+    }
+    tag += &format!(" NumberOfTuples=\"{}\" format=\"{format}\"", array.n_tuples);
+    if let Some(offset) = offset {
+        tag += &format!(" offset=\"{offset}\"");
+    }
+    (tag, end)
+}
+
+/// Text for the value of an attribute.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            '\n' | '\r' | '\t' => escaped += &format!("&#{};", u32::from(c)),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}

@@ -1,0 +1,139 @@
+//! Damaged .vtu files give an error with a place in the file, or a mesh; never a panic.
+
+use azimesh::formats::vtu::Vtu;
+use azimesh::formats::{Compression, Encoding, Format, Precision, ReadOptions, WriteOptions};
+use azimesh::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use proptest::prelude::*;
+use std::sync::LazyLock;
+
+/// The same small mesh with tags, names, arrays and a polyhedron, written in every way.
+static GOOD_FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
+    let mesh = small_mesh();
+    let mut files = Vec::new();
+    for encoding in [Encoding::Raw, Encoding::Base64, Encoding::Ascii] {
+        for compression in [
+            Compression::None,
+            Compression::Zlib,
+            Compression::Lz4,
+            Compression::Lzma,
+        ] {
+            let options = WriteOptions {
+                encoding,
+                compression,
+                precision: Precision::F64,
+                tag_names: true,
+            };
+            let mut bytes = Vec::new();
+            Vtu.write(&mesh, &mut bytes, &options)
+                .expect("it can be written");
+            files.push(bytes);
+        }
+    }
+    files
+});
+
+fn small_mesh() -> Mesh {
+    let mut mesh = Mesh {
+        points: (0..9)
+            .map(|i| [f64::from(i), 0.5, -f64::from(i * i)])
+            .collect(),
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+    mesh.cells.push(CellKind::Wedge, &[0, 1, 2, 3, 4, 5]);
+    let stream = [4, 3, 5, 6, 7, 3, 5, 6, 8, 3, 6, 7, 8, 3, 5, 7, 8];
+    mesh.cells.push_polyhedron(&stream).expect("a good stream");
+    mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+    for (dimension, name, cells) in [(2, "wall", 3..4), (3, "zone", 0..2)] {
+        mesh.groups.push(Group {
+            dimension,
+            name: name.into(),
+            number: Some(1),
+            cells: cells.collect(),
+        });
+    }
+    mesh.point_arrays = vec![DataArray::scalar("p", Values::F32(vec![0.25; 9]))];
+    mesh.cell_arrays = vec![DataArray::scalar("id", Values::I64(vec![-1, 2, 3, 4]))];
+    mesh
+}
+
+/// Reads what may be damaged. What reads without error passes the checks or fails them in words.
+fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
+    match Vtu.read(bytes, &ReadOptions::default()) {
+        Ok(mesh) => drop(mesh.validate()),
+        Err(error) => prop_assert!(error.position.is_some(), "no place: {error}"),
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3000))]
+
+    #[test]
+    fn random_bytes_are_refused_with_a_place(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        prop_assert!(Vtu.read(&bytes, &ReadOptions::default()).is_err());
+        check(&bytes)?;
+        let xml = [b"<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece".as_slice(), &bytes];
+        check(&xml.concat())?;
+    }
+
+    #[test]
+    fn a_truncated_file_is_an_error_with_a_place(file in 0usize..12, part in 0.0f64..1.0) {
+        let bytes = &GOOD_FILES[file];
+        check(&bytes[..(bytes.len() as f64 * part) as usize])?;
+    }
+
+    #[test]
+    fn flipped_bytes_never_panic(
+        file in 0usize..12,
+        flips in prop::collection::vec((0.0f64..1.0, 1u8..), 1..6),
+    ) {
+        let mut bytes = GOOD_FILES[file].clone();
+        for (part, flip) in flips {
+            let at = (bytes.len() as f64 * part) as usize;
+            bytes[at] ^= flip;
+        }
+        check(&bytes)?;
+    }
+
+    #[test]
+    fn changed_digits_never_panic(
+        file in 0usize..12,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), b'0'..=b'9'), 1..4),
+    ) {
+        let mut bytes = GOOD_FILES[file].clone();
+        let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
+        for (index, digit) in changes {
+            bytes[*index.get(&digits)] = digit;
+        }
+        check(&bytes)?;
+    }
+}
+
+#[test]
+fn announced_sizes_that_the_file_cannot_hold_take_no_memory() {
+    let huge = [
+        ("NumberOfPoints=\"9\"", "NumberOfPoints=\"4000000000\""),
+        (
+            "NumberOfCells=\"4\"",
+            "NumberOfCells=\"18446744073709551615\"",
+        ),
+        (
+            "NumberOfComponents=\"3\"",
+            "NumberOfComponents=\"9223372036854775807\"",
+        ),
+        ("offset=\"0\"", "offset=\"18446744073709551615\""),
+    ];
+    for file in GOOD_FILES.iter() {
+        let text: Vec<u8> = file.clone();
+        for (from, to) in huge {
+            let Some(at) = memchr::memmem::find(&text, from.as_bytes()) else {
+                continue;
+            };
+            let changed = [&text[..at], to.as_bytes(), &text[at + from.len()..]].concat();
+            let error = Vtu.read(&changed, &ReadOptions::default());
+            let error = error.expect_err("the size is wrong");
+            assert!(error.position.is_some(), "{error}");
+        }
+    }
+}
