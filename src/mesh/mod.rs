@@ -17,6 +17,7 @@ pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 
 use crate::error::{Error, Result};
+use rayon::prelude::*;
 
 /// An unstructured mesh.
 ///
@@ -105,22 +106,16 @@ impl Mesh {
     /// of the right length, groups that hold cells of their own dimension.
     pub fn validate(&self) -> Result<()> {
         let n_points = self.points.len();
-        if let Some(i) = self
-            .points
-            .iter()
-            .position(|p| !p.iter().all(|x| x.is_finite()))
-        {
+        let strange = |p: &[f64; 3]| !p.iter().all(|x| x.is_finite());
+        if let Some(i) = self.points.par_iter().position_first(strange) {
             return Err(Error::input(format!(
                 "node {i} has coordinates {:?}; they must be finite numbers",
                 self.points[i]
             )));
         }
         for run in self.cells.runs() {
-            if let Some(at) = run
-                .connectivity
-                .iter()
-                .position(|&n| n as usize >= n_points)
-            {
+            let outside = |&n: &u32| n as usize >= n_points;
+            if let Some(at) = first_where(run.connectivity, outside) {
                 return Err(Error::input(format!(
                     "{} {} has node {}, but the mesh has {n_points} nodes (0 to {})",
                     run.kind.name(),
@@ -181,4 +176,15 @@ impl Mesh {
         }
         Ok(())
     }
+}
+
+/// Position of the first value for which `wanted` holds. Long slices are searched on all threads.
+fn first_where(values: &[u32], wanted: impl Fn(&u32) -> bool + Sync) -> Option<usize> {
+    const CHUNK: usize = 1 << 16;
+    if values.len() <= CHUNK {
+        return values.iter().position(wanted);
+    }
+    let chunks = values.par_chunks(CHUNK).enumerate();
+    let found = chunks.filter_map(|(i, chunk)| Some(i * CHUNK + chunk.iter().position(&wanted)?));
+    found.min()
 }

@@ -1,20 +1,22 @@
 //! `Phi (N, n) . W (n, r)` for millions of points, without storing `Phi`.
 //!
-//! A block of points is cut into groups of as many as the processor's vectors hold well; each group
-//! keeps its sums in registers while the base points stream by. One compiled version per
-//! instruction set is chosen at run time.
+//! A block of points is cut into groups of one vector register; each group keeps its sums in
+//! registers while the base points stream by. The instruction set is chosen at run time.
+//! Coordinates are scaled by `1 / R`, so that a distance is `xi` at once.
 
 use super::Basis;
 use super::kernel::{C0, C2, C4, C6, Kernel, Radial};
-use crate::geometry::{Bounds, vector::Vector};
+use crate::geometry::Bounds;
+use crate::geometry::vector::{Vector, scale};
 use crate::linear;
-use multiversion::multiversion;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::marker::PhantomData;
 
 /// Points that one task works on; their bounding box decides which base points they see.
 const BLOCK: usize = 256;
-/// Points in a group, in registers together.
-const LANES: usize = 8;
+/// Numbers in the widest vector register.
+const MOST_LANES: usize = 8;
 /// Above this many columns the kernel is evaluated once into a tile and multiplied as a matrix.
 const MOST_FUSED: usize = 8;
 /// Base points in a tile.
@@ -65,21 +67,47 @@ impl WeightedBase<'_> {
     }
 
     fn add_with<K: Radial>(&self, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
-        let inverse = 1.0 / self.basis.radius;
         macro_rules! fused {
             ($($r:literal),*) => {
                 match self.n_columns {
-                    $($r => fused_block::<K, $r>(points, &reach.points, &reach.weights, inverse, out),)*
-                    r => tiled_block::<K>(points, reach, r, inverse, out),
+                    $($r => Arch::new().dispatch(Fused::<K, $r> {
+                        points,
+                        base: reach,
+                        inverse: 1.0 / self.basis.radius,
+                        out,
+                        kernel: PhantomData,
+                    }),)*
+                    r => self.add_tiles::<K>(reach, points, r, out),
                 }
             };
         }
         const { assert!(MOST_FUSED == 8) };
         fused!(1, 2, 3, 4, 5, 6, 7, 8);
     }
+
+    fn add_tiles<K: Radial>(
+        &self,
+        reach: &mut Reach,
+        points: &[Vector],
+        n_columns: usize,
+        out: &mut [f64],
+    ) {
+        let weights = reach.weights.chunks(TILE * n_columns);
+        for (base, weights) in reach.points.chunks(TILE).zip(weights) {
+            reach.tile.resize(points.len() * base.len(), 0.0);
+            Arch::new().dispatch(Tile::<K> {
+                points,
+                base,
+                inverse: 1.0 / self.basis.radius,
+                tile: &mut reach.tile,
+                kernel: PhantomData,
+            });
+            linear::add_product(out, &reach.tile, weights, base.len(), n_columns);
+        }
+    }
 }
 
-/// Base points within reach of a block, with their weights.
+/// Base points within reach of a block, scaled by `1 / R`, with their weights.
 #[derive(Default)]
 struct Reach {
     points: Vec<Vector>,
@@ -91,98 +119,99 @@ impl Reach {
     fn gather(&mut self, base: &WeightedBase<'_>, block: &[Vector]) {
         let bounds = Bounds::around(block);
         let squared = base.basis.radius * base.basis.radius;
+        let inverse = 1.0 / base.basis.radius;
         let r = base.n_columns;
         self.points.clear();
         self.weights.clear();
         for (j, point) in base.points.iter().enumerate() {
             if bounds.distance_squared(point) < squared {
-                self.points.push(*point);
+                self.points.push(scale(*point, inverse));
                 self.weights.extend_from_slice(&base.weights[j * r..][..r]);
             }
         }
     }
 }
 
-/// Coordinates of a group of points, one array an axis; the last points are repeated to fill it.
+/// Scaled coordinates of at most a register of points; the last point is repeated to fill it.
 #[inline(always)]
-fn lanes(points: &[Vector]) -> [[f64; LANES]; 3] {
+fn load_points<S: Simd>(simd: S, points: &[Vector], inverse: f64) -> [S::f64s; 3] {
     let last = points.len() - 1;
-    std::array::from_fn(|axis| std::array::from_fn(|lane| points[lane.min(last)][axis]))
+    std::array::from_fn(|axis| {
+        let lanes: [f64; MOST_LANES] =
+            std::array::from_fn(|lane| points[lane.min(last)][axis] * inverse);
+        simd.partial_load_f64s(&lanes[..S::F64_LANES])
+    })
 }
 
+/// The kernel between a register of points and a base point.
 #[inline(always)]
-fn kernel_lanes<K: Radial>(x: &[[f64; LANES]; 3], base: &Vector, inverse: f64) -> [f64; LANES] {
-    let mut phi = [0.0; LANES];
-    for lane in 0..LANES {
-        let dx = x[0][lane] - base[0];
-        let dy = x[1][lane] - base[1];
-        let dz = x[2][lane] - base[2];
-        phi[lane] = K::value((dx * dx + dy * dy + dz * dz).sqrt() * inverse);
-    }
-    phi
+fn phi<K: Radial, S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
+    let [dx, dy, dz] =
+        std::array::from_fn(|axis| simd.sub_f64s(x[axis], simd.splat_f64s(base[axis])));
+    let squared = simd.mul_add_e_f64s(dz, dz, simd.mul_add_e_f64s(dy, dy, simd.mul_f64s(dx, dx)));
+    K::value(simd, simd.sqrt_f64s(squared))
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn fused_block<K: Radial, const R: usize>(
-    points: &[Vector],
-    base: &[Vector],
-    weights: &[f64],
+/// Kernel and product with the weights in one go, for few columns.
+struct Fused<'a, K, const R: usize> {
+    points: &'a [Vector],
+    base: &'a Reach,
     inverse: f64,
-    out: &mut [f64],
-) {
-    let (weights, _) = weights.as_chunks::<R>();
-    for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES * R)) {
-        let x = lanes(points);
-        let mut sums = [[0.0; LANES]; R];
-        for (base, weights) in base.iter().zip(weights) {
-            let phi = kernel_lanes::<K>(&x, base, inverse);
+    out: &'a mut [f64],
+    kernel: PhantomData<K>,
+}
+
+impl<K: Radial, const R: usize> WithSimd for Fused<'_, K, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (weights, _) = self.base.weights.as_chunks::<R>();
+        let groups = self.points.chunks(S::F64_LANES);
+        for (points, out) in groups.zip(self.out.chunks_mut(S::F64_LANES * R)) {
+            let x = load_points(simd, points, self.inverse);
+            let mut sums = [simd.splat_f64s(0.0); R];
+            for (base, weights) in self.base.points.iter().zip(weights) {
+                let phi = phi::<K, S>(simd, &x, base);
+                for column in 0..R {
+                    let weight = simd.splat_f64s(weights[column]);
+                    sums[column] = simd.mul_add_e_f64s(phi, weight, sums[column]);
+                }
+            }
             for column in 0..R {
-                for lane in 0..LANES {
-                    sums[column][lane] += phi[lane] * weights[column];
+                let mut lanes = [0.0; MOST_LANES];
+                simd.partial_store_f64s(&mut lanes[..S::F64_LANES], sums[column]);
+                for (row, sum) in out.chunks_exact_mut(R).zip(lanes) {
+                    row[column] += sum;
                 }
             }
         }
-        for (lane, out) in out.chunks_exact_mut(R).enumerate() {
-            for column in 0..R {
-                out[column] += sums[column][lane];
+    }
+}
+
+/// The kernel between all points and some base points, by columns.
+struct Tile<'a, K> {
+    points: &'a [Vector],
+    base: &'a [Vector],
+    inverse: f64,
+    tile: &'a mut [f64],
+    kernel: PhantomData<K>,
+}
+
+impl<K: Radial> WithSimd for Tile<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let n_points = self.points.len();
+        for (group, points) in self.points.chunks(S::F64_LANES).enumerate() {
+            let x = load_points(simd, points, self.inverse);
+            let start = group * S::F64_LANES;
+            for (base, column) in self.base.iter().zip(self.tile.chunks_exact_mut(n_points)) {
+                let phi = phi::<K, S>(simd, &x, base);
+                simd.partial_store_f64s(&mut column[start..start + points.len()], phi);
             }
         }
-    }
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn fill_tile<K: Radial>(points: &[Vector], base: &[Vector], inverse: f64, tile: &mut [f64]) {
-    let n_points = points.len();
-    for (group, points) in points.chunks(LANES).enumerate() {
-        let x = lanes(points);
-        for (base, column) in base.iter().zip(tile.chunks_exact_mut(n_points)) {
-            let phi = kernel_lanes::<K>(&x, base, inverse);
-            let start = group * LANES;
-            column[start..start + points.len()].copy_from_slice(&phi[..points.len()]);
-        }
-    }
-}
-
-fn tiled_block<K: Radial>(
-    points: &[Vector],
-    reach: &mut Reach,
-    n_columns: usize,
-    inverse: f64,
-    out: &mut [f64],
-) {
-    let weights = reach.weights.chunks(TILE * n_columns);
-    for (base, weights) in reach.points.chunks(TILE).zip(weights) {
-        reach.tile.resize(points.len() * base.len(), 0.0);
-        fill_tile::<K>(points, base, inverse, &mut reach.tile);
-        linear::add_product(out, &reach.tile, weights, base.len(), n_columns);
     }
 }
 

@@ -3,6 +3,8 @@
 //! Source: Sheng and Allen, AIAA Journal 51(3), 2013, table 1; H. Wendland, Scattered Data
 //! Approximation, 2005. All are normalised to `phi(0) = 1` and strictly positive definite in space.
 
+use pulp::Simd;
+
 /// A compactly supported radial basis function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)] // the names say it
@@ -13,23 +15,23 @@ pub enum Kernel {
     WendlandC6,
 }
 
-/// A function of the scaled distance `xi >= 0`, zero from 1 on. Written with arithmetic alone, so
-/// that the compiler vectorises a loop over it.
+/// A function of the scaled distance `xi >= 0`, zero from 1 on; written once for one number and for
+/// a vector register of them.
 pub trait Radial: Copy + Send + Sync {
-    /// `phi(xi)`.
-    fn value(xi: f64) -> f64;
+    /// `phi(xi)` in every lane.
+    fn value<S: Simd>(simd: S, xi: S::f64s) -> S::f64s;
 }
 
 macro_rules! radial {
-    ($(#[$doc:meta])* $name:ident, |$xi:ident, $m:ident| $value:expr) => {
+    ($(#[$doc:meta])* $name:ident, |$simd:ident, $xi:ident, $m:ident| $value:expr) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy)]
         pub struct $name;
         impl Radial for $name {
             #[inline(always)]
-            fn value($xi: f64) -> f64 {
-                let rest = 1.0 - $xi;
-                let $m = if rest > 0.0 { rest } else { 0.0 };
+            fn value<S: Simd>($simd: S, $xi: S::f64s) -> S::f64s {
+                let rest = $simd.sub_f64s($simd.splat_f64s(1.0), $xi);
+                let $m = $simd.max_f64s(rest, $simd.splat_f64s(0.0));
                 $value
             }
         }
@@ -38,39 +40,50 @@ macro_rules! radial {
 
 radial!(
     /// `(1 - xi)^2`
-    C0, |xi, m| m * m
+    C0, |simd, xi, m| simd.mul_f64s(m, m)
 );
 radial!(
     /// `(1 - xi)^4 (4 xi + 1)`
-    C2, |xi, m| {
-        let m2 = m * m;
-        m2 * m2 * (4.0 * xi + 1.0)
+    C2, |simd, xi, m| {
+        let m2 = simd.mul_f64s(m, m);
+        simd.mul_f64s(simd.mul_f64s(m2, m2), polynomial(simd, xi, [4.0, 1.0]))
     }
 );
 radial!(
     /// `(1 - xi)^6 (35 xi^2 + 18 xi + 3) / 3`
-    C4, |xi, m| {
-        let m2 = m * m;
-        m2 * m2 * m2 * ((35.0 / 3.0 * xi + 6.0) * xi + 1.0)
+    C4, |simd, xi, m| {
+        let m2 = simd.mul_f64s(m, m);
+        let m6 = simd.mul_f64s(simd.mul_f64s(m2, m2), m2);
+        simd.mul_f64s(m6, polynomial(simd, xi, [35.0 / 3.0, 6.0, 1.0]))
     }
 );
 radial!(
     /// `(1 - xi)^8 (32 xi^3 + 25 xi^2 + 8 xi + 1)`
-    C6, |xi, m| {
-        let m2 = m * m;
-        let m4 = m2 * m2;
-        m4 * m4 * (((32.0 * xi + 25.0) * xi + 8.0) * xi + 1.0)
+    C6, |simd, xi, m| {
+        let m2 = simd.mul_f64s(m, m);
+        let m4 = simd.mul_f64s(m2, m2);
+        simd.mul_f64s(simd.mul_f64s(m4, m4), polynomial(simd, xi, [32.0, 25.0, 8.0, 1.0]))
     }
 );
+
+/// Horner's scheme, highest power first.
+#[inline(always)]
+fn polynomial<S: Simd, const N: usize>(simd: S, x: S::f64s, coefficients: [f64; N]) -> S::f64s {
+    let mut sum = simd.splat_f64s(coefficients[0]);
+    for c in &coefficients[1..] {
+        sum = simd.mul_add_e_f64s(sum, x, simd.splat_f64s(*c));
+    }
+    sum
+}
 
 impl Kernel {
     /// `phi(xi)`, `xi` the distance over the support radius.
     pub fn value(self, xi: f64) -> f64 {
         match self {
-            Kernel::WendlandC0 => C0::value(xi),
-            Kernel::WendlandC2 => C2::value(xi),
-            Kernel::WendlandC4 => C4::value(xi),
-            Kernel::WendlandC6 => C6::value(xi),
+            Kernel::WendlandC0 => C0::value(pulp::Scalar, xi),
+            Kernel::WendlandC2 => C2::value(pulp::Scalar, xi),
+            Kernel::WendlandC4 => C4::value(pulp::Scalar, xi),
+            Kernel::WendlandC6 => C6::value(pulp::Scalar, xi),
         }
     }
 
