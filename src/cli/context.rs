@@ -33,13 +33,21 @@ impl Context {
 
     /// Reads a mesh, in the format of `--format` where it is given.
     pub fn read_mesh(&self, path: &Path) -> Result<Mesh> {
-        let source = Source::open(path)?;
-        let options = ReadOptions {
-            tag_array: self.common.tag_array.clone(),
+        let Some(name) = &self.common.format else {
+            return self.read_any(path);
         };
-        match &self.common.format {
-            Some(name) => formats::read_as(formats::by_name(name)?, &source, &options),
-            None => formats::read(&source, &options),
+        let format = formats::by_name(name)?;
+        formats::read_as(format, &Source::open(path)?, &self.read_options())
+    }
+
+    /// Reads a mesh in the format that its content says, where `--format` is about the output.
+    pub fn read_any(&self, path: &Path) -> Result<Mesh> {
+        formats::read(&Source::open(path)?, &self.read_options())
+    }
+
+    fn read_options(&self) -> ReadOptions {
+        ReadOptions {
+            tag_array: self.common.tag_array.clone(),
         }
     }
 

@@ -1,11 +1,16 @@
 //! The command line: one file a command. The only floor that prints and knows exit codes.
 
+mod check;
 mod context;
 mod convert;
+mod deform;
 mod diff;
 mod info;
+mod output;
+mod progress;
 mod quality;
 mod sample;
+mod select;
 
 pub use context::Context;
 
@@ -55,6 +60,12 @@ enum Command {
     Convert(convert::ConvertArgs),
     /// Cell quality, alone or against a reference mesh
     Quality(quality::QualityArgs),
+    /// Dry run: resolved tags, steps, estimated memory and bytes
+    Check(check::CheckArgs),
+    /// Choose base points once and save them
+    Select(select::SelectArgs),
+    /// Write one deformed mesh per azimuth step
+    Deform(deform::DeformArgs),
     /// Compare two meshes node by node and tag by tag
     Diff(diff::DiffArgs),
     /// Make a mesh and its schedule to try things on
@@ -94,6 +105,9 @@ fn run(command: Command, context: &Context) -> Result<Outcome> {
         Command::Info(args) => info::run(&args, context),
         Command::Convert(args) => convert::run(&args, context),
         Command::Quality(args) => quality::run(&args, context),
+        Command::Check(args) => check::run(&args, context),
+        Command::Select(args) => select::run(&args, context),
+        Command::Deform(args) => deform::run_command(&args, context),
         Command::Diff(args) => diff::run(&args, context),
         Command::Sample(args) => sample::run(&args, context),
     }

@@ -1,12 +1,266 @@
-//! `azimesh sample`.
+//! `azimesh sample`: makes a mesh and its schedule, and says what they are.
 
 use super::{Context, Outcome};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::formats::save_text;
+use crate::formats::{self, WriteOptions};
+use crate::mesh::Mesh;
+use crate::sample::{
+    self, BladeOptions, BladeShape, BlockOptions, CellShape, Naca0012Options, Sample, SizeOptions,
+};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `azimesh sample`.
 #[derive(Debug, clap::Args)]
-pub struct SampleArgs {}
+#[command(subcommand_value_name = "NAME", subcommand_help_heading = "Samples")]
+pub struct SampleArgs {
+    #[command(subcommand)]
+    name: Name,
+}
 
-pub(super) fn run(_args: &SampleArgs, _context: &Context) -> Result<Outcome> {
+#[derive(Debug, clap::Subcommand)]
+enum Name {
+    /// 2D: a NACA 0012 in a circle of five chords' diameter, quadrilaterals
+    Naca0012 {
+        #[command(flatten)]
+        output: OutputArgs,
+        #[command(flatten)]
+        size: SizeArgs,
+    },
+    /// 3D: a rotor blade of NACA 0012 sections in a cylinder
+    Blade(BladeArgs),
+    /// 3D: the blade's cylinder as zone "rotor" inside a zone "background"
+    Rotor(BladeArgs),
+    /// 2D: the unit square with a block of 5 by 1 cells taken out, to be turned and moved
+    Block {
+        #[command(flatten)]
+        output: OutputArgs,
+        /// Cut each of the 25 by 25 cells into this many along both axes
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        refine: usize,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+struct OutputArgs {
+    /// The mesh file; the schedule goes beside it, with the ending .toml
+    #[arg(short, long, value_name = "MESH")]
+    output: PathBuf,
+    /// Replace files that are there
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct SizeArgs {
+    /// Nodes in all, met as closely as the grid allows
+    #[arg(long, value_name = "N")]
+    nodes: Option<usize>,
+    /// Nodes on the wall and the outer boundary together
+    #[arg(long, value_name = "N")]
+    surface_nodes: Option<usize>,
+    /// Layers of cells from the wall to the outer boundary
+    #[arg(long, value_name = "N")]
+    layers: Option<usize>,
+    /// Height of the wall cells in chords [default: 1e-5]
+    #[arg(long, value_name = "H")]
+    first_cell: Option<f64>,
+}
+
+#[derive(Debug, clap::Args)]
+struct BladeArgs {
+    #[command(flatten)]
+    output: OutputArgs,
+    #[command(flatten)]
+    size: SizeArgs,
+    /// Shape of the cells
+    #[arg(long, value_enum, default_value = "hex")]
+    cells: CellShape,
+    /// No twist; chord 1, root 1 and radius 6 unless given
+    #[arg(long)]
+    untwisted: bool,
+    /// Chord of the blade [default: 0.3]
+    #[arg(long, value_name = "LENGTH")]
+    chord: Option<f64>,
+    /// Where the blade begins [default: 0.9]
+    #[arg(long, value_name = "LENGTH")]
+    root: Option<f64>,
+    /// Where the blade ends [default: 5.625]
+    #[arg(long, value_name = "LENGTH")]
+    radius: Option<f64>,
+    /// Linear twist from hub to tip in degrees, zero at 75% radius [default: -8]
+    #[arg(long, value_name = "ANGLE", allow_negative_numbers = true)]
+    twist: Option<f64>,
+    /// Radius of the cylinder around the blade [default: 2 chords or 4/15 of the radius]
+    #[arg(long, value_name = "LENGTH")]
+    cylinder_radius: Option<f64>,
+}
+
+impl SizeArgs {
+    fn options(&self) -> SizeOptions {
+        SizeOptions {
+            nodes: self.nodes,
+            surface_nodes: self.surface_nodes,
+            layers: self.layers,
+            first_cell: self.first_cell,
+        }
+    }
+}
+
+impl BladeArgs {
+    fn options(&self) -> BladeOptions {
+        BladeOptions {
+            size: self.size.options(),
+            shape: BladeShape {
+                untwisted: self.untwisted,
+                chord: self.chord,
+                root: self.root,
+                radius: self.radius,
+                twist_deg: self.twist,
+                cylinder_radius: self.cylinder_radius,
+            },
+            cells: self.cells,
+        }
+    }
+}
+
+impl Name {
+    fn output(&self) -> &OutputArgs {
+        match self {
+            Self::Naca0012 { output, .. } | Self::Block { output, .. } => output,
+            Self::Blade(args) | Self::Rotor(args) => &args.output,
+        }
+    }
+
+    fn make(&self) -> Result<Sample> {
+        match self {
+            Self::Naca0012 { size, .. } => sample::naca0012(&Naca0012Options {
+                size: size.options(),
+            }),
+            Self::Blade(args) => sample::blade(&args.options()),
+            Self::Rotor(args) => sample::rotor(&args.options()),
+            Self::Block { refine, .. } => sample::block(&BlockOptions { refine: *refine }),
+        }
+    }
+}
+
+pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
+    let output = args.name.output();
+    let path = &output.output;
+    let format = match &context.common.format {
+        Some(name) => formats::by_name(name)?,
+        None if is_stdout(path) => {
+            return Err(Error::input("standard output needs --format"));
+        }
+        None => formats::by_extension(path)?,
+    };
+    let schedule = schedule_path(path, output.force)?;
+    let made = args.name.make()?;
+    for loss in formats::save(&made.mesh, path, format, &WriteOptions::default())? {
+        context.warn(&loss);
+    }
+    if let Some(schedule) = &schedule {
+        save_text(&made.schedule, schedule)?;
+    }
+    report(&made.mesh, path, schedule.as_deref(), context)?;
     Ok(Outcome::Fine)
+}
+
+fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Where the schedule goes: beside a mesh in a file. Refuses to replace files unless forced.
+fn schedule_path(mesh: &Path, force: bool) -> Result<Option<PathBuf>> {
+    if is_stdout(mesh) {
+        return Ok(None);
+    }
+    let schedule = mesh.with_extension("toml");
+    if schedule == mesh {
+        let message = "the schedule would take the mesh's name; give the mesh another ending";
+        return Err(Error::input(message).file(mesh));
+    }
+    for path in [mesh, &schedule] {
+        if path.is_file() && !force {
+            return Err(Error::input("it exists; --force replaces it").file(path));
+        }
+    }
+    Ok(Some(schedule))
+}
+
+/// One line, or JSON; on stderr when the mesh itself went to stdout.
+fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) -> Result<()> {
+    let n_surface = surface_nodes(mesh);
+    let Some(schedule) = schedule else {
+        context.note(&summary(mesh, n_surface));
+        return Ok(());
+    };
+    if context.common.json {
+        let counts = |groups: Vec<(&str, usize)>| -> Value {
+            let entry = |(name, n): (&str, usize)| (name.to_owned(), n.into());
+            Value::Object(groups.into_iter().map(entry).collect())
+        };
+        return context.print_json(json!({
+            "mesh": path.display().to_string(),
+            "schedule": schedule.display().to_string(),
+            "nodes": mesh.points.len(),
+            "surface_nodes": n_surface,
+            "cells": counts(cells_by_kind(mesh)),
+            "zones": counts(mesh.zones().map(|zone| (zone.name.as_str(), zone.cells.len())).collect()),
+            "tags": counts(mesh.boundary_tags().map(|tag| (tag.name.as_str(), tag.cells.len())).collect()),
+        }));
+    }
+    context.print(&format!(
+        "{}: {}; schedule: {}\n",
+        path.display(),
+        summary(mesh, n_surface),
+        schedule.display()
+    ))
+}
+
+fn summary(mesh: &Mesh, n_surface: usize) -> String {
+    let cells: Vec<String> = cells_by_kind(mesh)
+        .into_iter()
+        .map(|(kind, n)| format!("{n} {kind}"))
+        .collect();
+    let names: Vec<&str> = mesh.boundary_tags().map(|tag| tag.name.as_str()).collect();
+    let zones: Vec<&str> = mesh.zones().map(|zone| zone.name.as_str()).collect();
+    let zones = match zones.as_slice() {
+        [] => String::new(),
+        zones => format!("; zones {}", zones.join(", ")),
+    };
+    format!(
+        "{} nodes, {n_surface} of them on boundaries; cells: {}; tags {}{zones}",
+        mesh.points.len(),
+        cells.join(", "),
+        names.join(", "),
+    )
+}
+
+fn cells_by_kind(mesh: &Mesh) -> Vec<(&'static str, usize)> {
+    let mut counts = BTreeMap::new();
+    for run in mesh.cells.runs() {
+        *counts.entry(run.kind).or_insert(0) += run.n_cells();
+    }
+    let named = |(kind, n): (crate::mesh::CellKind, usize)| (kind.name(), n);
+    counts.into_iter().rev().map(named).collect()
+}
+
+/// Nodes of the cells with a boundary tag, each counted once.
+fn surface_nodes(mesh: &Mesh) -> usize {
+    let mut on_surface = vec![false; mesh.points.len()];
+    for tag in mesh.boundary_tags() {
+        for run in tag
+            .cells
+            .ranges()
+            .flat_map(|range| mesh.cells.runs_in(range))
+        {
+            for &node in run.connectivity {
+                on_surface[node as usize] = true;
+            }
+        }
+    }
+    on_surface.into_iter().filter(|&on| on).count()
 }

@@ -4,10 +4,14 @@
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
 pub mod gmsh;
+mod lexer;
+mod records;
+mod save;
 mod source;
 pub mod su2;
 pub mod vtu;
 
+pub use save::{save, save_text, write_whole};
 pub use source::Source;
 
 use crate::error::{Error, Result};

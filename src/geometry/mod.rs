@@ -1,6 +1,7 @@
 //! Vectors, rigid transforms, boxes and space-filling order. Knows nothing of meshes.
 
 pub mod bounds;
+pub mod closest;
 pub mod curve;
 pub mod transform;
 pub mod vector;

@@ -5,12 +5,14 @@
 
 pub mod arrays;
 pub mod cells;
+pub mod difference;
 pub mod groups;
 pub mod kind;
 pub mod repeated;
 
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
+pub use difference::{Difference, Tolerance};
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 

@@ -12,7 +12,13 @@ impl Mesh {
         if dimension == 0 || tagged.count() < 2 {
             return;
         }
-        let replaced_by = self.repeated_faces(dimension - 1);
+        self.merge_repeated_cells(dimension - 1);
+    }
+
+    /// Merges cells of this dimension with the same nodes, of one kind, into the first of them,
+    /// which then belongs to the groups of all.
+    pub fn merge_repeated_cells(&mut self, dimension: u8) {
+        let replaced_by = self.repeated_cells(dimension);
         if replaced_by.is_empty() {
             return;
         }
@@ -36,8 +42,8 @@ impl Mesh {
         self.cells = self.cells_without(&replaced_by);
     }
 
-    /// Repeated faces and the first face with the same nodes.
-    fn repeated_faces(&self, dimension: u8) -> BTreeMap<usize, usize> {
+    /// Repeated cells and the first cell with the same nodes.
+    fn repeated_cells(&self, dimension: u8) -> BTreeMap<usize, usize> {
         let mut faces: Vec<(Vec<u32>, usize)> = self
             .cells
             .iter()

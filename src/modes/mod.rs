@@ -1,1 +1,272 @@
-//! (being written)
+//! Any motion as a few fields times coefficients per step.
+//!
+//! ```text
+//! D (N_s, 3K) = U (N_s, r) C (r, 3K),   C C^T = I
+//! ```
+//!
+//! `D` holds the prescribed displacements of the surface nodes at every step and is never stored.
+//! Knows node positions and rigid transforms; nothing of schedules or base points.
+
+use crate::error::Result;
+use crate::geometry::vector::{Vector, distance, scale, sub};
+use crate::geometry::{Bounds, Transform};
+use crate::linear::{Matrix, qr_factor, svd};
+use rayon::prelude::*;
+
+/// Fields of a rigid body: 1, x, y, z.
+const FIELDS: usize = 4;
+/// Singular values below this part of the largest are round-off.
+const ROUND_OFF: f64 = 1e-15;
+
+/// Modes of a motion at the surface nodes, with their coefficients at every step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modes {
+    /// Number of modes, r.
+    pub n_modes: usize,
+    /// `U (N_s, r)`, by rows, in mesh units: it carries the singular values.
+    pub values: Vec<f64>,
+    /// `C_k` by steps: (K, r, 3).
+    pub coefficients: Vec<f64>,
+    /// Largest distance between a displacement and its modes at any node and step, in mesh units.
+    pub truncation: f64,
+}
+
+/// Surface nodes that move rigidly in groups: `body[i]` says with which body node `i` moves, `None`
+/// that it stays.
+#[derive(Debug, Clone, Copy)]
+pub struct RigidSurface<'a> {
+    /// Surface nodes, N_s of them.
+    pub points: &'a [Vector],
+    /// The body of each node.
+    pub body: &'a [Option<usize>],
+}
+
+impl Modes {
+    /// The modes of rigid bodies, exact to round-off: each spans at most the four fields 1, x, y, z
+    /// on its nodes, so the factors follow from a QR of those fields and the singular values of
+    /// (4, 3K) coefficients. `poses[b][k]` is body `b` at step `k`.
+    pub fn of_rigid_bodies(surface: RigidSurface<'_>, poses: &[Vec<Transform>]) -> Result<Self> {
+        let n_steps = poses.first().map_or(0, Vec::len);
+        let frames = frames(surface, poses.len());
+        let coefficients = coefficients(&frames, poses, n_steps);
+        // F = Q R, so D = Q (R A) = Q U' S V^T, and U = Q U' S = F R^-1 U' S = F A V.
+        let stacked = stacked_factor(surface, &frames);
+        let (_, singular, right) = svd(&stacked.times(&coefficients))?;
+        let floor = singular.first().copied().unwrap_or(0.0) * ROUND_OFF;
+        let n_modes = singular.iter().filter(|s| **s > floor).count();
+        let right = Matrix::from_fn(right.n_rows(), n_modes, |i, j| right[(i, j)]);
+        let fields_to_modes = coefficients.times(&right);
+        let mut modes = Self {
+            n_modes,
+            values: mode_values(surface, &frames, &fields_to_modes),
+            coefficients: (0..n_steps * n_modes * 3)
+                .map(|at| {
+                    let (step, rest) = (at / (3 * n_modes), at % (3 * n_modes));
+                    right[(3 * step + rest % 3, rest / 3)]
+                })
+                .collect(),
+            truncation: 0.0,
+        };
+        modes.truncation = modes.largest_truncation(surface, poses);
+        Ok(modes)
+    }
+
+    /// Number of steps.
+    pub fn n_steps(&self) -> usize {
+        self.coefficients.len() / (3 * self.n_modes).max(1)
+    }
+
+    /// `C_k (r, 3)`, by rows.
+    pub fn at_step(&self, step: usize) -> &[f64] {
+        &self.coefficients[step * 3 * self.n_modes..][..3 * self.n_modes]
+    }
+
+    /// The displacement of a surface node at a step.
+    pub fn displacement(&self, node: usize, step: usize) -> Vector {
+        let values = &self.values[node * self.n_modes..][..self.n_modes];
+        let mut sum = [0.0; 3];
+        for (u, c) in values.iter().zip(self.at_step(step).as_chunks::<3>().0) {
+            for axis in 0..3 {
+                sum[axis] += u * c[axis];
+            }
+        }
+        sum
+    }
+
+    fn largest_truncation(&self, surface: RigidSurface<'_>, poses: &[Vec<Transform>]) -> f64 {
+        if self.n_modes == 0 {
+            return 0.0;
+        }
+        let n_steps = self.n_steps();
+        let at_node = |(node, point): (usize, &Vector)| {
+            (0..n_steps).fold(0.0, |worst, step| {
+                let exact = match surface.body[node] {
+                    Some(body) => sub(poses[body][step].apply(*point), *point),
+                    None => [0.0; 3],
+                };
+                f64::max(worst, distance(exact, self.displacement(node, step)))
+            })
+        };
+        let nodes = surface.points.par_iter().enumerate();
+        nodes.map(at_node).reduce(|| 0.0, f64::max)
+    }
+}
+
+/// Where a body's fields are centred and by what they are scaled, so that they are of order one.
+#[derive(Clone, Copy)]
+struct Frame {
+    centre: Vector,
+    size: f64,
+}
+
+fn frames(surface: RigidSurface<'_>, n_bodies: usize) -> Vec<Frame> {
+    let mut bounds = vec![Bounds::EMPTY; n_bodies];
+    for (point, body) in surface.points.iter().zip(surface.body) {
+        if let Some(body) = body {
+            bounds[*body].include(point);
+        }
+    }
+    let frame = |b: &Bounds| Frame {
+        centre: std::array::from_fn(|i| match b.low[i] <= b.high[i] {
+            true => 0.5 * (b.low[i] + b.high[i]),
+            false => 0.0,
+        }),
+        size: match b.diagonal() {
+            0.0 => 1.0,
+            diagonal => 0.5 * diagonal,
+        },
+    };
+    bounds.iter().map(frame).collect()
+}
+
+fn fields(point: &Vector, frame: &Frame) -> [f64; FIELDS] {
+    let [x, y, z] = scale(sub(*point, frame.centre), 1.0 / frame.size);
+    [1.0, x, y, z]
+}
+
+/// `A (4 bodies, 3K)`: displacements in the bodies' fields. With x = c + s q, a pose `R x + t` moves
+/// by `(R c + t - c) + s (R - I) q`.
+fn coefficients(frames: &[Frame], poses: &[Vec<Transform>], n_steps: usize) -> Matrix {
+    let mut a = Matrix::zeros(FIELDS * frames.len(), 3 * n_steps);
+    for (body, frame) in frames.iter().enumerate() {
+        for (step, pose) in poses[body].iter().enumerate() {
+            let moved = sub(pose.apply(frame.centre), frame.centre);
+            for axis in 0..3 {
+                let column = a.column_mut(3 * step + axis);
+                column[FIELDS * body] = moved[axis];
+                for field in 0..3 {
+                    let identity = f64::from(u8::from(axis == field));
+                    column[FIELDS * body + 1 + field] =
+                        frame.size * (pose.rotation[axis][field] - identity);
+                }
+            }
+        }
+    }
+    a
+}
+
+/// The triangular factors of the bodies' fields on one diagonal: (4 bodies, 4 bodies).
+fn stacked_factor(surface: RigidSurface<'_>, frames: &[Frame]) -> Matrix {
+    let mut stacked = Matrix::zeros(FIELDS * frames.len(), FIELDS * frames.len());
+    for (body, frame) in frames.iter().enumerate() {
+        let nodes = surface.points.iter().zip(surface.body);
+        let rows: Vec<[f64; FIELDS]> = nodes
+            .filter(|(_, of)| **of == Some(body))
+            .map(|(point, _)| fields(point, frame))
+            .collect();
+        let factor = qr_factor(&Matrix::from_fn(rows.len(), FIELDS, |i, j| rows[i][j]));
+        for i in 0..factor.n_rows() {
+            for j in 0..factor.n_cols() {
+                stacked[(FIELDS * body + i, FIELDS * body + j)] = factor[(i, j)];
+            }
+        }
+    }
+    stacked
+}
+
+/// `U = F A V`: (N_s, r), by rows; zero rows where nothing moves.
+fn mode_values(surface: RigidSurface<'_>, frames: &[Frame], to_modes: &Matrix) -> Vec<f64> {
+    let r = to_modes.n_cols();
+    let mut values = vec![0.0; surface.points.len() * r];
+    if r == 0 {
+        return values;
+    }
+    let nodes = surface.points.par_iter().zip(surface.body);
+    values
+        .par_chunks_mut(r)
+        .zip(nodes)
+        .for_each(|(row, (point, body))| {
+            let Some(body) = *body else { return };
+            let fields = fields(point, &frames[body]);
+            for (mode, value) in row.iter_mut().enumerate() {
+                let column = &to_modes.column(mode)[FIELDS * body..][..FIELDS];
+                *value = fields.iter().zip(column).map(|(f, c)| f * c).sum();
+            }
+        });
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud(n: usize) -> Vec<Vector> {
+        (0..n)
+            .map(|i| std::array::from_fn(|k| ((i * 3 + k) as f64 * 12.9898).sin() * 2.0 + 5.0))
+            .collect()
+    }
+
+    fn pitch_and_flap(k: usize) -> Transform {
+        let psi = k as f64 * 0.1;
+        Transform::rotation([1.0, 0.0, 0.0], [0.0; 3], 0.2 * psi.sin()).then(&Transform::rotation(
+            [0.0, 1.0, 0.0],
+            [0.5, 0.0, 0.0],
+            0.1 * psi.cos(),
+        ))
+    }
+
+    #[test]
+    fn modes_give_the_displacements_of_two_rigid_bodies_to_round_off() {
+        let points = cloud(300);
+        let body: Vec<_> = (0..300)
+            .map(|i| match i % 3 {
+                0 => None,
+                b => Some(b - 1),
+            })
+            .collect();
+        let poses: Vec<Vec<_>> = [0, 7]
+            .iter()
+            .map(|start| (0..36).map(|k| pitch_and_flap(k + start)).collect())
+            .collect();
+        let surface = RigidSurface {
+            points: &points,
+            body: &body,
+        };
+        let modes = Modes::of_rigid_bodies(surface, &poses).expect("it converges");
+        assert!(modes.n_modes <= 8);
+        assert!(modes.truncation < 1e-13, "{}", modes.truncation);
+        for mode in 0..modes.n_modes {
+            let square: f64 = (0..36)
+                .flat_map(|k| (0..3).map(move |axis| (k, axis)))
+                .map(|(k, axis)| modes.at_step(k)[3 * mode + axis].powi(2))
+                .sum();
+            assert!((square - 1.0).abs() < 1e-12, "C C^T = I");
+        }
+    }
+
+    #[test]
+    fn a_translation_takes_one_mode_and_no_motion_none() {
+        let points = cloud(10);
+        let body = vec![Some(0); 10];
+        let surface = RigidSurface {
+            points: &points,
+            body: &body,
+        };
+        let shift = vec![vec![Transform::translation([0.0, 0.3, 0.1]); 4]];
+        let modes = Modes::of_rigid_bodies(surface, &shift).expect("it converges");
+        assert_eq!(modes.n_modes, 1);
+        let still = vec![vec![Transform::IDENTITY; 4]];
+        let modes = Modes::of_rigid_bodies(surface, &still).expect("it converges");
+        assert_eq!(modes.n_modes, 0);
+    }
+}

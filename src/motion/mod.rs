@@ -1,1 +1,37 @@
-//! (being written)
+//! The motion schedule, and what it means on a mesh.
+//!
+//! ```text
+//! schedule.toml ── Schedule::read ──> Schedule ── resolve(&mesh) ──> Motion
+//!                                     options                        steps, poses, roles of nodes
+//! ```
+//!
+//! Owns the keys of the schedule, the rotor's conventions, the exact rigid map of every body at
+//! every step and the role of every surface node. Leaves to others how the displacements are
+//! interpolated into the volume.
+
+mod body;
+mod names;
+mod options;
+mod pose;
+mod reader;
+mod rotor;
+mod schedule;
+mod steps;
+mod surface;
+mod zones;
+
+pub use body::{Body, Cyclic, Harmonic, Rigid, Series};
+pub use names::Pattern;
+pub use options::{
+    Boundaries, KernelName, OnInverted, Others, OutputOptions, QualityOutput, RbfOptions,
+    SelectionMethod, SelectionOptions,
+};
+pub use pose::Motion;
+pub use rotor::{Frame, Rotor, RotorAxes, Signs};
+pub use schedule::Schedule;
+pub use steps::{MAX_STEPS, Step};
+pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
+pub use zones::DeformingZone;
+
+#[cfg(test)]
+mod tests;

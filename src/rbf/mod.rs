@@ -1,1 +1,31 @@
-//! (being written)
+//! Radial basis functions: kernels, base points, weights, evaluation and the exact surface.
+//!
+//! Knows surface nodes, mode values and distances; nothing of rotors, schedules or files.
+
+pub mod correct;
+pub mod criterion;
+pub mod evaluate;
+pub mod field;
+pub mod kernel;
+mod newton;
+pub mod select;
+pub mod system;
+
+pub use kernel::Kernel;
+
+/// A kernel with its support radius, in mesh units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Basis {
+    /// The function of the scaled distance.
+    pub kernel: Kernel,
+    /// Distance at which it has fallen to zero, in mesh units.
+    pub radius: f64,
+}
+
+impl Basis {
+    /// `phi(|a - b| / R)`.
+    pub fn between(&self, a: &[f64; 3], b: &[f64; 3]) -> f64 {
+        let squared: f64 = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum();
+        self.kernel.value(squared.sqrt() / self.radius)
+    }
+}

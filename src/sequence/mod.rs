@@ -1,1 +1,26 @@
-//! (being written)
+//! A run from plan to files: base points once, mode fields once, one mesh a step.
+//!
+//! ```text
+//! Plan ──> Selection ──> Deformer ──> points, quality, one file and one row of steps.csv a step
+//! ```
+//!
+//! Owns what a run decides, the order of its work and what it leaves in its folder. Leaves to
+//! others how a motion is written down, how it is interpolated and what a file looks like.
+
+pub mod base;
+mod deformer;
+mod output;
+mod plan;
+mod progress;
+mod record;
+mod run;
+mod surface;
+mod wall;
+mod zone;
+
+pub use deformer::Deformer;
+pub use plan::Plan;
+pub use progress::{Progress, Silent};
+pub use run::{Finished, Request, check_conditions, estimate_bytes, run, select_base};
+pub use surface::SurfacePoints;
+pub use wall::FirstCells;

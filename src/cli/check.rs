@@ -1,0 +1,136 @@
+//! `azimesh check`: a dry run that says what `deform` would do.
+
+use super::{Context, Outcome};
+use crate::error::Result;
+use crate::motion::{Role, Schedule};
+use crate::sequence::{Plan, estimate_bytes};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Steps that are listed one by one; of more, some evenly spaced.
+const LISTED: usize = 12;
+
+/// Arguments of `azimesh check`.
+#[derive(Debug, clap::Args)]
+pub struct CheckArgs {
+    /// Mesh with boundary tags
+    mesh: PathBuf,
+    /// Motion schedule (TOML)
+    schedule: PathBuf,
+}
+
+pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
+    let schedule = Schedule::read(&args.schedule)?;
+    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)?;
+    match context.common.json {
+        true => context.print_json(as_json(&plan))?,
+        false => context.print(&as_text(&plan))?,
+    }
+    Ok(Outcome::Fine)
+}
+
+fn role_name(plan: &Plan, role: Option<Role>) -> String {
+    match role {
+        Some(Role::Moving(body)) => {
+            format!("moves with {}", plan.motion.bodies[usize::from(body)].name)
+        }
+        Some(Role::Fixed) => "fixed".into(),
+        Some(Role::Sliding) => "slides".into(),
+        None => "free".into(),
+    }
+}
+
+/// Memory that a run holds at its peak: the mesh, two more sets of positions, the mode fields.
+fn memory_bytes(plan: &Plan) -> usize {
+    let nodes = plan.reference.len();
+    let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
+    plan.mesh.memory_bytes()
+        + plan.mesh.cells.len()
+        + 48 * nodes
+        + 8 * plan.modes.n_modes * deforming
+}
+
+fn as_json(plan: &Plan) -> Value {
+    let tags = plan.motion.surface.tags.iter();
+    let steps = plan.motion.steps.iter();
+    json!({
+        "nodes": plan.reference.len(),
+        "surface_points": plan.surface.nodes.len(),
+        "coincident_surface_nodes": plan.surface.n_coincident,
+        "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag.role) })).collect::<Vec<_>>(),
+        "kernel": plan.basis.kernel.name(),
+        "support_radius": plan.basis.radius,
+        "tolerance": plan.tolerance,
+        "chosen": plan.choices,
+        "modes": plan.modes.n_modes,
+        "mode_truncation": plan.modes.truncation,
+        "smallest_first_cell": plan.first_cells.smallest(),
+        "memory_bytes": memory_bytes(plan),
+        "output_bytes": estimate_bytes(&plan.mesh, plan.motion.steps.len()),
+        "steps": steps.map(|step| json!({
+            "step": step.index,
+            "azimuth_deg": step.azimuth_deg,
+            "time_s": step.time_s,
+            "max_displacement": plan.largest_displacement(step.index),
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn as_text(plan: &Plan) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name:<22}{value}");
+    };
+    line("nodes", plan.reference.len().to_string());
+    line(
+        "surface nodes",
+        format!(
+            "{} at {} places",
+            plan.surface.nodes.len() + plan.surface.n_coincident,
+            plan.surface.nodes.len()
+        ),
+    );
+    for tag in &plan.motion.surface.tags {
+        line("tag", format!("{}: {}", tag.tag, role_name(plan, tag.role)));
+    }
+    line(
+        "kernel",
+        format!(
+            "{}, support radius {}",
+            plan.basis.kernel.name(),
+            plan.basis.radius
+        ),
+    );
+    line("tolerance", plan.tolerance.to_string());
+    for choice in &plan.choices {
+        line("", choice.clone());
+    }
+    line(
+        "modes",
+        format!(
+            "{}, off by {:.1e} at most",
+            plan.modes.n_modes, plan.modes.truncation
+        ),
+    );
+    if let Some(height) = plan.first_cells.smallest() {
+        line("smallest first cell", format!("{height:.3e}"));
+    }
+    let n_steps = plan.motion.steps.len();
+    line("steps", n_steps.to_string());
+    line("memory", gigabytes(memory_bytes(plan) as u64));
+    line("meshes", gigabytes(estimate_bytes(&plan.mesh, n_steps)));
+    line("azimuth_deg", "largest displacement".into());
+    for step in plan.motion.steps.iter().step_by(n_steps.div_ceil(LISTED)) {
+        line(
+            &format!("{:>11}", step.azimuth_deg),
+            format!("{:.6}", plan.largest_displacement(step.index)),
+        );
+    }
+    text
+}
+
+fn gigabytes(bytes: u64) -> String {
+    format!("about {:.3} GB", bytes as f64 / 1e9)
+}

@@ -1,0 +1,70 @@
+//! What commands that write a mesh share: options of the file, and refusing to replace one.
+
+use super::Context;
+use crate::error::{Error, Result};
+use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
+use crate::mesh::Mesh;
+use std::path::Path;
+
+/// How a mesh is written.
+#[derive(Debug, Clone, clap::Args)]
+pub struct OutputArgs {
+    /// How numbers are stored
+    #[arg(long, value_enum, default_value = "raw")]
+    pub encoding: Encoding,
+    /// Compression of binary data, in formats that have it
+    #[arg(long, value_enum, default_value = "none")]
+    pub compression: Compression,
+    /// Precision of coordinates
+    #[arg(long, value_enum, default_value = "f64")]
+    pub precision: Precision,
+    /// Whether names of tags are written as string arrays; some readers refuse them
+    #[arg(long, value_enum, default_value = "yes")]
+    pub tag_names: TagNames,
+    /// Replace an output that exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Whether VTK files carry the names of tags.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TagNames {
+    /// Names are written
+    Yes,
+    /// Numbers only
+    None,
+}
+
+impl OutputArgs {
+    fn options(&self) -> WriteOptions {
+        WriteOptions {
+            encoding: self.encoding,
+            compression: self.compression,
+            precision: self.precision,
+            tag_names: self.tag_names == TagNames::Yes,
+        }
+    }
+
+    /// Refuses to replace a file without `--force`. Asked before any work is done.
+    pub fn check(&self, path: &Path) -> Result<()> {
+        let is_file = path.as_os_str() != "-" && path.is_file();
+        if is_file && !self.force {
+            return Err(Error::input("exists already; --force replaces it").file(path));
+        }
+        Ok(())
+    }
+
+    /// Writes the mesh and notes what the format could not hold.
+    pub fn save(
+        &self,
+        mesh: &Mesh,
+        path: &Path,
+        format: &dyn Format,
+        context: &Context,
+    ) -> Result<()> {
+        for dropped in formats::save(mesh, path, format, &self.options())? {
+            context.note(&format!("{}: {dropped}", path.display()));
+        }
+        Ok(())
+    }
+}

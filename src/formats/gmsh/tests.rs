@@ -1,0 +1,203 @@
+//! Round trips, and the oddities of real files.
+
+use super::super::{Encoding, Format, ReadOptions, WriteOptions};
+use super::{Msh, Msh22};
+use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
+
+fn read(bytes: &[u8]) -> Mesh {
+    let mut mesh = Msh
+        .read(bytes, &ReadOptions::default())
+        .expect("a good file");
+    mesh.validate().expect("a good mesh");
+    mesh.merge_repeated_faces();
+    mesh
+}
+
+fn group(dimension: u8, name: &str, number: i32, cells: &[usize]) -> Group {
+    Group {
+        dimension,
+        name: name.into(),
+        number: Some(number),
+        cells: cells.iter().copied().collect(),
+    }
+}
+
+/// One cell of every kind that MSH holds, in groups of every dimension.
+fn every_kind() -> Mesh {
+    let mut mesh = Mesh {
+        points: (0..40)
+            .map(|i| {
+                let x = f64::from(i);
+                [x / 3.0, -x * 1e-9, 1e17 / (x + 0.7)]
+            })
+            .collect(),
+        ..Mesh::default()
+    };
+    let mut of_dimension: [Vec<usize>; 4] = Default::default();
+    for kind in CellKind::ALL {
+        let Some(n) = kind.n_nodes() else { continue };
+        let nodes: Vec<u32> = (5..).take(n).collect();
+        of_dimension[usize::from(kind.dimension())].push(mesh.cells.len());
+        mesh.cells.push(kind, &nodes);
+    }
+    let [points, lines, surfaces, volumes] = &of_dimension;
+    mesh.groups = vec![
+        group(3, "air", 4, &volumes[1..]),
+        group(3, "rotor", 5, &volumes[2..6]),
+        group(2, "upper wall", 2, &surfaces[..3]),
+        group(2, "hub", 7, &surfaces[2..]),
+        group(1, "the \"edge\"", 2, &lines[1..]),
+        group(1, "edges", 3, lines),
+        group(0, "9", 9, points),
+    ];
+    mesh
+}
+
+fn written(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
+    let options = WriteOptions {
+        encoding,
+        ..WriteOptions::default()
+    };
+    let mut file = Vec::new();
+    format
+        .write(mesh, &mut file, &options)
+        .expect("MSH holds it");
+    file
+}
+
+#[test]
+fn every_kind_and_group_comes_back_from_every_flavour() {
+    let mut mesh = every_kind();
+    for format in [&Msh as &dyn Format, &Msh22] {
+        for encoding in [Encoding::Raw, Encoding::Ascii] {
+            let back = read(&written(format, &mesh, encoding));
+            assert_eq!(back.points, mesh.points);
+            assert_eq!(back.cells, mesh.cells);
+            // A quote inside a name cannot be written.
+            mesh.groups[4].name = "the 'edge'".into();
+            let mut groups = back.groups;
+            groups.sort_by_key(|group| std::cmp::Reverse(group.dimension));
+            assert_eq!(groups, mesh.groups);
+        }
+    }
+}
+
+#[test]
+fn what_is_left_out_is_said() {
+    let mut mesh = every_kind();
+    let values = Values::F64(vec![0.0; mesh.points.len()]);
+    mesh.point_arrays
+        .push(DataArray::scalar("pressure", values));
+    let notes = Msh
+        .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+        .expect("MSH holds the rest");
+    assert_eq!(notes.len(), 2, "{notes:?}");
+    assert!(notes[1].contains("\"pressure\""));
+    mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
+    for format in [&Msh as &dyn Format, &Msh22] {
+        let error = format
+            .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+            .expect_err("a polygon");
+        assert!(error.to_string().contains("polygon"), "{error}");
+    }
+}
+
+#[test]
+fn empty_groups_and_unused_nodes_are_kept() {
+    let mut mesh = every_kind();
+    mesh.groups.push(group(2, "spare", 11, &[]));
+    mesh.groups.push(group(2, "12", 12, &[]));
+    for format in [&Msh as &dyn Format, &Msh22] {
+        let back = read(&written(format, &mesh, Encoding::Raw));
+        let empty = back.groups.iter().filter(|group| group.cells.is_empty());
+        let names: Vec<&str> = empty.map(|group| &group.name[..]).collect();
+        assert_eq!(names, ["spare", "12"]);
+        assert_eq!(back.points.len(), 40);
+    }
+}
+
+const SQUARE_41: &str = "\
+$Comments\nmade by hand\n$EndComments\n$MeshFormat\n4.1 0 8\n$EndMeshFormat
+$PhysicalNames\n2\n1 3 \"lower side\"\n2 1 \"plate\"\n$EndPhysicalNames
+$Entities\n0 2 1 0\n1 0 0 0 1 0 0 2 -3 5 0\n2 0 0 0 0 1 0 0 0\n4 0 0 0 1 1 0 1 1 2 1 -2\n$EndEntities
+$Nodes\n2 4 10 40\n1 1 1 2\n40\n20\n0 0 0 0\n1 0 0 1\n2 4 1 2\n30\n10\n1 1 0 0.5 0.5\n0 1 0 1 1
+$EndNodes\n$Unknown\n$Elements of another kind\n$EndUnknown
+$Elements\n3 3 1 3\n1 1 1 1\n1 40 20\n1 2 1 1\n2 10 40\n2 4 3 1\n3 40 20 30 10\n$EndElements\n";
+
+#[test]
+fn entities_carry_groups_and_nodes_any_tags_and_parameters() {
+    for file in [SQUARE_41.to_owned(), SQUARE_41.replace('\n', "\r\n")] {
+        let mesh = read(file.as_bytes());
+        assert_eq!(mesh.points[2], [1.0, 1.0, 0.0]);
+        assert_eq!(mesh.cells.get(2).nodes, [0, 1, 2, 3]);
+        assert_eq!(
+            mesh.groups,
+            [
+                group(1, "lower side", 3, &[0]),
+                group(2, "plate", 1, &[2]),
+                group(1, "5", 5, &[0]),
+            ]
+        );
+    }
+}
+
+#[test]
+fn a_boundary_without_physical_groups_is_tagged_by_its_entities() {
+    let file = SQUARE_41
+        .replace("2 -3 5 0", "0 0")
+        .replace("2\n1 3 \"lower side\"\n2 1", "1\n2 1");
+    let groups = read(file.as_bytes()).groups;
+    let expected = [
+        group(2, "plate", 1, &[2]),
+        group(1, "1", 1, &[0]),
+        group(1, "2", 2, &[1]),
+    ];
+    assert_eq!(groups, expected);
+}
+
+#[test]
+fn coordinates_of_a_block_on_one_line_are_read() {
+    let file = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 3 1 3\n2 1 0 3\n1 2 3\n\
+                0. 0. 0. 1. 0. 0. 0. 1. 0.\n$EndNodes\n$Elements\n1 1 1 1\n2 1 2 1\n1 1 2 3\n\
+                $EndElements\n";
+    assert_eq!(read(file.as_bytes()).points[2], [0.0, 1.0, 0.0]);
+}
+
+/// A triangle in big-endian binary, `size_bytes` each `size_t`.
+fn big_endian_41(size_bytes: usize) -> Vec<u8> {
+    let mut file = format!("$MeshFormat\n4.1 1 {size_bytes}\n").into_bytes();
+    let size = |n: u64| n.to_be_bytes()[8 - size_bytes..].to_vec();
+    let int = |n: i32| n.to_be_bytes().to_vec();
+    file.extend(int(1));
+    file.extend(b"\n$EndMeshFormat\n$Nodes\n");
+    file.extend([1, 3, 1, 3].map(size).concat());
+    file.extend([int(2), int(1), int(0), size(3)].concat());
+    file.extend([1, 2, 3].map(size).concat());
+    for x in [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.25f64] {
+        file.extend(x.to_be_bytes());
+    }
+    file.extend(b"\n$EndNodes\n$Elements\n");
+    file.extend([1, 1, 1, 1].map(size).concat());
+    file.extend([int(2), int(1), int(2), size(1)].concat());
+    file.extend([1, 3, 1, 2].map(size).concat());
+    file.extend(b"\n$EndElements\n");
+    file
+}
+
+#[test]
+fn big_endian_and_short_sizes_are_read() {
+    for size_bytes in [4, 8] {
+        let mesh = read(&big_endian_41(size_bytes));
+        assert_eq!(mesh.points[2], [0.0, 1.0, 0.25]);
+        assert_eq!(mesh.cells.get(0).nodes, [2, 0, 1]);
+    }
+}
+
+#[test]
+fn an_element_without_tags_is_in_no_group() {
+    let file = "$MeshFormat\n2.0 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n6 \"plate\"\n\
+                $EndPhysicalNames\n$Nodes\n4\n0 0 0 0\n1 1 0 0\n2 1 1 0\n3 0 1 0\n$EndNodes\n\
+                $Elements\n2\n1 2 0 0 1 2\n2 2 3 -6 8 1 0 2 3\n$EndElements\n";
+    let mesh = read(file.as_bytes());
+    assert_eq!(mesh.groups, [group(2, "plate", 6, &[1])]);
+}

@@ -1,0 +1,150 @@
+//! Writing a mesh file whole or not at all: into a file beside it, which then takes its name.
+
+use super::{Format, WriteOptions};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Bytes gathered before the system is asked to write.
+const BUFFER: usize = 1 << 20;
+
+/// Writes `mesh` to `path`; returns a sentence for each thing that the format cannot hold.
+///
+/// The bytes go to a hidden file in the same folder, which is renamed once it is complete and
+/// removed when anything fails. `-` is standard output. A device or a pipe, which cannot be
+/// replaced, is written to directly; a symbolic link is followed.
+pub fn save(
+    mesh: &Mesh,
+    path: &Path,
+    format: &dyn Format,
+    options: &WriteOptions,
+) -> Result<Vec<String>> {
+    write_whole(path, |out| format.write(mesh, out, options))
+}
+
+/// Writes text to `path` in the same way.
+pub fn save_text(text: &str, path: &Path) -> Result<()> {
+    write_whole(path, |out| {
+        out.write_all(text.as_bytes())
+            .map_err(|error| Error::io(path, &error))
+    })
+}
+
+/// Fills a file through `write`, whole or not at all, as [`save`] does.
+pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
+    if path.as_os_str() == "-" {
+        return fill(io::stdout().lock(), Path::new("<stdout>"), write);
+    }
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    match fs::metadata(&target) {
+        Ok(found) if found.is_dir() => {
+            return Err(Error::input("this is a folder, not a file").file(path));
+        }
+        Ok(found) if !found.is_file() => {
+            let device = OpenOptions::new()
+                .write(true)
+                .open(&target)
+                .map_err(|error| Error::io(path, &error))?;
+            return fill(device, path, write);
+        }
+        _ => {}
+    }
+    let (file, temporary) = create_beside(&target).map_err(|error| Error::io(path, &error))?;
+    fill(file, path, write)
+        .and_then(|written| {
+            fs::rename(&temporary, &target).map_err(|error| Error::io(path, &error))?;
+            Ok(written)
+        })
+        .inspect_err(|_| {
+            // The first error is the one to report.
+            let _ = fs::remove_file(&temporary);
+        })
+}
+
+fn fill<T>(
+    sink: impl Write,
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<T>,
+) -> Result<T> {
+    let mut out = BufWriter::with_capacity(BUFFER, sink);
+    let written = write(&mut out).map_err(|error| error.file(path))?;
+    out.flush().map_err(|error| Error::io(path, &error))?;
+    Ok(written)
+}
+
+/// A new file in the folder of `target`, under a name that nothing has.
+fn create_beside(target: &Path) -> io::Result<(File, PathBuf)> {
+    let name = target.file_name().ok_or(ErrorKind::InvalidInput)?;
+    let mut attempt = 0u32;
+    loop {
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".{}-{attempt}.part", std::process::id()));
+        let path = target.with_file_name(hidden);
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(file) => return Ok((file, path)),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && attempt < 1000 => {
+                attempt += 1;
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("the folder is there");
+        let name = |entry: io::Result<fs::DirEntry>| entry.expect("it can be listed").file_name();
+        let mut names: Vec<String> = entries
+            .map(|entry| name(entry).to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("mesh.txt");
+        save_text("old", &path).expect("it can be written");
+        let failed: Result<()> = write_whole(&path, |out| {
+            out.write_all(b"half").expect("it is buffered");
+            Err(Error::system("disk full"))
+        });
+        let message = failed.expect_err("it failed").to_string();
+        assert!(message.ends_with("mesh.txt: disk full"), "{message}");
+        assert_eq!(fs::read_to_string(&path).expect("it is kept"), "old");
+        assert_eq!(names(folder.path()), ["mesh.txt"]);
+    }
+
+    #[test]
+    fn a_missing_folder_is_wrong_input() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let error = save_text("x", &folder.path().join("no/mesh.txt")).expect_err("no folder");
+        assert_eq!(error.kind, crate::error::Kind::Input);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_a_device_a_device() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("mesh.txt");
+        let link = folder.path().join("link.txt");
+        save_text("old", &path).expect("it can be written");
+        std::os::unix::fs::symlink(&path, &link).expect("links are known");
+        save_text("new", &link).expect("it can be written");
+        assert!(
+            fs::symlink_metadata(&link)
+                .expect("it is there")
+                .is_symlink()
+        );
+        assert_eq!(fs::read_to_string(&path).expect("it is there"), "new");
+        save_text("x", Path::new("/dev/null")).expect("it takes everything");
+        assert!(!fs::metadata("/dev/null").expect("it is there").is_file());
+    }
+}

@@ -1,0 +1,50 @@
+//! SU2 meshes: plane or solid, linear cells, boundary tags as markers. Node order is VTK's.
+
+mod read;
+mod write;
+
+use super::{Format, ReadOptions, WriteOptions};
+use crate::error::Result;
+use crate::mesh::{CellKind, Mesh};
+use std::io::Write;
+
+/// SU2 mesh (.su2).
+pub struct Su2;
+
+impl Format for Su2 {
+    fn name(&self) -> &'static str {
+        "su2"
+    }
+    fn title(&self) -> &'static str {
+        "SU2 mesh (.su2)"
+    }
+    fn extensions(&self) -> &'static [&'static str] {
+        &["su2"]
+    }
+    fn recognizes(&self, head: &[u8]) -> bool {
+        read::recognizes(head)
+    }
+    fn read(&self, bytes: &[u8], _options: &ReadOptions) -> Result<Mesh> {
+        read::read(bytes)
+    }
+    fn write(
+        &self,
+        mesh: &Mesh,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Vec<String>> {
+        write::write(mesh, out, options)
+    }
+}
+
+/// Whether SU2 has cells of this kind; it numbers them as VTK does.
+fn holds(kind: CellKind) -> bool {
+    use CellKind::*;
+    matches!(
+        kind,
+        Vertex | Line | Triangle | Quadrilateral | Tetrahedron | Hexahedron | Wedge | Pyramid
+    )
+}
+
+#[cfg(test)]
+mod tests;

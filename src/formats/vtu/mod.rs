@@ -1,0 +1,68 @@
+//! VTK XML unstructured grids (.vtu).
+//!
+//! Reads every way in which VTK stores numbers and writes the ones that [`WriteOptions`] names.
+//! Boundary tags and zones are integer cell arrays with their names beside them (see `tags`).
+//!
+//! ```text
+//! xml     which arrays there are and where their values lie
+//! stored  stored values of one array -> bytes: text, base64, raw, compressed blocks
+//! number  bytes -> numbers
+//! read    arrays -> nodes and arrays; cells: types and offsets -> runs; polyhedra: their faces
+//! tags    integer cell arrays <-> groups
+//! write   mesh -> list of arrays -> file; content: bytes of one array; encode: text, base64, blocks
+//! ```
+
+mod cells;
+mod content;
+mod encode;
+mod number;
+mod polyhedra;
+mod read;
+mod stored;
+mod tags;
+mod write;
+mod xml;
+
+use super::{Format, ReadOptions, WriteOptions};
+use crate::error::Result;
+use crate::mesh::Mesh;
+use std::io::Write;
+
+/// VTK XML unstructured grid (.vtu).
+pub struct Vtu;
+
+impl Format for Vtu {
+    fn name(&self) -> &'static str {
+        "vtu"
+    }
+
+    fn title(&self) -> &'static str {
+        "VTK XML unstructured grid (.vtu)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["vtu"]
+    }
+
+    /// Any VTK XML file: for other grids the reader says what it found.
+    fn recognizes(&self, head: &[u8]) -> bool {
+        let head = &head[..head.len().min(4096)];
+        memchr::memmem::find(head, b"<VTKFile").is_some()
+    }
+
+    fn read(&self, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
+        read::read(bytes, options)
+    }
+
+    fn write(
+        &self,
+        mesh: &Mesh,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Vec<String>> {
+        write::write(mesh, out, options)
+    }
+}
+
+#[cfg(test)]
+mod tests;

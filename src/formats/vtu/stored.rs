@@ -1,0 +1,463 @@
+//! The stored values of one array, turned into chunks of bytes: text, base64, raw, blocks.
+//!
+//! What a file says about sizes is checked against the bytes it has before any memory is taken,
+//! and values pass through in chunks, so that unpacking needs little more than its result.
+
+use super::super::Compression;
+use super::number::{Chunk, Element, Number, parse_words, with_type};
+use super::xml::{Array, Layout, Place, line_after};
+use crate::error::{Error, Result};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::io::Read;
+
+/// Bytes unpacked before they are handed on.
+const CHUNK: usize = 8 << 20;
+
+/// The stored values of one array, their sizes checked.
+pub(super) struct Stored<'a> {
+    element: Element,
+    swap: bool,
+    data: Data<'a>,
+}
+
+enum Data<'a> {
+    /// Numbers as text, and the file before it.
+    Text(&'a [u8], &'a [u8]),
+    /// The values as they are.
+    Plain(&'a [u8]),
+    /// Base64 of `skip` bytes and then the values.
+    Base64 {
+        text: Cow<'a, [u8]>,
+        skip: usize,
+        n_bytes: usize,
+    },
+    Blocks(Blocks<'a>),
+}
+
+struct Blocks<'a> {
+    compression: Compression,
+    data: Cow<'a, [u8]>,
+    /// Compressed size of each block.
+    sizes: Vec<usize>,
+    /// Size of each block but the last when unpacked.
+    block_size: usize,
+    n_bytes: usize,
+}
+
+impl<'a> Stored<'a> {
+    /// Finds the values of an array and checks what is said about their size.
+    pub fn open(array: &Array<'a>, layout: &Layout) -> Result<Self> {
+        let data = match (array.place, layout.compression) {
+            (Place::Ascii, _) => Ok(Data::Text(array.stored, array.before)),
+            (place, Compression::None) => plain(place, array.stored, layout),
+            (place, compression) => blocks(place, compression, array.stored, layout),
+        };
+        Ok(Self {
+            element: array.element,
+            swap: layout.big_endian != cfg!(target_endian = "big"),
+            data: data.map_err(|error| error.dataset(&array.name))?,
+        })
+    }
+
+    /// Number of bytes of all values; unknown for text.
+    pub fn n_bytes(&self) -> Option<usize> {
+        match &self.data {
+            Data::Text(..) => None,
+            Data::Plain(bytes) => Some(bytes.len()),
+            Data::Base64 { n_bytes, .. } => Some(*n_bytes),
+            Data::Blocks(blocks) => Some(blocks.n_bytes),
+        }
+    }
+
+    /// The most values that there can be.
+    pub fn most_values(&self) -> usize {
+        match &self.data {
+            Data::Text(text, _) => text.len().div_ceil(2),
+            _ => self.n_bytes().unwrap_or(0) / self.element.size(),
+        }
+    }
+
+    /// Hands the values to `sink` in chunks of a whole number of tuples of `tuple` bytes.
+    pub fn for_each(&self, tuple: usize, sink: &mut dyn FnMut(Chunk) -> Result<()>) -> Result<()> {
+        let mut aligner = Aligner {
+            tuple,
+            swap: self.swap,
+            pending: Vec::new(),
+            sink,
+        };
+        match &self.data {
+            Data::Plain(bytes) => {
+                let chunk = Chunk {
+                    bytes,
+                    swap: self.swap,
+                };
+                if !bytes.is_empty() {
+                    sink(chunk)?;
+                }
+                return Ok(());
+            }
+            Data::Text(text, before) => {
+                aligner.swap = false;
+                with_type!(self.element, T => text_chunks::<T>(text, before, self.element, &mut aligner)?);
+            }
+            Data::Base64 { text, skip, .. } => base64_chunks(text, *skip, &mut aligner)?,
+            Data::Blocks(blocks) => blocks.chunks(&mut aligner)?,
+        }
+        aligner.finish()
+    }
+}
+
+/// Passes bytes on in whole tuples.
+struct Aligner<'s> {
+    tuple: usize,
+    swap: bool,
+    pending: Vec<u8>,
+    sink: &'s mut dyn FnMut(Chunk) -> Result<()>,
+}
+
+impl Aligner<'_> {
+    /// Passes on what `fill` appends, but for an incomplete tuple at the end.
+    fn push(&mut self, fill: impl FnOnce(&mut Vec<u8>) -> Result<()>) -> Result<()> {
+        fill(&mut self.pending)?;
+        let whole = self.pending.len() / self.tuple * self.tuple;
+        if whole > 0 {
+            let chunk = Chunk {
+                bytes: &self.pending[..whole],
+                swap: self.swap,
+            };
+            (self.sink)(chunk)?;
+            self.pending.drain(..whole);
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<()> {
+        if self.pending.is_empty() {
+            return Ok(());
+        }
+        Err(Error::input("the values end inside a tuple"))
+    }
+}
+
+fn text_chunks<T: Number>(
+    text: &[u8],
+    before: &[u8],
+    element: Element,
+    aligner: &mut Aligner,
+) -> Result<()> {
+    let mut start = 0;
+    while start < text.len() {
+        let end = word_end(text, start.saturating_add(CHUNK));
+        let mut cuts = vec![start];
+        while cuts[cuts.len() - 1] < end {
+            cuts.push(word_end(&text[..end], cuts[cuts.len() - 1] + CHUNK / 32));
+        }
+        let parts: Vec<_> = cuts
+            .par_windows(2)
+            .map(|cut| (cut[0], parse_words::<T>(&text[cut[0]..cut[1]], element)))
+            .collect();
+        for (first, part) in parts {
+            let numbers = part.map_err(|(at, message)| {
+                let line = line_after(before) - 1 + line_after(&text[..first + at]);
+                Error::input(message).line(line)
+            })?;
+            aligner.push(|bytes| {
+                bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
+                Ok(())
+            })?;
+        }
+        start = end;
+    }
+    Ok(())
+}
+
+/// The end of the word that `at` is in.
+fn word_end(text: &[u8], at: usize) -> usize {
+    let Some(rest) = text.get(at..) else {
+        return text.len();
+    };
+    at + rest
+        .iter()
+        .position(u8::is_ascii_whitespace)
+        .unwrap_or(rest.len())
+}
+
+fn base64_chunks(text: &[u8], skip: usize, aligner: &mut Aligner) -> Result<()> {
+    let mut skip = skip;
+    for part in text.chunks(CHUNK) {
+        aligner.push(|bytes| {
+            let start = bytes.len();
+            base64_simd::STANDARD
+                .decode_append(part, bytes)
+                .map_err(|_| Error::input("the base64 text is damaged"))?;
+            bytes.drain(start..start + skip.min(bytes.len() - start));
+            Ok(())
+        })?;
+        skip = 0;
+    }
+    Ok(())
+}
+
+/// The first `n_bytes` bytes of base64 as characters without white space, and how many characters
+/// of `text` they take.
+fn base64_run(text: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, usize)> {
+    let short = || {
+        let found = text.len();
+        Error::input(format!(
+            "{n_bytes} bytes in base64 are needed, found {found} characters"
+        ))
+    };
+    let n = n_bytes
+        .div_ceil(3)
+        .checked_mul(4)
+        .filter(|n| *n <= text.len())
+        .ok_or_else(short)?;
+    if !text[..n].iter().any(u8::is_ascii_whitespace) {
+        return Ok((Cow::Borrowed(&text[..n]), n));
+    }
+    let mut run = Vec::with_capacity(n);
+    for (at, byte) in text.iter().enumerate() {
+        if !byte.is_ascii_whitespace() {
+            run.push(*byte);
+            if run.len() == n {
+                return Ok((Cow::Owned(run), at + 1));
+            }
+        }
+    }
+    Err(short())
+}
+
+fn decode(run: &[u8]) -> Result<Vec<u8>> {
+    let decoded = base64_simd::STANDARD.decode_to_vec(run);
+    decoded.map_err(|_| Error::input("the base64 text is damaged"))
+}
+
+/// Uncompressed values: their number of bytes, then they.
+fn plain<'a>(place: Place, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>> {
+    let width = layout.header_bytes;
+    if place == Place::Raw {
+        let header = stored.get(..width).ok_or_else(|| no_header(stored))?;
+        let n_bytes = header_number(header, layout)?;
+        let bytes = stored[width..].get(..n_bytes).ok_or_else(|| {
+            let left = stored.len() - width;
+            Error::input(format!(
+                "{n_bytes} bytes are announced, but {left} are left in the file"
+            ))
+        })?;
+        return Ok(Data::Plain(bytes));
+    }
+    let text = stored.trim_ascii_start();
+    if text.is_empty() {
+        return Ok(Data::Plain(&[]));
+    }
+    let (run, taken) = base64_run(text, width)?;
+    // Padding after the header says that the values are a base64 text of their own.
+    let apart = run.ends_with(b"=");
+    // Without it, the run's last characters belong to the values too.
+    let n_bytes = header_number(&decode(&run)?[..width], layout)?;
+    let (text, skip) = if apart {
+        (&text[taken..], 0)
+    } else {
+        (text, width)
+    };
+    let total = n_bytes
+        .checked_add(skip)
+        .ok_or_else(|| Error::input("the size overflows"))?;
+    let (text, _) = base64_run(text.trim_ascii_start(), total)?;
+    Ok(Data::Base64 {
+        text,
+        skip,
+        n_bytes,
+    })
+}
+
+/// Compressed values: number of blocks, their size, the last one's size if it is smaller, the
+/// compressed size of each; then the blocks.
+fn blocks<'a>(
+    place: Place,
+    compression: Compression,
+    stored: &'a [u8],
+    layout: &Layout,
+) -> Result<Data<'a>> {
+    let width = layout.header_bytes;
+    let stored = if place == Place::Raw {
+        stored
+    } else {
+        stored.trim_ascii_start()
+    };
+    if stored.is_empty() && place == Place::Base64 {
+        return Ok(Data::Plain(&[]));
+    }
+    let header = |n_bytes: usize| -> Result<(Cow<'a, [u8]>, &'a [u8])> {
+        if place == Place::Raw {
+            let (header, rest) = stored
+                .split_at_checked(n_bytes)
+                .ok_or_else(|| no_header(stored))?;
+            return Ok((Cow::Borrowed(header), rest));
+        }
+        let (run, taken) = base64_run(stored, n_bytes)?;
+        let decoded = decode(&run)?;
+        if decoded.len() < n_bytes {
+            return Err(Error::input("the header of the blocks is too short"));
+        }
+        Ok((Cow::Owned(decoded), &stored[taken..]))
+    };
+    let n_blocks = header_number(&header(width)?.0[..width], layout)?;
+    if n_blocks == 0 {
+        return Ok(Data::Plain(&[]));
+    }
+    let n_header = n_blocks.checked_add(3).and_then(|n| n.checked_mul(width));
+    let n_header = n_header.filter(|n| *n <= stored.len()).ok_or_else(|| {
+        Error::input(format!(
+            "{n_blocks} compressed blocks are announced, more than the file has"
+        ))
+    })?;
+    let (header, rest) = header(n_header)?;
+    let mut numbers = header[..n_header]
+        .chunks_exact(width)
+        .map(|n| header_number(n, layout));
+    let mut next = || {
+        numbers
+            .next()
+            .expect("the header has 3 numbers and one a block")
+    };
+    let (_, block_size, last) = (next()?, next()?, next()?);
+    let sizes = (0..n_blocks).map(|_| next()).collect::<Result<Vec<_>>>()?;
+    let last = if last == 0 { block_size } else { last };
+    let n_bytes = (n_blocks - 1)
+        .checked_mul(block_size)
+        .and_then(|n| n.checked_add(last));
+    let n_bytes = n_bytes.ok_or_else(|| Error::input("the size of the blocks overflows"))?;
+    let n_compressed = sizes
+        .iter()
+        .try_fold(0usize, |sum, size| sum.checked_add(*size));
+    let n_compressed = n_compressed.filter(|n| *n <= rest.len()).ok_or_else(|| {
+        let left = rest.len();
+        Error::input(format!(
+            "the compressed blocks are longer than the {left} bytes that are left"
+        ))
+    })?;
+    check_ratio(compression, n_bytes, n_compressed, block_size, last)?;
+    let data = match place {
+        Place::Raw => Cow::Borrowed(&rest[..n_compressed]),
+        _ => Cow::Owned(decode(
+            &base64_run(rest.trim_ascii_start(), n_compressed)?.0,
+        )?),
+    };
+    Ok(Data::Blocks(Blocks {
+        compression,
+        data,
+        sizes,
+        block_size,
+        n_bytes,
+    }))
+}
+
+/// Refuses sizes that no compressed data could unpack to.
+fn check_ratio(
+    compression: Compression,
+    n_bytes: usize,
+    n_compressed: usize,
+    block_size: usize,
+    last: usize,
+) -> Result<()> {
+    let ratio = match compression {
+        Compression::None => 1,
+        Compression::Zlib => 1100,
+        Compression::Lz4 => 256,
+        Compression::Lzma => 10_000,
+    };
+    if block_size == 0 || last > block_size || n_bytes / ratio > n_compressed {
+        return Err(Error::input(format!(
+            "blocks of {block_size} bytes, {n_bytes} in all, cannot come from {n_compressed} \
+             compressed bytes"
+        )));
+    }
+    Ok(())
+}
+
+impl Blocks<'_> {
+    fn chunks(&self, aligner: &mut Aligner) -> Result<()> {
+        let per_chunk = (CHUNK / self.block_size).max(1);
+        let mut data = &self.data[..];
+        let mut left = self.n_bytes;
+        for (chunk, sizes) in self.sizes.chunks(per_chunk).enumerate() {
+            let mut packed = Vec::with_capacity(sizes.len());
+            for size in sizes {
+                let (block, rest) = data.split_at(*size);
+                packed.push(block);
+                data = rest;
+            }
+            let n_bytes = left.min(sizes.len() * self.block_size);
+            left -= n_bytes;
+            aligner.push(|bytes| {
+                let start = bytes.len();
+                bytes.resize(start + n_bytes, 0);
+                bytes[start..]
+                    .par_chunks_mut(self.block_size)
+                    .zip(packed)
+                    .enumerate()
+                    .try_for_each(|(block, (out, packed))| {
+                        unpack(self.compression, packed, out).map_err(|what| {
+                            let block = chunk * per_chunk + block;
+                            Error::input(format!("compressed block {block} is damaged: {what}"))
+                        })
+                    })
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Unpacks one block, which must fill `out` exactly.
+fn unpack(
+    compression: Compression,
+    packed: &[u8],
+    out: &mut [u8],
+) -> std::result::Result<(), String> {
+    // A dictionary larger than this is never of use for a block of an array.
+    const LZMA_MEMORY_KIB: u32 = 128 << 10;
+    let expected = out.len();
+    let wrong = |n| format!("it unpacks to {n} bytes, not {expected}");
+    match compression {
+        Compression::Lz4 => match lz4_flex::block::decompress_into(packed, out) {
+            Ok(n) if n == expected => Ok(()),
+            Ok(n) => Err(wrong(n)),
+            Err(error) => Err(error.to_string()),
+        },
+        Compression::Zlib => fill(flate2::read::ZlibDecoder::new(packed), out),
+        Compression::Lzma => fill(
+            lzma_rust2::XzReader::new_mem_limit(packed, false, LZMA_MEMORY_KIB),
+            out,
+        ),
+        Compression::None => Err(wrong(packed.len())),
+    }
+}
+
+fn fill(mut reader: impl Read, out: &mut [u8]) -> std::result::Result<(), String> {
+    reader.read_exact(out).map_err(|error| error.to_string())?;
+    // Reading on makes the decoder compare its checksum.
+    match reader.read(&mut [0]) {
+        Ok(0) => Ok(()),
+        Ok(_) => Err(format!("it unpacks to more than {} bytes", out.len())),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn header_number(bytes: &[u8], layout: &Layout) -> Result<usize> {
+    let mut wide = [0; 8];
+    wide[..bytes.len()].copy_from_slice(bytes);
+    if layout.big_endian {
+        wide[..bytes.len()].reverse();
+    }
+    let number = u64::from_le_bytes(wide);
+    usize::try_from(number).map_err(|_| Error::input(format!("size {number} is too large")))
+}
+
+fn no_header(stored: &[u8]) -> Error {
+    let left = stored.len();
+    Error::input(format!(
+        "its header is missing: {left} bytes are left in the file"
+    ))
+}

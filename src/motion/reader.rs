@@ -1,0 +1,302 @@
+//! Reads values out of a parsed TOML document, with the line of everything.
+//!
+//! Knows what a table may hold and how to say that a key or a value is wrong; nothing of what the
+//! keys mean.
+
+use super::names::list;
+use crate::error::{Error, Result, nearest_name};
+use crate::geometry::vector::{Vector, unit};
+use toml::de::{DeTable, DeValue};
+
+/// What is said of a key whose feature this version does not have.
+pub(super) const NOT_YET: &str = "is not available in this version";
+
+/// The keys of a table: those that are read, and those of later versions with what is said of them.
+pub(super) struct Keys {
+    pub known: &'static [&'static str],
+    pub later: &'static [(&'static str, &'static str)],
+}
+
+/// A table whose keys are known to be right.
+#[derive(Clone, Copy)]
+pub(super) struct Section<'a> {
+    text: &'a str,
+    title: &'static str,
+    table: &'a DeTable<'a>,
+    /// Line where the table starts.
+    pub line: u64,
+}
+
+/// A key and its value.
+#[derive(Clone, Copy)]
+pub(super) struct Entry<'a> {
+    text: &'a str,
+    key: &'a str,
+    value: &'a DeValue<'a>,
+    /// Byte offset of the key, or of the element in an array.
+    offset: usize,
+}
+
+/// Unit of the angles that a person wrote.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AngleUnit {
+    Degrees,
+    Radians,
+}
+
+impl AngleUnit {
+    pub(super) fn to_radians(self, angle: f64) -> f64 {
+        match self {
+            Self::Degrees => angle.to_radians(),
+            Self::Radians => angle,
+        }
+    }
+
+    pub(super) fn to_degrees(self, angle: f64) -> f64 {
+        match self {
+            Self::Degrees => angle,
+            Self::Radians => angle.to_degrees(),
+        }
+    }
+}
+
+/// One-based line of a byte offset.
+pub(super) fn line_at(text: &str, offset: usize) -> u64 {
+    let before = &text.as_bytes()[..offset.min(text.len())];
+    1 + before.iter().filter(|byte| **byte == b'\n').count() as u64
+}
+
+impl<'a> Section<'a> {
+    /// The whole document.
+    pub(super) fn root(text: &'a str, table: &'a DeTable<'a>, keys: &Keys) -> Result<Self> {
+        let section = Self {
+            text,
+            title: "the schedule",
+            table,
+            line: 1,
+        };
+        section.checked(keys)
+    }
+
+    /// The value of a key.
+    pub(super) fn get(&self, key: &str) -> Option<Entry<'a>> {
+        let (name, value) = self.table.get_key_value(key)?;
+        Some(Entry {
+            text: self.text,
+            key: name.get_ref(),
+            value: value.get_ref(),
+            offset: name.span().start,
+        })
+    }
+
+    /// The value of a key that must be there; `example` is a line that would be right.
+    pub(super) fn require(&self, key: &str, example: &str) -> Result<Entry<'a>> {
+        self.get(key).ok_or_else(|| {
+            self.error(format!(
+                "{} has no `{key}`; write for instance  {example}",
+                self.title
+            ))
+        })
+    }
+
+    /// An error at the table's first line.
+    pub(super) fn error(&self, message: impl Into<String>) -> Error {
+        Error::input(message).line(self.line)
+    }
+
+    /// Refuses the first key that is not known.
+    fn checked(self, keys: &Keys) -> Result<Self> {
+        let wrong = |name: &str| !keys.known.contains(&name);
+        let first = self
+            .table
+            .keys()
+            .filter(|key| wrong(key.get_ref()))
+            .min_by_key(|key| key.span().start);
+        let Some(key) = first else {
+            return Ok(self);
+        };
+        let name: &str = key.get_ref();
+        let message = match keys.later.iter().find(|(later, _)| *later == name) {
+            Some((_, sentence)) => format!("`{name}` {sentence}"),
+            None => unknown(&format!("key `{name}` in {}", self.title), name, keys.known),
+        };
+        Err(Error::input(message).line(line_at(self.text, key.span().start)))
+    }
+}
+
+/// "unknown ...; did you mean ...?", then all that are known.
+fn unknown(what: &str, found: &str, known: &[&str]) -> String {
+    let all = list(known.iter().copied());
+    match nearest_name(found, known.iter().copied()) {
+        Some(name) => format!("unknown {what}; did you mean `{name}`? known: {all}"),
+        None => format!("unknown {what}; known: {all}"),
+    }
+}
+
+impl<'a> Entry<'a> {
+    /// Line of the key, or of the element in an array. O(bytes before it), so asked for only where
+    /// it is needed.
+    pub(super) fn line(&self) -> u64 {
+        line_at(self.text, self.offset)
+    }
+
+    /// An error at this line: what the key holds is wrong.
+    pub(super) fn error(&self, message: &str) -> Error {
+        Error::input(format!("`{}` {message}", self.key)).line(self.line())
+    }
+
+    fn expected(&self, expected: &str) -> Error {
+        let found = match self.value {
+            DeValue::String(text) => format!("the string \"{}\"", text.escape_debug()),
+            DeValue::Integer(number) => format!("the integer {number}"),
+            DeValue::Float(number) => format!("the number {number}"),
+            DeValue::Boolean(value) => format!("{value}"),
+            DeValue::Datetime(date) => format!("the date {date}"),
+            DeValue::Array(array) => format!("an array of {}", array.len()),
+            DeValue::Table(_) => "a table".to_owned(),
+        };
+        self.error(&format!("is {found}; it must be {expected}"))
+    }
+
+    /// A finite number.
+    pub(super) fn number(&self) -> Result<f64> {
+        self.number_or("a finite number")
+    }
+
+    fn number_or(&self, expected: &str) -> Result<f64> {
+        let number = match self.value {
+            DeValue::Float(float) => float.as_str().parse::<f64>().ok(),
+            DeValue::Integer(int) => i64::from_str_radix(int.as_str(), int.radix())
+                .ok()
+                .map(|int| int as f64),
+            _ => None,
+        };
+        number
+            .filter(|number| number.is_finite())
+            .ok_or_else(|| self.expected(expected))
+    }
+
+    /// A finite number greater than 0.
+    pub(super) fn positive(&self) -> Result<f64> {
+        let expected = "a number greater than 0";
+        let number = self.number_or(expected)?;
+        if number > 0.0 {
+            Ok(number)
+        } else {
+            Err(self.expected(expected))
+        }
+    }
+
+    /// An angle, in radians.
+    pub(super) fn angle(&self, unit: AngleUnit) -> Result<f64> {
+        Ok(unit.to_radians(self.number_or("an angle, a finite number")?))
+    }
+
+    /// A whole number greater than 0.
+    pub(super) fn count(&self) -> Result<usize> {
+        let number = match self.value {
+            DeValue::Integer(int) => usize::from_str_radix(int.as_str(), int.radix()).ok(),
+            _ => None,
+        };
+        number
+            .filter(|number| *number > 0)
+            .ok_or_else(|| self.expected("a whole number greater than 0"))
+    }
+
+    /// 1 or -1, as a factor.
+    pub(super) fn sign(&self) -> Result<f64> {
+        match self.value {
+            DeValue::Integer(int) if int.radix() == 10 => match int.as_str() {
+                "1" | "+1" => Ok(1.0),
+                "-1" => Ok(-1.0),
+                _ => Err(self.expected("1 or -1")),
+            },
+            _ => Err(self.expected("1 or -1")),
+        }
+    }
+
+    /// `true` or `false`.
+    pub(super) fn boolean(&self) -> Result<bool> {
+        match self.value {
+            DeValue::Boolean(value) => Ok(*value),
+            _ => Err(self.expected("true or false")),
+        }
+    }
+
+    /// A string that is not empty.
+    pub(super) fn string(&self) -> Result<&'a str> {
+        match self.value {
+            DeValue::String(text) if !text.is_empty() => Ok(text),
+            _ => Err(self.expected("a string that is not empty")),
+        }
+    }
+
+    /// One of a few names; those of `later` are refused as not available yet.
+    pub(super) fn choice<T: Copy>(&self, known: &[(&str, T)], later: &[&str]) -> Result<T> {
+        let names = || known.iter().map(|(name, _)| *name);
+        let DeValue::String(found) = self.value else {
+            return Err(self.expected(&format!("one of the strings {}", list(names()))));
+        };
+        let found: &str = found;
+        if let Some((_, value)) = known.iter().find(|(name, _)| *name == found) {
+            return Ok(*value);
+        }
+        let available = list(names());
+        if later.contains(&found) {
+            return Err(self.error(&format!("= \"{found}\" {NOT_YET}; available: {available}")));
+        }
+        let all: Vec<&str> = names().collect();
+        let what = format!("{} \"{}\"", self.key, found.escape_debug());
+        Err(Error::input(unknown(&what, found, &all)).line(self.line()))
+    }
+
+    /// The elements of an array, each with its own line.
+    pub(super) fn elements(&self, of: &str) -> Result<Vec<Entry<'a>>> {
+        let DeValue::Array(array) = self.value else {
+            return Err(self.expected(&format!("an array of {of}")));
+        };
+        let element = |value: &'a toml::Spanned<DeValue<'a>>| Entry {
+            value: value.get_ref(),
+            offset: value.span().start,
+            ..*self
+        };
+        Ok(array.iter().map(element).collect())
+    }
+
+    /// `N` finite numbers.
+    pub(super) fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
+        let expected = format!("{N} finite numbers in brackets");
+        let DeValue::Array(array) = self.value else {
+            return Err(self.expected(&expected));
+        };
+        if array.len() != N {
+            return Err(self.error(&format!("has {} numbers; it must have {N}", array.len())));
+        }
+        let mut numbers = [0.0; N];
+        for (number, element) in numbers.iter_mut().zip(self.elements("numbers")?) {
+            *number = element.number()?;
+        }
+        Ok(numbers)
+    }
+
+    /// A direction of any length but zero, as a unit vector.
+    pub(super) fn direction(&self) -> Result<Vector> {
+        unit(self.numbers::<3>()?).ok_or_else(|| {
+            self.error("has no length; it must be a direction such as [0.0, 0.0, 1.0]")
+        })
+    }
+
+    /// The table under this key.
+    pub(super) fn section(&self, title: &'static str, keys: &Keys) -> Result<Section<'a>> {
+        let DeValue::Table(table) = self.value else {
+            return Err(self.expected(&format!("a table, {title}")));
+        };
+        Section {
+            text: self.text,
+            title,
+            table,
+            line: self.line(),
+        }
+        .checked(keys)
+    }
+}

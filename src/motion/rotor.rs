@@ -1,0 +1,220 @@
+//! The rotor: where its hub and axes are, in which frame the mesh is seen, and signs.
+
+use super::reader::{Entry, Keys};
+use crate::error::{Error, Result};
+use crate::geometry::Transform;
+use crate::geometry::vector::{Vector, add, cross, dot, scale, unit};
+
+const ROTOR: Keys = Keys {
+    known: &[
+        "hub",
+        "span_axis",
+        "shaft_axis",
+        "frame",
+        "rpm",
+        "azimuth_sign",
+        "pitch_sign",
+        "flap_sign",
+        "lag_sign",
+    ],
+    later: &[],
+};
+
+/// Sine of the angle under which span and shaft count as parallel.
+const PARALLEL: f64 = 1e-6;
+
+/// In which frame the mesh is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frame {
+    /// Turning with the rotor: the mesh only pitches, flaps and lags.
+    Rotating,
+    /// At rest: the mesh is carried round with the azimuth.
+    Inertial,
+}
+
+/// Factors of 1 or -1 for other conventions; each multiplies its own angle alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Signs {
+    /// Of the azimuth: -1 turns clockwise seen from the thrust side.
+    pub azimuth: f64,
+    /// Of the pitch angle.
+    pub pitch: f64,
+    /// Of the flap angle.
+    pub flap: f64,
+    /// Of the lag angle.
+    pub lag: f64,
+}
+
+/// `[rotor]` as written; axes left out depend on the mesh's dimension.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rotor {
+    /// Hub centre, in mesh units.
+    pub hub: Vector,
+    /// Direction of the span of the blade at zero azimuth.
+    pub span_axis: Option<Vector>,
+    /// Direction of the shaft, towards the thrust side.
+    pub shaft_axis: Option<Vector>,
+    /// In which frame the mesh is written.
+    pub frame: Frame,
+    /// Revolutions a minute.
+    pub rpm: Option<f64>,
+    /// Signs of the angles.
+    pub signs: Signs,
+    /// Line of the frame, or of the section.
+    pub(super) frame_line: u64,
+    /// Line of an axis that is given.
+    pub(super) axis_line: Option<u64>,
+    pub(super) rpm_line: Option<u64>,
+}
+
+impl Default for Rotor {
+    fn default() -> Self {
+        Self {
+            hub: [0.0; 3],
+            span_axis: None,
+            shaft_axis: None,
+            frame: Frame::Rotating,
+            rpm: None,
+            signs: Signs {
+                azimuth: 1.0,
+                pitch: 1.0,
+                flap: 1.0,
+                lag: 1.0,
+            },
+            frame_line: 1,
+            axis_line: None,
+            rpm_line: None,
+        }
+    }
+}
+
+impl Rotor {
+    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
+        let section = entry.section("[rotor]", &ROTOR)?;
+        let mut rotor = Self::default();
+        if let Some(hub) = section.get("hub") {
+            rotor.hub = hub.numbers()?;
+        }
+        for (key, axis) in [
+            ("span_axis", &mut rotor.span_axis),
+            ("shaft_axis", &mut rotor.shaft_axis),
+        ] {
+            if let Some(entry) = section.get(key) {
+                *axis = Some(entry.direction()?);
+                rotor.axis_line = Some(entry.line());
+            }
+        }
+        if let Some(frame) = section.get("frame") {
+            rotor.frame_line = frame.line();
+            let known = [("rotating", Frame::Rotating), ("inertial", Frame::Inertial)];
+            rotor.frame = frame.choice(&known, &[])?;
+        }
+        if let Some(rpm) = section.get("rpm") {
+            rotor.rpm_line = Some(rpm.line());
+            rotor.rpm = Some(rpm.positive()?);
+        }
+        for (key, sign) in [
+            ("azimuth_sign", &mut rotor.signs.azimuth),
+            ("pitch_sign", &mut rotor.signs.pitch),
+            ("flap_sign", &mut rotor.signs.flap),
+            ("lag_sign", &mut rotor.signs.lag),
+        ] {
+            if let Some(entry) = section.get(key) {
+                *sign = entry.sign()?;
+            }
+        }
+        Ok(rotor)
+    }
+
+    /// The axes for a mesh of this dimension. The shaft is kept, the span made perpendicular to it.
+    pub(super) fn axes(&self, dimension: u8) -> Result<RotorAxes> {
+        let error = |message: &str| match self.axis_line {
+            Some(line) => Error::input(message).line(line),
+            None => Error::input(message),
+        };
+        let (span, shaft) = match dimension {
+            2 => ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
+            _ => ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        };
+        let span = self.span_axis.unwrap_or(span);
+        let e_z = self.shaft_axis.unwrap_or(shaft);
+        let chord = cross(e_z, span);
+        if dot(chord, chord) < PARALLEL * PARALLEL {
+            return Err(error(
+                "span axis and shaft axis are parallel; they must be perpendicular",
+            ));
+        }
+        let e_y = unit(chord).expect("its length was checked");
+        let e_x = cross(e_y, e_z);
+        if dimension == 2 {
+            if self.frame == Frame::Inertial {
+                return Err(Error::input(
+                    "`frame = \"inertial\"` needs a 3D mesh; a 2D mesh has the rotating frame only",
+                )
+                .line(self.frame_line));
+            }
+            if e_x[0].hypot(e_x[1]) > PARALLEL {
+                return Err(error(
+                    "in a 2D mesh the pitch must be in its plane: `span_axis` must be along z",
+                ));
+            }
+        }
+        Ok(RotorAxes {
+            hub: self.hub,
+            e_x,
+            e_y,
+            e_z,
+            frame: self.frame,
+            signs: self.signs,
+            in_plane: dimension == 2,
+        })
+    }
+}
+
+/// The rotor's axes at zero azimuth: right-handed and orthonormal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RotorAxes {
+    /// Hub centre `O`.
+    pub hub: Vector,
+    /// Along the span, outward.
+    pub e_x: Vector,
+    /// Along the chord, towards the leading edge of a counter-clockwise rotor.
+    pub e_y: Vector,
+    /// Along the shaft, towards the thrust side.
+    pub e_z: Vector,
+    /// In which frame the mesh is written.
+    pub frame: Frame,
+    /// Signs of the angles.
+    pub signs: Signs,
+    in_plane: bool,
+}
+
+impl RotorAxes {
+    /// The frame of a blade: these axes turned by its azimuth offset (radians) about the shaft. A
+    /// 2D mesh has one frame; there an offset shifts the azimuth alone.
+    pub(super) fn blade(&self, azimuth_offset: f64) -> Self {
+        if self.in_plane {
+            return *self;
+        }
+        let turn = self.turn(azimuth_offset);
+        Self {
+            e_x: turn.turn(self.e_x),
+            e_y: turn.turn(self.e_y),
+            ..*self
+        }
+    }
+
+    /// The azimuth rotation `Rz(psi)` about the shaft, `psi` in radians.
+    pub fn turn(&self, psi: f64) -> Transform {
+        Transform::rotation(self.e_z, self.hub, self.signs.azimuth * psi)
+    }
+
+    /// The point `O + x e_x + y e_y + z e_z`.
+    pub fn point(&self, x: f64, y: f64, z: f64) -> Vector {
+        let offset = add(
+            scale(self.e_x, x),
+            add(scale(self.e_y, y), scale(self.e_z, z)),
+        );
+        add(self.hub, offset)
+    }
+}

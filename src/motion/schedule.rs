@@ -1,0 +1,164 @@
+//! The schedule: a TOML file, checked once into types.
+
+use super::body::Body;
+use super::options::{Boundaries, OutputOptions, RbfOptions, SelectionOptions};
+use super::pose::Motion;
+use super::reader::{AngleUnit, Entry, Keys, Section, line_at};
+use super::rotor::Rotor;
+use super::steps::{self, Step};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use std::path::{Path, PathBuf};
+use toml::de::DeTable;
+
+const SCHEDULE: Keys = Keys {
+    known: &[
+        "version",
+        "angle_unit",
+        "azimuth",
+        "time",
+        "rotor",
+        "body",
+        "boundaries",
+        "rbf",
+        "selection",
+        "output",
+    ],
+    later: &[],
+};
+
+/// A motion schedule. Angles are in radians, lengths in mesh units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    /// The file it came from; files it names are relative to it.
+    pub path: PathBuf,
+    /// The steps, at least one.
+    pub steps: Vec<Step>,
+    /// The rotor.
+    pub rotor: Rotor,
+    /// The moving bodies, at least one.
+    pub bodies: Vec<Body>,
+    /// Zones that deform, and boundaries that do not move with a body.
+    pub boundaries: Boundaries,
+    /// The interpolation.
+    pub rbf: RbfOptions,
+    /// The base points.
+    pub selection: SelectionOptions,
+    /// What is written.
+    pub output: OutputOptions,
+}
+
+impl Schedule {
+    /// Reads a schedule file.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+        let text = std::str::from_utf8(&bytes).map_err(|error| {
+            let line = 1 + bytes[..error.valid_up_to()]
+                .iter()
+                .filter(|b| **b == b'\n')
+                .count();
+            let message = "the schedule is no UTF-8 text here; save it as UTF-8";
+            Error::input(message).line(line as u64).file(path)
+        })?;
+        Self::parse(text, path)
+    }
+
+    /// Reads a schedule from its text; `path` is named in errors.
+    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+        let document = DeTable::parse(text).map_err(|error| not_toml(text, &error).file(path))?;
+        Section::root(text, document.get_ref(), &SCHEDULE)
+            .and_then(|root| Self::from_document(&root, path))
+            .map_err(|error| error.file(path))
+    }
+
+    fn from_document(root: &Section<'_>, path: &Path) -> Result<Self> {
+        if let Some(version) = root.get("version") {
+            let found = version.count()?;
+            if found != 1 {
+                return Err(version.error(&format!("is {found}; this program reads version 1")));
+            }
+        }
+        let unit = match root.get("angle_unit") {
+            Some(unit) => unit.choice(
+                &[("deg", AngleUnit::Degrees), ("rad", AngleUnit::Radians)],
+                &[],
+            )?,
+            None => AngleUnit::Degrees,
+        };
+        let rotor = section(root, "rotor", Rotor::read)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            steps: read_steps(root, unit, &rotor)?,
+            rotor,
+            bodies: read_bodies(root, unit)?,
+            boundaries: section(root, "boundaries", Boundaries::read)?,
+            rbf: section(root, "rbf", RbfOptions::read)?,
+            selection: section(root, "selection", SelectionOptions::read)?,
+            output: section(root, "output", OutputOptions::read)?,
+        })
+    }
+
+    /// What the schedule means on this mesh: axes, poses, and the role of every surface node.
+    pub fn resolve(&self, mesh: &Mesh) -> Result<Motion> {
+        Motion::new(self, mesh).map_err(|error| error.file(&self.path))
+    }
+}
+
+/// A section that may be left out.
+fn section<T: Default>(
+    root: &Section<'_>,
+    key: &str,
+    read: impl Fn(&Entry<'_>) -> Result<T>,
+) -> Result<T> {
+    root.get(key).map_or(Ok(T::default()), |entry| read(&entry))
+}
+
+fn not_toml(text: &str, error: &toml::de::Error) -> Error {
+    let message = error.message().trim().replace('\n', ", ");
+    let place = error.span().map_or(0, |span| span.start);
+    Error::input(format!("this is not TOML: {message}")).line(line_at(text, place))
+}
+
+fn read_steps(root: &Section<'_>, unit: AngleUnit, rotor: &Rotor) -> Result<Vec<Step>> {
+    match (root.get("azimuth"), root.get("time")) {
+        (Some(azimuth), None) => steps::from_azimuth(&azimuth, unit, rotor.rpm),
+        (None, Some(time)) => match rotor.rpm_line {
+            None => steps::from_time(&time),
+            Some(line) => Err(Error::input(
+                "`rpm` and [time] both say when the steps are; keep one of them",
+            )
+            .line(line)),
+        },
+        (Some(_), Some(time)) => {
+            Err(time.error("and [azimuth] both say which steps there are; keep one of them"))
+        }
+        (None, None) => Err(Error::input(
+            "the schedule has no steps; give it [azimuth] with start, stop and step, or with values",
+        )),
+    }
+}
+
+fn read_bodies(root: &Section<'_>, unit: AngleUnit) -> Result<Vec<Body>> {
+    let elements = match root.get("body") {
+        Some(entry) => entry.elements("tables; write [[body]], one for each moving body")?,
+        None => Vec::new(),
+    };
+    if elements.is_empty() {
+        return Err(Error::input(
+            "the schedule has no [[body]]: nothing would move; give one with name, tags and a motion",
+        ));
+    }
+    let mut bodies: Vec<Body> = Vec::new();
+    for element in elements {
+        let body = Body::read(&element, unit)?;
+        if bodies.iter().any(|other| other.name == body.name) {
+            return Err(Error::input(format!(
+                "there are two bodies \"{}\"; each needs a name of its own",
+                body.name
+            ))
+            .line(body.line));
+        }
+        bodies.push(body);
+    }
+    Ok(bodies)
+}

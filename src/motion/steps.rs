@@ -1,0 +1,130 @@
+//! The steps of a schedule: which azimuths, and when.
+
+use super::reader::{AngleUnit, Entry, Keys, Section};
+use crate::error::Result;
+
+/// Steps a schedule may have at most.
+pub const MAX_STEPS: usize = 1_000_000;
+
+/// A step whose end is this part of a step past `stop` or before it counts as landing on it.
+const LANDING: f64 = 1e-6;
+
+const AZIMUTH: Keys = Keys {
+    known: &["start", "stop", "step", "values"],
+    later: &[],
+};
+const TIME: Keys = Keys {
+    known: &["start", "stop", "step", "frequency"],
+    later: &[],
+};
+
+/// One step of the schedule.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Zero-based place in the whole schedule.
+    pub index: usize,
+    /// Azimuth in degrees.
+    pub azimuth_deg: f64,
+    /// Azimuth in radians.
+    pub azimuth: f64,
+    /// Time in seconds, where `rpm` or `[time]` gives it.
+    pub time_s: Option<f64>,
+}
+
+/// The steps of `[azimuth]`; `rpm` in revolutions a minute gives each its time.
+pub(super) fn from_azimuth(
+    entry: &Entry<'_>,
+    unit: AngleUnit,
+    rpm: Option<f64>,
+) -> Result<Vec<Step>> {
+    let section = entry.section("[azimuth]", &AZIMUTH)?;
+    let azimuths = match section.get("values") {
+        Some(values) => listed(&section, &values)?,
+        None => range(&section)?,
+    };
+    let step = |(index, azimuth): (usize, f64)| {
+        let azimuth_deg = unit.to_degrees(azimuth);
+        Step {
+            index,
+            azimuth_deg,
+            azimuth: unit.to_radians(azimuth),
+            time_s: rpm.map(|rpm| azimuth_deg / (6.0 * rpm)),
+        }
+    };
+    Ok(azimuths.into_iter().enumerate().map(step).collect())
+}
+
+/// The steps of `[time]`: azimuth = 360 frequency time, in degrees.
+pub(super) fn from_time(entry: &Entry<'_>) -> Result<Vec<Step>> {
+    let section = entry.section("[time]", &TIME)?;
+    let frequency = section
+        .require("frequency", "frequency = 2.0")?
+        .positive()?;
+    let step = |(index, time): (usize, f64)| {
+        let azimuth_deg = 360.0 * frequency * time;
+        Step {
+            index,
+            azimuth_deg,
+            azimuth: azimuth_deg.to_radians(),
+            time_s: Some(time),
+        }
+    };
+    Ok(range(&section)?.into_iter().enumerate().map(step).collect())
+}
+
+fn listed(section: &Section<'_>, values: &Entry<'_>) -> Result<Vec<f64>> {
+    for key in ["start", "stop", "step"] {
+        if let Some(entry) = section.get(key) {
+            return Err(
+                entry.error("and `values` both say which steps there are; keep one of them")
+            );
+        }
+    }
+    let elements = values.elements("numbers")?;
+    if elements.is_empty() {
+        return Err(values.error("is empty: the schedule has no steps; give at least one azimuth"));
+    }
+    if elements.len() > MAX_STEPS {
+        return Err(too_many(values, elements.len() as f64));
+    }
+    elements.iter().map(Entry::number).collect()
+}
+
+/// `start`, `start + step`, ... up to `stop`, which is the last when a step lands on it.
+fn range(section: &Section<'_>) -> Result<Vec<f64>> {
+    let start = section
+        .get("start")
+        .map_or(Ok(0.0), |entry| entry.number())?;
+    let stop_entry = section.require("stop", "stop = 360.0")?;
+    let stop = stop_entry.number()?;
+    let step_entry = section.require("step", "step = 10.0")?;
+    let step = step_entry.number()?;
+    if step == 0.0 {
+        return Err(step_entry
+            .error("is 0: the schedule would never reach `stop`; give a step other than 0"));
+    }
+    let intervals = (stop - start) / step;
+    if !intervals.is_finite() || intervals + 1.0 > MAX_STEPS as f64 {
+        return Err(too_many(&step_entry, intervals + 1.0));
+    }
+    if intervals < -LANDING {
+        return Err(step_entry.error(&format!(
+            "leads away from `stop` ({stop} from {start} by {step}): the schedule has no steps; reverse its sign"
+        )));
+    }
+    let last = (intervals + LANDING).floor();
+    let lands = (intervals - last).abs() <= LANDING;
+    let mut values: Vec<f64> = (0..=last as usize)
+        .map(|i| start + i as f64 * step)
+        .collect();
+    if lands && let Some(value) = values.last_mut() {
+        *value = stop;
+    }
+    Ok(values)
+}
+
+fn too_many(entry: &Entry<'_>, n: f64) -> crate::error::Error {
+    entry.error(&format!(
+        "gives {n:.0} steps; at most {MAX_STEPS} are possible"
+    ))
+}

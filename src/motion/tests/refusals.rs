@@ -1,0 +1,436 @@
+//! What a wrong schedule is told: line, what was found, what would be right.
+
+use super::parse;
+
+/// A good schedule with one line, `WRONG`, put in place of the marker of its section.
+fn told(section: &str, wrong: &str) -> String {
+    let mut text = String::new();
+    for line in GOOD.lines() {
+        let here = line.strip_prefix('#') == Some(section);
+        text.push_str(if here { wrong } else { line });
+        text.push('\n');
+    }
+    match parse(&text) {
+        Ok(_) => "no error".into(),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Lines are counted from 1; each `#marker` is where a test puts its line.
+const GOOD: &str = "#top
+[rotor]
+#rotor
+[[body]]
+name = \"blade\"
+tags = [\"blade\"]
+#body
+[body.cyclic]
+#cyclic
+[boundaries]
+#boundaries
+[rbf]
+#rbf
+[selection]
+#selection
+[output]
+#output
+[azimuth]
+values = [0]
+#azimuth
+";
+
+#[test]
+fn a_schedule_without_a_wrong_line_is_good() {
+    assert_eq!(told("none", ""), "no error");
+}
+
+#[test]
+fn features_of_later_versions_are_refused_in_one_sentence() {
+    let motion = "motion is not available in this version; available: cyclic, rigid";
+    for (section, line, wrong, expected) in [
+        (
+            "body",
+            7,
+            "beam = { table = \"beam.csv\" }",
+            format!("`beam` {motion}"),
+        ),
+        (
+            "body",
+            7,
+            "table = { file = \"motion.csv\" }",
+            format!("`table` {motion}"),
+        ),
+        ("body", 7, "modes = {}", format!("`modes` {motion}")),
+        ("body", 7, "surface = {}", format!("`surface` {motion}")),
+        (
+            "body",
+            7,
+            "parent = \"wing\"",
+            "`parent` is not available in this version".into(),
+        ),
+        (
+            "boundaries",
+            11,
+            "slide = [\"symmetry\"]",
+            "`slide` is not available in this version".into(),
+        ),
+        (
+            "boundaries",
+            11,
+            "periodic = []",
+            "`periodic` is not available in this version".into(),
+        ),
+        (
+            "boundaries",
+            11,
+            "others = \"slide\"",
+            "`others` = \"slide\" is not available in this version; available: fixed, free".into(),
+        ),
+        (
+            "rbf",
+            13,
+            "polynomial = \"linear\"",
+            "`polynomial` = \"linear\" is not available in this version; available: none".into(),
+        ),
+        (
+            "rbf",
+            13,
+            "interpolate = \"twist\"",
+            "`interpolate` = \"twist\" is not available in this version; available: displacement"
+                .into(),
+        ),
+        (
+            "rbf",
+            13,
+            "rotation_radius = 1.0",
+            "`rotation_radius` is not available in this version".into(),
+        ),
+        (
+            "rbf",
+            13,
+            "substeps = 4",
+            "`substeps` = 4 is not available in this version; available: 1".into(),
+        ),
+        (
+            "selection",
+            15,
+            "method = \"constant\"",
+            "`method` = \"constant\" is not available in this version; available: sequence, all"
+                .into(),
+        ),
+        (
+            "selection",
+            15,
+            "method = \"real\"",
+            "`method` = \"real\" is not available in this version; available: sequence, all".into(),
+        ),
+        (
+            "selection",
+            15,
+            "criterion = \"mean\"",
+            "`criterion` = \"mean\" is not available in this version; available: max".into(),
+        ),
+        (
+            "selection",
+            15,
+            "constant = [0, 0, 1]",
+            "`constant` is not available in this version".into(),
+        ),
+        (
+            "selection",
+            15,
+            "refresh = 30.0",
+            "`refresh` is not available in this version".into(),
+        ),
+        (
+            "output",
+            17,
+            "velocity = true",
+            "`velocity` = true is not available in this version; available: false".into(),
+        ),
+        (
+            "output",
+            17,
+            "on_inverted = \"substeps\"",
+            "`on_inverted` = \"substeps\" is not available in this version; available: warn, stop"
+                .into(),
+        ),
+    ] {
+        assert_eq!(
+            told(section, wrong),
+            format!("hover.toml:{line}: {expected}")
+        );
+    }
+    let vtkhdf = told("output", "format = \"vtkhdf\"");
+    assert!(
+        vtkhdf.starts_with(
+            "hover.toml:17: `format` = \"vtkhdf\" is not available in this version; available: vtu"
+        ),
+        "{vtkhdf}"
+    );
+}
+
+#[test]
+fn unknown_keys_and_names_get_the_nearest_known_one() {
+    for (section, expected) in [
+        (
+            "top:angleunit = \"deg\"",
+            "1: unknown key `angleunit` in the schedule; did you mean `angle_unit`? known: version, angle_unit, azimuth, time, rotor, body, boundaries, rbf, selection, output",
+        ),
+        (
+            "rotor:shaft_axes = [0, 0, 1]",
+            "3: unknown key `shaft_axes` in [rotor]; did you mean `shaft_axis`? known: hub, span_axis, shaft_axis, frame, rpm, azimuth_sign, pitch_sign, flap_sign, lag_sign",
+        ),
+        (
+            "cyclic:colective = 1.0",
+            "9: unknown key `colective` in [body.cyclic]; did you mean `collective`? known: collective, pitch, coning, flap, lag, phase, pitch_axis, flap_hinge",
+        ),
+        (
+            "cyclic:pitch = [{ sine = 1 }]",
+            "9: unknown key `sine` in a harmonic { sin, cos }; did you mean `sin`? known: sin, cos",
+        ),
+        (
+            "body:cyclik = {}",
+            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, azimuth_offset, cyclic, rigid",
+        ),
+        (
+            "rbf:zzz = 1",
+            "13: unknown key `zzz` in [rbf]; known: kernel, support_radius, polynomial, interpolate, substeps",
+        ),
+        (
+            "rbf:kernel = \"wendlandc2\"",
+            "13: unknown kernel \"wendlandc2\"; did you mean `wendland-c2`? known: wendland-c0, wendland-c2, wendland-c4, wendland-c6",
+        ),
+        (
+            "selection:method = \"al\"",
+            "15: unknown method \"al\"; did you mean `all`? known: sequence, all",
+        ),
+        (
+            "rotor:frame = \"rotation\"",
+            "3: unknown frame \"rotation\"; did you mean `rotating`? known: rotating, inertial",
+        ),
+        (
+            "top:angle_unit = \"grad\"",
+            "1: unknown angle_unit \"grad\"; did you mean `rad`? known: deg, rad",
+        ),
+    ] {
+        let (section, wrong) = section.split_once(':').expect("section:line");
+        assert_eq!(told(section, wrong), format!("hover.toml:{expected}"));
+    }
+}
+
+#[test]
+fn values_of_the_wrong_type_or_range_are_told_what_would_be_right() {
+    for (section, expected) in [
+        (
+            "top:version = 2",
+            "1: `version` is 2; this program reads version 1",
+        ),
+        (
+            "top:version = \"1\"",
+            "1: `version` is the string \"1\"; it must be a whole number greater than 0",
+        ),
+        (
+            "rotor:hub = [0, 0]",
+            "3: `hub` has 2 numbers; it must have 3",
+        ),
+        (
+            "rotor:hub = 0",
+            "3: `hub` is the integer 0; it must be 3 finite numbers in brackets",
+        ),
+        (
+            "rotor:hub = [0,\n0,\n\"x\"]",
+            "5: `hub` is the string \"x\"; it must be a finite number",
+        ),
+        (
+            "rotor:hub = [0, nan, 0]",
+            "3: `hub` is the number nan; it must be a finite number",
+        ),
+        (
+            "rotor:shaft_axis = [0, 0, 0]",
+            "3: `shaft_axis` has no length; it must be a direction such as [0.0, 0.0, 1.0]",
+        ),
+        (
+            "rotor:rpm = 0",
+            "3: `rpm` is the integer 0; it must be a number greater than 0",
+        ),
+        (
+            "rotor:pitch_sign = 2",
+            "3: `pitch_sign` is the integer 2; it must be 1 or -1",
+        ),
+        (
+            "rotor:frame = true",
+            "3: `frame` is true; it must be one of the strings rotating, inertial",
+        ),
+        (
+            "body:azimuth_offset = \"90\"",
+            "7: `azimuth_offset` is the string \"90\"; it must be an angle, a finite number",
+        ),
+        (
+            "body:rigid = {}",
+            "7: [body.rigid] has neither `rotate` nor `translate`; give one of them",
+        ),
+        (
+            "body:rigid = 3",
+            "7: `rigid` is the integer 3; it must be a table, [body.rigid]",
+        ),
+        (
+            "body:rigid.rotate = { angle = 3 }",
+            "7: rotate = { axis, origin, angle } has no `axis`; write for instance  axis = [0.0, 0.0, 1.0]",
+        ),
+        (
+            "cyclic:pitch = 3.0",
+            "9: `pitch` is the number 3.0; it must be an array of harmonics such as { sin = -7.65, cos = -0.96 }",
+        ),
+        (
+            "cyclic:flap = [3.0]",
+            "9: `flap` is the number 3.0; it must be a table, a harmonic { sin, cos }",
+        ),
+        (
+            "boundaries:fixed = \"farfield\"",
+            "11: `fixed` is the string \"farfield\"; it must be an array of strings",
+        ),
+        (
+            "boundaries:fixed = []",
+            "11: `fixed` is empty; name the tags, or leave the key out",
+        ),
+        (
+            "rbf:support_radius = -1.0",
+            "13: `support_radius` is the number -1.0; it must be a number greater than 0",
+        ),
+        (
+            "rbf:support_radius = inf",
+            "13: `support_radius` is the number inf; it must be a number greater than 0",
+        ),
+        (
+            "rbf:support_radius = 1e999",
+            "13: `support_radius` is the number 1e999; it must be a number greater than 0",
+        ),
+        (
+            "selection:tolerance = 0",
+            "15: `tolerance` is the integer 0; it must be a number greater than 0",
+        ),
+        (
+            "selection:max_points = 0",
+            "15: `max_points` is the integer 0; it must be a whole number greater than 0",
+        ),
+        (
+            "selection:max_points = 1.5",
+            "15: `max_points` is the number 1.5; it must be a whole number greater than 0",
+        ),
+        (
+            "selection:correction = 1",
+            "15: `correction` is the integer 1; it must be true or false",
+        ),
+        (
+            "output:format = 1979-05-27",
+            "17: `format` is the date 1979-05-27; it must be one of the strings vtu",
+        ),
+    ] {
+        let (section, wrong) = section.split_once(':').expect("section:line");
+        let told = told(section, wrong);
+        let expected = format!("hover.toml:{expected}");
+        assert!(told.starts_with(&expected), "{told}\n is not\n{expected}");
+    }
+}
+
+#[test]
+fn a_schedule_without_steps_is_told_why() {
+    for (azimuth, expected) in [
+        (
+            "",
+            "hover.toml: the schedule has no steps; give it [azimuth] with start, stop and step, or with values",
+        ),
+        (
+            "[azimuth]\nvalues = []",
+            "hover.toml:2: `values` is empty: the schedule has no steps; give at least one azimuth",
+        ),
+        (
+            "[azimuth]\nstop = 10\nstep = 0.0",
+            "hover.toml:3: `step` is 0: the schedule would never reach `stop`; give a step other than 0",
+        ),
+        (
+            "[azimuth]\nstop = 10\nstep = -1",
+            "hover.toml:3: `step` leads away from `stop` (10 from 0 by -1): the schedule has no steps; reverse its sign",
+        ),
+        (
+            "[azimuth]\nstop = 1e9\nstep = 1",
+            "hover.toml:3: `step` gives 1000000001 steps; at most 1000000 are possible",
+        ),
+        (
+            "[azimuth]\nstop = 1e300\nstep = 1e-300",
+            "hover.toml:3: `step` gives inf steps; at most 1000000 are possible",
+        ),
+        (
+            "[azimuth]\nstop = 10",
+            "hover.toml:1: [azimuth] has no `step`; write for instance  step = 10.0",
+        ),
+        (
+            "[azimuth]\nvalues = [1]\nstep = 1",
+            "hover.toml:3: `step` and `values` both say which steps there are; keep one of them",
+        ),
+        (
+            "[azimuth]\nvalues = [1]\n[time]\nstop = 1",
+            "hover.toml:3: `time` and [azimuth] both say which steps there are; keep one of them",
+        ),
+        (
+            "[time]\nstop = 1\nstep = 0.1",
+            "hover.toml:1: [time] has no `frequency`; write for instance  frequency = 2.0",
+        ),
+        (
+            "[rotor]\nrpm = 3\n[time]\nstop = 1\nstep = 0.1\nfrequency = 1",
+            "hover.toml:2: `rpm` and [time] both say when the steps are; keep one of them",
+        ),
+    ] {
+        let body = "[[body]]\nname = \"a\"\ntags = [\"a\"]\nrigid.translate = [1, 0, 0]\n";
+        let error = parse(&format!("{azimuth}\n{body}")).expect_err(azimuth);
+        assert_eq!(error.to_string(), expected);
+    }
+}
+
+#[test]
+fn bodies_need_names_tags_and_motions() {
+    for (bodies, expected) in [
+        (
+            "",
+            "hover.toml: the schedule has no [[body]]: nothing would move; give one with name, tags and a motion",
+        ),
+        (
+            "[body]\nname = \"a\"",
+            "hover.toml:2: `body` is a table; it must be an array of tables; write [[body]], one for each moving body",
+        ),
+        (
+            "[[body]]\ntags = [\"a\"]",
+            "hover.toml:2: [[body]] has no `name`; write for instance  name = \"blade\"",
+        ),
+        (
+            "[[body]]\nname = \"a\"",
+            "hover.toml:2: [[body]] has no `tags`; write for instance  tags = [\"blade\"]",
+        ),
+        (
+            "[[body]]\nname = \"a\"\ntags = [\"a\"]",
+            "hover.toml:2: body \"a\" has no motion; give it [body.cyclic] or [body.rigid], or list its tags as `fixed`",
+        ),
+        (
+            "[[body]]\nname = \"a\"\ntags = [\"a\"]\ncyclic = {}\n[[body]]\nname = \"a\"\ntags = [\"b\"]\ncyclic = {}",
+            "hover.toml:7: there are two bodies \"a\"; each needs a name of its own",
+        ),
+    ] {
+        let error = parse(&format!("azimuth.values = [0]\n{bodies}")).expect_err(bodies);
+        assert_eq!(error.to_string(), expected);
+    }
+}
+
+#[test]
+fn text_that_is_not_toml_is_told_so_with_its_line() {
+    let error = parse("[azimuth]\nvalues = [0\n[rbf]")
+        .expect_err("not TOML")
+        .to_string();
+    assert!(error.starts_with("hover.toml:"), "{error}");
+    assert!(error.contains("this is not TOML"), "{error}");
+    let error = parse("a = 1\na = 2").expect_err("twice").to_string();
+    assert!(
+        error.starts_with("hover.toml:2: this is not TOML: "),
+        "{error}"
+    );
+}

@@ -1,0 +1,278 @@
+//! Roles of nodes and faces, zones and their interface.
+
+use super::{group, parse, two_cubes, two_squares};
+use crate::mesh::{CellKind, Mesh};
+use crate::motion::{Motion, Role};
+use Role::{Fixed, Moving};
+
+fn resolve(mesh: &Mesh, tail: &str) -> Result<Motion, String> {
+    let text = format!("[azimuth]\nvalues = [0]\n{tail}");
+    let schedule = parse(&text).map_err(|error| error.to_string())?;
+    schedule.resolve(mesh).map_err(|error| error.to_string())
+}
+
+const BLADE: &str =
+    "[[body]]\nname = \"blade\"\ntags = [\"blade_1\"]\nrigid.translate = [0.1, 0, 0]\n";
+const HUB: &str = "[[body]]\nname = \"hub\"\ntags = [\"hub\"]\nrigid.translate = [0.1, 0, 0]\n";
+
+fn roles(motion: &Motion) -> Vec<(u32, Role)> {
+    let nodes = &motion.surface.nodes;
+    nodes
+        .nodes
+        .iter()
+        .copied()
+        .zip(nodes.roles.iter().copied())
+        .collect()
+}
+
+#[test]
+fn a_node_on_two_tags_takes_the_stronger_role() {
+    let motion = resolve(
+        &two_cubes(),
+        &format!("{BLADE}[boundaries]\nothers = \"fixed\""),
+    )
+    .expect("it fits");
+    let moving = (0..4).map(|node| (node, Moving(0)));
+    let fixed = [4, 7, 8, 9, 10, 11].map(|node| (node, Fixed));
+    assert_eq!(roles(&motion), moving.chain(fixed).collect::<Vec<_>>());
+    assert_eq!(motion.surface.faces.cells, [2, 3, 4, 5]);
+    assert_eq!(motion.surface.faces.roles, [Moving(0), Fixed, Fixed, Fixed]);
+}
+
+#[test]
+fn a_node_on_two_bodies_goes_with_the_first_in_the_schedule() {
+    let free = "[boundaries]\nothers = \"free\"";
+    let motion = resolve(&two_cubes(), &format!("{HUB}{BLADE}{free}")).expect("it fits");
+    let expected = [0, 3, 4, 7].map(|node| (node, Moving(0)));
+    let mut expected = [&expected[..], &[(1, Moving(1)), (2, Moving(1))]].concat();
+    expected.sort_unstable();
+    assert_eq!(roles(&motion), expected);
+    let tags: Vec<_> = motion
+        .surface
+        .tags
+        .iter()
+        .map(|t| (t.tag.as_str(), t.role))
+        .collect();
+    assert_eq!(
+        tags,
+        [
+            ("blade_1", Some(Moving(1))),
+            ("hub", Some(Moving(0))),
+            ("side", None),
+            ("farfield", None)
+        ]
+    );
+}
+
+#[test]
+fn a_face_in_two_tags_takes_the_stronger_role_once() {
+    let mut mesh = two_cubes();
+    mesh.groups.push(group(2, "probe", &[2, 5]));
+    let tail = format!("{BLADE}[boundaries]\nfixed = [\"probe\"]\nothers = \"free\"");
+    let motion = resolve(&mesh, &tail).expect("it fits");
+    assert_eq!(motion.surface.faces.cells, [2, 5]);
+    assert_eq!(motion.surface.faces.roles, [Moving(0), Fixed]);
+}
+
+#[test]
+fn only_the_named_zones_deform_and_their_interface_stays() {
+    let tail = format!("{BLADE}[boundaries]\nzones = [\"rot*\"]\nfixed = [\"hub\"]");
+    let motion = resolve(&two_cubes(), &tail).expect("tags away from the zone need no name");
+    let zone = motion.zone.as_ref().expect("there is one");
+    assert_eq!(zone.cells, [true, false, false, false, false, false]);
+    let inside: Vec<bool> = (0..12).map(|node| node < 8).collect();
+    assert_eq!(zone.nodes, inside);
+    assert_eq!(zone.interface_nodes, [4, 5, 6, 7]);
+    assert_eq!(zone.interface_faces.len(), 1);
+    assert_eq!(zone.interface_faces.get(0).kind, CellKind::Quadrilateral);
+    assert_eq!(zone.interface_faces.get(0).nodes, [4, 5, 6, 7]);
+    let expected = (0..8).map(|node| (node, if node < 4 { Moving(0) } else { Fixed }));
+    assert_eq!(roles(&motion), expected.collect::<Vec<_>>());
+    assert_eq!(motion.surface.faces.cells, [2, 3]);
+}
+
+#[test]
+fn an_interface_in_two_dimensions_is_made_of_edges() {
+    let mut mesh = two_squares();
+    mesh.groups
+        .extend([group(2, "near", &[0]), group(2, "far", &[1])]);
+    let motion =
+        resolve(&mesh, &format!("{BLADE}[boundaries]\nzones = [\"near\"]")).expect("it fits");
+    let zone = motion.zone.as_ref().expect("there is one");
+    assert_eq!(zone.interface_nodes, [2, 3]);
+    assert_eq!(zone.interface_faces.len(), 1);
+    assert_eq!(zone.interface_faces.get(0).kind, CellKind::Line);
+    assert_eq!(
+        roles(&motion),
+        [(0, Moving(0)), (1, Moving(0)), (2, Fixed), (3, Fixed)]
+    );
+}
+
+#[test]
+fn an_interface_of_polyhedra_is_made_of_their_faces() {
+    let mut mesh = two_cubes();
+    let hexahedra = std::mem::take(&mut mesh.cells);
+    for cell in hexahedra.iter() {
+        if cell.kind != CellKind::Hexahedron {
+            mesh.cells.push(cell.kind, cell.nodes);
+            continue;
+        }
+        let mut stream = vec![6];
+        for face in cell.kind.faces() {
+            stream.push(face.len() as u32);
+            stream.extend(face.iter().map(|&i| cell.nodes[i as usize]));
+        }
+        mesh.cells.push_polyhedron(&stream).expect("a good stream");
+    }
+    let tail = format!("{BLADE}[boundaries]\nzones = [\"rotor\"]\nfixed = [\"hub\"]");
+    let motion = resolve(&mesh, &tail).expect("it fits");
+    let zone = motion.zone.as_ref().expect("there is one");
+    assert_eq!(zone.interface_nodes, [4, 5, 6, 7]);
+    assert_eq!(zone.interface_faces.get(0).nodes, [4, 5, 6, 7]);
+}
+
+#[test]
+fn both_zones_together_have_no_interface() {
+    let tail = format!("{BLADE}[boundaries]\nzones = [\"*\"]\nothers = \"free\"");
+    let motion = resolve(&two_cubes(), &tail).expect("it fits");
+    let zone = motion.zone.as_ref().expect("there is one");
+    assert!(zone.interface_nodes.is_empty() && zone.interface_faces.is_empty());
+    assert_eq!(motion.surface.nodes.nodes, [0, 1, 2, 3]);
+}
+
+#[test]
+fn what_does_not_fit_the_mesh_is_said_in_one_sentence() {
+    let zone = "[boundaries]\nzones = [\"rotor\"]\nfixed = [\"hub\"]\n";
+    let far = BLADE.replace("blade_1", "farfield");
+    let cases = [
+        (
+            BLADE.replace("blade_1", "blade1") + "[boundaries]\nothers = \"free\"",
+            "hover.toml:5: tag \"blade1\" is not in the mesh; it has: blade_1, hub, side, farfield",
+        ),
+        (
+            format!("{BLADE}[boundaries]\nfixed = [\n  \"hub\",\n  \"far?\"]"),
+            "hover.toml:10: no tag of the mesh matches \"far?\"; it has: blade_1, hub, side, farfield",
+        ),
+        (
+            format!("{BLADE}[boundaries]\nfixed = [\"hub\"]"),
+            "hover.toml:7: the schedule does not say what these tags do: side, farfield; name them under a body or `fixed`, or set others = \"fixed\" or \"free\" in [boundaries]",
+        ),
+        (
+            BLADE.to_owned(),
+            "hover.toml: the schedule does not say what these tags do: hub, side, farfield; name them under a body or `fixed`, or set others = \"fixed\" or \"free\" in [boundaries]",
+        ),
+        (
+            format!("{BLADE}[boundaries]\nfixed = [\"*\"]"),
+            "hover.toml:8: tag \"blade_1\" is in body \"blade\" and fixed; a tag has one role",
+        ),
+        (
+            format!(
+                "{BLADE}{}",
+                HUB.replace("\"hub\"]", "\"hub\", \"blade_?\"]")
+            ),
+            "hover.toml:9: tag \"blade_1\" is in body \"blade\" and in body \"hub\"; a tag has one role",
+        ),
+        (
+            format!("{BLADE}[boundaries]\nzones = [\"rotr\"]"),
+            "hover.toml:8: zone \"rotr\" is not in the mesh; it has: rotor, background",
+        ),
+        (
+            format!("{HUB}[boundaries]\nzones = [\"rotor\"]\nothers = \"free\""),
+            "hover.toml:4: tag \"hub\" moves with body \"hub\", but its node 7 is on the interface to the other zones, which stays fixed; name those zones as well",
+        ),
+        (
+            format!("{far}{zone}others = \"free\""),
+            "hover.toml:4: tag \"farfield\" moves with body \"blade\", but its node 8 is outside the zones that deform; name its zone as well",
+        ),
+        (
+            format!("{BLADE}[boundaries]\nothers = \"free\"\n[rotor]\nspan_axis = [0, 0, -3]"),
+            "hover.toml:10: span axis and shaft axis are parallel; they must be perpendicular",
+        ),
+    ];
+    for (tail, expected) in cases {
+        let found = resolve(&two_cubes(), &tail).err();
+        assert_eq!(found.as_deref(), Some(expected), "{tail}");
+    }
+}
+
+#[test]
+fn what_a_plane_mesh_cannot_do_is_said_in_one_sentence() {
+    let end = "\n[boundaries]\nothers = \"fixed\"";
+    let head = "[[body]]\nname = \"blade\"\ntags = [\"blade_1\"]";
+    let cases = [
+        (
+            "cyclic.coning = 2",
+            "hover.toml:6: body \"blade\" flaps or lags, which needs a 3D mesh; in 2D a cyclic motion is pitch alone",
+        ),
+        (
+            "cyclic = { collective = 1, lag = [{sin = 1}] }",
+            "hover.toml:6: body \"blade\" flaps or lags, which needs a 3D mesh; in 2D a cyclic motion is pitch alone",
+        ),
+        (
+            "rigid.translate = [0, 0, 1]",
+            "hover.toml:6: body \"blade\" leaves the plane of the 2D mesh; turn it about [0, 0, 1] and translate it in x and y",
+        ),
+        (
+            "rigid.rotate = { axis = [0, 1, 1], angle = 3 }",
+            "hover.toml:6: body \"blade\" leaves the plane of the 2D mesh; turn it about [0, 0, 1] and translate it in x and y",
+        ),
+        (
+            "cyclic.collective = 1\n[rotor]\nframe = \"inertial\"",
+            "hover.toml:8: `frame = \"inertial\"` needs a 3D mesh; a 2D mesh has the rotating frame only",
+        ),
+        (
+            "cyclic.collective = 1\n[rotor]\nspan_axis = [1, 0, 0]",
+            "hover.toml:8: in a 2D mesh the pitch must be in its plane: `span_axis` must be along z",
+        ),
+    ];
+    for (motion, expected) in cases {
+        let found = resolve(&two_squares(), &format!("{head}\n{motion}{end}")).err();
+        assert_eq!(found.as_deref(), Some(expected), "{motion}");
+    }
+    let ok =
+        format!("{head}\ncyclic = {{ coning = 0, flap = [{{ sin = 0 }}], collective = 2 }}{end}");
+    assert!(resolve(&two_squares(), &ok).is_ok());
+}
+
+#[test]
+fn a_mesh_that_cannot_deform_is_said_in_one_sentence() {
+    let tail = format!("{BLADE}[boundaries]\nothers = \"fixed\"");
+    let mut untagged = two_cubes();
+    untagged.groups.retain(|group| group.dimension == 3);
+    let mut empty = two_cubes();
+    empty.groups[2].cells = Default::default();
+    let mut bent = two_squares();
+    bent.points[5][2] = 0.5;
+    let mut unzoned = two_cubes();
+    unzoned.groups.retain(|group| group.dimension == 2);
+    let zoned = format!("{BLADE}[boundaries]\nzones = [\"rotor\"]");
+    for (mesh, tail, expected) in [
+        (
+            &untagged,
+            &tail,
+            "hover.toml: the mesh has no boundary tags, so nothing says which nodes move; tag its boundary faces",
+        ),
+        (
+            &empty,
+            &tail,
+            "hover.toml:4: the tags of body \"blade\" have no faces in the mesh; it needs at least one",
+        ),
+        (
+            &bent,
+            &tail,
+            "hover.toml: the mesh has 2D cells only, but z runs from 0 to 0.5; a 2D mesh must lie in a plane of constant z",
+        ),
+        (
+            &unzoned,
+            &zoned,
+            "hover.toml:8: zone \"rotor\" is not in the mesh; it has no zones",
+        ),
+        (
+            &Mesh::default(),
+            &tail,
+            "hover.toml: the mesh has no cells of two or three dimensions; there is nothing to deform",
+        ),
+    ] {
+        assert_eq!(resolve(mesh, tail).err().as_deref(), Some(expected));
+    }
+}

@@ -1,0 +1,75 @@
+//! Metrics of every cell, for cell arrays and lists of the worst.
+
+use super::reference::Reference;
+use super::visit::{self, CHUNK};
+use crate::geometry::vector::Vector;
+use crate::mesh::{DataArray, Mesh, Values};
+use rayon::prelude::*;
+
+/// One value a cell of the mesh, in cell order. Boundary faces, and cells whose kind does not have
+/// the metric, hold NaN.
+#[derive(Debug, Clone)]
+pub struct CellMetrics {
+    /// Volume, or area in 2D; positive for a cell that is oriented as in the reference.
+    pub volume: Vec<f64>,
+    /// Scaled Jacobian.
+    pub scaled_jacobian: Vec<f64>,
+    /// Ratio of longest to shortest edge.
+    pub edge_ratio: Vec<f64>,
+    /// Equiangle skew.
+    pub skew: Vec<f64>,
+    /// Whether the cell is inverted, by the rule of [`super::Summary::inverted`].
+    pub inverted: Vec<bool>,
+}
+
+impl CellMetrics {
+    /// As cell arrays `Volume`, `ScaledJacobian`, `EdgeRatio`, `EquiangleSkew`, `Inverted`.
+    pub fn into_arrays(self) -> Vec<DataArray> {
+        let inverted = self.inverted.into_iter().map(u8::from).collect();
+        vec![
+            DataArray::scalar("Volume", Values::F64(self.volume)),
+            DataArray::scalar("ScaledJacobian", Values::F64(self.scaled_jacobian)),
+            DataArray::scalar("EdgeRatio", Values::F64(self.edge_ratio)),
+            DataArray::scalar("EquiangleSkew", Values::F64(self.skew)),
+            DataArray::scalar("Inverted", Values::U8(inverted)),
+        ]
+    }
+}
+
+/// Metrics of every cell of `mesh` with its nodes at `points`, judged against `reference`.
+///
+/// # Panics
+/// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
+pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMetrics {
+    let n_cells = mesh.cells.len();
+    let nothing = vec![f64::NAN; n_cells];
+    let mut all = CellMetrics {
+        volume: nothing.clone(),
+        scaled_jacobian: nothing.clone(),
+        edge_ratio: nothing.clone(),
+        skew: nothing,
+        inverted: vec![false; n_cells],
+    };
+    (
+        all.volume.par_chunks_mut(CHUNK),
+        all.scaled_jacobian.par_chunks_mut(CHUNK),
+        all.edge_ratio.par_chunks_mut(CHUNK),
+        all.skew.par_chunks_mut(CHUNK),
+        all.inverted.par_chunks_mut(CHUNK),
+    )
+        .into_par_iter()
+        .enumerate()
+        .for_each(|(chunk, (volume, scaled, edge_ratio, skew, inverted))| {
+            let range = visit::chunks(n_cells)(chunk);
+            let first = range.start;
+            visit::volume_cells(mesh, points, reference.facing(), range, |cell, metrics| {
+                let (at, sign) = (cell - first, reference.sign(cell));
+                volume[at] = metrics.volume(sign);
+                scaled[at] = metrics.scaled_jacobian(sign);
+                edge_ratio[at] = metrics.edge_ratio_squared().sqrt();
+                skew[at] = metrics.angles.skew().unwrap_or(f64::NAN);
+                inverted[at] = reference.is_valid(cell) && !metrics.is_valid(sign);
+            });
+        });
+    all
+}

@@ -1,0 +1,132 @@
+//! Conditions like `min_scaled_jacobian<0.1` under which a result counts as failed.
+
+use crate::error::{Error, Result, nearest_name};
+use std::fmt;
+use std::str::FromStr;
+
+/// `column comparison value`: met when the column's value compares so.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Criterion {
+    column: String,
+    comparison: Comparison,
+    value: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Comparison {
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+}
+
+/// Longer symbols first, so that `<=` is not read as `<`.
+const SYMBOLS: [(&str, Comparison); 4] = [
+    ("<=", Comparison::LessOrEqual),
+    (">=", Comparison::GreaterOrEqual),
+    ("<", Comparison::Less),
+    (">", Comparison::Greater),
+];
+
+impl Criterion {
+    /// The column it is about.
+    pub fn column(&self) -> &str {
+        &self.column
+    }
+
+    /// Checks that there is such a column among `known`, before any work is done.
+    pub fn check_column<'a>(&self, known: impl IntoIterator<Item = &'a str> + Clone) -> Result<()> {
+        if known.clone().into_iter().any(|name| name == self.column) {
+            return Ok(());
+        }
+        let hint = nearest_name(&self.column, known.clone())
+            .map_or_else(String::new, |name| format!(" (did you mean {name}?)"));
+        let known: Vec<&str> = known.into_iter().collect();
+        Err(Error::input(format!(
+            "\"{self}\": there is no column \"{}\"{hint}; there are: {}",
+            self.column,
+            known.join(", ")
+        )))
+    }
+
+    /// Whether it is met by these columns. A column that is missing, has no value or is not a
+    /// number is an error: nothing can be said about it.
+    pub fn is_met(&self, columns: &[(&str, Option<f64>)]) -> Result<bool> {
+        self.check_column(columns.iter().map(|(name, _)| *name))?;
+        let found = columns
+            .iter()
+            .find(|(name, _)| *name == self.column)
+            .and_then(|(_, value)| *value)
+            .filter(|value| !value.is_nan());
+        let Some(found) = found else {
+            return Err(Error::input(format!(
+                "\"{self}\" cannot be judged: {} has no value for the cells of this mesh",
+                self.column
+            )));
+        };
+        Ok(match self.comparison {
+            Comparison::Less => found < self.value,
+            Comparison::LessOrEqual => found <= self.value,
+            Comparison::Greater => found > self.value,
+            Comparison::GreaterOrEqual => found >= self.value,
+        })
+    }
+}
+
+impl FromStr for Criterion {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::input(format!(
+                "\"{text}\" is no condition; write column, <, <=, > or >=, and a number, \
+                 as in \"inverted>0\""
+            ))
+        };
+        let (symbol, comparison) = SYMBOLS
+            .into_iter()
+            .find(|(symbol, _)| text.contains(symbol))
+            .ok_or_else(wrong)?;
+        let (column, value) = text.split_once(symbol).ok_or_else(wrong)?;
+        let value: f64 = value.trim().parse().map_err(|_| wrong())?;
+        let column = column.trim();
+        if column.is_empty() || value.is_nan() {
+            return Err(wrong());
+        }
+        Ok(Self {
+            column: column.to_owned(),
+            comparison,
+            value,
+        })
+    }
+}
+
+impl fmt::Display for Criterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let symbol = SYMBOLS
+            .iter()
+            .find(|(_, comparison)| *comparison == self.comparison)
+            .map_or("", |(symbol, _)| symbol);
+        write!(f, "{}{symbol}{}", self.column, self.value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_condition_compares_its_column() {
+        let columns = [("inverted", Some(1.0)), ("min_volume", None)];
+        let met = |text: &str| text.parse::<Criterion>().and_then(|c| c.is_met(&columns));
+        assert!(met("inverted>0").expect("it has a value"));
+        assert!(met(" inverted >= 1.0 ").expect("it has a value"));
+        assert!(!met("inverted<1").expect("it has a value"));
+        assert!(met("min_volume<0").is_err());
+        let error = met("invertd>0").expect_err("no such column").to_string();
+        assert!(error.contains("did you mean inverted?"), "{error}");
+        for bad in ["inverted", "inverted=0", ">0", "inverted>", "inverted>nan"] {
+            assert!(bad.parse::<Criterion>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! How each cell of the reference mesh is oriented, so that later positions can be judged.
+
+use super::plane::vector_area;
+use super::visit::{self, CHUNK};
+use crate::geometry::vector::{Vector, unit};
+use crate::mesh::Mesh;
+use rayon::prelude::*;
+
+/// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
+/// surface mesh that does not lie in a plane of constant z.
+///
+/// A solid cell is positive in the node order of the Verdict library. A plane cell is positive when
+/// it turns anticlockwise seen from +z; a cell of a curved surface mesh is compared with its own
+/// normal in the reference.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    signs: Vec<i8>,
+    facing: Facing,
+    n_invalid: usize,
+}
+
+/// Where the positive side of a two-dimensional cell is.
+#[derive(Debug, Clone)]
+pub(super) enum Facing {
+    /// Toward +z, for all cells.
+    Z,
+    /// Toward a normal of each cell.
+    Normals(Vec<[f32; 3]>),
+}
+
+impl Facing {
+    #[inline]
+    pub(super) fn of(&self, cell: usize) -> Vector {
+        match self {
+            Facing::Z => [0.0, 0.0, 1.0],
+            Facing::Normals(normals) => normals[cell].map(f64::from),
+        }
+    }
+}
+
+/// Set beside the sign of a cell that is not valid in the reference.
+const INVALID: i8 = 2;
+
+impl Reference {
+    /// Judges every volume cell of the mesh. One pass; cannot fail.
+    pub fn new(mesh: &Mesh) -> Self {
+        let facing = facing(mesh);
+        let n_cells = mesh.cells.len();
+        let mut signs = vec![0i8; n_cells];
+        let n_invalid = signs
+            .par_chunks_mut(CHUNK)
+            .enumerate()
+            .map(|(chunk, signs)| {
+                let range = visit::chunks(n_cells)(chunk);
+                let first = range.start;
+                let mut n_invalid = 0;
+                visit::volume_cells(mesh, &mesh.points, &facing, range, |cell, metrics| {
+                    let valid = metrics.orientation();
+                    let sign = if metrics.volume < 0.0 { -1 } else { 1 };
+                    signs[cell - first] = if valid == 0 { INVALID * sign } else { valid };
+                    n_invalid += usize::from(valid == 0);
+                });
+                n_invalid
+            })
+            .sum();
+        Self {
+            signs,
+            facing,
+            n_invalid,
+        }
+    }
+
+    /// Number of cells whose corner Jacobians vanish or have mixed signs in the reference.
+    pub fn n_invalid(&self) -> usize {
+        self.n_invalid
+    }
+
+    /// Whether a volume cell's corner Jacobians all have one sign in the reference. False for
+    /// boundary faces, which are not judged.
+    pub fn is_valid(&self, cell: usize) -> bool {
+        self.signs[cell].abs() == 1
+    }
+
+    /// Bytes held in memory.
+    pub fn memory_bytes(&self) -> usize {
+        let normals = match &self.facing {
+            Facing::Z => 0,
+            Facing::Normals(normals) => size_of_val(&normals[..]),
+        };
+        self.signs.len() + normals
+    }
+
+    /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.
+    #[inline]
+    pub(super) fn sign(&self, cell: usize) -> i8 {
+        self.signs[cell].signum()
+    }
+
+    pub(super) fn facing(&self) -> &Facing {
+        &self.facing
+    }
+}
+
+fn facing(mesh: &Mesh) -> Facing {
+    let flat = mesh.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
+    if mesh.dimension() != 2 || flat {
+        return Facing::Z;
+    }
+    let mut normals = vec![[0.0f32; 3]; mesh.cells.len()];
+    for run in mesh.volume_runs() {
+        let n_corners = run.kind.linear().n_nodes().unwrap_or(run.n_nodes);
+        for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
+            let area = vector_area(n_corners, |i| mesh.points[nodes[i] as usize]);
+            normals[cell] = unit(area).unwrap_or_default().map(|x| x as f32);
+        }
+    }
+    Facing::Normals(normals)
+}

@@ -1,0 +1,242 @@
+//! Quality of a whole mesh in a few numbers, found in one pass over its cells.
+
+use super::angles::Angles;
+use super::metrics::Metrics;
+use super::percentile::Histogram;
+use super::reference::Reference;
+use super::visit::{self, CHUNK};
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use rayon::prelude::*;
+
+/// Inverted cells that are kept by index; all are counted.
+const N_NAMED: usize = 20;
+
+/// An extreme value and the cell that has it; of several the one with the lowest index.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extreme {
+    /// The value.
+    pub value: f64,
+    /// Index of the cell among all cells of the mesh.
+    pub cell: usize,
+}
+
+/// Quality of the volume cells of a mesh. `None` where no cell has the metric.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Summary {
+    /// Number of volume cells.
+    pub n_cells: usize,
+    /// Cells that are valid in the reference and have a corner Jacobian of zero or of the other
+    /// sign now.
+    pub inverted: usize,
+    /// The first inverted cells, at most 20, ascending.
+    pub inverted_cells: Vec<usize>,
+    /// Cells whose corner Jacobians vanish or have mixed signs in the reference.
+    pub inverted_reference: usize,
+    /// Smallest volume (area in 2D), positive for a cell that is oriented as in the reference.
+    pub min_volume: Option<Extreme>,
+    /// Sum of all volumes.
+    pub total_volume: f64,
+    /// Smallest scaled Jacobian.
+    pub min_scaled_jacobian: Option<Extreme>,
+    /// Mean scaled Jacobian.
+    pub mean_scaled_jacobian: Option<f64>,
+    /// First percentile of the scaled Jacobian, to 3.1e-5.
+    pub p01_scaled_jacobian: Option<f64>,
+    /// Largest ratio of longest to shortest edge; infinite where an edge has no length.
+    pub max_edge_ratio: Option<Extreme>,
+    /// Largest equiangle skew.
+    pub max_skew: Option<Extreme>,
+}
+
+impl Summary {
+    /// The columns in the order and by the names of `steps.csv`; a metric that is not defined is
+    /// `None`.
+    pub fn columns(&self) -> [(&'static str, Option<f64>); 8] {
+        let value = |extreme: Option<Extreme>| extreme.map(|e| e.value);
+        [
+            ("inverted", Some(self.inverted as f64)),
+            ("inverted_reference", Some(self.inverted_reference as f64)),
+            ("min_volume", value(self.min_volume)),
+            ("min_scaled_jacobian", value(self.min_scaled_jacobian)),
+            ("mean_scaled_jacobian", self.mean_scaled_jacobian),
+            ("p01_scaled_jacobian", self.p01_scaled_jacobian),
+            ("max_edge_ratio", value(self.max_edge_ratio)),
+            ("max_skew", value(self.max_skew)),
+        ]
+    }
+}
+
+/// Quality of the cells of `mesh` with their nodes at `points`, judged against `reference`.
+///
+/// One parallel pass. Sums are folded over fixed chunks of cells in order, so the result is the
+/// same on any number of threads.
+///
+/// # Panics
+/// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
+pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary {
+    let n_cells = mesh.cells.len();
+    let range = visit::chunks(n_cells);
+    let new = || (Vec::new(), Histogram::new());
+    let (parts, histogram) = (0..n_cells.div_ceil(CHUNK))
+        .into_par_iter()
+        .with_min_len(16)
+        .fold(
+            new,
+            |(mut parts, mut histogram): (Vec<Part>, Histogram), chunk| {
+                let mut part = Part::new();
+                let facing = reference.facing();
+                visit::volume_cells(mesh, points, facing, range(chunk), |cell, metrics| {
+                    part.take(cell, &metrics, reference, &mut histogram);
+                });
+                parts.push(part);
+                (parts, histogram)
+            },
+        )
+        .reduce(new, |(mut parts, mut histogram), (more, counts)| {
+            parts.extend(more);
+            histogram.merge(&counts);
+            (parts, histogram)
+        });
+    let mut whole = Part::new();
+    for part in &parts {
+        whole.append(part);
+    }
+    whole.finish(reference, &histogram)
+}
+
+/// What a chunk of cells adds up to.
+struct Part {
+    n_cells: usize,
+    n_scaled: usize,
+    inverted: usize,
+    inverted_cells: Vec<usize>,
+    volume_sum: f64,
+    scaled_sum: f64,
+    min_volume: Option<Extreme>,
+    min_scaled: Option<Extreme>,
+    max_edge_ratio_squared: Option<Extreme>,
+    max_skew: Option<Extreme>,
+    angles: Angles,
+}
+
+impl Part {
+    fn new() -> Self {
+        Self {
+            n_cells: 0,
+            n_scaled: 0,
+            inverted: 0,
+            inverted_cells: Vec::new(),
+            volume_sum: 0.0,
+            scaled_sum: 0.0,
+            min_volume: None,
+            min_scaled: None,
+            max_edge_ratio_squared: None,
+            max_skew: None,
+            angles: Angles::NONE,
+        }
+    }
+
+    #[inline]
+    fn take(&mut self, cell: usize, metrics: &Metrics, reference: &Reference, all: &mut Histogram) {
+        let sign = reference.sign(cell);
+        self.n_cells += 1;
+        if reference.is_valid(cell) && !metrics.is_valid(sign) {
+            self.inverted += 1;
+            if self.inverted_cells.len() < N_NAMED {
+                self.inverted_cells.push(cell);
+            }
+        }
+        let volume = metrics.volume(sign);
+        self.volume_sum += volume;
+        lower(&mut self.min_volume, volume, cell);
+        let scaled = metrics.scaled_jacobian(sign);
+        if !scaled.is_nan() {
+            self.n_scaled += 1;
+            self.scaled_sum += scaled;
+            all.add(scaled);
+            lower(&mut self.min_scaled, scaled, cell);
+        }
+        raise(
+            &mut self.max_edge_ratio_squared,
+            metrics.edge_ratio_squared(),
+            cell,
+        );
+        // An arc cosine only for angles beyond all seen before.
+        if !self.angles.cover(&metrics.angles) {
+            self.angles.merge(&metrics.angles);
+            if let Some(skew) = metrics.angles.skew() {
+                raise(&mut self.max_skew, skew, cell);
+            }
+        }
+    }
+
+    fn append(&mut self, next: &Self) {
+        self.n_cells += next.n_cells;
+        self.n_scaled += next.n_scaled;
+        self.inverted += next.inverted;
+        let free = N_NAMED - self.inverted_cells.len();
+        let named = next.inverted_cells.iter().take(free);
+        self.inverted_cells.extend(named);
+        self.volume_sum += next.volume_sum;
+        self.scaled_sum += next.scaled_sum;
+        let pairs = [
+            (&mut self.min_volume, next.min_volume),
+            (&mut self.min_scaled, next.min_scaled),
+        ];
+        for (mine, theirs) in pairs {
+            if let Some(e) = theirs {
+                lower(mine, e.value, e.cell);
+            }
+        }
+        let pairs = [
+            (
+                &mut self.max_edge_ratio_squared,
+                next.max_edge_ratio_squared,
+            ),
+            (&mut self.max_skew, next.max_skew),
+        ];
+        for (mine, theirs) in pairs {
+            if let Some(e) = theirs {
+                raise(mine, e.value, e.cell);
+            }
+        }
+    }
+
+    fn finish(self, reference: &Reference, histogram: &Histogram) -> Summary {
+        Summary {
+            n_cells: self.n_cells,
+            inverted: self.inverted,
+            inverted_cells: self.inverted_cells,
+            inverted_reference: reference.n_invalid(),
+            min_volume: self.min_volume,
+            total_volume: self.volume_sum,
+            min_scaled_jacobian: self.min_scaled,
+            mean_scaled_jacobian: (self.n_scaled > 0)
+                .then(|| self.scaled_sum / self.n_scaled as f64),
+            // No further than the smallest value itself.
+            p01_scaled_jacobian: histogram
+                .percentile(0.01)
+                .map(|p| self.min_scaled.map_or(p, |min| p.max(min.value))),
+            max_edge_ratio: self.max_edge_ratio_squared.map(|e| Extreme {
+                value: e.value.sqrt(),
+                ..e
+            }),
+            max_skew: self.max_skew,
+        }
+    }
+}
+
+#[inline]
+fn lower(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
+    if !value.is_nan() && extreme.is_none_or(|e| value < e.value) {
+        *extreme = Some(Extreme { value, cell });
+    }
+}
+
+#[inline]
+fn raise(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
+    if !value.is_nan() && extreme.is_none_or(|e| value > e.value) {
+        *extreme = Some(Extreme { value, cell });
+    }
+}

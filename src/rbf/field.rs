@@ -1,0 +1,173 @@
+//! The interpolant of every mode at the nodes that deform: `M = Phi_vb W`, one pass over the mesh.
+
+use super::evaluate::WeightedBase;
+use crate::geometry::vector::{Vector, add};
+use crate::geometry::{Bounds, curve};
+use rayon::prelude::*;
+
+/// Nodes evaluated between two reports of progress.
+const BATCH: usize = 1 << 18;
+
+/// Mode fields at the nodes that deform.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// The nodes it covers, ascending; `None` for all.
+    pub nodes: Option<Vec<u32>>,
+    /// Number of modes, r.
+    pub n_modes: usize,
+    /// `M (N, r)`, by rows, in the order of `nodes`.
+    pub values: Vec<f64>,
+}
+
+impl Field {
+    /// Evaluates the weighted base points at `points`, or at those of them in `nodes`.
+    /// `N n` kernel evaluations. Where the support radius is smaller than the mesh, nodes are taken
+    /// along a space-filling curve, so that a block of them sees few base points. `progress` hears of
+    /// nodes done.
+    pub fn evaluate(
+        base: &WeightedBase<'_>,
+        points: &[Vector],
+        nodes: Option<Vec<u32>>,
+        progress: &dyn Fn(usize),
+    ) -> Self {
+        let r = base.n_columns;
+        let mut field = Self {
+            n_modes: r,
+            values: vec![0.0; nodes.as_ref().map_or(points.len(), Vec::len) * r],
+            nodes,
+        };
+        if r == 0 {
+            return field;
+        }
+        match &field.nodes {
+            None => evaluate_at(base, points, &mut field.values, progress),
+            Some(nodes) => {
+                let points: Vec<Vector> = nodes.iter().map(|&i| points[i as usize]).collect();
+                evaluate_at(base, &points, &mut field.values, progress);
+            }
+        }
+        field
+    }
+
+    /// `points + M C` for one step: `coefficients (r, 3)` by rows. Nodes that the field does not
+    /// cover are left as they are. `3 r` multiply-adds a node.
+    pub fn displace(&self, coefficients: &[f64], reference: &[Vector], out: &mut [Vector]) {
+        if self.n_modes == 0 {
+            out.copy_from_slice(reference);
+            return;
+        }
+        let (coefficients, _) = coefficients.as_chunks::<3>();
+        match &self.nodes {
+            None => out
+                .par_chunks_mut(4096)
+                .zip(reference.par_chunks(4096))
+                .zip(self.values.par_chunks(4096 * self.n_modes))
+                .for_each(|((out, reference), values)| {
+                    displace_block(values, coefficients, reference, out);
+                }),
+            Some(nodes) => {
+                out.copy_from_slice(reference);
+                for (&node, values) in nodes.iter().zip(self.values.chunks_exact(self.n_modes)) {
+                    let at = node as usize;
+                    out[at] = add(reference[at], combine(values, coefficients));
+                }
+            }
+        }
+    }
+}
+
+fn displace_block(values: &[f64], c: &[[f64; 3]], reference: &[Vector], out: &mut [Vector]) {
+    let rows = values.chunks_exact(c.len());
+    for ((values, reference), out) in rows.zip(reference).zip(out) {
+        *out = add(*reference, combine(values, c));
+    }
+}
+
+#[inline(always)]
+fn combine(values: &[f64], coefficients: &[[f64; 3]]) -> Vector {
+    let mut sum = [0.0; 3];
+    for (value, c) in values.iter().zip(coefficients) {
+        for axis in 0..3 {
+            sum[axis] += value * c[axis];
+        }
+    }
+    sum
+}
+
+fn evaluate_at(
+    base: &WeightedBase<'_>,
+    points: &[Vector],
+    out: &mut [f64],
+    progress: &dyn Fn(usize),
+) {
+    let r = base.n_columns;
+    let everywhere = Bounds::around(points).union(&Bounds::around(base.points));
+    if base.basis.radius >= everywhere.diagonal() {
+        for (points, out) in points.chunks(BATCH).zip(out.chunks_mut(BATCH * r)) {
+            base.add_at(points, out);
+            progress(points.len());
+        }
+        return;
+    }
+    let order = curve::order(points);
+    let mut values = vec![0.0; BATCH.min(points.len()) * r];
+    for batch in order.chunks(BATCH) {
+        let near: Vec<Vector> = batch.iter().map(|&i| points[i as usize]).collect();
+        let values = &mut values[..batch.len() * r];
+        values.fill(0.0);
+        base.add_at(&near, values);
+        for (&node, row) in batch.iter().zip(values.chunks_exact(r)) {
+            out[node as usize * r..][..r].copy_from_slice(row);
+        }
+        progress(batch.len());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Basis, Kernel};
+    use super::*;
+
+    #[test]
+    fn a_small_radius_gives_the_same_field_as_evaluation_point_by_point() {
+        let points: Vec<Vector> = (0..3000)
+            .map(|i| std::array::from_fn(|k| ((i * 3 + k) as f64 * 12.9898).sin() * 4.0))
+            .collect();
+        let base: Vec<Vector> = points.iter().step_by(37).copied().collect();
+        let weights: Vec<f64> = (0..base.len() * 2).map(|i| (i as f64).cos()).collect();
+        let weighted = WeightedBase {
+            basis: Basis {
+                kernel: Kernel::WendlandC4,
+                radius: 1.1,
+            },
+            points: &base,
+            weights: &weights,
+            n_columns: 2,
+        };
+        let nodes: Vec<u32> = (0..3000).step_by(2).collect();
+        let field = Field::evaluate(&weighted, &points, Some(nodes.clone()), &|_| {});
+        for (row, &node) in field.values.chunks(2).zip(&nodes) {
+            for column in 0..2 {
+                let sum: f64 = base
+                    .iter()
+                    .zip(weights.chunks(2))
+                    .map(|(b, w)| weighted.basis.between(&points[node as usize], b) * w[column])
+                    .sum();
+                assert!((row[column] - sum).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn a_step_is_the_reference_plus_modes_times_coefficients() {
+        let field = Field {
+            nodes: Some(vec![1]),
+            n_modes: 2,
+            values: vec![2.0, -1.0],
+        };
+        let reference = [[0.0; 3], [1.0, 1.0, 1.0]];
+        let mut out = [[9.0; 3]; 2];
+        field.displace(&[1.0, 0.0, 0.5, 0.0, 1.0, 0.0], &reference, &mut out);
+        assert_eq!(out, [[0.0; 3], [3.0, 0.0, 2.0]]);
+    }
+}

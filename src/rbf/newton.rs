@@ -1,0 +1,236 @@
+//! The exact greedy on a few thousand candidates, by the Newton basis.
+//!
+//! The Newton basis function `v_n` is one at the n-th base point's place in the factor and zero at
+//! all base points before it; a new base point costs one new value at each candidate.
+
+use super::Basis;
+use super::criterion::Criterion;
+use super::select::Targets;
+use crate::geometry::vector::Vector;
+use crate::linear::{GrowingCholesky, Matrix};
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+/// Candidates that one task keeps up to date.
+const CHUNK: usize = 256;
+/// A candidate whose power function has fallen below this adds nothing but noise.
+const LEAST_POWER: f64 = 1e-13;
+
+/// The candidates of one round.
+pub struct Candidates<'a> {
+    basis: Basis,
+    criterion: &'a Criterion,
+    chunks: Vec<Chunk>,
+    skipped: usize,
+}
+
+/// Some candidates, with all that is known of them.
+struct Chunk {
+    nodes: Vec<usize>,
+    points: Vec<Vector>,
+    /// Mode residuals (m, r).
+    residuals: Vec<f64>,
+    /// Newton basis (n, m): one row of m values for each base point.
+    newton: Vec<f64>,
+    /// Power function, squared.
+    power: Vec<f64>,
+    /// Chosen or passed over.
+    done: Vec<bool>,
+    worst: Worst,
+}
+
+/// The worst candidate of a chunk.
+#[derive(Debug, Clone, Copy)]
+struct Worst {
+    error: f64,
+    at: usize,
+}
+
+/// The new base point as every chunk needs it.
+struct NewPoint {
+    point: Vector,
+    /// Newton basis there (n).
+    row: Vec<f64>,
+    /// Root of its power function.
+    diagonal: f64,
+    /// Mode residual there (r).
+    residual: Vec<f64>,
+}
+
+impl<'a> Candidates<'a> {
+    /// Candidates at `nodes`, with the base points that are chosen already.
+    pub fn new(
+        basis: Basis,
+        targets: Targets<'a>,
+        base: &[usize],
+        factor: &GrowingCholesky,
+        residuals: &[f64],
+        nodes: &[usize],
+    ) -> Self {
+        let criterion = targets.criterion;
+        let r = criterion.n_modes();
+        let base: Vec<Vector> = base.iter().map(|&i| targets.points[i]).collect();
+        let chunks = nodes
+            .par_chunks(CHUNK)
+            .map(|nodes| {
+                let residuals = nodes
+                    .iter()
+                    .flat_map(|&i| &residuals[i * r..(i + 1) * r])
+                    .copied()
+                    .collect();
+                let mut chunk = Chunk::new(nodes, targets.points, residuals);
+                chunk.start(basis, &base, factor);
+                chunk.find_worst(criterion);
+                chunk
+            })
+            .collect();
+        Self {
+            basis,
+            criterion,
+            chunks,
+            skipped: 0,
+        }
+    }
+
+    /// Adds the worst candidate to the base, again and again, until the worst error is at or below
+    /// `stop`, the base has `max_points`, or no candidate is left.
+    pub fn pick(
+        &mut self,
+        stop: f64,
+        max_points: usize,
+        base: &mut Vec<usize>,
+        factor: &mut GrowingCholesky,
+    ) {
+        while base.len() < max_points {
+            let Some((chunk, worst)) = self.worst().filter(|(_, worst)| worst.error > stop) else {
+                return;
+            };
+            if self.chunks[chunk].power[worst.at] < LEAST_POWER {
+                self.skipped += 1;
+                self.chunks[chunk].done[worst.at] = true;
+                self.chunks[chunk].find_worst(self.criterion);
+                continue;
+            }
+            let new = self.chunks[chunk].take(worst.at, factor.n(), self.criterion.n_modes());
+            base.push(self.chunks[chunk].nodes[worst.at]);
+            factor.push(&new.row, new.diagonal);
+            let (basis, criterion) = (self.basis, self.criterion);
+            self.chunks.par_iter_mut().for_each(|chunk| {
+                chunk.add(basis, &new);
+                chunk.find_worst(criterion);
+            });
+        }
+    }
+
+    /// Candidates passed over so far.
+    pub fn skipped(&self) -> usize {
+        self.skipped
+    }
+
+    /// The worst candidate of all; ties to the first chunk.
+    fn worst(&self) -> Option<(usize, Worst)> {
+        let mut found: Option<(usize, Worst)> = None;
+        for (i, chunk) in self.chunks.iter().enumerate() {
+            if chunk.worst.error > found.map_or(0.0, |(_, worst)| worst.error) {
+                found = Some((i, chunk.worst));
+            }
+        }
+        found
+    }
+}
+
+impl Chunk {
+    fn new(nodes: &[usize], points: &[Vector], residuals: Vec<f64>) -> Self {
+        Self {
+            points: nodes.iter().map(|&i| points[i]).collect(),
+            power: vec![1.0; nodes.len()],
+            done: vec![false; nodes.len()],
+            newton: Vec::new(),
+            worst: Worst { error: 0.0, at: 0 },
+            nodes: nodes.to_vec(),
+            residuals,
+        }
+    }
+
+    /// The Newton basis of the base points chosen so far: `L v = phi`.
+    fn start(&mut self, basis: Basis, base: &[Vector], factor: &GrowingCholesky) {
+        let (n, m) = (base.len(), self.points.len());
+        let mut columns = Matrix::from_fn(n, m, |i, j| basis.between(&base[i], &self.points[j]));
+        factor.solve_lower(&mut columns);
+        self.newton.resize(n * m, 0.0);
+        for j in 0..m {
+            for (i, v) in columns.column(j).iter().enumerate() {
+                self.newton[i * m + j] = *v;
+                self.power[j] -= v * v;
+            }
+        }
+    }
+
+    fn find_worst(&mut self, criterion: &Criterion) {
+        let mut worst = Worst { error: 0.0, at: 0 };
+        let residuals = self.residuals.chunks_exact(criterion.n_modes());
+        for (at, (residual, done)) in residuals.zip(&self.done).enumerate() {
+            if !done && criterion.bound(residual) > worst.error {
+                let error = criterion.sampled(residual);
+                if error > worst.error {
+                    worst = Worst { error, at };
+                }
+            }
+        }
+        self.worst = worst;
+    }
+
+    /// Candidate `at` as the next base point.
+    fn take(&mut self, at: usize, n: usize, r: usize) -> NewPoint {
+        let m = self.points.len();
+        self.done[at] = true;
+        NewPoint {
+            point: self.points[at],
+            row: (0..n).map(|i| self.newton[i * m + at]).collect(),
+            diagonal: self.power[at].sqrt(),
+            residual: self.residuals[at * r..(at + 1) * r].to_vec(),
+        }
+    }
+
+    /// Brings every candidate up to date with a new base point:
+    /// `v(c) = (phi(c, p) - sum_j v_j(c) v_j(p)) / diagonal`.
+    fn add(&mut self, basis: Basis, new: &NewPoint) {
+        let mut values: Vec<f64> = self
+            .points
+            .iter()
+            .map(|point| basis.between(point, &new.point))
+            .collect();
+        subtract_rows(&mut values, &self.newton, &new.row);
+        let r = new.residual.len();
+        let residuals = self.residuals.chunks_exact_mut(r);
+        for ((value, power), residual) in values.iter_mut().zip(&mut self.power).zip(residuals) {
+            *value /= new.diagonal;
+            *power -= *value * *value;
+            let factor = *value / new.diagonal;
+            for (e, at_new) in residual.iter_mut().zip(&new.residual) {
+                *e -= factor * at_new;
+            }
+        }
+        self.newton.extend_from_slice(&values);
+    }
+}
+
+/// `values (m) -= rows^T (m, n) . factors (n)`, four rows at a time.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
+fn subtract_rows(values: &mut [f64], rows: &[f64], factors: &[f64]) {
+    let m = values.len();
+    let four = factors.len() / 4 * 4;
+    for (rows, f) in rows.chunks_exact(4 * m).zip(factors.chunks_exact(4)) {
+        let (a, rest) = rows.split_at(m);
+        let (b, rest) = rest.split_at(m);
+        let (c, d) = rest.split_at(m);
+        for i in 0..m {
+            values[i] -= a[i] * f[0] + b[i] * f[1] + (c[i] * f[2] + d[i] * f[3]);
+        }
+    }
+    for (row, f) in rows[four * m..].chunks_exact(m).zip(&factors[four..]) {
+        for i in 0..m {
+            values[i] -= row[i] * f;
+        }
+    }
+}

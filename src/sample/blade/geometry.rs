@@ -1,0 +1,125 @@
+//! Measures of a blade and of the cylinder around it, checked once.
+
+use super::shape::unit_normal;
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+
+/// What was asked for; lengths in mesh units.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct BladeShape {
+    /// No twist, and a chord of one, a root at 1 and a tip at 6 unless given.
+    pub untwisted: bool,
+    /// Chord; 0.3 unless given.
+    pub chord: Option<f64>,
+    /// Where the blade begins; 0.9 unless given.
+    pub root: Option<f64>,
+    /// Where the blade ends; 5.625 unless given.
+    pub radius: Option<f64>,
+    /// Linear twist from hub to tip in degrees, zero at 75% radius; -8 unless given.
+    pub twist_deg: Option<f64>,
+    /// Radius of the cylinder around the blade; the larger of 2 chords and 4/15 of the blade's
+    /// radius unless given.
+    pub cylinder_radius: Option<f64>,
+}
+
+/// Checked measures, lengths in mesh units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Geometry {
+    /// Chord.
+    pub chord: f64,
+    /// Where the blade begins.
+    pub root: f64,
+    /// Where the blade ends.
+    pub radius: f64,
+    /// Twist from hub to tip in radians.
+    pub twist: f64,
+    /// Around the blade.
+    pub cylinder: Cylinder,
+}
+
+/// A cylinder about the x axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cylinder {
+    /// Its radius.
+    pub radius: f64,
+    /// Where it begins and ends.
+    pub ends: [f64; 2],
+}
+
+impl Cylinder {
+    /// The point of a cylinder three times as wide, and as much longer at either end, that lies
+    /// opposite to a point of this one's surface.
+    pub fn far(&self, [x, y, z]: Vector) -> Vector {
+        let middle = 0.5 * (self.ends[0] + self.ends[1]);
+        let half = 0.5 * (self.ends[1] - self.ends[0]);
+        let stretch = (half + 2.0 * self.radius) / half;
+        [middle + stretch * (x - middle), 3.0 * y, 3.0 * z]
+    }
+}
+
+impl BladeShape {
+    /// Checks the measures.
+    pub fn resolve(&self) -> Result<Geometry> {
+        let [chord, root, radius, twist] = if self.untwisted {
+            [1.0, 1.0, 6.0, 0.0]
+        } else {
+            [0.3, 0.9, 5.625, -8.0]
+        };
+        let chord = self.chord.unwrap_or(chord);
+        let root = self.root.unwrap_or(root);
+        let radius = self.radius.unwrap_or(radius);
+        let twist = self.twist_deg.unwrap_or(twist);
+        for (option, value) in [("--chord", chord), ("--root", root), ("--radius", radius)] {
+            if !(value > 0.0 && value < 1e6) {
+                return Err(Error::input(format!(
+                    "{option} is a length above 0, found {value}"
+                )));
+            }
+        }
+        if self.untwisted && self.twist_deg.is_some_and(|twist| twist != 0.0) {
+            return Err(Error::input("--untwisted and --twist exclude each other"));
+        }
+        if !(-30.0..=30.0).contains(&twist) {
+            return Err(Error::input(format!(
+                "--twist is an angle from -30 to 30 degrees, found {twist}"
+            )));
+        }
+        if radius - root < 0.5 * chord {
+            return Err(Error::input(format!(
+                "the blade from {root} to {radius} is shorter than half its chord of {chord}"
+            )));
+        }
+        let usual = (2.0 * chord).max(radius * 4.0 / 15.0);
+        let around = self.cylinder_radius.unwrap_or(usual);
+        if !(around >= 1.25 * chord && around < 1e6) {
+            return Err(Error::input(format!(
+                "--cylinder-radius is at least 1.25 chords ({}), found {around}",
+                1.25 * chord
+            )));
+        }
+        Ok(Geometry {
+            chord,
+            root,
+            radius,
+            twist: twist.to_radians(),
+            cylinder: Cylinder {
+                radius: around,
+                ends: [root - around.min(0.75 * root), radius + around],
+            },
+        })
+    }
+}
+
+impl Geometry {
+    /// A point and a normal of the straight blade, turned about the span by the twist there.
+    pub fn twisted(&self, [x, y, z]: Vector, normal: Vector) -> (Vector, Vector) {
+        let rate = self.twist / self.radius;
+        let (sin, cos) = (rate * (x - 0.75 * self.radius)).sin_cos();
+        let turn = |[y, z]: [f64; 2]| [cos * y - sin * z, sin * y + cos * z];
+        let [ty, tz] = turn([y, z]);
+        let [ny, nz] = turn([normal[1], normal[2]]);
+        // The surface shears along the span, so the normal leans: inverse transpose of the map.
+        let nx = normal[0] - rate * (ty * nz - tz * ny);
+        ([x, ty, tz], unit_normal([nx, ny, nz]))
+    }
+}

@@ -1,0 +1,249 @@
+//! The folder of a sequence: names of its files, whole files with their hashes, the time series.
+
+use crate::error::{Error, Result};
+use crate::formats::{Format, WriteOptions, write_whole};
+use crate::mesh::Mesh;
+use crate::motion::Step;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Columns of steps.csv, in order.
+pub const COLUMNS: [&str; 24] = [
+    "step",
+    "azimuth_deg",
+    "time_s",
+    "file",
+    "base_points",
+    "max_displacement",
+    "selection_error",
+    "max_surface_error",
+    "rms_surface_error",
+    "inverted",
+    "inverted_reference",
+    "min_volume",
+    "min_scaled_jacobian",
+    "mean_scaled_jacobian",
+    "p01_scaled_jacobian",
+    "max_edge_ratio",
+    "max_skew",
+    "max_non_orthogonality",
+    "min_size_skew",
+    "mean_size_skew",
+    "min_first_cell_ratio",
+    "max_normal_change_deg",
+    "blake3",
+    "seconds",
+];
+
+/// Names of the files of one sequence.
+#[derive(Debug, Clone)]
+pub struct Names {
+    /// The folder.
+    pub folder: PathBuf,
+    stem: String,
+    extension: &'static str,
+    digits: usize,
+}
+
+impl Names {
+    /// For a mesh of this name, in a format, with so many steps.
+    pub fn new(folder: &Path, mesh: &Path, format: &dyn Format, n_steps: usize) -> Self {
+        // "wing.su2.gz" gives wing_0000.
+        let name = mesh
+            .file_stem()
+            .map_or("mesh".into(), |name| name.to_string_lossy());
+        let inner = Path::new(&*name);
+        let known = |e: &std::ffi::OsStr| matches!(e.to_str(), Some("vtu" | "msh" | "su2"));
+        let stem = match inner.extension().is_some_and(known) {
+            true => inner.with_extension("").to_string_lossy().into_owned(),
+            false => name.trim_matches(['<', '>']).to_owned(),
+        };
+        Self {
+            folder: folder.to_path_buf(),
+            stem,
+            extension: format.extensions()[0],
+            digits: n_steps.saturating_sub(1).to_string().len().max(4),
+        }
+    }
+
+    /// Name of the mesh of a step.
+    pub fn mesh(&self, step: usize) -> String {
+        format!(
+            "{}_{step:0digits$}.{}",
+            self.stem,
+            self.extension,
+            digits = self.digits
+        )
+    }
+
+    /// Path of the time series.
+    pub fn series(&self) -> PathBuf {
+        self.folder.join(format!("{}.pvd", self.stem))
+    }
+
+    /// Path of a file of the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    fn is_ours(&self, name: &str) -> bool {
+        let fixed = ["steps.csv", "run.json", "base.toml", "base.vtp"];
+        let numbered = |name: &str| {
+            let rest = name.strip_prefix(&self.stem)?.strip_prefix('_')?;
+            let digits = rest.strip_suffix(self.extension)?.strip_suffix('.')?;
+            (digits.len() >= 4 && digits.bytes().all(|b| b.is_ascii_digit())).then_some(())
+        };
+        fixed.contains(&name) || name == format!("{}.pvd", self.stem) || numbered(name).is_some()
+    }
+}
+
+/// Files of an earlier run that stand in the folder.
+pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(&names.folder) else {
+        return Vec::new();
+    };
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| {
+            path.file_name()
+                .is_some_and(|n| names.is_ours(&n.to_string_lossy()))
+        })
+        .collect();
+    found.sort();
+    found
+}
+
+/// Makes the folder ready: it exists, and no file of an earlier run is left in it.
+pub fn prepare(names: &Names, force: bool) -> Result<()> {
+    let existing = existing_outputs(names);
+    if let (Some(first), false) = (existing.first(), force) {
+        return Err(Error::input(format!(
+            "holds {} files of an earlier run, {} among them; --force replaces them",
+            existing.len(),
+            first.file_name().unwrap_or_default().display()
+        ))
+        .file(&names.folder));
+    }
+    std::fs::create_dir_all(&names.folder).map_err(|error| Error::io(&names.folder, &error))?;
+    for path in existing {
+        std::fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
+    }
+    Ok(())
+}
+
+/// Writes a mesh whole or not at all; returns the hash of its bytes.
+pub fn write_mesh(
+    mesh: &Mesh,
+    path: &Path,
+    format: &dyn Format,
+    options: &WriteOptions,
+) -> Result<blake3::Hash> {
+    write_whole(path, |out| {
+        let mut hashing = Hashing {
+            out,
+            hasher: blake3::Hasher::new(),
+        };
+        format.write(mesh, &mut hashing, options)?;
+        Ok(hashing.hasher.finalize())
+    })
+}
+
+struct Hashing<'a> {
+    out: &'a mut dyn Write,
+    hasher: blake3::Hasher,
+}
+
+impl Write for Hashing<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let n = self.out.write(bytes)?;
+        self.hasher.update(&bytes[..n]);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// steps.csv: a row a step, flushed as the step is finished.
+pub struct Table {
+    file: File,
+    path: PathBuf,
+}
+
+impl Table {
+    /// A new table with its header.
+    pub fn create(path: PathBuf) -> Result<Self> {
+        let file = File::create(&path).map_err(|error| Error::io(&path, &error))?;
+        let mut table = Self { file, path };
+        table.row(&COLUMNS.map(str::to_owned))?;
+        Ok(table)
+    }
+
+    /// Appends a row in one write.
+    pub fn row(&mut self, values: &[String]) -> Result<()> {
+        let line = values
+            .iter()
+            .map(|value| quoted(value))
+            .collect::<Vec<_>>()
+            .join(",")
+            + "\n";
+        let written = self.file.write_all(line.as_bytes());
+        written.map_err(|error| Error::io(&self.path, &error))
+    }
+}
+
+/// The shortest text that reads back as the same number.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-4..1e9).contains(&size) => value.to_string(),
+        _ => format!("{value:e}"),
+    }
+}
+
+fn quoted(value: &str) -> String {
+    match value.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", value.replace('"', "\"\"")),
+        false => value.to_owned(),
+    }
+}
+
+/// Text of the time series over finished steps: time in s where it is known, else azimuth.
+pub fn series(steps: &[(Step, String)]) -> String {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
+    );
+    for (step, file) in steps {
+        let time = step.time_s.unwrap_or(step.azimuth_deg);
+        let file = file
+            .replace('&', "&amp;")
+            .replace('<', "&lt;")
+            .replace('"', "&quot;");
+        text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
+    }
+    text + "  </Collection>\n</VTKFile>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_as_they_were() {
+        for value in [0.0, 1.0, 37.0, 0.1 + 0.2, 1e-17, -2.9753038973609e-9, 1e300] {
+            assert_eq!(number(value).parse::<f64>(), Ok(value));
+        }
+        assert_eq!(number(1e-17), "1e-17");
+    }
+
+    #[test]
+    fn a_mesh_is_named_without_its_endings() {
+        let vtu = crate::formats::by_name("vtu").expect("it is known");
+        let name = |mesh: &str, n| Names::new(Path::new("d"), Path::new(mesh), vtu, n).mesh(7);
+        assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
+        assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
+        assert_eq!(name("-", 1), "-_0007.vtu");
+    }
+}

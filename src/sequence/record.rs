@@ -1,0 +1,120 @@
+//! run.json: what a run was given, what it did and how it ended.
+
+use super::plan::Plan;
+use crate::error::{Error, Result};
+use crate::formats::save_text;
+use crate::rbf::select::Selection;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The record of a run; written at its start and completed at its end.
+pub struct Record {
+    path: PathBuf,
+    content: Value,
+}
+
+/// Seconds of each stage of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Timings {
+    /// Choosing base points.
+    pub selection: f64,
+    /// Evaluating the modes at the nodes, and the correction.
+    pub modes: f64,
+    /// Node positions and quality, all steps.
+    pub steps: f64,
+    /// Writing meshes, all steps; overlaps with the next step's positions.
+    pub writing: f64,
+    /// The whole run.
+    pub total: f64,
+}
+
+/// A clock that gives seconds.
+pub struct Clock(Instant);
+
+impl Clock {
+    /// Starts now.
+    pub fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Seconds since the start.
+    pub fn seconds(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+}
+
+impl Record {
+    /// The record of a run of `plan`, not yet written.
+    pub fn new(path: PathBuf, plan: &Plan, mesh: &Path, schedule: &Path) -> Result<Self> {
+        let content = json!({
+            "version": 1,
+            "program": concat!("azimesh ", env!("CARGO_PKG_VERSION")),
+            "outcome": "running",
+            "inputs": [input(mesh)?, input(schedule)?],
+            "options": {
+                "kernel": plan.basis.kernel.name(),
+                "support_radius": plan.basis.radius,
+                "tolerance": plan.tolerance,
+                "max_points": plan.schedule.selection.max_points,
+                "correction": plan.schedule.selection.correction,
+                "format": plan.schedule.output.format,
+            },
+            "chosen": plan.choices,
+            "nodes": plan.reference.len(),
+            "cells": plan.mesh.cells.len(),
+            "surface_points": plan.surface.nodes.len(),
+            "coincident_surface_nodes": plan.surface.n_coincident,
+            "steps": plan.motion.steps.len(),
+            "modes": plan.modes.n_modes,
+            "mode_truncation": plan.modes.truncation,
+        });
+        Ok(Self { path, content })
+    }
+
+    /// Adds what the selection came to.
+    pub fn selection(&mut self, selection: &Selection) {
+        let history = selection.history.iter();
+        self.content["selection"] = json!({
+            "base_points": selection.base.len(),
+            "error": selection.error,
+            "skipped": selection.skipped,
+            "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
+        });
+    }
+
+    /// Adds a value.
+    pub fn set(&mut self, key: &str, value: Value) {
+        self.content[key] = value;
+    }
+
+    /// Adds the timings.
+    pub fn timings(&mut self, t: &Timings) {
+        self.content["seconds"] = json!({
+            "selection": t.selection,
+            "modes": t.modes,
+            "steps": t.steps,
+            "writing": t.writing,
+            "total": t.total,
+        });
+    }
+
+    /// Writes the record as it stands.
+    pub fn save(&self) -> Result<()> {
+        save_text(&format!("{:#}\n", self.content), &self.path)
+    }
+}
+
+fn input(path: &Path) -> Result<Value> {
+    let mut hasher = blake3::Hasher::new();
+    if path.as_os_str() == "-" {
+        return Ok(json!({ "file": "-" }));
+    }
+    hasher
+        .update_mmap_rayon(path)
+        .map_err(|error| Error::io(path, &error))?;
+    Ok(json!({
+        "file": path.display().to_string(),
+        "blake3": hasher.finalize().to_string(),
+    }))
+}

@@ -1,0 +1,512 @@
+//! The run: plan, base points, mode fields, then step after step; a step is written while the next
+//! one is computed.
+
+use super::base;
+use super::deformer::Deformer;
+use super::output::{self, COLUMNS, Names, Table, number};
+use super::plan::Plan;
+use super::progress::Progress;
+use super::record::{Clock, Record, Timings};
+use crate::error::{Error, Kind, Result};
+use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
+use crate::geometry::vector::{Vector, sub};
+use crate::mesh::{DataArray, Mesh, Values};
+use crate::motion::{OnInverted, QualityOutput, SelectionMethod, Step};
+use crate::quality::{self, Criterion, Reference, Summary};
+use crate::rbf::select::{self, Limits, Selection};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// A first-cell height may change by this much when coordinates are rounded to 32 bits.
+const F32_CHANGE: f64 = 0.01;
+/// Base points for which the dense matrix still fits a workstation: 12.8 GB.
+const MOST_DENSE: usize = 40_000;
+/// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
+const SELECTED: f64 = 0.99;
+
+/// What a run is asked for.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// The mesh file, for names and hashes.
+    pub mesh: PathBuf,
+    /// Where the files go.
+    pub folder: PathBuf,
+    /// Base points chosen before.
+    pub base: Option<PathBuf>,
+    /// Whether files of an earlier run are replaced.
+    pub force: bool,
+    /// Conditions that fail the run.
+    pub fail_on: Vec<Criterion>,
+}
+
+/// What a run came to.
+#[derive(Debug, Clone, Default)]
+pub struct Finished {
+    /// Steps written.
+    pub n_steps: usize,
+    /// Base points used.
+    pub n_base: usize,
+    /// Largest displacement error before the correction, in mesh units.
+    pub selection_error: f64,
+    /// Largest distance of a written surface node from its place.
+    pub surface_error: f64,
+    /// Steps with inverted cells, and the most in one step.
+    pub inverted_steps: usize,
+    /// Most inverted cells in one step.
+    pub most_inverted: usize,
+    /// Smallest scaled Jacobian at any step.
+    pub min_scaled_jacobian: Option<f64>,
+    /// Sentences about conditions that failed.
+    pub failures: Vec<String>,
+    /// Sentences about what the user should know.
+    pub warnings: Vec<String>,
+    /// Bytes of one mesh file, the largest.
+    pub mesh_bytes: u64,
+    /// Where the time went.
+    pub timings: Timings,
+}
+
+/// Chooses base points for a plan, or takes those of its method that need no choice.
+pub fn select_base(plan: &Plan, progress: &dyn Progress) -> Result<Selection> {
+    let targets = plan.targets();
+    if plan.schedule.selection.method == SelectionMethod::All {
+        let n = plan.surface.nodes.len();
+        if n > MOST_DENSE {
+            return Err(Error::input(format!(
+                "method = \"all\" with {n} surface nodes needs a dense matrix of {:.0} GB; it is for at most \
+                 {MOST_DENSE} nodes, method = \"sequence\" serves any number",
+                (n * n * 8) as f64 / 1e9
+            ))
+            .file(&plan.schedule.path));
+        }
+        progress.start("solving", None);
+        let selection = select::from_base(plan.basis, targets, (0..n).collect());
+        progress.finish();
+        return selection.map_err(|error| error.file(&plan.schedule.path));
+    }
+    progress.start("selection", None);
+    let limits = Limits::in_rounds(
+        SELECTED * plan.tolerance,
+        plan.schedule.selection.max_points,
+    );
+    let selection = select::select(plan.basis, targets, limits, &mut |n, error| {
+        progress.say(&format!(
+            "{n} base points, error {error:.2e} of {:.2e}",
+            plan.tolerance
+        ));
+    });
+    progress.finish();
+    selection.map_err(|error| error.file(&plan.schedule.path))
+}
+
+/// Bytes that the meshes of a sequence take: an estimate from nodes and cells.
+pub fn estimate_bytes(mesh: &Mesh, n_steps: usize) -> u64 {
+    let cells = mesh.cells.connectivity().len() * 4 + mesh.cells.len() * 9;
+    let arrays = mesh.point_arrays.iter().chain(&mesh.cell_arrays);
+    let arrays: usize = arrays.map(|array| array.values.memory_bytes()).sum();
+    ((mesh.points.len() * 24 + cells + arrays) * n_steps) as u64
+}
+
+/// Runs a plan: base points, mode fields, and one mesh a step in the request's folder.
+///
+/// # Errors
+/// [`Kind::Check`] when the tolerance cannot be met (base points are saved, no mesh is written), and
+/// where `on_inverted = "stop"` stops it.
+pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Result<Finished> {
+    let clock = Clock::start();
+    let format = formats::by_name(&plan.schedule.output.format)?;
+    check_precision(plan)?;
+    let dropped = format_holds(plan, format)?;
+    let names = Names::new(
+        &request.folder,
+        &request.mesh,
+        format,
+        plan.motion.steps.len(),
+    );
+    let record = Record::new(
+        names.path("run.json"),
+        plan,
+        &request.mesh,
+        &plan.schedule.path,
+    )?;
+    let loaded = request
+        .base
+        .as_deref()
+        .map(|path| base::load(plan, path))
+        .transpose()?;
+    output::prepare(&names, request.force)?;
+    record.save()?;
+    let mut run = Run {
+        names,
+        format,
+        record,
+        finished: Finished {
+            warnings: dropped,
+            ..Finished::default()
+        },
+        written: Vec::new(),
+        fail_on: request.fail_on.clone(),
+    };
+    let result = run.all(plan, loaded, progress, &clock);
+    run.close(result, &clock)
+}
+
+/// Refuses conditions on columns that steps.csv does not have.
+pub fn check_conditions(fail_on: &[Criterion]) -> Result<()> {
+    fail_on
+        .iter()
+        .try_for_each(|criterion| criterion.check_column(COLUMNS))
+}
+
+/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
+fn format_holds(plan: &Plan, format: &dyn Format) -> Result<Vec<String>> {
+    let described = |error: Error| match error.kind {
+        Kind::Input => Error::input(format!(
+            "output.format = \"{}\" cannot hold this mesh: {}",
+            format.name(),
+            error.message
+        ))
+        .file(&plan.schedule.path),
+        _ => error,
+    };
+    let options = WriteOptions {
+        encoding: Encoding::Raw,
+        compression: Compression::None,
+        ..write_options(plan)
+    };
+    format
+        .write(&plan.mesh, &mut std::io::sink(), &options)
+        .map_err(described)
+}
+
+fn check_precision(plan: &Plan) -> Result<()> {
+    let change = plan.first_cells.change_in_f32(&plan.reference);
+    if plan.schedule.output.precision == Precision::F32 && change > F32_CHANGE {
+        return Err(Error::input(format!(
+            "output.precision = \"f32\" would change a first-cell height by {:.1}%; use \"f64\"",
+            100.0 * change
+        ))
+        .file(&plan.schedule.path));
+    }
+    Ok(())
+}
+
+fn write_options(plan: &Plan) -> WriteOptions {
+    let output = &plan.schedule.output;
+    WriteOptions {
+        encoding: output.encoding,
+        compression: output.compression,
+        precision: output.precision,
+        tag_names: true,
+    }
+}
+
+/// A run under way.
+struct Run {
+    names: Names,
+    format: &'static dyn Format,
+    record: Record,
+    finished: Finished,
+    written: Vec<(Step, String)>,
+    fail_on: Vec<Criterion>,
+}
+
+/// A step that is computed and waits to be written.
+struct Computed {
+    summary: Option<Summary>,
+    first_cell_ratio: Option<f64>,
+    surface_error: (f64, f64),
+    seconds: f64,
+}
+
+impl Run {
+    fn all(
+        &mut self,
+        plan: &mut Plan,
+        loaded: Option<Selection>,
+        progress: &dyn Progress,
+        clock: &Clock,
+    ) -> Result<()> {
+        let selection = match loaded {
+            Some(selection) => selection,
+            None => select_base(plan, progress)?,
+        };
+        self.finished.timings.selection = clock.seconds();
+        self.record.selection(&selection);
+        base::save(plan, &selection, &self.names.path("base.toml"))?;
+        self.finished.n_base = selection.base.len();
+        self.finished.selection_error = selection.error;
+        check_tolerance(plan, &selection)?;
+        let mut mesh = std::mem::take(&mut plan.mesh);
+        let deformer = Deformer::new(plan, &selection, progress)?;
+        self.finished
+            .warnings
+            .extend(deformer.warnings.iter().cloned());
+        self.finished.timings.modes = clock.seconds() - self.finished.timings.selection;
+        let errors = plan.criterion.largest_by_step(&selection.residuals);
+        drop(selection);
+        self.steps(plan, &deformer, &mut mesh, &errors, progress)
+    }
+
+    fn steps(
+        &mut self,
+        plan: &Plan,
+        deformer: &Deformer<'_>,
+        mesh: &mut Mesh,
+        selection_errors: &[f64],
+        progress: &dyn Progress,
+    ) -> Result<()> {
+        let wanted = plan.schedule.output.quality != QualityOutput::None;
+        let reference = wanted.then(|| Reference::new(mesh));
+        let mut table = Table::create(self.names.path("steps.csv"))?;
+        let steps = &plan.motion.steps;
+        progress.start("steps", Some(steps.len() as u64));
+        let mut next = vec![[0.0; 3]; mesh.points.len()];
+        let compute = |mesh: &Mesh, step: &Step, points: &mut [Vector]| {
+            compute(plan, deformer, reference.as_ref(), mesh, step, points)
+        };
+        let mut computed = compute(mesh, &steps[0], &mut next);
+        for (i, step) in steps.iter().enumerate() {
+            std::mem::swap(&mut mesh.points, &mut next);
+            self.judge(plan, step, &computed)?;
+            add_arrays(plan, mesh, reference.as_ref());
+            let (written, following) = rayon::join(
+                || self.write(mesh, step, plan),
+                || {
+                    let following = steps.get(i + 1)?;
+                    Some(compute(mesh, following, &mut next))
+                },
+            );
+            let (file, hash, seconds) = written?;
+            self.finished.timings.steps += computed.seconds;
+            self.finished.timings.writing += seconds;
+            let mut row = row(
+                plan,
+                step,
+                &computed,
+                selection_errors[step.index],
+                self.finished.n_base,
+            );
+            set(&mut row, "file", file.clone());
+            set(&mut row, "blake3", hash.to_string());
+            set(
+                &mut row,
+                "seconds",
+                format!("{:.3}", computed.seconds + seconds),
+            );
+            self.check_conditions(step, &row)?;
+            table.row(&row)?;
+            self.written.push((step.clone(), file));
+            self.finished.n_steps += 1;
+            progress.advance(1);
+            if let Some(following) = following {
+                computed = following;
+            }
+        }
+        progress.finish();
+        Ok(())
+    }
+
+    fn write(&self, mesh: &Mesh, step: &Step, plan: &Plan) -> Result<(String, blake3::Hash, f64)> {
+        let clock = Clock::start();
+        let file = self.names.mesh(step.index);
+        let path = self.names.path(&file);
+        let hash = output::write_mesh(mesh, &path, self.format, &write_options(plan))?;
+        Ok((file, hash, clock.seconds()))
+    }
+
+    /// Counts what is wrong with a step; stops where the schedule says so.
+    fn judge(&mut self, plan: &Plan, step: &Step, computed: &Computed) -> Result<()> {
+        let finished = &mut self.finished;
+        finished.surface_error = finished.surface_error.max(computed.surface_error.0);
+        let Some(summary) = &computed.summary else {
+            return Ok(());
+        };
+        if let Some(worst) = summary.min_scaled_jacobian {
+            let least = finished.min_scaled_jacobian.unwrap_or(f64::INFINITY);
+            finished.min_scaled_jacobian = Some(least.min(worst.value));
+        }
+        if summary.inverted == 0 {
+            return Ok(());
+        }
+        finished.inverted_steps += 1;
+        finished.most_inverted = finished.most_inverted.max(summary.inverted);
+        let sentence = format!(
+            "step {} (azimuth {} degrees) has {} inverted cells, cell {} first",
+            step.index,
+            step.azimuth_deg,
+            summary.inverted,
+            summary.inverted_cells.first().copied().unwrap_or_default()
+        );
+        match plan.schedule.output.on_inverted {
+            OnInverted::Stop => Err(Error::check(format!(
+                "{sentence}; stopped before writing it"
+            ))),
+            OnInverted::Warn => {
+                finished.warnings.push(sentence);
+                Ok(())
+            }
+        }
+    }
+
+    fn check_conditions(&mut self, step: &Step, row: &[String]) -> Result<()> {
+        let columns: Vec<(&str, Option<f64>)> = COLUMNS
+            .iter()
+            .zip(row)
+            .map(|(column, value)| (*column, value.parse().ok()))
+            .collect();
+        for criterion in &self.fail_on {
+            if criterion.is_met(&columns)? {
+                let sentence = format!("step {}: {criterion}", step.index);
+                self.finished.failures.push(sentence);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what closes a run, whether it went well or not.
+    fn close(mut self, result: Result<()>, clock: &Clock) -> Result<Finished> {
+        self.finished.timings.total = clock.seconds();
+        let sizes = self.written.iter().filter_map(|(_, file)| {
+            std::fs::metadata(self.names.path(file))
+                .ok()
+                .map(|found| found.len())
+        });
+        self.finished.mesh_bytes = sizes.max().unwrap_or(0);
+        let outcome = match &result {
+            Ok(()) => "complete".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        self.record.set("outcome", json!(outcome));
+        self.record.set("steps_written", json!(self.written.len()));
+        self.record
+            .set("inverted_steps", json!(self.finished.inverted_steps));
+        self.record
+            .set("max_surface_error", json!(self.finished.surface_error));
+        self.record.set("warnings", json!(self.finished.warnings));
+        self.record.timings(&self.finished.timings);
+        let series = match self.written.is_empty() {
+            true => Ok(()),
+            false => formats::save_text(&output::series(&self.written), &self.names.series()),
+        };
+        let saved = series.and_then(|()| self.record.save());
+        // The first failure is the one to tell of.
+        result.and(saved).map(|()| self.finished)
+    }
+}
+
+fn check_tolerance(plan: &Plan, selection: &Selection) -> Result<()> {
+    let selected = plan.schedule.selection.method != SelectionMethod::All;
+    if !selected || selection.error <= plan.tolerance {
+        return Ok(());
+    }
+    let reason = match selection.base.len() >= plan.schedule.selection.max_points {
+        true => "max_points is reached",
+        false => "no further surface node can be added",
+    };
+    Err(Error::check(format!(
+        "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
+         no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
+        plan.tolerance,
+        selection.base.len(),
+        selection.error,
+        plan.basis.radius
+    ))
+    .file(&plan.schedule.path))
+}
+
+/// Positions and quality of one step; coordinates as they will be written.
+fn compute(
+    plan: &Plan,
+    deformer: &Deformer<'_>,
+    reference: Option<&Reference>,
+    mesh: &Mesh,
+    step: &Step,
+    points: &mut [Vector],
+) -> Computed {
+    let clock = Clock::start();
+    deformer.points_at(step, points);
+    if plan.schedule.output.precision == Precision::F32 {
+        points
+            .iter_mut()
+            .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
+    }
+    Computed {
+        summary: reference.map(|reference| quality::assess(mesh, points, reference)),
+        first_cell_ratio: plan.first_cells.smallest_ratio(points),
+        surface_error: deformer.surface_error(step, points),
+        seconds: clock.seconds(),
+    }
+}
+
+/// Adds the arrays of a step that the schedule asks for, in place of the last step's.
+fn add_arrays(plan: &Plan, mesh: &mut Mesh, reference: Option<&Reference>) {
+    if plan.schedule.output.displacement {
+        let moved = mesh.points.iter().zip(&plan.reference);
+        let values = moved
+            .flat_map(|(x, reference)| sub(*x, *reference))
+            .collect();
+        let array = DataArray::tuples("Displacement", 3, Values::F64(values));
+        replace(&mut mesh.point_arrays, array);
+    }
+    if let (QualityOutput::Cells, Some(reference)) = (plan.schedule.output.quality, reference) {
+        for array in quality::per_cell(mesh, &mesh.points, reference).into_arrays() {
+            replace(&mut mesh.cell_arrays, array);
+        }
+    }
+}
+
+fn replace(arrays: &mut Vec<DataArray>, array: DataArray) {
+    match arrays.iter_mut().find(|old| old.name == array.name) {
+        Some(old) => *old = array,
+        None => arrays.push(array),
+    }
+}
+
+fn row(
+    plan: &Plan,
+    step: &Step,
+    computed: &Computed,
+    selection_error: f64,
+    n_base: usize,
+) -> Vec<String> {
+    let mut row = vec![String::new(); COLUMNS.len()];
+    set(&mut row, "step", step.index.to_string());
+    set(&mut row, "azimuth_deg", step.azimuth_deg.to_string());
+    set(
+        &mut row,
+        "time_s",
+        step.time_s.map_or(String::new(), |t| t.to_string()),
+    );
+    set(&mut row, "base_points", n_base.to_string());
+    set(
+        &mut row,
+        "max_displacement",
+        plan.largest_displacement(step.index).to_string(),
+    );
+    set(&mut row, "selection_error", number(selection_error));
+    set(
+        &mut row,
+        "max_surface_error",
+        number(computed.surface_error.0),
+    );
+    set(
+        &mut row,
+        "rms_surface_error",
+        number(computed.surface_error.1),
+    );
+    if let Some(ratio) = computed.first_cell_ratio {
+        set(&mut row, "min_first_cell_ratio", number(ratio));
+    }
+    for (column, value) in computed.summary.iter().flat_map(Summary::columns) {
+        if let Some(value) = value {
+            set(&mut row, column, number(value));
+        }
+    }
+    row
+}
+
+fn set(row: &mut [String], column: &str, value: String) {
+    let at = COLUMNS.iter().position(|name| *name == column);
+    row[at.expect("the columns of a summary are columns of steps.csv")] = value;
+}

@@ -1,0 +1,157 @@
+//! `info`, `convert`, `quality` and `diff` from outside, on a mesh of two triangles.
+
+#![allow(clippy::unwrap_used)]
+
+use assert_cmd::Command;
+use std::path::Path;
+use tempfile::TempDir;
+
+const SQUARE: &str = "NDIME= 2\nNELEM= 2\n5 0 1 2 0\n5 0 2 3 1\nNPOIN= 4\n0 0 0\n1 0 1\n1 1 2\n\
+0 1 3\nNMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= far\nMARKER_ELEMS= 3\n\
+3 1 2\n3 2 3\n3 3 0\n";
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("square.su2"), SQUARE).unwrap();
+    let bent = SQUARE.replace("1 1 2\n", "-1 -0.5 2\n");
+    std::fs::write(folder.path().join("bent.su2"), bent).unwrap();
+    folder
+}
+
+/// Runs the program; gives exit code, stdout and stderr.
+fn azimesh(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("azimesh")
+        .unwrap()
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    let code = output.status.code().unwrap();
+    (code, text(output.stdout), text(output.stderr))
+}
+
+fn json(folder: &Path, args: &[&str]) -> serde_json::Value {
+    let (_, out, _) = azimesh(folder, &[args, &["--json"]].concat());
+    serde_json::from_str(&out).unwrap()
+}
+
+#[test]
+fn info_tells_nodes_cells_and_tags() {
+    let folder = folder();
+    let found = json(folder.path(), &["info", "square.su2"]);
+    assert_eq!(found["version"], 1);
+    assert_eq!((&found["nodes"], &found["cells"]), (&4.into(), &6.into()));
+    assert_eq!(found["cells_by_kind"]["triangle"], 2);
+    assert_eq!(found["boundary_tags"][1]["name"], "far");
+    assert_eq!(found["boundary_tags"][1]["faces"], 3);
+    assert_eq!(found["faces_without_tag"], 0);
+    let (code, text, _) = azimesh(folder.path(), &["info", "square.su2"]);
+    assert_eq!(code, 0);
+    assert!(text.contains("boundary tags  2"), "{text}");
+}
+
+#[test]
+fn a_converted_mesh_is_the_same_mesh() {
+    let folder = folder();
+    for name in ["copy.vtu", "copy.msh", "copy.su2"] {
+        assert_eq!(
+            azimesh(folder.path(), &["convert", "square.su2", name]).0,
+            0,
+            "{name}"
+        );
+        let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", name, "-v"]);
+        assert_eq!(
+            (code, out.as_str()),
+            (0, "same: 4 nodes, 6 cells\n"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn convert_keeps_an_existing_file_unless_forced() {
+    let folder = folder();
+    let (code, _, error) = azimesh(folder.path(), &["convert", "bent.su2", "square.su2"]);
+    assert_eq!(code, 2);
+    assert!(error.contains("--force"), "{error}");
+    let kept = std::fs::read_to_string(folder.path().join("square.su2")).unwrap();
+    assert_eq!(kept, SQUARE);
+    let forced = ["convert", "bent.su2", "square.su2", "--force"];
+    assert_eq!(azimesh(folder.path(), &forced).0, 0);
+    assert_eq!(
+        azimesh(folder.path(), &["diff", "bent.su2", "square.su2"]).0,
+        0
+    );
+}
+
+#[test]
+fn convert_scales_and_renames() {
+    let folder = folder();
+    let options = [
+        "--scale",
+        "10",
+        "--rename-tag",
+        "wall=far",
+        "--rename-tag",
+        "far=wall",
+    ];
+    let convert = ["convert", "square.su2", "big.su2"];
+    assert_eq!(
+        azimesh(folder.path(), &[&convert[..], &options].concat()).0,
+        0
+    );
+    let found = json(folder.path(), &["info", "big.su2"]);
+    assert_eq!(found["bounds"][1][0], 10.0);
+    assert_eq!(found["boundary_tags"][0]["name"], "far");
+    let wrong = ["convert", "square.su2", "x.su2", "--rename-tag", "wal=w"];
+    let (code, _, error) = azimesh(folder.path(), &wrong);
+    assert_eq!(code, 2);
+    assert!(error.contains("did you mean \"wall\"?"), "{error}");
+    assert!(!folder.path().join("x.su2").exists());
+}
+
+#[test]
+fn diff_finds_a_moved_node_with_exit_code_1() {
+    let folder = folder();
+    let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", "bent.su2"]);
+    assert_eq!(code, 1);
+    assert!(out.contains("node 2 most, by 2.5e0"), "{out}");
+    assert_eq!(out.lines().count(), 1);
+    let lenient = ["diff", "square.su2", "bent.su2", "--tolerance", "2.5"];
+    assert_eq!(azimesh(folder.path(), &lenient).0, 0);
+}
+
+#[test]
+fn quality_names_inverted_cells_and_fails_on_request() {
+    let folder = folder();
+    let judge = ["quality", "bent.su2", "--reference", "square.su2"];
+    let found = json(folder.path(), &[&judge[..], &["--worst", "1"]].concat());
+    assert_eq!(found["inverted"], 2);
+    assert_eq!(found["inverted_cells"], serde_json::json!([0, 1]));
+    assert_eq!(
+        found["worst"][0]["tags"],
+        serde_json::json!(["wall", "far"])
+    );
+    assert_eq!(azimesh(folder.path(), &judge).0, 0);
+    let failing = [&judge[..], &["--fail-on", "inverted>0"]].concat();
+    assert_eq!(azimesh(folder.path(), &failing).0, 1);
+    let unknown = ["quality", "square.su2", "--fail-on", "invertd>0"];
+    let (code, _, error) = azimesh(folder.path(), &unknown);
+    assert_eq!(code, 2);
+    assert!(
+        error.contains("there are: inverted, inverted_reference, min_volume"),
+        "{error}"
+    );
+}
+
+#[test]
+fn quality_writes_cell_arrays() {
+    let folder = folder();
+    let write = ["quality", "square.su2", "-o", "judged.vtu"];
+    assert_eq!(azimesh(folder.path(), &write).0, 0);
+    let found = json(folder.path(), &["info", "judged.vtu"]);
+    let arrays = found["arrays"].as_array().unwrap();
+    assert!(arrays.iter().any(|array| array["name"] == "ScaledJacobian"));
+    assert_eq!(azimesh(folder.path(), &write).0, 2);
+}

@@ -1,0 +1,80 @@
+//! Damaged SU2 files: always an error with a place or a mesh, never a panic, a hang or a huge
+//! allocation.
+
+use azimesh::error::Result;
+use azimesh::formats::{Format, ReadOptions, su2};
+use azimesh::mesh::Mesh;
+use proptest::prelude::*;
+
+const GOOD: &str = "% a plane mesh\nNDIME= 2\nNELEM= 2\n5 0 1 2 0\n9 1 3 4 2 1\nNPOIN= 5 5\n\
+                    0 0 0\n1 0 1\n0 1 2\n2 0 3\n1.5e0 1 4\nNMARK= 2\nMARKER_TAG= wall\n\
+                    MARKER_ELEMS= 2\n3 0 1\n3 1 3\nMARKER_TAG= far\nMARKER_ELEMS= 0\n";
+
+fn read(bytes: &[u8]) -> Result<Mesh> {
+    su2::Su2.read(bytes, &ReadOptions::default())
+}
+
+fn read_or_place(bytes: &[u8]) {
+    if let Err(error) = read(bytes) {
+        assert!(error.position.is_some(), "no place: {error}");
+    }
+}
+
+fn refusal(file: &str) -> String {
+    read(file.as_bytes()).expect_err("it is wrong").to_string()
+}
+
+#[test]
+fn every_truncation_is_an_error_with_a_place_or_a_mesh() {
+    read(GOOD.as_bytes()).expect("a good file");
+    for length in 0..GOOD.len() {
+        read_or_place(&GOOD.as_bytes()[..length]);
+    }
+}
+
+#[test]
+fn a_wrong_line_is_named_with_what_would_be_right() {
+    assert_eq!(
+        refusal(&GOOD.replace("5 0 1 2 0", "5 0 1")),
+        "line 4: a triangle needs 3 node indices, found 2"
+    );
+    assert_eq!(
+        refusal(&GOOD.replace("3 1 3\n", "3 1 5\n")),
+        "line 16: a line has node 5, but the mesh has 5 nodes, counted from 0"
+    );
+    assert_eq!(
+        refusal(&GOOD.replace("2 0 3", "2 x 3")),
+        "line 10: expected a number as a coordinate, found \"x\""
+    );
+    assert_eq!(
+        refusal(&GOOD.replace("NELEM= 2", "NELEM= 1")),
+        "line 5: expected a line KEYWORD= value, found \"9 1 3 4 2 1\""
+    );
+    assert_eq!(
+        refusal(&GOOD.replace("MARKER_ELEMS= 0", "MARKER_ELEMS= 99999999999")),
+        "line 19: the file ends after 0 of 99999999999 lines of boundary elements"
+    );
+    assert!(refusal(&GOOD.replace("NDIME= 2", "NZONE= 3")).contains("one zone"));
+    assert!(refusal(&GOOD.replace("5 0 1 2 0", "205 0 1 2 0")).contains("205"));
+    assert!(refusal(&GOOD.replace("NPOIN= 5 5", "NPOIN= -5")).contains("negative"));
+}
+
+proptest! {
+    #[test]
+    fn random_bytes_are_no_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+        read_or_place(&bytes);
+        read_or_place(&[b"NDIME= 2\nNELEM= ", &bytes[..]].concat());
+    }
+
+    #[test]
+    fn flipped_bytes_are_no_panic(
+        flips in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+    ) {
+        let mut file = GOOD.as_bytes().to_vec();
+        for (at, byte) in flips {
+            let at = at.index(file.len());
+            file[at] = byte;
+        }
+        read_or_place(&file);
+    }
+}
