@@ -77,7 +77,7 @@ def by_pyvista(path):
     """A VTU as VTK reads it."""
     grid = pyvista.read(path)
     mesh = Mesh(np.array(grid.points))
-    kinds, offsets, nodes = grid.celltypes, grid.offset, grid.connectivity
+    kinds, offsets, nodes = grid.celltypes, grid.cell_offsets, grid.cell_connectivity
     rows = [nodes[offsets[i] : offsets[i + 1]] for i in range(grid.n_cells)]
     position = []
     for i, (kind, row) in enumerate(zip(kinds, rows)):
