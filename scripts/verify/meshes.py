@@ -170,7 +170,7 @@ def collect(mesh, elements):
 def by_meshio(path):
     """A mesh as meshio reads it: cells of a type stay in order, those of different types need not."""
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        read = meshio.read(path)
+        read = meshio.read(path, "gmsh" if Path(path).suffix == ".msh2" else None)
     points = np.zeros((len(read.points), 3))
     points[:, : read.points.shape[1]] = read.points
     mesh = Mesh(points)
