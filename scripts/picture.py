@@ -58,7 +58,7 @@ def draw(plotter, path, options):
     limits = [0.0, 1.0] if options.colour == "quality" and shown is not boundary else None
     title = "scaled Jacobian" if limits else options.colour
     plotter.add_mesh(
-        shown, scalars=scalars, clim=limits, cmap="viridis", show_edges=True, line_width=0.5,
+        shown, scalars=scalars, lighting=view == "iso", clim=limits, cmap="viridis", show_edges=True, line_width=0.5,
         scalar_bar_args={"title": title}, color=None if scalars else "lightgrey",
     )  # fmt: skip
     plotter.camera_position = view

@@ -46,14 +46,7 @@ def convert(source, target, *options):
 
 
 def assert_diff_agrees(first, second):
-    """`azimesh diff` finds the same nodes, cells and groups; of data arrays MSH and SU2 hold none."""
-    if ".vtu" in (first.suffix, second.suffix) and first.suffix != second.suffix:
-        return assert_only_arrays_differ(first, second)
-    azimesh("diff", first, second)
-
-
-def assert_only_arrays_differ(first, second):
-    """Exit code 0, or 1 with every difference in an array that the other format cannot hold."""
+    """`azimesh diff` finds no difference but arrays that MSH and SU2 cannot hold."""
     found = json.loads(azimesh("diff", "--json", first, second, expect=(0, 1)))
     others = {key: value for key, value in found.items() if key.endswith("_differences")}
     arrays = others.pop("array_differences")
@@ -87,7 +80,8 @@ def check_source(source, folder):
 def check_meshio(source, wanted, names, folder):
     """meshio on our MSH files and on VTU without string arrays; tags are numbers there.
 
-    It refuses MSH 4.1 where some cells are in a group and others are not.
+    It refuses MSH 4.1 where some cells are in a group and others are not, and leaves wedges of 18
+    nodes in Gmsh's order.
     """
     if names == ["vtu"]:
         return 0
@@ -95,6 +89,8 @@ def check_meshio(source, wanted, names, folder):
     convert(source, plain, "--encoding", "base64", "--tag-names", "none")
     all_in_groups = sum(map(len, wanted.zones.values())) >= len(wanted.volume_cells)
     readable = ["msh", "msh22"] if all_in_groups else ["msh22"]
+    if any(kind == 32 for kind, _ in wanted.volume_cells):
+        readable = []
     compared = [plain] + [folder / f"{source.stem}{ENDINGS[name]}" for name in readable]
     for path in compared:
         found = meshes.by_meshio(path)
