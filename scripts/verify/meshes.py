@@ -39,6 +39,9 @@ GMSH_IN_VTK_ORDER = {
     32: [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
     27: [0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
 }  # fmt: skip
+# meshio swaps the triangles' nodes when it reads a wedge from VTU, by the figure in VTK's file format
+# booklet. VTK itself (cell quality, gmsh's and SU2's VTK writers) does not: undone here.
+MESHIO_VTU_WEDGE = [0, 2, 1, 3, 5, 4]
 
 
 @dataclass
@@ -176,7 +179,9 @@ def by_meshio(path):
     mesh = Mesh(points)
     for block in read.cells:
         kind = VTK_OF_MESHIO[block.type]
-        rows = [(kind, tuple(int(n) for n in row)) for row in block.data]
+        turned = block.type == "wedge" and Path(path).suffix == ".vtu"
+        data = block.data[:, MESHIO_VTU_WEDGE] if turned else block.data
+        rows = [(kind, tuple(int(n) for n in row)) for row in data]
         mesh.cells[KINDS[kind][0]].extend(rows)
     if Path(path).suffix == ".su2":
         su2_markers(path, read, mesh)
