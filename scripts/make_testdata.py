@@ -358,7 +358,7 @@ def write_pieces(name, grid, what):
     writer.EncodeAppendedDataOff()
     writer.SetCompressorTypeToNone()
     assert writer.Write() == 1, path
-    note(path, f"{what}; VTU, appended raw, two pieces", f"VTK {vtk.vtkVersion.GetVTKVersion()}")
+    note(path, f"{what}; VTU, appended raw, two pieces, Float32 nodes, some in no cell", f"VTK {vtk.vtkVersion.GetVTKVersion()}")
 
 
 def vtk_files(grids):

@@ -79,7 +79,7 @@ def face_key(nodes):
 def by_pyvista(path):
     """A VTU as VTK reads it."""
     grid = pyvista.read(path)
-    mesh = Mesh(np.array(grid.points))
+    mesh = Mesh(np.array(grid.points, np.float64))
     kinds, offsets, nodes = grid.celltypes, grid.cell_offsets, grid.cell_connectivity
     rows = [nodes[offsets[i] : offsets[i + 1]] for i in range(grid.n_cells)]
     position = []
