@@ -7,7 +7,8 @@
 //! schedule.toml ── motion ───────┘        │
 //!                          modes: D (N_s, 3K) = U (N_s, r) C (r, 3K)
 //!                                         │
-//!                          rbf: base points, weights, M (N_v, r) = Phi_vb Phi_bb^-1 U_b
+//!                          rbf: base points, weights W (n, r), field M (N_v, r) = Phi_vb W,
+//!                               corrected so that the surface is exact
 //!                                         │
 //!                          sequence: x_k = x + M C_k, quality, one file a step
 //! ```
@@ -25,6 +26,9 @@
 //! | [`quality`] | cell metrics and their summary |
 //! | [`sample`] | meshes to try things on |
 //! | [`sequence`] | a run from plan to files |
+//! | [`cli`] | the commands; the only module that prints |
+//!
+//! Further reading in the repository: `ARCHITECTURE.md`, and `docs/method.md` for the equations.
 
 pub mod cli;
 pub mod error;
