@@ -44,13 +44,13 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// 4096 candidates, rounds that end at 0.3 of their first error.
+    /// 4096 candidates, rounds that end at 0.4 of their first error.
     pub fn in_rounds(tolerance: f64, max_points: usize) -> Self {
         Self {
             tolerance,
             max_points,
             candidates: 4096,
-            fall: 0.3,
+            fall: 0.4,
         }
     }
 }
