@@ -1,6 +1,6 @@
 """Renders docs/pictures/blade.png: a rotor blade at 270 degrees of azimuth, cut at three stations.
 
-    python scripts/make_pictures.py [--azimesh PROGRAM]
+    .venv/bin/python scripts/make_pictures.py [--azimesh PROGRAM]
 
 Needs pyvista and Pillow (written with pyvista 0.49.1). Makes the sample `blade`, deforms it through
 one revolution and draws step 27: the blade in grey where it is, in red where it was in the reference
@@ -21,10 +21,12 @@ EDGES = "#1c2b45"
 
 
 def blade_of(mesh):
+    """The faces of the first boundary tag."""
     return mesh.extract_cells(np.flatnonzero(mesh.cell_data["BoundaryTag"] == 1)).extract_surface()
 
 
 def cuts_of(mesh):
+    """Rectangles of the planes across the span, with the quality of the cells they cut."""
     volume = mesh.extract_cells(np.flatnonzero(mesh.cell_data["BoundaryTag"] == 0))
     judged = volume.cell_quality("scaled_jacobian")
     for x in STATIONS:
@@ -38,6 +40,7 @@ def cuts_of(mesh):
 
 
 def draw(reference, deformed):
+    """The picture, large."""
     plotter = pv.Plotter(window_size=(3000, 1800), off_screen=True)
     plotter.set_background("white")
     for at, cut in enumerate(cuts_of(deformed)):
@@ -67,6 +70,7 @@ def save(image, path):
 
 
 def main():
+    """Makes the mesh, moves it and draws it."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--azimesh", default="target/release/azimesh")
     program = str(pathlib.Path(parser.parse_args().azimesh).resolve())
@@ -74,9 +78,10 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         mesh = folder / "blade.vtu"
-        run = lambda *arguments: subprocess.run([program, *map(str, arguments)], check=True)
-        run("sample", "blade", "--nodes", 200000, "--first-cell", 1e-3, "-o", mesh)
-        run("deform", mesh, folder / "blade.toml", "-o", folder / "out")
+        size = ["--nodes", "200000", "--first-cell", "1e-3"]
+        subprocess.run([program, "sample", "blade", *size, "-o", mesh], check=True)
+        schedule = folder / "blade.toml"
+        subprocess.run([program, "deform", mesh, schedule, "-o", folder / "out"], check=True)
         image = draw(pv.read(mesh), pv.read(folder / "out" / "blade_0027.vtu"))
         pictures.mkdir(exist_ok=True)
         save(image, pictures / "blade.png")
