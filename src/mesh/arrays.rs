@@ -1,5 +1,7 @@
 //! Data arrays that a mesh carries along at its nodes, at its cells, or as a whole.
 
+use std::ops::Range;
+
 /// Values of one array, in the type of the file.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)] // the names say it
@@ -101,6 +103,42 @@ impl Values {
         })
     }
 
+    /// Whether all values are integers.
+    pub fn is_integer(&self) -> bool {
+        match self {
+            Values::Text(_) => false,
+            Values::F32(v) => v.iter().all(|&x| whole(x.into()).is_some()),
+            Values::F64(v) => v.iter().all(|&x| whole(x).is_some()),
+            Values::U64(v) => v.iter().all(|&x| i64::try_from(x).is_ok()),
+            _ => true,
+        }
+    }
+
+    /// Calls `visit(value, how often)` for each stretch of equal integers in `range`. Values that
+    /// are no integers count as 0.
+    pub fn for_each_stretch(&self, range: Range<usize>, mut visit: impl FnMut(i64, usize)) {
+        macro_rules! stretches {
+            ($v:expr, $integer:expr) => {
+                for same in $v[range].chunk_by(|a, b| a == b) {
+                    visit($integer(&same[0]), same.len());
+                }
+            };
+        }
+        match self {
+            Values::I8(v) => stretches!(v, |&x: &i8| i64::from(x)),
+            Values::U8(v) => stretches!(v, |&x: &u8| i64::from(x)),
+            Values::I16(v) => stretches!(v, |&x: &i16| i64::from(x)),
+            Values::U16(v) => stretches!(v, |&x: &u16| i64::from(x)),
+            Values::I32(v) => stretches!(v, |&x: &i32| i64::from(x)),
+            Values::U32(v) => stretches!(v, |&x: &u32| i64::from(x)),
+            Values::I64(v) => stretches!(v, |&x: &i64| x),
+            Values::U64(v) => stretches!(v, |&x: &u64| i64::try_from(x).unwrap_or(0)),
+            Values::F32(v) => stretches!(v, |&x: &f32| whole(x.into()).unwrap_or(0)),
+            Values::F64(v) => stretches!(v, |&x: &f64| whole(x).unwrap_or(0)),
+            Values::Text(_) => visit(0, range.len()),
+        }
+    }
+
     /// The values of tuples `keep`, in that order.
     ///
     /// # Panics
@@ -126,4 +164,19 @@ impl Values {
 
 fn whole(x: f64) -> Option<i64> {
     (x.fract() == 0.0 && x.abs() < 9e15).then_some(x as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_of_equal_integers_cover_the_range() {
+        let values = Values::F32(vec![9.0, 2.0, 2.0, -1.0, -1.0, -1.0, 9.0]);
+        assert!(values.is_integer());
+        let mut found = Vec::new();
+        values.for_each_stretch(1..6, |value, n| found.push((value, n)));
+        assert_eq!(found, [(2, 2), (-1, 3)]);
+        assert!(!Values::F64(vec![0.5]).is_integer());
+    }
 }

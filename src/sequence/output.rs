@@ -1,7 +1,7 @@
 //! The folder of a sequence: names of its files, whole files with their hashes, the time series.
 
 use crate::error::{Error, Result};
-use crate::formats::{Format, WriteOptions, write_whole};
+use crate::formats::{Format, WriteOptions, by_extension, write_whole};
 use crate::mesh::Mesh;
 use crate::motion::Step;
 use std::fs::File;
@@ -54,8 +54,7 @@ impl Names {
             .file_stem()
             .map_or("mesh".into(), |name| name.to_string_lossy());
         let inner = Path::new(&*name);
-        let known = |e: &std::ffi::OsStr| matches!(e.to_str(), Some("vtu" | "msh" | "su2"));
-        let stem = match inner.extension().is_some_and(known) {
+        let stem = match by_extension(inner).is_ok() {
             true => inner.with_extension("").to_string_lossy().into_owned(),
             false => name.trim_matches(['<', '>']).to_owned(),
         };

@@ -9,7 +9,7 @@ use crate::geometry::vector::{Vector, distance};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Modes, RigidSurface};
-use crate::motion::{KernelName, Motion, Schedule, Step};
+use crate::motion::{KernelName, Motion, Schedule, SelectionMethod, Step};
 use crate::rbf::criterion::Criterion;
 use crate::rbf::select::Targets;
 use crate::rbf::{Basis, Kernel};
@@ -208,6 +208,8 @@ fn tolerance(
         )
         .file(&schedule.path)
     })?;
-    choices.push(format!("selection.tolerance = {tolerance} (chosen)"));
+    if schedule.selection.method != SelectionMethod::All {
+        choices.push(format!("selection.tolerance = {tolerance} (chosen)"));
+    }
     Ok(tolerance)
 }

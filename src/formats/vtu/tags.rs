@@ -100,12 +100,7 @@ fn take(mesh: &mut Mesh, labels: &Labels, wanted: impl Fn(u8) -> bool) {
 /// Makes a group of each number on cells of each wanted dimension; removes the arrays.
 fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> bool) {
     let at = array_at(mesh, array).expect("the caller has found it");
-    let numbers = mesh
-        .cell_arrays
-        .remove(at)
-        .values
-        .to_integers()
-        .expect("they are integers");
+    let numbers = mesh.cell_arrays.remove(at).values;
     let names = names_at(mesh, names).map(|at| mesh.field_arrays.remove(at).values);
     let names = match names {
         Some(Values::Text(names)) => names,
@@ -119,13 +114,13 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> b
         }
         let cells = run.first_cell..run.first_cell + run.n_cells();
         let mut start = cells.start;
-        for same in numbers[cells].chunk_by(|a, b| a == b) {
-            if same[0] != 0 {
-                let set = sets.entry((same[0], dimension)).or_default();
-                set.push_range(start..start + same.len());
+        numbers.for_each_stretch(cells, |number, n| {
+            if number != 0 {
+                let set = sets.entry((number, dimension)).or_default();
+                set.push_range(start..start + n);
             }
-            start += same.len();
-        }
+            start += n;
+        });
     }
     add_named_but_unused(&mut sets, &names, mesh.dimension(), wanted);
     mesh.groups
@@ -175,7 +170,7 @@ fn names_at(mesh: &Mesh, name: &str) -> Option<usize> {
 fn is_integer(mesh: &Mesh, name: &str) -> bool {
     array_at(mesh, name).is_some_and(|at| {
         let array = &mesh.cell_arrays[at];
-        array.n_components == 1 && array.values.to_integers().is_some()
+        array.n_components == 1 && array.values.is_integer()
     })
 }
 
