@@ -21,6 +21,6 @@ mod zone;
 pub use deformer::Deformer;
 pub use plan::Plan;
 pub use progress::{Progress, Silent};
-pub use run::{Finished, Request, check_conditions, estimate_bytes, run, select_base};
+pub use run::{Finished, Request, estimate_bytes, run, select_base};
 pub use surface::SurfacePoints;
 pub use wall::FirstCells;

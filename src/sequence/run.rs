@@ -22,7 +22,7 @@ const F32_CHANGE: f64 = 0.01;
 /// Base points for which the dense matrix still fits a workstation: 12.8 GB.
 const MOST_DENSE: usize = 40_000;
 /// Columns of steps.csv that stay empty in this version, and those that hold no number.
-const LATER: [&str; 6] = [
+const EMPTY: [&str; 6] = [
     "file",
     "blake3",
     "max_non_orthogonality",
@@ -125,6 +125,7 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
     check_precision(plan)?;
+    check_columns(plan, &request.fail_on)?;
     let dropped = format_holds(plan, format)?;
     let names = Names::new(
         &request.folder,
@@ -160,11 +161,19 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     run.close(result, &clock)
 }
 
-/// Refuses conditions on columns that steps.csv does not have.
-pub fn check_conditions(fail_on: &[Criterion]) -> Result<()> {
+/// Refuses conditions on columns of steps.csv that have no value in this run.
+fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
+    let measured = plan.schedule.output.quality != QualityOutput::None;
+    let quality = Summary::default().columns().map(|(column, _)| column);
+    let filled = COLUMNS.into_iter().filter(|column| match *column {
+        "time_s" => plan.motion.steps[0].time_s.is_some(),
+        "min_first_cell_ratio" => plan.first_cells.smallest().is_some(),
+        column if quality.contains(&column) => measured,
+        column => !EMPTY.contains(&column),
+    });
     fail_on
         .iter()
-        .try_for_each(|criterion| criterion.check_column(COLUMNS))
+        .try_for_each(|criterion| criterion.check_column(filled.clone()))
 }
 
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
