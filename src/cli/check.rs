@@ -2,7 +2,7 @@
 
 use super::{Context, Outcome};
 use crate::error::Result;
-use crate::motion::{Role, Schedule};
+use crate::motion::{Frame, Role, Schedule};
 use crate::sequence::{Plan, estimate_bytes};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -51,6 +51,44 @@ fn memory_bytes(plan: &Plan) -> usize {
         + 8 * plan.modes.n_modes * deforming
 }
 
+/// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
+/// a second and thread, a gigabyte a second to disk. Order of magnitude only.
+fn seconds(plan: &Plan) -> f64 {
+    let threads = rayon::current_num_threads() as f64;
+    let evaluations = 1e3 * (plan.reference.len() + 10 * plan.surface.nodes.len()) as f64;
+    let bytes = estimate_bytes(&plan.mesh, plan.motion.steps.len()) as f64;
+    evaluations / (1e9 * threads) + bytes / 1e9
+}
+
+/// Frame and sign conventions in force, one sentence each.
+fn conventions(plan: &Plan) -> Vec<String> {
+    let rotor = &plan.motion.rotor;
+    let (signs, way) = (
+        &rotor.signs,
+        |sign: f64, plus: &'static str, minus: &'static str| {
+            if sign < 0.0 { minus } else { plus }
+        },
+    );
+    let frame = match rotor.frame {
+        Frame::Rotating => "rotating frame: the mesh is not carried round",
+        Frame::Inertial => "inertial frame: the mesh is carried round with the azimuth",
+    };
+    vec![
+        frame.to_owned(),
+        format!(
+            "hub {:?}, span {:?}, chord (leading edge) {:?}, shaft (thrust) {:?}",
+            rotor.hub, rotor.e_x, rotor.e_y, rotor.e_z
+        ),
+        format!(
+            "azimuth {} seen from the thrust side, pitch positive nose {}, flap positive {}, lag {} positive",
+            way(signs.azimuth, "counter-clockwise", "clockwise"),
+            way(signs.pitch, "up", "down"),
+            way(signs.flap, "up", "down"),
+            way(signs.lag, "lead", "trail"),
+        ),
+    ]
+}
+
 fn as_json(plan: &Plan) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
@@ -67,6 +105,8 @@ fn as_json(plan: &Plan) -> Value {
         "mode_truncation": plan.modes.truncation,
         "smallest_first_cell": plan.first_cells.smallest(),
         "memory_bytes": memory_bytes(plan),
+        "conventions": conventions(plan),
+        "seconds": seconds(plan),
         "output_bytes": estimate_bytes(&plan.mesh, plan.motion.steps.len()),
         "steps": steps.map(|step| json!({
             "step": step.index,
@@ -121,6 +161,10 @@ fn as_text(plan: &Plan) -> String {
     line("steps", n_steps.to_string());
     line("memory", gigabytes(memory_bytes(plan) as u64));
     line("meshes", gigabytes(estimate_bytes(&plan.mesh, n_steps)));
+    line("time", format!("about {:.1} s", seconds(plan)));
+    for convention in conventions(plan) {
+        line("convention", convention);
+    }
     line("azimuth_deg", "largest displacement".into());
     for step in plan.motion.steps.iter().step_by(n_steps.div_ceil(LISTED)) {
         line(

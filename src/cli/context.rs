@@ -37,12 +37,25 @@ impl Context {
             return self.read_any(path);
         };
         let format = formats::by_name(name)?;
-        formats::read_as(format, &Source::open(path)?, &self.read_options())
+        self.stage("reading", || {
+            formats::read_as(format, &Source::open(path)?, &self.read_options())
+        })
     }
 
     /// Reads a mesh in the format that its content says, where `--format` is about the output.
     pub fn read_any(&self, path: &Path) -> Result<Mesh> {
-        formats::read(&Source::open(path)?, &self.read_options())
+        self.stage("reading", || {
+            formats::read(&Source::open(path)?, &self.read_options())
+        })
+    }
+
+    /// Does `work` under a spinner on a terminal.
+    pub fn stage<T>(&self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let progress = self.progress();
+        progress.start(name, None);
+        let result = work();
+        progress.finish();
+        result
     }
 
     fn read_options(&self) -> ReadOptions {

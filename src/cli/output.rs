@@ -62,7 +62,8 @@ impl OutputArgs {
         format: &dyn Format,
         context: &Context,
     ) -> Result<()> {
-        for dropped in formats::save(mesh, path, format, &self.options())? {
+        let write = || formats::save(mesh, path, format, &self.options());
+        for dropped in context.stage("writing", write)? {
             context.note(&format!("{}: {dropped}", path.display()));
         }
         Ok(())

@@ -45,7 +45,7 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     let format = output_format(args)?;
     let mesh = context.read_mesh(&args.mesh)?;
     let reference = reference(args, context, &mesh)?;
-    let summary = assess(&mesh, &mesh.points, &reference);
+    let summary = context.stage("quality", || Ok(assess(&mesh, &mesh.points, &reference)))?;
     let wanted = args.worst > 0 || format.is_some();
     let metrics = wanted.then(|| per_cell(&mesh, &mesh.points, &reference));
     let worst = metrics

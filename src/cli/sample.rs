@@ -158,7 +158,8 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     };
     let schedule = schedule_path(path, output.force)?;
     let made = args.name.make()?;
-    for loss in formats::save(&made.mesh, path, format, &WriteOptions::default())? {
+    let write = || formats::save(&made.mesh, path, format, &WriteOptions::default());
+    for loss in context.stage("writing", write)? {
         context.warn(&loss);
     }
     if let Some(schedule) = &schedule {
