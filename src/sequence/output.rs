@@ -52,11 +52,12 @@ impl Names {
         // "wing.su2.gz" gives wing_0000.
         let name = mesh
             .file_stem()
+            .filter(|name| *name != "-")
             .map_or("mesh".into(), |name| name.to_string_lossy());
         let inner = Path::new(&*name);
         let stem = match by_extension(inner).is_ok() {
             true => inner.with_extension("").to_string_lossy().into_owned(),
-            false => name.trim_matches(['<', '>']).to_owned(),
+            false => name.into_owned(),
         };
         Self {
             folder: folder.to_path_buf(),
@@ -243,6 +244,6 @@ mod tests {
         let name = |mesh: &str, n| Names::new(Path::new("d"), Path::new(mesh), vtu, n).mesh(7);
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
         assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
-        assert_eq!(name("-", 1), "-_0007.vtu");
+        assert_eq!(name("-", 1), "mesh_0007.vtu");
     }
 }
