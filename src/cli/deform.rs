@@ -86,7 +86,7 @@ fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<O
 fn summary(args: &DeformArgs, finished: &Finished) -> String {
     let t = &finished.timings;
     let jacobian = finished.min_scaled_jacobian.map_or(String::new(), |value| {
-        format!(", smallest scaled Jacobian {value:.4}")
+        format!(", smallest scaled Jacobian {value:.3e}")
     });
     format!(
         "{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
