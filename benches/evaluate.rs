@@ -3,6 +3,8 @@
 //!
 //! Run with `cargo bench --bench evaluate`; medians of seven runs.
 
+#![allow(clippy::print_stdout)] // a benchmark prints its table
+
 use azimesh::rbf::evaluate::WeightedBase;
 use azimesh::rbf::{Basis, Kernel};
 use multiversion::multiversion;

@@ -4,6 +4,8 @@
 //! Run with `cargo bench --bench selection`; the plain greedy takes minutes. A tolerance in chords
 //! may be given: `cargo bench --bench selection -- 1e-3`.
 
+#![allow(clippy::print_stdout)] // a benchmark prints its table
+
 use azimesh::motion::Schedule;
 use azimesh::rbf::select::{Limits, Selection, select};
 use azimesh::sample::{BladeOptions, SizeOptions, blade};

@@ -332,7 +332,7 @@ impl Run {
             );
             self.check_conditions(step, &row)?;
             table.row(&row)?;
-            self.written.push((step.clone(), file));
+            self.written.push((*step, file));
             self.finished.n_steps += 1;
             progress.advance(1);
             if let Some(following) = following {
