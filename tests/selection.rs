@@ -73,7 +73,7 @@ proptest! {
         kernel in prop::sample::select(vec!["wendland-c0", "wendland-c2", "wendland-c4"]),
     ) {
         let tolerance = 10f64.powf(-exponent);
-        let mesh = blade(&BladeOptions { size: size(4000), ..BladeOptions::default() })
+        let mesh = blade(&BladeOptions { size: size(8000), ..BladeOptions::default() })
             .expect("it can be made")
             .mesh;
         let schedule = format!(
