@@ -58,7 +58,7 @@ fn mixed(zones: bool) -> Mesh {
             cells: cells.collect(),
         });
     };
-    group(2, "lower wall", 4..6);
+    group(2, "lower-wall", 4..6);
     group(2, "far", 6..8);
     if zones {
         group(3, "rotor", 0..2);
