@@ -103,6 +103,10 @@ impl Error {
     /// Adds the name of the part of the file, unless a position is known already.
     #[must_use]
     pub fn dataset(self, name: &str) -> Self {
+        let name = match name {
+            "" => "an array without a name",
+            name => name,
+        };
         self.at(Position::Dataset(name.to_owned()))
     }
 
@@ -158,6 +162,12 @@ mod tests {
     fn the_innermost_place_wins() {
         let error = Error::input("x").line(1).line(2).file(Path::new("a"));
         assert_eq!(error.file(Path::new("b")).to_string(), "a:1: x");
+    }
+
+    #[test]
+    fn a_part_without_a_name_is_called_so() {
+        let error = Error::input("x").dataset("").file(Path::new("a"));
+        assert_eq!(error.to_string(), "a: an array without a name: x");
     }
 
     #[test]

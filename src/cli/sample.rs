@@ -213,6 +213,9 @@ fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) 
             "tags": counts(mesh.boundary_tags().map(|tag| (tag.name.as_str(), tag.cells.len())).collect()),
         }));
     }
+    if context.common.quiet {
+        return Ok(());
+    }
     context.print(&format!(
         "{}: {}; schedule: {}\n",
         path.display(),

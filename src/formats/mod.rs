@@ -156,6 +156,9 @@ pub fn read(source: &Source, options: &ReadOptions) -> Result<Mesh> {
 
 /// Reads the mesh in a file of a known format.
 pub fn read_as(format: &dyn Format, source: &Source, options: &ReadOptions) -> Result<Mesh> {
+    if source.bytes().is_empty() {
+        return Err(Error::input("the file is empty; it should hold a mesh").file(source.path()));
+    }
     let mesh = format
         .read(source.bytes(), options)
         .and_then(|mut mesh| {

@@ -35,7 +35,8 @@ pub fn save_text(text: &str, path: &Path) -> Result<()> {
 /// Fills a file through `write`, whole or not at all, as [`save`] does.
 pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
     if path.as_os_str() == "-" {
-        return fill(io::stdout().lock(), Path::new("<stdout>"), write);
+        let stdout = UntilClosed::new(io::stdout().lock());
+        return fill(stdout, Path::new("<stdout>"), write);
     }
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     match fs::metadata(&target) {
@@ -72,6 +73,43 @@ fn fill<T>(
     let written = write(&mut out).map_err(|error| error.file(path))?;
     out.flush().map_err(|error| Error::io(path, &error))?;
     Ok(written)
+}
+
+/// A pipe whose reader may leave early, as `head` does: what comes after is dropped quietly.
+struct UntilClosed<W> {
+    pipe: W,
+    is_closed: bool,
+}
+
+impl<W: Write> UntilClosed<W> {
+    fn new(pipe: W) -> Self {
+        Self {
+            pipe,
+            is_closed: false,
+        }
+    }
+}
+
+impl<W: Write> Write for UntilClosed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_closed {
+            return Ok(bytes.len());
+        }
+        match self.pipe.write(bytes) {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+                self.is_closed = true;
+                Ok(bytes.len())
+            }
+            written => written,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self.pipe.flush() {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+            flushed => flushed,
+        }
+    }
 }
 
 /// A new file in the folder of `target`, under a name that nothing has.

@@ -116,6 +116,9 @@ pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
 
 /// Makes the folder ready: it exists, and no file of an earlier run is left in it.
 pub fn prepare(names: &Names, force: bool) -> Result<()> {
+    if names.folder.is_file() {
+        return Err(Error::input("this is a file, not a folder").file(&names.folder));
+    }
     let existing = existing_outputs(names);
     if let (Some(first), false) = (existing.first(), force) {
         return Err(Error::input(format!(

@@ -1,0 +1,121 @@
+//! The same input gives the same bytes, whatever the number of threads.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use std::path::Path;
+use support::{airfoil, files, rewrite, succeed};
+
+/// steps.csv without its last column, the seconds.
+fn without_seconds(table: &[u8]) -> Vec<&[u8]> {
+    let rows = table
+        .split(|byte| *byte == b'\n')
+        .filter(|row| !row.is_empty());
+    rows.map(|row| &row[..row.iter().rposition(|byte| *byte == b',').unwrap()])
+        .collect()
+}
+
+/// Deforms with one, two and three threads; all files but run.json must hold the same bytes.
+fn same_on_any_number_of_threads(folder: &Path, mesh: &str, schedule: &str) {
+    let deform = |threads: &str| {
+        let out = format!("{schedule}_{threads}");
+        let options = ["-q", "--threads", threads, "-o", &out];
+        succeed(
+            folder,
+            &[&["deform", mesh, schedule][..], &options].concat(),
+        );
+        let mut files = files(&folder.join(out));
+        files.remove("run.json").expect("a record of the run");
+        let table = files.remove("steps.csv").expect("a table of the steps");
+        (files, table)
+    };
+    let (one, table) = deform("1");
+    assert!(one.len() > 4, "{:?}", one.keys());
+    for threads in ["2", "3"] {
+        let (other, other_table) = deform(threads);
+        let names = |files: &std::collections::BTreeMap<String, Vec<u8>>| -> Vec<String> {
+            files.keys().cloned().collect()
+        };
+        assert_eq!(names(&one), names(&other));
+        for (name, content) in &one {
+            // Not assert_eq: nobody wants to read the bytes.
+            assert!(*content == other[name], "{name} with {threads} threads");
+        }
+        assert_eq!(without_seconds(&table), without_seconds(&other_table));
+    }
+}
+
+/// A blade in its cylinder or in zones, and three steps of its schedule.
+fn blade(folder: &Path, sample: &str) {
+    let size = [
+        "--layers",
+        "4",
+        "--first-cell",
+        "0.01",
+        "--surface-nodes",
+        "4000",
+    ];
+    let args = [&["-q", "sample", sample, "-o", "b.vtu"][..], &size].concat();
+    succeed(folder, &args);
+    let tolerance = std::fs::read_to_string(folder.join("b.toml")).unwrap();
+    let tolerance = tolerance
+        .lines()
+        .find(|line| line.starts_with("tolerance"))
+        .unwrap();
+    let changes = [
+        ("step = 10.0", "step = 130.0"),
+        (tolerance, "tolerance = 1e-4"),
+    ];
+    rewrite(folder, "b.toml", "b.toml", &changes);
+}
+
+#[test]
+fn an_airfoil_deforms_to_the_same_bytes_on_any_number_of_threads() {
+    let folder = airfoil();
+    let folder = folder.path();
+    succeed(
+        folder,
+        &[
+            "-q", "sample", "naca0012", "--nodes", "30000", "--force", "-o", "n.vtu",
+        ],
+    );
+    rewrite(
+        folder,
+        "n.toml",
+        "n.toml",
+        &[("step = 10.0", "step = 50.0")],
+    );
+    same_on_any_number_of_threads(folder, "n.vtu", "n.toml");
+    let cells = (
+        "[rbf]",
+        "[output]\nquality = \"cells\"\ndisplacement = true\nencoding = \"base64\"\n\
+        compression = \"zlib\"\n[rbf]",
+    );
+    rewrite(folder, "n.toml", "arrays.toml", &[cells]);
+    same_on_any_number_of_threads(folder, "n.vtu", "arrays.toml");
+}
+
+#[test]
+fn a_blade_deforms_to_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    blade(folder, "blade");
+    same_on_any_number_of_threads(folder, "b.vtu", "b.toml");
+    let radius = "support_radius = 5.625 ";
+    let msh = "[output]\nformat = \"msh\"\n[rbf]";
+    let changes = [
+        (radius, "support_radius = 1.5 "),
+        ("[rbf]", msh),
+        ("tolerance = 1e-4", "tolerance = 1e-3"),
+    ];
+    rewrite(folder, "b.toml", "small.toml", &changes);
+    same_on_any_number_of_threads(folder, "b.vtu", "small.toml");
+}
+
+#[test]
+fn a_turning_zone_deforms_to_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    blade(folder.path(), "rotor");
+    same_on_any_number_of_threads(folder.path(), "b.vtu", "b.toml");
+}
