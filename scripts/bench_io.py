@@ -3,13 +3,14 @@
     .venv/bin/python scripts/bench_io.py [--nodes 1000000] [--folder target/bench]
 
 Whole processes are timed; the time to start Python and import a library is measured alone and taken
-off. The mesh is a rotor of tetrahedra: meshio refuses MSH 4.1 without zones. azimesh reads with `info`; its writing is `convert` from VTU to VTU less `info` on the same file.
+off. The mesh is a rotor of tetrahedra: meshio refuses MSH 4.1 without zones. azimesh reads with
+`info`; its writing is `convert` from VTU to VTU less `info` on the same file, plus fsync.
 """
 
 import argparse
 from pathlib import Path
 
-from measure import PYTHON, alternating, dd, run, table
+from measure import PYTHON, alternating, dd, fsynced, run, table
 
 AZIMESH = "target/release/azimesh"
 IMPORTS = {
@@ -42,12 +43,12 @@ def python(library, work, path, out="", less=None):
 
 
 def write_job(source, out):
-    """azimesh's writing: convert less info."""
+    """azimesh's writing: convert less info, until it is on the disk."""
 
     def job():
         seconds, memory = run([AZIMESH, "convert", "-q", "--force", source, out])
         reading, _ = run([AZIMESH, "info", source])
-        return seconds - reading, memory
+        return seconds - reading + fsynced([out]), memory
 
     return job
 

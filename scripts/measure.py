@@ -36,6 +36,16 @@ def dd(target, n_bytes):
     return lambda: run(["dd", *whole.split()])
 
 
+def fsynced(paths):
+    """Seconds that it takes until these files are on the disk."""
+    started = time.monotonic()
+    for path in paths:
+        descriptor = os.open(path, os.O_RDONLY)
+        os.fsync(descriptor)
+        os.close(descriptor)
+    return time.monotonic() - started
+
+
 def table(rows, first="azimesh"):
     """Prints {name: (seconds, MB)} with the ratio of times to the row called `first`."""
     base = rows[first][0]
