@@ -8,6 +8,9 @@ use crate::sequence::{Finished, Plan, Request, run};
 use serde_json::json;
 use std::path::PathBuf;
 
+/// Warnings of one sort that are shown without `-v`.
+const SHOWN: usize = 5;
+
 /// Arguments of `azimesh deform`.
 #[derive(Debug, clap::Args)]
 pub struct DeformArgs {
@@ -49,9 +52,8 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
 }
 
 fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<Outcome> {
-    for warning in finished.warnings.iter().chain(&finished.failures) {
-        context.warn(warning);
-    }
+    warn_of_some(&finished.warnings, context);
+    warn_of_some(&finished.failures, context);
     let failed = finished.inverted_steps > 0 || !finished.failures.is_empty();
     if context.common.json {
         context.print_json(json!({
@@ -81,6 +83,23 @@ fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<O
         true => Outcome::CheckFailed,
         false => Outcome::Fine,
     })
+}
+
+/// A condition may fail at every step: the first sentences are shown, all with `-v`.
+fn warn_of_some(sentences: &[String], context: &Context) {
+    let shown = match context.common.verbose {
+        0 => sentences.len().min(SHOWN),
+        _ => sentences.len(),
+    };
+    for sentence in &sentences[..shown] {
+        context.warn(sentence);
+    }
+    if shown < sentences.len() {
+        context.warn(&format!(
+            "and {} more like these; -v shows them, run.json and steps.csv hold them",
+            sentences.len() - shown
+        ));
+    }
 }
 
 fn summary(args: &DeformArgs, finished: &Finished) -> String {
