@@ -420,6 +420,7 @@ impl Run {
         self.record
             .set("max_surface_error", json!(self.finished.surface_error));
         self.record.set("warnings", json!(self.finished.warnings));
+        self.record.set("failures", json!(self.finished.failures));
         self.record.timings(&self.finished.timings);
         let series = match self.written.is_empty() {
             true => Ok(()),
