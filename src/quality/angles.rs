@@ -72,12 +72,12 @@ impl Patch {
     /// `a x b` at each corner. Their sum is the cross product of the principal axes.
     #[inline(always)]
     pub(super) fn normals(&self) -> [Vector; 4] {
-        let [a, b] = [self.a, self.b].map(|pair| pair.map(|edge| edge.along));
+        let (a, b) = (&self.a, &self.b);
         [
-            cross(a[0], b[0]),
-            cross(a[0], b[1]),
-            cross(a[1], b[1]),
-            cross(a[1], b[0]),
+            cross(a[0].along, b[0].along),
+            cross(a[0].along, b[1].along),
+            cross(a[1].along, b[1].along),
+            cross(a[1].along, b[0].along),
         ]
     }
 
@@ -121,9 +121,9 @@ impl Angles {
     #[inline(always)]
     pub(super) fn add_triangle(&mut self, edges: [Edge; 3]) {
         let span = &mut self.classes[TRIANGLE];
-        for i in 0..3 {
-            span.include(-edges[i].cosine(&edges[(i + 1) % 3]));
-        }
+        span.include(-edges[0].cosine(&edges[1]));
+        span.include(-edges[1].cosine(&edges[2]));
+        span.include(-edges[2].cosine(&edges[0]));
     }
 
     /// Takes in the angles of a quadrilateral with these `normals`. Where a corner turns the other
@@ -139,10 +139,10 @@ impl Angles {
         let third = b[0].cosine(&b[1]);
         span.include(if is_triangle { third } else { f64::NAN });
         let sum = add(add(normals[0], normals[2]), add(normals[1], normals[3]));
-        let mut turn = f64::INFINITY;
-        for normal in normals {
-            turn = lesser(dot(sum, *normal), turn);
-        }
+        let turn = lesser(
+            lesser(dot(sum, normals[0]), dot(sum, normals[1])),
+            lesser(dot(sum, normals[2]), dot(sum, normals[3])),
+        );
         let beyond = -2.0 - greater(span.low, -1.0);
         let turns_back = (turn < 0.0) & !is_triangle;
         span.low = if turns_back { beyond } else { span.low };

@@ -44,6 +44,16 @@ impl Span {
         span
     }
 
+    /// Of an array; with indices, because iterators by value stay in memory.
+    #[inline(always)]
+    pub(super) fn of_array<const N: usize>(values: [f64; N]) -> Self {
+        let mut span = Self::EMPTY;
+        for i in 0..N {
+            span.include(values[i]);
+        }
+        span
+    }
+
     /// A span of one value.
     #[inline(always)]
     pub(super) fn at(value: f64) -> Self {

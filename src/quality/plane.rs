@@ -35,14 +35,14 @@ pub(super) fn triangle(p: &[Vector; 3], facing: Vector) -> Metrics {
     let normal = cross(edges[0].along, edges[1].along);
     let along = dot(normal, facing);
     let jacobian = norm(normal);
-    let squares = edges.map(|edge| edge.square);
+    let squares = [edges[0].square, edges[1].square, edges[2].square];
     let mut angles = Angles::NONE;
     angles.add_triangle(edges);
     Metrics {
         volume: (0.5 * jacobian).copysign(along),
         corner: Span::at(along),
         scaled: facing_span(triangle_scaled(jacobian, squares), along),
-        edge: Span::of(squares),
+        edge: Span::of_array(squares),
         angles,
     }
 }
@@ -98,7 +98,7 @@ pub(super) fn quadrilateral(p: &[Vector; 4], facing: Vector) -> Metrics {
         volume: (0.25 * area).copysign(along),
         corner,
         scaled: facing_span(quality, along),
-        edge: Span::of([a[0].square, b[1].square, a[1].square, b[0].square]),
+        edge: Span::of_array([a[0].square, b[1].square, a[1].square, b[0].square]),
         angles,
     }
 }

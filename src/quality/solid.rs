@@ -25,6 +25,15 @@ fn patch(a: Vector, b: Vector, c: Vector, d: Vector) -> f64 {
     det(a, c, sub(d, b)) + det(b, d, sub(a, c))
 }
 
+#[inline(always)]
+fn squares<const N: usize>(edges: &[Edge; N]) -> [f64; N] {
+    let mut squares = [0.0; N];
+    for i in 0..N {
+        squares[i] = edges[i].square;
+    }
+    squares
+}
+
 /// Scaled Jacobian of a tetrahedron with Jacobian `J` and the squared lengths of its edges 01, 02,
 /// 03, 12, 13, 23.
 ///
@@ -51,7 +60,7 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Metrics {
         Edge::between(p[1], p[3]),
         Edge::between(p[2], p[3]),
     ];
-    let squares = edges.map(|edge| edge.square);
+    let squares = squares(&edges);
     let jacobian = det(edges[0].along, edges[1].along, edges[2].along);
     let mut angles = Angles::NONE;
     angles.add_tetrahedron(edges);
@@ -59,7 +68,7 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Metrics {
         volume: jacobian / 6.0,
         corner: Span::at(jacobian),
         scaled: Span::at(tetrahedron_scaled(jacobian, squares)),
-        edge: Span::of(squares),
+        edge: Span::of_array(squares),
         angles,
     }
 }
@@ -89,7 +98,7 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Metrics {
         a: [around[0], around[2].reversed()],
         b: [around[3].reversed(), around[1]],
     };
-    let (a, u) = (around.map(|e| e.square), up.map(|e| e.square));
+    let (a, u) = (squares(&around), squares(&up));
     let [ac, bd] = [sub(p[2], p[0]), sub(p[3], p[1])];
     let [diagonal_ac, diagonal_bd] = [dot(ac, ac), dot(bd, bd)];
     let [b, c, d, apex] = [sub(p[1], p[0]), ac, sub(p[3], p[0]), up[0].along];
@@ -103,7 +112,8 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Metrics {
         ),
     ];
     let (mut corner, mut scaled) = (Span::EMPTY, Span::EMPTY);
-    for (jacobian, squares) in tets {
+    for i in 0..4 {
+        let (jacobian, squares) = tets[i];
         corner.include(jacobian);
         scaled.include(tetrahedron_scaled(jacobian, squares) * SQRT_2);
     }
@@ -111,11 +121,12 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Metrics {
     let sides = tets[0].0 + tets[1].0;
     let mut angles = Angles::NONE;
     angles.add_quadrilateral(&patch_edges, &patch_edges.normals());
-    for i in 0..4 {
-        angles.add_triangle([around[i], up[(i + 1) % 4], up[i].reversed()]);
-    }
-    let mut edge = Span::of(a);
-    edge.merge(Span::of(u));
+    angles.add_triangle([around[0], up[1], up[0].reversed()]);
+    angles.add_triangle([around[1], up[2], up[1].reversed()]);
+    angles.add_triangle([around[2], up[3], up[2].reversed()]);
+    angles.add_triangle([around[3], up[0], up[3].reversed()]);
+    let mut edge = Span::of_array(a);
+    edge.merge(Span::of_array(u));
     Metrics {
         volume: (2.0 * sides + base) / 12.0,
         corner,
@@ -151,27 +162,33 @@ pub(super) fn wedge(p: &[Vector; 6]) -> Metrics {
         Edge::between(p[1], p[4]),
         Edge::between(p[2], p[5]),
     ];
+    let corners = [
+        jacobian([bottom[2], bottom[0], up[0]]),
+        jacobian([bottom[0], bottom[1], up[1]]),
+        jacobian([bottom[1], bottom[2], up[2]]),
+        jacobian([top[2], top[0], up[0]]),
+        jacobian([top[0], top[1], up[1]]),
+        jacobian([top[1], top[2], up[2]]),
+    ];
     let (mut corner, mut scaled) = (Span::EMPTY, Span::EMPTY);
+    for i in 0..6 {
+        corner.include(corners[i].0);
+        scaled.include(TWO_OVER_SQRT_3 * corners[i].1);
+    }
     let mut angles = Angles::NONE;
-    for triangle in [bottom, top] {
-        for i in 0..3 {
-            let (jacobian, quality) = jacobian([triangle[(i + 2) % 3], triangle[i], up[i]]);
-            corner.include(jacobian);
-            scaled.include(TWO_OVER_SQRT_3 * quality);
-        }
-        angles.add_triangle(triangle);
-    }
-    for i in 0..3 {
-        let side = Patch {
-            a: [bottom[i], top[i]],
-            b: [up[i], up[(i + 1) % 3]],
-        };
+    angles.add_triangle(bottom);
+    angles.add_triangle(top);
+    let mut add_side = |i: usize, j: usize| {
+        let (a, b) = ([bottom[i], top[i]], [up[i], up[j]]);
+        let side = Patch { a, b };
         angles.add_quadrilateral(&side, &side.normals());
-    }
-    let mut edge = Span::EMPTY;
-    for edges in [bottom, top, up] {
-        edge.merge(Span::of(edges.map(|e| e.square)));
-    }
+    };
+    add_side(0, 1);
+    add_side(1, 2);
+    add_side(2, 0);
+    let mut edge = Span::of_array(squares(&bottom));
+    edge.merge(Span::of_array(squares(&top)));
+    edge.merge(Span::of_array(squares(&up)));
     Metrics {
         volume: wedge_volume(p),
         corner,
@@ -218,47 +235,44 @@ pub(super) fn hexahedron(p: &[Vector; 8]) -> Metrics {
     // The second edge of `a` is between the last two corners of the face in Verdict's order.
     let face = |a: [Edge; 2], b: [Edge; 2]| Patch { a, b };
     let mut angles = Angles::NONE;
-    for side in [
-        face([z[0], z[3]], [y[0], y[2]]),
-        face([y[1], y[3]], [z[1], z[2]]),
-        face([x[0], x[2]], [z[0], z[1]]),
-        face([z[3], z[2]], [x[1], x[3]]),
-    ] {
+    let mut add_side = |a: [Edge; 2], b: [Edge; 2]| {
+        let side = face(a, b);
         angles.add_quadrilateral(&side, &side.normals());
-    }
+    };
+    add_side([z[0], z[3]], [y[0], y[2]]);
+    add_side([y[1], y[3]], [z[1], z[2]]);
+    add_side([x[0], x[2]], [z[0], z[1]]);
+    add_side([z[3], z[2]], [x[1], x[3]]);
     let bottom = face([y[0], y[1]], [x[0], x[1]]);
     let top = face([x[2], x[3]], [y[2], y[3]]);
     let (below, above) = (bottom.normals(), top.normals());
     angles.add_quadrilateral(&bottom, &below);
     angles.add_quadrilateral(&top, &above);
-    let axis = |edges: [Edge; 4]| {
-        let [a, b, c, d] = edges.map(|edge| edge.along);
-        Edge::new(add(add(a, b), add(c, d)))
+    let axis = |e: &[Edge; 4]| {
+        let halves = [add(e[0].along, e[1].along), add(e[2].along, e[3].along)];
+        Edge::new(add(halves[0], halves[1]))
     };
     let (mut corner, mut scaled) = (
         Span::EMPTY,
-        Span::at(jacobian([axis(x), axis(y), axis(z)]).1),
+        Span::at(jacobian([axis(&x), axis(&y), axis(&z)]).1),
     );
     // Corners 0 to 3, then 4 to 7: z along the cross product that the face has there, and the other
     // two edges. The bottom is seen from below.
-    let corners = [
-        (-dot(z[0].along, below[0]), [x[0], y[0], z[0]]),
-        (-dot(z[1].along, below[3]), [x[0], y[1], z[1]]),
-        (-dot(z[2].along, below[2]), [x[1], y[1], z[2]]),
-        (-dot(z[3].along, below[1]), [x[1], y[0], z[3]]),
-        (dot(z[0].along, above[0]), [x[2], y[2], z[0]]),
-        (dot(z[1].along, above[1]), [x[2], y[3], z[1]]),
-        (dot(z[2].along, above[2]), [x[3], y[3], z[2]]),
-        (dot(z[3].along, above[3]), [x[3], y[2], z[3]]),
-    ];
-    for (jacobian, [u, v, w]) in corners {
+    let mut add_corner = |jacobian: f64, u: Edge, v: Edge, w: Edge| {
         corner.include(jacobian);
         scaled.include(or_zero(jacobian * (u.inverse * v.inverse * w.inverse)));
-    }
-    let mut edge = Span::EMPTY;
-    for edges in [x, y, z] {
-        edge.merge(Span::of(edges.map(|e| e.square)));
-    }
+    };
+    add_corner(-dot(z[0].along, below[0]), x[0], y[0], z[0]);
+    add_corner(-dot(z[1].along, below[3]), x[0], y[1], z[1]);
+    add_corner(-dot(z[2].along, below[2]), x[1], y[1], z[2]);
+    add_corner(-dot(z[3].along, below[1]), x[1], y[0], z[3]);
+    add_corner(dot(z[0].along, above[0]), x[2], y[2], z[0]);
+    add_corner(dot(z[1].along, above[1]), x[2], y[3], z[1]);
+    add_corner(dot(z[2].along, above[2]), x[3], y[3], z[2]);
+    add_corner(dot(z[3].along, above[3]), x[3], y[2], z[3]);
+    let mut edge = Span::of_array(squares(&x));
+    edge.merge(Span::of_array(squares(&y)));
+    edge.merge(Span::of_array(squares(&z)));
     Metrics {
         volume: hexahedron_volume(p),
         corner,
