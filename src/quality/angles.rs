@@ -126,6 +126,13 @@ impl Angles {
         span.include(-edges[2].cosine(&edges[0]));
     }
 
+    /// Takes in the angles of a quadrilateral.
+    #[inline(always)]
+    pub(super) fn add_patch(&mut self, a: [Edge; 2], b: [Edge; 2]) {
+        let patch = Patch { a, b };
+        self.add_quadrilateral(&patch, &patch.normals());
+    }
+
     /// Takes in the angles of a quadrilateral with these `normals`. Where a corner turns the other
     /// way the largest angle becomes 360 degrees less it, as Verdict has it.
     #[inline(always)]
@@ -154,8 +161,10 @@ impl Angles {
     #[inline(always)]
     pub(super) fn add_tetrahedron(&mut self, edges: [Edge; 6]) {
         let [ab, ac, ad, bc, bd, cd] = edges;
-        let face = |u: Edge, v: Edge| Edge::new(cross(u.along, v.along));
-        let [abc, abd, acd, bcd] = [face(bc, ab), face(ab, ad), face(cd, ad), face(bc, cd)];
+        let abc = Edge::new(cross(bc.along, ab.along));
+        let abd = Edge::new(cross(ab.along, ad.along));
+        let acd = Edge::new(cross(cd.along, ad.along));
+        let bcd = Edge::new(cross(bc.along, cd.along));
         let dihedral = &mut self.classes[DIHEDRAL];
         dihedral.include(-abc.cosine(&abd));
         dihedral.include(-abc.cosine(&acd));

@@ -178,14 +178,9 @@ pub(super) fn wedge(p: &[Vector; 6]) -> Metrics {
     let mut angles = Angles::NONE;
     angles.add_triangle(bottom);
     angles.add_triangle(top);
-    let mut add_side = |i: usize, j: usize| {
-        let (a, b) = ([bottom[i], top[i]], [up[i], up[j]]);
-        let side = Patch { a, b };
-        angles.add_quadrilateral(&side, &side.normals());
-    };
-    add_side(0, 1);
-    add_side(1, 2);
-    add_side(2, 0);
+    angles.add_patch([bottom[0], top[0]], [up[0], up[1]]);
+    angles.add_patch([bottom[1], top[1]], [up[1], up[2]]);
+    angles.add_patch([bottom[2], top[2]], [up[2], up[0]]);
     let mut edge = Span::of_array(squares(&bottom));
     edge.merge(Span::of_array(squares(&top)));
     edge.merge(Span::of_array(squares(&up)));
@@ -233,18 +228,19 @@ pub(super) fn hexahedron(p: &[Vector; 8]) -> Metrics {
     let y = [edge(0, 3), edge(1, 2), edge(4, 7), edge(5, 6)];
     let z = [edge(0, 4), edge(1, 5), edge(2, 6), edge(3, 7)];
     // The second edge of `a` is between the last two corners of the face in Verdict's order.
-    let face = |a: [Edge; 2], b: [Edge; 2]| Patch { a, b };
     let mut angles = Angles::NONE;
-    let mut add_side = |a: [Edge; 2], b: [Edge; 2]| {
-        let side = face(a, b);
-        angles.add_quadrilateral(&side, &side.normals());
+    angles.add_patch([z[0], z[3]], [y[0], y[2]]);
+    angles.add_patch([y[1], y[3]], [z[1], z[2]]);
+    angles.add_patch([x[0], x[2]], [z[0], z[1]]);
+    angles.add_patch([z[3], z[2]], [x[1], x[3]]);
+    let bottom = Patch {
+        a: [y[0], y[1]],
+        b: [x[0], x[1]],
     };
-    add_side([z[0], z[3]], [y[0], y[2]]);
-    add_side([y[1], y[3]], [z[1], z[2]]);
-    add_side([x[0], x[2]], [z[0], z[1]]);
-    add_side([z[3], z[2]], [x[1], x[3]]);
-    let bottom = face([y[0], y[1]], [x[0], x[1]]);
-    let top = face([x[2], x[3]], [y[2], y[3]]);
+    let top = Patch {
+        a: [x[2], x[3]],
+        b: [y[2], y[3]],
+    };
     let (below, above) = (bottom.normals(), top.normals());
     angles.add_quadrilateral(&bottom, &below);
     angles.add_quadrilateral(&top, &above);
