@@ -341,18 +341,19 @@ fn array_difference(a: &DataArray, b: &DataArray, tolerance: Tolerance) -> Optio
             x[first], y[first]
         ));
     }
-    if let (Some(x), Some(y)) = (a.values.to_integers(), b.values.to_integers()) {
-        if x == y {
-            return None;
-        }
+    let integers = (a.values.to_integers(), b.values.to_integers());
+    if matches!(integers, (Some(x), Some(y)) if x == y) {
+        return None;
     }
     let (Some(x), Some(y)) = (to_reals(&a.values), to_reals(&b.values)) else {
         return Some("is text in one and numbers in the other".to_owned());
     };
     let largest = x.iter().map(|x| x.abs()).filter(|x| x.is_finite());
     let allowed = tolerance.absolute(largest.fold(0.0, f64::max));
-    let differs =
-        |(x, y): (&f64, &f64)| x != y && !(x.is_nan() && y.is_nan()) && !((x - y).abs() <= allowed);
+    let differs = |(x, y): (&f64, &f64)| {
+        let is_close = (x - y).abs() <= allowed;
+        x != y && !(x.is_nan() && y.is_nan()) && !is_close
+    };
     let n_differ = x.iter().zip(&y).filter(|&pair| differs(pair)).count();
     let first = x.iter().zip(&y).position(differs)?;
     Some(format!(

@@ -144,9 +144,7 @@ impl Part {
         self.n_cells += n;
         self.volume_sum += sum(&turned.volume[..n]);
         lower(&mut self.min_volume, &turned.volume[..n], first);
-        if turned.corner[..n].iter().any(|&corner| !(corner > 0.0)) {
-            self.name_inverted(first, &turned.corner[..n]);
-        }
+        self.name_inverted(first, &turned.corner[..n]);
         let scaled = &turned.scaled[..n];
         lower(&mut self.min_scaled, scaled, first);
         if scaled.iter().any(|value| value.is_nan()) {
@@ -166,7 +164,11 @@ impl Part {
     }
 
     fn name_inverted(&mut self, first: usize, corner: &[f64]) {
-        for (i, _) in corner.iter().enumerate().filter(|(_, x)| !(**x > 0.0)) {
+        let is_good = |corner: f64| corner > 0.0;
+        if corner.iter().all(|&corner| is_good(corner)) {
+            return;
+        }
+        for (i, _) in corner.iter().enumerate().filter(|(_, x)| !is_good(**x)) {
             self.inverted += 1;
             if self.inverted_cells.len() < N_NAMED {
                 self.inverted_cells.push(first + i);
