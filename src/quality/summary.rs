@@ -189,10 +189,11 @@ impl Part {
                 if !is_beyond {
                     continue;
                 }
-                if let Some(i) = values.iter().position(|&value| value == extreme) {
-                    if let Some(skew) = block.angles(i).skew() {
-                        keep_greater(&mut self.max_skew, skew, first + i);
-                    }
+                let position = values.iter().position(|&value| value == extreme);
+                if let Some(i) = position
+                    && let Some(skew) = block.angles(i).skew()
+                {
+                    keep_greater(&mut self.max_skew, skew, first + i);
                 }
             }
             mine.merge(Span {
@@ -337,19 +338,19 @@ fn greatest(values: &[f64]) -> f64 {
 
 fn lower(extreme: &mut Option<Extreme>, values: &[f64], first: usize) {
     let value = least(values);
-    if extreme.is_none_or(|e| value < e.value) {
-        if let Some(i) = values.iter().position(|&x| x == value) {
-            keep_less(extreme, value, first + i);
-        }
+    if extreme.is_none_or(|e| value < e.value)
+        && let Some(i) = values.iter().position(|&x| x == value)
+    {
+        keep_less(extreme, value, first + i);
     }
 }
 
 fn raise(extreme: &mut Option<Extreme>, values: &[f64], first: usize) {
     let value = greatest(values);
-    if extreme.is_none_or(|e| value > e.value) {
-        if let Some(i) = values.iter().position(|&x| x == value) {
-            keep_greater(extreme, value, first + i);
-        }
+    if extreme.is_none_or(|e| value > e.value)
+        && let Some(i) = values.iter().position(|&x| x == value)
+    {
+        keep_greater(extreme, value, first + i);
     }
 }
 
