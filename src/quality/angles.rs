@@ -1,47 +1,104 @@
-//! Equiangle skew from extreme angles, kept as cosines so that a sweep over cells needs no arc
-//! cosine.
+//! Edges, faces and equiangle skew from extreme angles, kept as cosines so that a sweep over cells
+//! needs no arc cosine.
+//!
+//! Free of branches, so that a loop over cells becomes vector instructions.
 
-use super::metrics::Span;
-use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
+use super::metrics::{Span, greater, lesser};
+use crate::geometry::vector::{Vector, add, cross, dot, sub};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI, TAU};
 
 /// The three classes of angles and the ideal of each in radians: angles of triangles, angles of
 /// quadrilaterals, dihedral angles of tetrahedra (`acos(1/3)`).
-const IDEALS: [f64; 3] = [FRAC_PI_3, FRAC_PI_2, 1.230_959_417_340_774_7];
+const IDEALS: [f64; N_CLASSES] = [FRAC_PI_3, FRAC_PI_2, 1.230_959_417_340_774_7];
+
+/// Number of classes of angles.
+pub(super) const N_CLASSES: usize = 3;
 
 const TRIANGLE: usize = 0;
 const QUADRILATERAL: usize = 1;
 const DIHEDRAL: usize = 2;
 
+/// A vector with what is needed of its length.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Edge {
+    pub along: Vector,
+    pub square: f64,
+    /// One over its length; not a number for an edge of no length, whose angles are then left out.
+    pub inverse: f64,
+}
+
+impl Edge {
+    #[inline(always)]
+    pub(super) fn new(along: Vector) -> Self {
+        let square = dot(along, along);
+        let inverse = 1.0 / square.sqrt();
+        Self {
+            along,
+            square,
+            inverse: if square > 0.0 { inverse } else { f64::NAN },
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn between(from: Vector, to: Vector) -> Self {
+        Self::new(sub(to, from))
+    }
+
+    #[inline(always)]
+    pub(super) fn reversed(self) -> Self {
+        let [x, y, z] = self.along;
+        Self {
+            along: [-x, -y, -z],
+            ..self
+        }
+    }
+
+    /// Cosine of the angle between two edges.
+    #[inline(always)]
+    fn cosine(&self, other: &Self) -> f64 {
+        dot(self.along, other.along) * (self.inverse * other.inverse)
+    }
+}
+
+/// A quadrilateral as a patch with two coordinates: `a[0]` leads from corner 0 to 1, `a[1]` from 3
+/// to 2, `b[0]` from 0 to 3, `b[1]` from 1 to 2.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patch {
+    pub a: [Edge; 2],
+    pub b: [Edge; 2],
+}
+
+impl Patch {
+    /// `a x b` at each corner. Their sum is the cross product of the principal axes.
+    #[inline(always)]
+    pub(super) fn normals(&self) -> [Vector; 4] {
+        let (a, b) = (&self.a, &self.b);
+        [
+            cross(a[0].along, b[0].along),
+            cross(a[0].along, b[1].along),
+            cross(a[1].along, b[1].along),
+            cross(a[1].along, b[0].along),
+        ]
+    }
+
+    /// Whether the last two corners are in one place: then it is a triangle, as in Verdict.
+    #[inline(always)]
+    pub(super) fn is_triangle(&self) -> bool {
+        self.a[1].square == 0.0
+    }
+}
+
 /// Extreme angles of each class, as cosines. An angle above 180 degrees goes on below -1, as
 /// `-2 - cos`, so that the order is kept.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Angles {
-    classes: [Span; 3],
+    pub classes: [Span; N_CLASSES],
 }
 
 impl Angles {
     pub(super) const NONE: Self = Self {
-        classes: [Span::EMPTY; 3],
+        classes: [Span::EMPTY; N_CLASSES],
     };
-
-    /// Whether no angle of `other` is more extreme than those seen here.
-    #[inline]
-    pub(super) fn cover(&self, other: &Self) -> bool {
-        self.classes
-            .iter()
-            .zip(&other.classes)
-            .all(|(a, b)| a.low <= b.low && b.high <= a.high)
-    }
-
-    /// Takes the extremes of both.
-    #[inline]
-    pub(super) fn merge(&mut self, other: &Self) {
-        for (a, b) in self.classes.iter_mut().zip(&other.classes) {
-            a.low = a.low.min(b.low);
-            a.high = a.high.max(b.high);
-        }
-    }
 
     /// Equiangle skew; `None` without an angle.
     ///
@@ -60,89 +117,75 @@ impl Angles {
             .reduce(f64::max)
     }
 
-    /// Takes in the angles of a triangle.
-    #[inline]
-    pub(super) fn add_triangle(&mut self, p: [Vector; 3]) {
-        let span = triangle_cosines(p);
-        self.include(TRIANGLE, span);
+    /// Takes in the angles of a triangle, its edges head to tail.
+    #[inline(always)]
+    pub(super) fn add_triangle(&mut self, edges: [Edge; 3]) {
+        let span = &mut self.classes[TRIANGLE];
+        span.include(-edges[0].cosine(&edges[1]));
+        span.include(-edges[1].cosine(&edges[2]));
+        span.include(-edges[2].cosine(&edges[0]));
     }
 
-    /// Takes in the angles of a quadrilateral. Where a corner turns the other way the largest
-    /// angle becomes 360 degrees less it, as Verdict has it; with the last two corners in one
-    /// place it is a triangle.
-    #[inline]
-    pub(super) fn add_quadrilateral(&mut self, p: [Vector; 4]) {
-        if p[2] == p[3] {
-            let span = triangle_cosines([p[0], p[1], p[2]]);
-            self.include(QUADRILATERAL, span);
-            return;
-        }
-        let edges: [Vector; 4] = std::array::from_fn(|i| sub(p[(i + 1) % 4], p[i]));
-        let units = edges.map(direction);
-        let mut span = Span::of((0..4).map(|i| -dot(units[i], units[(i + 1) % 4])));
-        let normal = cross(sub(edges[0], edges[2]), sub(edges[1], edges[3]));
-        let turns_back = |i: usize| dot(normal, cross(edges[i], edges[(i + 1) % 4])) < 0.0;
-        if (0..4).any(turns_back) {
-            span.low = -2.0 - span.low.max(-1.0);
-        }
-        self.include(QUADRILATERAL, span);
+    /// Takes in the angles of a quadrilateral.
+    #[inline(always)]
+    pub(super) fn add_patch(&mut self, a: [Edge; 2], b: [Edge; 2]) {
+        let patch = Patch { a, b };
+        self.add_quadrilateral(&patch, &patch.normals());
     }
 
-    /// Takes in the dihedral angles of a tetrahedron and the angles of its faces, from the unit
-    /// vectors along its edges 01, 02, 03, 12, 13, 23.
-    #[inline]
-    pub(super) fn add_tetrahedron(&mut self, p: &[Vector; 4]) {
-        let [ab, ac, ad] = [1, 2, 3].map(|i| direction(sub(p[i], p[0])));
-        let [bc, bd] = [2, 3].map(|i| direction(sub(p[i], p[1])));
-        let cd = direction(sub(p[3], p[2]));
-        let abc = direction(cross(bc, ab));
-        let abd = direction(cross(ab, ad));
-        let acd = direction(cross(cd, ad));
-        let bcd = direction(cross(bc, cd));
-        let dihedral = [
-            (abc, abd),
-            (abc, acd),
-            (abc, bcd),
-            (abd, acd),
-            (abd, bcd),
-            (acd, bcd),
-        ];
-        self.include(DIHEDRAL, Span::of(dihedral.map(|(a, b)| -dot(a, b))));
-        let plane = [
-            -dot(ab, bc),
-            dot(bc, ac),
-            dot(ac, ab),
-            -dot(ab, bd),
-            dot(bd, ad),
-            dot(ad, ab),
-            -dot(bc, cd),
-            dot(cd, bd),
-            dot(bd, bc),
-            dot(ad, cd),
-            -dot(cd, ac),
-            dot(ac, ad),
-        ];
-        self.include(TRIANGLE, Span::of(plane));
+    /// Takes in the angles of a quadrilateral with these `normals`. Where a corner turns the other
+    /// way the largest angle becomes 360 degrees less it, as Verdict has it.
+    #[inline(always)]
+    pub(super) fn add_quadrilateral(&mut self, patch: &Patch, normals: &[Vector; 4]) {
+        let (a, b, is_triangle) = (patch.a, patch.b, patch.is_triangle());
+        let mut span = Span::EMPTY;
+        span.include(a[0].cosine(&b[0]));
+        span.include(-a[0].cosine(&b[1]));
+        span.include(a[1].cosine(&b[1]));
+        span.include(-a[1].cosine(&b[0]));
+        let third = b[0].cosine(&b[1]);
+        span.include(if is_triangle { third } else { f64::NAN });
+        let sum = add(add(normals[0], normals[2]), add(normals[1], normals[3]));
+        let turn = lesser(
+            lesser(dot(sum, normals[0]), dot(sum, normals[1])),
+            lesser(dot(sum, normals[2]), dot(sum, normals[3])),
+        );
+        let beyond = -2.0 - greater(span.low, -1.0);
+        let turns_back = (turn < 0.0) & !is_triangle;
+        span.low = if turns_back { beyond } else { span.low };
+        self.classes[QUADRILATERAL].merge(span);
     }
 
-    #[inline]
-    fn include(&mut self, class: usize, span: Span) {
-        let mine = &mut self.classes[class];
-        mine.low = mine.low.min(span.low);
-        mine.high = mine.high.max(span.high);
+    /// Takes in the dihedral angles of a tetrahedron and the angles of its faces, from the edges
+    /// 01, 02, 03, 12, 13, 23.
+    #[inline(always)]
+    pub(super) fn add_tetrahedron(&mut self, edges: [Edge; 6]) {
+        let [ab, ac, ad, bc, bd, cd] = edges;
+        let abc = Edge::new(cross(bc.along, ab.along));
+        let abd = Edge::new(cross(ab.along, ad.along));
+        let acd = Edge::new(cross(cd.along, ad.along));
+        let bcd = Edge::new(cross(bc.along, cd.along));
+        let dihedral = &mut self.classes[DIHEDRAL];
+        dihedral.include(-abc.cosine(&abd));
+        dihedral.include(-abc.cosine(&acd));
+        dihedral.include(-abc.cosine(&bcd));
+        dihedral.include(-abd.cosine(&acd));
+        dihedral.include(-abd.cosine(&bcd));
+        dihedral.include(-acd.cosine(&bcd));
+        let plane = &mut self.classes[TRIANGLE];
+        plane.include(-ab.cosine(&bc));
+        plane.include(bc.cosine(&ac));
+        plane.include(ac.cosine(&ab));
+        plane.include(-ab.cosine(&bd));
+        plane.include(bd.cosine(&ad));
+        plane.include(ad.cosine(&ab));
+        plane.include(-bc.cosine(&cd));
+        plane.include(cd.cosine(&bd));
+        plane.include(bd.cosine(&bc));
+        plane.include(ad.cosine(&cd));
+        plane.include(-cd.cosine(&ac));
+        plane.include(ac.cosine(&ad));
     }
-}
-
-#[inline]
-fn triangle_cosines(p: [Vector; 3]) -> Span {
-    let units: [Vector; 3] = std::array::from_fn(|i| direction(sub(p[(i + 1) % 3], p[i])));
-    Span::of((0..3).map(|i| -dot(units[i], units[(i + 1) % 3])))
-}
-
-/// Unit vector; not a number for an edge of no length, whose angles are then left out.
-#[inline]
-fn direction(v: Vector) -> Vector {
-    scale(v, 1.0 / norm(v))
 }
 
 /// The angle in radians behind a cosine that may go on below -1.
@@ -158,21 +201,40 @@ fn angle(cosine: f64) -> f64 {
 mod tests {
     use super::*;
 
+    fn quadrilateral(p: [Vector; 4]) -> Angles {
+        let edge = |i: usize, j: usize| Edge::between(p[i], p[j]);
+        let patch = Patch {
+            a: [edge(0, 1), edge(3, 2)],
+            b: [edge(0, 3), edge(1, 2)],
+        };
+        let mut angles = Angles::NONE;
+        angles.add_quadrilateral(&patch, &patch.normals());
+        angles
+    }
+
     #[test]
     fn ideal_cells_have_no_skew() {
-        let mut square = Angles::NONE;
-        square.add_quadrilateral([[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]);
+        let square = quadrilateral([[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]);
         assert!(square.skew().expect("it has angles").abs() < 1e-15);
+        let p = [[1., 1., 1.], [-1., 1., -1.], [1., -1., -1.], [-1., -1., 1.]];
+        let pairs = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
         let mut regular = Angles::NONE;
-        regular.add_tetrahedron(&[[1., 1., 1.], [-1., 1., -1.], [1., -1., -1.], [-1., -1., 1.]]);
+        regular.add_tetrahedron(pairs.map(|[i, j]| Edge::between(p[i], p[j])));
         assert!(regular.skew().expect("it has angles").abs() < 1e-15);
         assert!(Angles::NONE.skew().is_none());
     }
 
     #[test]
     fn a_dart_is_worse_than_flat() {
-        let mut dart = Angles::NONE;
-        dart.add_quadrilateral([[0., 0., 0.], [2., 0., 0.], [0.4, 0.4, 0.], [0., 2., 0.]]);
+        let dart = quadrilateral([[0., 0., 0.], [2., 0., 0.], [0.4, 0.4, 0.], [0., 2., 0.]]);
         assert!(dart.skew().expect("it has angles") > 1.0);
+    }
+
+    #[test]
+    fn a_quadrilateral_with_its_last_corners_in_one_place_has_the_angles_of_a_triangle() {
+        let p = [[0., 0., 0.], [3., 0., 0.], [0., 1., 0.], [0., 1., 0.]];
+        let span = quadrilateral(p).classes[QUADRILATERAL];
+        assert!(span.low.abs() < 1e-15);
+        assert!((span.high - 3.0 / 10f64.sqrt()).abs() < 1e-15);
     }
 }

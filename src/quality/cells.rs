@@ -62,13 +62,17 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
         .for_each(|(chunk, (volume, scaled, edge_ratio, skew, inverted))| {
             let range = visit::chunks(n_cells)(chunk);
             let first = range.start;
-            visit::volume_cells(mesh, points, reference.facing(), range, |cell, metrics| {
-                let (at, sign) = (cell - first, reference.sign(cell));
-                volume[at] = metrics.volume(sign);
-                scaled[at] = metrics.scaled_jacobian(sign);
-                edge_ratio[at] = metrics.edge_ratio_squared().sqrt();
-                skew[at] = metrics.angles.skew().unwrap_or(f64::NAN);
-                inverted[at] = reference.is_valid(cell) && !metrics.is_valid(sign);
+            visit::volume_cells(mesh, points, reference.facing(), range, |start, block| {
+                for i in 0..block.n {
+                    let metrics = block.get(i);
+                    let (cell, at) = (start + i, start + i - first);
+                    let sign = reference.sign(cell);
+                    volume[at] = metrics.volume(sign);
+                    scaled[at] = metrics.scaled_jacobian(sign);
+                    edge_ratio[at] = metrics.edge_ratio_squared().sqrt();
+                    skew[at] = metrics.angles.skew().unwrap_or(f64::NAN);
+                    inverted[at] = reference.is_valid(cell) && !metrics.is_valid(sign);
+                }
             });
         });
     all

@@ -9,6 +9,7 @@
 //! Quality Library, Sandia report SAND2007-1751, with the later changes that VTK 9 has.
 
 mod angles;
+mod block;
 mod cells;
 pub mod criterion;
 mod metrics;

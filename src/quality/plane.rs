@@ -1,7 +1,7 @@
 //! Triangles, quadrilaterals and polygons, seen along a given direction.
 
-use super::angles::Angles;
-use super::metrics::{Metrics, Span};
+use super::angles::{Angles, Edge, Patch};
+use super::metrics::{Metrics, Span, greater};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 
 /// `2 / sqrt(3)`: makes the equilateral triangle's scaled Jacobian one.
@@ -25,30 +25,33 @@ pub(super) fn vector_area(n: usize, corner: impl Fn(usize) -> Vector) -> Vector 
 ///     scaled Jacobian = 2 / sqrt(3) |n| / max(|L0||L1|, |L1||L2|, |L2||L0|), 0 to 1
 ///
 /// Both with the sign of `n . facing`.
-#[inline]
+#[inline(always)]
 pub(super) fn triangle(p: &[Vector; 3], facing: Vector) -> Metrics {
-    let edges = [sub(p[1], p[0]), sub(p[2], p[1]), sub(p[0], p[2])];
-    let squares = edges.map(|e| dot(e, e));
-    let normal = cross(edges[0], edges[1]);
+    let edges = [
+        Edge::between(p[0], p[1]),
+        Edge::between(p[1], p[2]),
+        Edge::between(p[2], p[0]),
+    ];
+    let normal = cross(edges[0].along, edges[1].along);
     let along = dot(normal, facing);
     let jacobian = norm(normal);
-    let longest = (squares[0] * squares[1])
-        .max(squares[1] * squares[2])
-        .max(squares[2] * squares[0])
-        .sqrt();
-    let quality = ratio(TWO_OVER_SQRT_3 * jacobian, longest);
+    let squares = [edges[0].square, edges[1].square, edges[2].square];
     let mut angles = Angles::NONE;
-    angles.add_triangle(*p);
+    angles.add_triangle(edges);
     Metrics {
         volume: (0.5 * jacobian).copysign(along),
-        corner: Span {
-            low: along,
-            high: along,
-        },
-        scaled: facing_span(quality, along),
-        edge: Span::of(squares),
+        corner: Span::at(along),
+        scaled: facing_span(triangle_scaled(jacobian, squares), along),
+        edge: Span::of_array(squares),
         angles,
     }
+}
+
+#[inline(always)]
+fn triangle_scaled(jacobian: f64, squares: [f64; 3]) -> f64 {
+    let [a, b, c] = squares;
+    let longest = greater(a * b, greater(b * c, c * a)).sqrt();
+    ratio(TWO_OVER_SQRT_3 * jacobian, longest)
 }
 
 /// A quadrilateral with edges `L` and unit normal `m` of `(L0 - L2) x (L1 - L3)`.
@@ -59,27 +62,43 @@ pub(super) fn triangle(p: &[Vector; 3], facing: Vector) -> Metrics {
 ///
 /// The area has the sign of `m . facing`; a cell that faces the other way has minus the magnitude
 /// of its scaled Jacobian. With the last two corners in one place it is a triangle, as in Verdict.
-#[inline]
+#[inline(always)]
 pub(super) fn quadrilateral(p: &[Vector; 4], facing: Vector) -> Metrics {
-    let edges: [Vector; 4] = std::array::from_fn(|i| sub(p[(i + 1) % 4], p[i]));
-    let squares = edges.map(|e| dot(e, e));
-    let across = cross(sub(edges[0], edges[2]), sub(edges[1], edges[3]));
+    let patch = Patch {
+        a: [Edge::between(p[0], p[1]), Edge::between(p[3], p[2])],
+        b: [Edge::between(p[0], p[3]), Edge::between(p[1], p[2])],
+    };
+    let normals = patch.normals();
+    let across = add(add(normals[0], normals[2]), add(normals[1], normals[3]));
     let length = norm(across);
-    let normals: [Vector; 4] = std::array::from_fn(|i| cross(edges[(i + 3) % 4], edges[i]));
-    let areas = normals.map(|n| ratio(dot(n, across), length));
     let along = dot(across, facing);
-    let quality = if p[2] == p[3] {
-        triangle(&[p[0], p[1], p[2]], facing).scaled.high.abs()
+    let (a, b) = (patch.a, patch.b);
+    let lengths = [
+        a[0].inverse * b[0].inverse,
+        a[0].inverse * b[1].inverse,
+        a[1].inverse * b[1].inverse,
+        a[1].inverse * b[0].inverse,
+    ];
+    let (mut area, mut corner, mut scaled) = (0.0, Span::EMPTY, Span::EMPTY);
+    for i in 0..4 {
+        let part = ratio(dot(normals[i], across), length);
+        area += part;
+        corner.include(dot(normals[i], facing));
+        scaled.include(or_zero(part * lengths[i]));
+    }
+    let as_triangle = triangle_scaled(norm(normals[1]), [a[0].square, b[1].square, b[0].square]);
+    let quality = if patch.is_triangle() {
+        as_triangle
     } else {
-        Span::of((0..4).map(|i| ratio(areas[i], (squares[(i + 3) % 4] * squares[i]).sqrt()))).low
+        scaled.low
     };
     let mut angles = Angles::NONE;
-    angles.add_quadrilateral(*p);
+    angles.add_quadrilateral(&patch, &normals);
     Metrics {
-        volume: (0.25 * areas.iter().sum::<f64>()).copysign(along),
-        corner: Span::of(normals.map(|n| dot(n, facing))),
+        volume: (0.25 * area).copysign(along),
+        corner,
         scaled: facing_span(quality, along),
-        edge: Span::of(squares),
+        edge: Span::of_array([a[0].square, b[1].square, a[1].square, b[0].square]),
         angles,
     }
 }
@@ -95,10 +114,7 @@ pub(super) fn polygon(n: usize, corner: impl Fn(usize) -> Vector, facing: Vector
     });
     Metrics {
         volume: norm(area).copysign(along),
-        corner: Span {
-            low: along,
-            high: along,
-        },
+        corner: Span::at(along),
         scaled: Span::UNDEFINED,
         edge: Span::of(squares),
         angles: Angles::NONE,
@@ -106,23 +122,24 @@ pub(super) fn polygon(n: usize, corner: impl Fn(usize) -> Vector, facing: Vector
 }
 
 /// `quality` for the orientation that `along` has, minus its magnitude for the other.
-#[inline]
+#[inline(always)]
 fn facing_span(quality: f64, along: f64) -> Span {
-    if along > 0.0 {
-        Span {
-            low: quality,
-            high: quality.abs(),
-        }
-    } else {
-        Span {
-            low: -quality.abs(),
-            high: -quality,
-        }
+    let (upright, size) = (along > 0.0, quality.abs());
+    Span {
+        low: if upright { quality } else { -size },
+        high: if upright { size } else { -quality },
     }
 }
 
 /// `a / b`, and 0 where `b` vanishes.
-#[inline]
+#[inline(always)]
 pub(super) fn ratio(a: f64, b: f64) -> f64 {
-    if b > 0.0 { a / b } else { 0.0 }
+    let quotient = a / b;
+    if b > 0.0 { quotient } else { 0.0 }
+}
+
+/// `a`, and 0 where an edge of no length has made it not a number.
+#[inline(always)]
+pub(super) fn or_zero(a: f64) -> f64 {
+    if a.is_nan() { 0.0 } else { a }
 }

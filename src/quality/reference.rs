@@ -54,11 +54,14 @@ impl Reference {
                 let range = visit::chunks(n_cells)(chunk);
                 let first = range.start;
                 let mut n_invalid = 0;
-                visit::volume_cells(mesh, &mesh.points, &facing, range, |cell, metrics| {
-                    let valid = metrics.orientation();
-                    let sign = if metrics.volume < 0.0 { -1 } else { 1 };
-                    signs[cell - first] = if valid == 0 { INVALID * sign } else { valid };
-                    n_invalid += usize::from(valid == 0);
+                visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
+                    for i in 0..block.n {
+                        let valid = block.get(i).orientation();
+                        let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
+                        let known = if valid == 0 { INVALID * sign } else { valid };
+                        signs[start + i - first] = known;
+                        n_invalid += usize::from(valid == 0);
+                    }
                 });
                 n_invalid
             })
@@ -94,6 +97,12 @@ impl Reference {
     #[inline]
     pub(super) fn sign(&self, cell: usize) -> i8 {
         self.signs[cell].signum()
+    }
+
+    /// Signs of the cells from `first` on: those of [`Self::sign`], doubled for invalid cells.
+    #[inline]
+    pub(super) fn signs_from(&self, first: usize) -> &[i8] {
+        &self.signs[first..]
     }
 
     pub(super) fn facing(&self) -> &Facing {

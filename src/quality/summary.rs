@@ -1,7 +1,8 @@
 //! Quality of a whole mesh in a few numbers, found in one pass over its cells.
 
 use super::angles::Angles;
-use super::metrics::Metrics;
+use super::block::{BLOCK, Block, Spans};
+use super::metrics::{Span, greater, lesser};
 use super::percentile::Histogram;
 use super::reference::Reference;
 use super::visit::{self, CHUNK};
@@ -86,8 +87,9 @@ pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary 
             |(mut parts, mut histogram): (Vec<Part>, Histogram), chunk| {
                 let mut part = Part::new();
                 let facing = reference.facing();
-                visit::volume_cells(mesh, points, facing, range(chunk), |cell, metrics| {
-                    part.take(cell, &metrics, reference, &mut histogram);
+                visit::volume_cells(mesh, points, facing, range(chunk), |first, block| {
+                    let turned = Turned::new(block, reference.signs_from(first));
+                    part.take(first, block, &turned, &mut histogram);
                 });
                 parts.push(part);
                 (parts, histogram)
@@ -137,37 +139,67 @@ impl Part {
         }
     }
 
-    #[inline]
-    fn take(&mut self, cell: usize, metrics: &Metrics, reference: &Reference, all: &mut Histogram) {
-        let sign = reference.sign(cell);
-        self.n_cells += 1;
-        if reference.is_valid(cell) && !metrics.is_valid(sign) {
+    fn take(&mut self, first: usize, block: &Block, turned: &Turned, all: &mut Histogram) {
+        let n = block.n;
+        self.n_cells += n;
+        self.volume_sum += sum(&turned.volume[..n]);
+        lower(&mut self.min_volume, &turned.volume[..n], first);
+        self.name_inverted(first, &turned.corner[..n]);
+        let scaled = &turned.scaled[..n];
+        lower(&mut self.min_scaled, scaled, first);
+        if scaled.iter().any(|value| value.is_nan()) {
+            for value in scaled.iter().filter(|value| !value.is_nan()) {
+                self.n_scaled += 1;
+                self.scaled_sum += value;
+                all.add(*value);
+            }
+        } else {
+            self.n_scaled += n;
+            self.scaled_sum += sum(scaled);
+            scaled.iter().for_each(|&value| all.add(value));
+        }
+        let ratios = &turned.edge_ratio_squared[..n];
+        raise(&mut self.max_edge_ratio_squared, ratios, first);
+        self.take_angles(first, block);
+    }
+
+    fn name_inverted(&mut self, first: usize, corner: &[f64]) {
+        let is_good = |corner: f64| corner > 0.0;
+        if corner.iter().all(|&corner| is_good(corner)) {
+            return;
+        }
+        for (i, _) in corner.iter().enumerate().filter(|(_, x)| !is_good(**x)) {
             self.inverted += 1;
             if self.inverted_cells.len() < N_NAMED {
-                self.inverted_cells.push(cell);
+                self.inverted_cells.push(first + i);
             }
         }
-        let volume = metrics.volume(sign);
-        self.volume_sum += volume;
-        lower(&mut self.min_volume, volume, cell);
-        let scaled = metrics.scaled_jacobian(sign);
-        if !scaled.is_nan() {
-            self.n_scaled += 1;
-            self.scaled_sum += scaled;
-            all.add(scaled);
-            lower(&mut self.min_scaled, scaled, cell);
-        }
-        raise(
-            &mut self.max_edge_ratio_squared,
-            metrics.edge_ratio_squared(),
-            cell,
-        );
-        // An arc cosine only for angles beyond all seen before.
-        if !self.angles.cover(&metrics.angles) {
-            self.angles.merge(&metrics.angles);
-            if let Some(skew) = metrics.angles.skew() {
-                raise(&mut self.max_skew, skew, cell);
+    }
+
+    /// An arc cosine only for angles beyond all seen before.
+    fn take_angles(&mut self, first: usize, block: &Block) {
+        for (mine, spans) in self.angles.classes.iter_mut().zip(&block.angles) {
+            let (low, high) = (&spans.low[..block.n], &spans.high[..block.n]);
+            let (smallest, largest) = (least(low), greatest(high));
+            let sides = [
+                (smallest < mine.low, low, smallest),
+                (largest > mine.high, high, largest),
+            ];
+            for (is_beyond, values, extreme) in sides {
+                if !is_beyond {
+                    continue;
+                }
+                let position = values.iter().position(|&value| value == extreme);
+                if let Some(i) = position
+                    && let Some(skew) = block.angles(i).skew()
+                {
+                    keep_greater(&mut self.max_skew, skew, first + i);
+                }
             }
+            mine.merge(Span {
+                low: smallest,
+                high: largest,
+            });
         }
     }
 
@@ -180,25 +212,23 @@ impl Part {
         self.inverted_cells.extend(named);
         self.volume_sum += next.volume_sum;
         self.scaled_sum += next.scaled_sum;
-        let pairs = [
+        for (mine, theirs) in [
             (&mut self.min_volume, next.min_volume),
             (&mut self.min_scaled, next.min_scaled),
-        ];
-        for (mine, theirs) in pairs {
+        ] {
             if let Some(e) = theirs {
-                lower(mine, e.value, e.cell);
+                keep_less(mine, e.value, e.cell);
             }
         }
-        let pairs = [
+        for (mine, theirs) in [
             (
                 &mut self.max_edge_ratio_squared,
                 next.max_edge_ratio_squared,
             ),
             (&mut self.max_skew, next.max_skew),
-        ];
-        for (mine, theirs) in pairs {
+        ] {
             if let Some(e) = theirs {
-                raise(mine, e.value, e.cell);
+                keep_greater(mine, e.value, e.cell);
             }
         }
     }
@@ -227,16 +257,111 @@ impl Part {
     }
 }
 
-#[inline]
-fn lower(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
-    if !value.is_nan() && extreme.is_none_or(|e| value < e.value) {
+/// Metrics of a block's cells with each in the orientation that it has in the reference.
+struct Turned {
+    volume: [f64; BLOCK],
+    /// Smallest corner Jacobian: positive for a cell that is not inverted. Infinite for a cell that
+    /// is not valid in the reference.
+    corner: [f64; BLOCK],
+    scaled: [f64; BLOCK],
+    edge_ratio_squared: [f64; BLOCK],
+}
+
+impl Turned {
+    fn new(block: &Block, signs: &[i8]) -> Self {
+        let mut turned = Self {
+            volume: [0.0; BLOCK],
+            corner: [0.0; BLOCK],
+            scaled: [0.0; BLOCK],
+            edge_ratio_squared: [0.0; BLOCK],
+        };
+        let n = block.n.min(BLOCK);
+        for (i, &sign) in signs[..n].iter().enumerate() {
+            let is_negative = sign < 0;
+            let pick = |spans: &Spans| {
+                let mirrored = -spans.high[i];
+                if is_negative { mirrored } else { spans.low[i] }
+            };
+            let is_valid = sign.abs() == 1;
+            turned.volume[i] = f64::from(sign.signum()) * block.volume[i];
+            turned.corner[i] = if is_valid {
+                pick(&block.corner)
+            } else {
+                f64::INFINITY
+            };
+            turned.scaled[i] = pick(&block.scaled);
+            turned.edge_ratio_squared[i] = block.edge.high[i] / block.edge.low[i];
+        }
+        turned
+    }
+}
+
+/// Sums and extremes go side by side in as many lanes.
+const LANES: usize = 8;
+
+fn sum(values: &[f64]) -> f64 {
+    let (groups, rest) = values.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for group in groups {
+        for lane in 0..LANES {
+            sums[lane] += group[lane];
+        }
+    }
+    sums.iter().chain(rest).sum()
+}
+
+/// The least value; infinite where all are not numbers.
+fn least(values: &[f64]) -> f64 {
+    let (groups, rest) = values.as_chunks::<LANES>();
+    let mut found = [f64::INFINITY; LANES];
+    for group in groups {
+        for lane in 0..LANES {
+            found[lane] = lesser(group[lane], found[lane]);
+        }
+    }
+    let all = found.iter().chain(rest);
+    all.fold(f64::INFINITY, |least, &value| lesser(value, least))
+}
+
+/// The greatest value; minus infinity where all are not numbers.
+fn greatest(values: &[f64]) -> f64 {
+    let (groups, rest) = values.as_chunks::<LANES>();
+    let mut found = [f64::NEG_INFINITY; LANES];
+    for group in groups {
+        for lane in 0..LANES {
+            found[lane] = greater(group[lane], found[lane]);
+        }
+    }
+    let all = found.iter().chain(rest);
+    all.fold(f64::NEG_INFINITY, |most, &value| greater(value, most))
+}
+
+fn lower(extreme: &mut Option<Extreme>, values: &[f64], first: usize) {
+    let value = least(values);
+    if extreme.is_none_or(|e| value < e.value)
+        && let Some(i) = values.iter().position(|&x| x == value)
+    {
+        keep_less(extreme, value, first + i);
+    }
+}
+
+fn raise(extreme: &mut Option<Extreme>, values: &[f64], first: usize) {
+    let value = greatest(values);
+    if extreme.is_none_or(|e| value > e.value)
+        && let Some(i) = values.iter().position(|&x| x == value)
+    {
+        keep_greater(extreme, value, first + i);
+    }
+}
+
+fn keep_less(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
+    if extreme.is_none_or(|e| value < e.value || (value == e.value && cell < e.cell)) {
         *extreme = Some(Extreme { value, cell });
     }
 }
 
-#[inline]
-fn raise(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
-    if !value.is_nan() && extreme.is_none_or(|e| value > e.value) {
+fn keep_greater(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
+    if extreme.is_none_or(|e| value > e.value || (value == e.value && cell < e.cell)) {
         *extreme = Some(Extreme { value, cell });
     }
 }

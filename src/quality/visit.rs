@@ -1,5 +1,6 @@
-//! Walks over volume cells and measures each, run by run so that the kind is looked at once a run.
+//! Walks over volume cells and measures them block by block, each of one kind.
 
+use super::block::{BLOCK, Block, Corners, Shape, measure};
 use super::metrics::Metrics;
 use super::reference::Facing;
 use super::{plane, solid};
@@ -15,61 +16,107 @@ pub(super) fn chunks(n_cells: usize) -> impl Fn(usize) -> Range<usize> {
     move |chunk| chunk * CHUNK..((chunk + 1) * CHUNK).min(n_cells)
 }
 
-/// Calls `visit(cell, metrics)` for each volume cell of `range`, with nodes at `points`.
-#[inline]
+macro_rules! shapes {
+    ($($name:ident $corners:literal |$p:ident, $facing:ident| $metrics:expr;)*) => {
+        $(
+            struct $name;
+
+            impl Shape<$corners> for $name {
+                #[inline(always)]
+                fn measure($p: &[Vector; $corners], $facing: Vector) -> Metrics {
+                    $metrics
+                }
+            }
+        )*
+    };
+}
+
+shapes! {
+    Triangle 3 |p, facing| plane::triangle(p, facing);
+    Quadrilateral 4 |p, facing| plane::quadrilateral(p, facing);
+    Tetrahedron 4 |p, _facing| solid::tetrahedron(p);
+    Pyramid 5 |p, _facing| solid::pyramid(p);
+    Wedge 6 |p, _facing| solid::wedge(p);
+    Hexahedron 8 |p, _facing| solid::hexahedron(p);
+}
+
+/// Calls `visit(first_cell, block)` for the volume cells of `range`, in order, with nodes at
+/// `points`.
 pub(super) fn volume_cells(
     mesh: &Mesh,
     points: &[Vector],
     facing: &Facing,
     range: Range<usize>,
-    mut visit: impl FnMut(usize, Metrics),
+    mut visit: impl FnMut(usize, &Block),
 ) {
     let dimension = mesh.dimension();
+    let mut walk = Walk {
+        mesh,
+        points,
+        facing,
+        block: Block::EMPTY,
+    };
     for run in mesh.cells.runs_in(range) {
         if run.kind.dimension() != dimension {
             continue;
         }
-        let toward = |cell: usize| facing.of(cell);
-        let visit = &mut visit;
         match run.kind.linear() {
-            CellKind::Triangle => {
-                each(&run, points, |i, p| visit(i, plane::triangle(p, toward(i))))
-            }
-            CellKind::Quadrilateral => each(&run, points, |i, p| {
-                visit(i, plane::quadrilateral(p, toward(i)));
-            }),
-            CellKind::Tetrahedron => each(&run, points, |i, p| visit(i, solid::tetrahedron(p))),
-            CellKind::Pyramid => each(&run, points, |i, p| visit(i, solid::pyramid(p))),
-            CellKind::Wedge => each(&run, points, |i, p| visit(i, solid::wedge(p))),
-            CellKind::Hexahedron => each(&run, points, |i, p| visit(i, solid::hexahedron(p))),
-            CellKind::Polygon => {
-                for (i, nodes) in (run.first_cell..).zip(run.cells()) {
-                    let at = |k: usize| points[nodes[k] as usize];
-                    visit(i, plane::polygon(nodes.len(), at, toward(i)));
-                }
-            }
-            CellKind::Polyhedron => {
-                for (i, nodes) in (run.first_cell..).zip(run.cells()) {
-                    let faces = mesh.cells.polyhedron_faces(i);
-                    visit(
-                        i,
-                        solid::polyhedron(faces, points, points[nodes[0] as usize]),
-                    );
-                }
-            }
+            CellKind::Triangle => walk.measure::<Triangle, 3>(&run, &mut visit),
+            CellKind::Quadrilateral => walk.measure::<Quadrilateral, 4>(&run, &mut visit),
+            CellKind::Tetrahedron => walk.measure::<Tetrahedron, 4>(&run, &mut visit),
+            CellKind::Pyramid => walk.measure::<Pyramid, 5>(&run, &mut visit),
+            CellKind::Wedge => walk.measure::<Wedge, 6>(&run, &mut visit),
+            CellKind::Hexahedron => walk.measure::<Hexahedron, 8>(&run, &mut visit),
+            CellKind::Polygon | CellKind::Polyhedron => walk.one_by_one(&run, &mut visit),
             _ => {} // a mesh of lines or vertices has no quality
         }
     }
 }
 
-/// Gathers the first `N` nodes of each cell of a run.
-#[inline]
-fn each<const N: usize>(
-    run: &CellRun,
-    points: &[Vector],
-    mut visit: impl FnMut(usize, &[Vector; N]),
-) {
-    for (i, nodes) in (run.first_cell..).zip(run.cells()) {
-        visit(i, &std::array::from_fn(|k| points[nodes[k] as usize]));
+struct Walk<'a> {
+    mesh: &'a Mesh,
+    points: &'a [Vector],
+    facing: &'a Facing,
+    block: Block,
+}
+
+impl Walk<'_> {
+    fn measure<S: Shape<N>, const N: usize>(
+        &mut self,
+        run: &CellRun,
+        visit: &mut impl FnMut(usize, &Block),
+    ) {
+        let mut corners = Corners::<N>::EMPTY;
+        let mut first = run.first_cell;
+        for connectivity in run.connectivity.chunks(BLOCK * run.n_nodes) {
+            measure::<S, N>(
+                connectivity,
+                run.n_nodes,
+                self.points,
+                self.facing,
+                first,
+                &mut corners,
+                &mut self.block,
+            );
+            visit(first, &self.block);
+            first += self.block.n;
+        }
+    }
+
+    /// Polygons or polyhedra.
+    fn one_by_one(&mut self, run: &CellRun, visit: &mut impl FnMut(usize, &Block)) {
+        let points = self.points;
+        for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
+            let metrics = if run.kind == CellKind::Polygon {
+                let corner = |k: usize| points[nodes[k] as usize];
+                plane::polygon(nodes.len(), corner, self.facing.of(cell))
+            } else {
+                let faces = self.mesh.cells.polyhedron_faces(cell);
+                solid::polyhedron(faces, points, points[nodes[0] as usize])
+            };
+            self.block.n = 1;
+            self.block.set(0, &metrics);
+            visit(cell, &self.block);
+        }
     }
 }
