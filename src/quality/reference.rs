@@ -16,7 +16,7 @@ use rayon::prelude::*;
 pub struct Reference {
     signs: Vec<i8>,
     facing: Facing,
-    n_invalid: usize,
+    n_inverted: usize,
 }
 
 /// Where the positive side of a two-dimensional cell is.
@@ -46,36 +46,39 @@ impl Reference {
     pub fn new(mesh: &Mesh) -> Self {
         let facing = facing(mesh);
         let n_cells = mesh.cells.len();
+        let solid = mesh.dimension() == 3;
         let mut signs = vec![0i8; n_cells];
-        let n_invalid = signs
+        let n_inverted = signs
             .par_chunks_mut(CHUNK)
             .enumerate()
             .map(|(chunk, signs)| {
                 let range = visit::chunks(n_cells)(chunk);
                 let first = range.start;
-                let mut n_invalid = 0;
+                let mut n_inverted = 0;
                 visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
                     for i in 0..block.n {
                         let valid = block.get(i).orientation();
                         let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
                         let known = if valid == 0 { INVALID * sign } else { valid };
                         signs[start + i - first] = known;
-                        n_invalid += usize::from(valid == 0);
+                        n_inverted += usize::from(valid == 0 || (solid && valid < 0));
                     }
                 });
-                n_invalid
+                n_inverted
             })
             .sum();
         Self {
             signs,
             facing,
-            n_invalid,
+            n_inverted,
         }
     }
 
-    /// Number of cells whose corner Jacobians vanish or have mixed signs in the reference.
-    pub fn n_invalid(&self) -> usize {
-        self.n_invalid
+    /// Number of cells whose corner Jacobians are not all positive in the reference: they vanish or
+    /// have mixed signs, or the nodes of a solid cell are in reverse order. The last are judged as
+    /// their mirror images; the others are never counted as inverted later.
+    pub fn n_inverted(&self) -> usize {
+        self.n_inverted
     }
 
     /// Whether a volume cell's corner Jacobians all have one sign in the reference. False for

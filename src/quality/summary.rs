@@ -32,7 +32,8 @@ pub struct Summary {
     pub inverted: usize,
     /// The first inverted cells, at most 20, ascending.
     pub inverted_cells: Vec<usize>,
-    /// Cells whose corner Jacobians vanish or have mixed signs in the reference.
+    /// Cells whose corner Jacobians are not all positive in the reference: zero, of mixed signs, or
+    /// of a solid cell with its nodes in reverse order.
     pub inverted_reference: usize,
     /// Smallest volume (area in 2D), positive for a cell that is oriented as in the reference.
     pub min_volume: Option<Extreme>,
@@ -238,7 +239,7 @@ impl Part {
             n_cells: self.n_cells,
             inverted: self.inverted,
             inverted_cells: self.inverted_cells,
-            inverted_reference: reference.n_invalid(),
+            inverted_reference: reference.n_inverted(),
             min_volume: self.min_volume,
             total_volume: self.volume_sum,
             min_scaled_jacobian: self.min_scaled,
