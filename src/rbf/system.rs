@@ -25,7 +25,7 @@ pub fn weights(basis: Basis, base: &[Vector], values: &[f64]) -> Result<Vec<f64>
     }
     let r = values.len() / n;
     let factor = Cholesky::factor(kernel_matrix(basis, base)).map_err(|at| {
-        Error::input(format!(
+        Error::check(format!(
             "the base point {} of {n} is too close to another for a support radius of {} ({}); a \
              smaller support radius, a kernel of lower order or selection by tolerance would help",
             at.0,

@@ -8,12 +8,14 @@
 //! others how a motion is written down, how it is interpolated and what a file looks like.
 
 pub mod base;
+mod checks;
 mod deformer;
 mod output;
 mod plan;
 mod progress;
 mod record;
 mod run;
+mod step;
 mod surface;
 mod wall;
 mod zone;

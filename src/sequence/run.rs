@@ -2,34 +2,23 @@
 //! one is computed.
 
 use super::base;
+use super::checks::{before_work, check_dense, check_tolerance};
 use super::deformer::Deformer;
-use super::output::{self, COLUMNS, Names, Table, number};
+use super::output::{self, COLUMNS, Names, Table};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::record::{Clock, Record, Timings};
-use crate::error::{Error, Kind, Result};
-use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
-use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{DataArray, Mesh, Values};
+use super::step::{Computed, add_arrays, compute, row, set};
+use crate::error::{Error, Result};
+use crate::formats::{self, Format, WriteOptions};
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, SelectionMethod, Step};
-use crate::quality::{self, Criterion, Reference, Summary};
+use crate::quality::{Criterion, Reference};
 use crate::rbf::select::{self, Limits, Selection};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// A first-cell height may change by this much when coordinates are rounded to 32 bits.
-const F32_CHANGE: f64 = 0.01;
-/// Base points for which the dense matrix still fits a workstation: 12.8 GB.
-const MOST_DENSE: usize = 40_000;
-/// Columns of steps.csv that stay empty in this version, and those that hold no number.
-const EMPTY: [&str; 6] = [
-    "file",
-    "blake3",
-    "max_non_orthogonality",
-    "min_size_skew",
-    "mean_size_skew",
-    "max_normal_change_deg",
-];
 /// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
 const SELECTED: f64 = 0.99;
 
@@ -78,16 +67,9 @@ pub struct Finished {
 /// Chooses base points for a plan, or takes those of its method that need no choice.
 pub fn select_base(plan: &Plan, progress: &dyn Progress) -> Result<Selection> {
     let targets = plan.targets();
+    check_dense(plan)?;
     if plan.schedule.selection.method == SelectionMethod::All {
         let n = plan.surface.nodes.len();
-        if n > MOST_DENSE {
-            return Err(Error::input(format!(
-                "method = \"all\" with {n} surface nodes needs a dense matrix of {:.0} GB; it is for at most \
-                 {MOST_DENSE} nodes, method = \"sequence\" serves any number",
-                (n * n * 8) as f64 / 1e9
-            ))
-            .file(&plan.schedule.path));
-        }
         progress.start("solving", None);
         let selection = select::from_base(plan.basis, targets, (0..n).collect());
         progress.finish();
@@ -119,14 +101,12 @@ pub fn estimate_bytes(mesh: &Mesh, n_steps: usize) -> u64 {
 /// Runs a plan: base points, mode fields, and one mesh a step in the request's folder.
 ///
 /// # Errors
-/// [`Kind::Check`] when the tolerance cannot be met (base points are saved, no mesh is written), and
+/// [`Kind::Check`](crate::error::Kind::Check) when the tolerance cannot be met (base points are saved, no mesh is written), and
 /// where `on_inverted = "stop"` stops it.
 pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Result<Finished> {
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
-    check_precision(plan)?;
-    check_columns(plan, &request.fail_on)?;
-    let dropped = format_holds(plan, format)?;
+    let dropped = before_work(plan, format, &request.fail_on)?;
     let names = Names::new(
         &request.folder,
         &request.mesh,
@@ -161,73 +141,8 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     run.close(result, &clock)
 }
 
-/// Refuses conditions on columns of steps.csv that have no value in this run.
-fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
-    let measured = plan.schedule.output.quality != QualityOutput::None;
-    let quality = Summary::default().columns().map(|(column, _)| column);
-    let filled = COLUMNS.into_iter().filter(|column| match *column {
-        "time_s" => plan.motion.steps[0].time_s.is_some(),
-        "min_first_cell_ratio" => plan.first_cells.smallest().is_some(),
-        column if quality.contains(&column) => measured,
-        column => !EMPTY.contains(&column),
-    });
-    fail_on
-        .iter()
-        .try_for_each(|criterion| criterion.check_column(filled.clone()))
-}
-
-/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
-fn format_holds(plan: &Plan, format: &dyn Format) -> Result<Vec<String>> {
-    let described = |error: Error| match error.kind {
-        Kind::Input => Error::input(format!(
-            "output.format = \"{}\" cannot hold this mesh: {}",
-            format.name(),
-            error.message
-        ))
-        .file(&plan.schedule.path),
-        _ => error,
-    };
-    let options = WriteOptions {
-        encoding: Encoding::Raw,
-        compression: Compression::None,
-        ..write_options(plan)
-    };
-    format
-        .write(&plan.mesh, &mut std::io::sink(), &options)
-        .map_err(described)
-        .map(|dropped| {
-            dropped
-                .into_iter()
-                .chain(dropped_arrays(plan, format))
-                .collect()
-        })
-}
-
-/// A sentence where arrays are asked for that only VTU holds.
-fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
-    let output = &plan.schedule.output;
-    let asked = output.displacement || output.quality == QualityOutput::Cells;
-    (asked && format.name() != "vtu").then(|| {
-        format!(
-            "output.format = \"{}\" holds no arrays: displacement and cell quality are left out",
-            format.name()
-        )
-    })
-}
-
-fn check_precision(plan: &Plan) -> Result<()> {
-    let change = plan.first_cells.change_in_f32(&plan.reference);
-    if plan.schedule.output.precision == Precision::F32 && change > F32_CHANGE {
-        return Err(Error::input(format!(
-            "output.precision = \"f32\" would change a first-cell height by {:.1}%; use \"f64\"",
-            100.0 * change
-        ))
-        .file(&plan.schedule.path));
-    }
-    Ok(())
-}
-
-fn write_options(plan: &Plan) -> WriteOptions {
+/// How meshes are written.
+pub(super) fn write_options(plan: &Plan) -> WriteOptions {
     let output = &plan.schedule.output;
     WriteOptions {
         encoding: output.encoding,
@@ -245,14 +160,6 @@ struct Run {
     finished: Finished,
     written: Vec<(Step, String)>,
     fail_on: Vec<Criterion>,
-}
-
-/// A step that is computed and waits to be written.
-struct Computed {
-    summary: Option<Summary>,
-    first_cell_ratio: Option<f64>,
-    surface_error: (f64, f64),
-    seconds: f64,
 }
 
 impl Run {
@@ -430,120 +337,4 @@ impl Run {
         // The first failure is the one to tell of.
         result.and(saved).map(|()| self.finished)
     }
-}
-
-fn check_tolerance(plan: &Plan, selection: &Selection) -> Result<()> {
-    let selected = plan.schedule.selection.method != SelectionMethod::All;
-    if !selected || selection.error <= plan.tolerance {
-        return Ok(());
-    }
-    let reason = match selection.base.len() >= plan.schedule.selection.max_points {
-        true => "max_points is reached",
-        false => "no further surface node can be added",
-    };
-    Err(Error::check(format!(
-        "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
-         no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
-        plan.tolerance,
-        selection.base.len(),
-        selection.error,
-        plan.basis.radius
-    ))
-    .file(&plan.schedule.path))
-}
-
-/// Positions and quality of one step; coordinates as they will be written.
-fn compute(
-    plan: &Plan,
-    deformer: &Deformer<'_>,
-    reference: Option<&Reference>,
-    mesh: &Mesh,
-    step: &Step,
-    points: &mut [Vector],
-) -> Computed {
-    let clock = Clock::start();
-    deformer.points_at(step, points);
-    if plan.schedule.output.precision == Precision::F32 {
-        points
-            .iter_mut()
-            .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
-    }
-    Computed {
-        summary: reference.map(|reference| quality::assess(mesh, points, reference)),
-        first_cell_ratio: plan.first_cells.smallest_ratio(points),
-        surface_error: deformer.surface_error(step, points),
-        seconds: clock.seconds(),
-    }
-}
-
-/// Adds the arrays of a step that the schedule asks for, in place of the last step's.
-fn add_arrays(plan: &Plan, mesh: &mut Mesh, reference: Option<&Reference>) {
-    if plan.schedule.output.displacement {
-        let moved = mesh.points.iter().zip(&plan.reference);
-        let values = moved
-            .flat_map(|(x, reference)| sub(*x, *reference))
-            .collect();
-        let array = DataArray::tuples("Displacement", 3, Values::F64(values));
-        replace(&mut mesh.point_arrays, array);
-    }
-    if let (QualityOutput::Cells, Some(reference)) = (plan.schedule.output.quality, reference) {
-        for array in quality::per_cell(mesh, &mesh.points, reference).into_arrays() {
-            replace(&mut mesh.cell_arrays, array);
-        }
-    }
-}
-
-fn replace(arrays: &mut Vec<DataArray>, array: DataArray) {
-    match arrays.iter_mut().find(|old| old.name == array.name) {
-        Some(old) => *old = array,
-        None => arrays.push(array),
-    }
-}
-
-fn row(
-    plan: &Plan,
-    step: &Step,
-    computed: &Computed,
-    selection_error: f64,
-    n_base: usize,
-) -> Vec<String> {
-    let mut row = vec![String::new(); COLUMNS.len()];
-    set(&mut row, "step", step.index.to_string());
-    set(&mut row, "azimuth_deg", step.azimuth_deg.to_string());
-    set(
-        &mut row,
-        "time_s",
-        step.time_s.map_or(String::new(), |t| t.to_string()),
-    );
-    set(&mut row, "base_points", n_base.to_string());
-    set(
-        &mut row,
-        "max_displacement",
-        plan.largest_displacement(step.index).to_string(),
-    );
-    set(&mut row, "selection_error", number(selection_error));
-    set(
-        &mut row,
-        "max_surface_error",
-        number(computed.surface_error.0),
-    );
-    set(
-        &mut row,
-        "rms_surface_error",
-        number(computed.surface_error.1),
-    );
-    if let Some(ratio) = computed.first_cell_ratio {
-        set(&mut row, "min_first_cell_ratio", number(ratio));
-    }
-    for (column, value) in computed.summary.iter().flat_map(Summary::columns) {
-        if let Some(value) = value {
-            set(&mut row, column, number(value));
-        }
-    }
-    row
-}
-
-fn set(row: &mut [String], column: &str, value: String) {
-    let at = COLUMNS.iter().position(|name| *name == column);
-    row[at.expect("the columns of a summary are columns of steps.csv")] = value;
 }

@@ -1,0 +1,137 @@
+//! What is refused before any file is written, and what is known to be lost.
+
+use super::output::COLUMNS;
+use super::plan::Plan;
+use super::run::write_options;
+use crate::error::{Error, Kind, Result};
+use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
+use crate::motion::{QualityOutput, SelectionMethod};
+use crate::quality::{Criterion, Summary};
+use crate::rbf::select::Selection;
+
+/// A first-cell height may change by this much when coordinates are rounded to 32 bits.
+const F32_CHANGE: f64 = 0.01;
+/// Base points for which the dense matrix still fits a workstation: 12.8 GB.
+const MOST_DENSE: usize = 40_000;
+/// Columns of steps.csv that stay empty in this version, and those that hold no number.
+const EMPTY: [&str; 6] = [
+    "file",
+    "blake3",
+    "max_non_orthogonality",
+    "min_size_skew",
+    "mean_size_skew",
+    "max_normal_change_deg",
+];
+
+/// All that a run can be refused for before it starts; returns what the format cannot hold.
+pub(super) fn before_work(
+    plan: &Plan,
+    format: &dyn Format,
+    fail_on: &[Criterion],
+) -> Result<Vec<String>> {
+    check_precision(plan)?;
+    check_columns(plan, fail_on)?;
+    check_dense(plan)?;
+    format_holds(plan, format)
+}
+
+/// Refuses a dense matrix that no workstation holds.
+pub(super) fn check_dense(plan: &Plan) -> Result<()> {
+    let n = plan.surface.nodes.len();
+    if plan.schedule.selection.method != SelectionMethod::All || n <= MOST_DENSE {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "method = \"all\" with {n} surface nodes needs a dense matrix of {:.0} GB; it is for at most \
+         {MOST_DENSE} nodes, method = \"sequence\" serves any number",
+        (n * n * 8) as f64 / 1e9
+    ))
+    .file(&plan.schedule.path))
+}
+
+/// Refuses conditions on columns of steps.csv that have no value in this run.
+fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
+    let measured = plan.schedule.output.quality != QualityOutput::None;
+    let quality = Summary::default().columns().map(|(column, _)| column);
+    let filled = COLUMNS.into_iter().filter(|column| match *column {
+        "time_s" => plan.motion.steps[0].time_s.is_some(),
+        "min_first_cell_ratio" => plan.first_cells.smallest().is_some(),
+        column if quality.contains(&column) => measured,
+        column => !EMPTY.contains(&column),
+    });
+    fail_on
+        .iter()
+        .try_for_each(|criterion| criterion.check_column(filled.clone()))
+}
+
+/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
+fn format_holds(plan: &Plan, format: &dyn Format) -> Result<Vec<String>> {
+    let described = |error: Error| match error.kind {
+        Kind::Input => Error::input(format!(
+            "output.format = \"{}\" cannot hold this mesh: {}",
+            format.name(),
+            error.message
+        ))
+        .file(&plan.schedule.path),
+        _ => error,
+    };
+    let options = WriteOptions {
+        encoding: Encoding::Raw,
+        compression: Compression::None,
+        ..write_options(plan)
+    };
+    format
+        .write(&plan.mesh, &mut std::io::sink(), &options)
+        .map_err(described)
+        .map(|dropped| {
+            dropped
+                .into_iter()
+                .chain(dropped_arrays(plan, format))
+                .collect()
+        })
+}
+
+/// A sentence where arrays are asked for that only VTU holds.
+fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
+    let output = &plan.schedule.output;
+    let asked = output.displacement || output.quality == QualityOutput::Cells;
+    (asked && format.name() != "vtu").then(|| {
+        format!(
+            "output.format = \"{}\" holds no arrays: displacement and cell quality are left out",
+            format.name()
+        )
+    })
+}
+
+fn check_precision(plan: &Plan) -> Result<()> {
+    let change = plan.first_cells.change_in_f32(&plan.reference);
+    if plan.schedule.output.precision == Precision::F32 && change > F32_CHANGE {
+        return Err(Error::input(format!(
+            "output.precision = \"f32\" would change a first-cell height by {:.1}%; use \"f64\"",
+            100.0 * change
+        ))
+        .file(&plan.schedule.path));
+    }
+    Ok(())
+}
+
+/// Fails a run whose base points miss the tolerance; they are saved, no mesh is written.
+pub(super) fn check_tolerance(plan: &Plan, selection: &Selection) -> Result<()> {
+    let selected = plan.schedule.selection.method != SelectionMethod::All;
+    if !selected || selection.error <= plan.tolerance {
+        return Ok(());
+    }
+    let reason = match selection.base.len() >= plan.schedule.selection.max_points {
+        true => "max_points is reached",
+        false => "no further surface node can be added",
+    };
+    Err(Error::check(format!(
+        "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
+         no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
+        plan.tolerance,
+        selection.base.len(),
+        selection.error,
+        plan.basis.radius
+    ))
+    .file(&plan.schedule.path))
+}
