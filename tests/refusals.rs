@@ -290,7 +290,12 @@ fn inverted_cells_give_exit_code_1_and_stop_where_asked() {
     rewrite(folder, "n.toml", "s.toml", &[("sin = 10.0", "sin = 170.0")]);
     let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-o", "out"]);
     assert_eq!(run.code, 1, "{run:?}");
-    assert!(run.err.contains("azimuth 90 degrees) has "), "{}", run.err);
+    assert!(run.err.contains("azimuth 30 degrees) has "), "{}", run.err);
+    assert!(
+        run.err.contains("more like these; -v shows them"),
+        "{}",
+        run.err
+    );
     assert!(run.out.contains("steps with inverted cells"), "{}", run.out);
     assert!(folder.join("out/n_0036.vtu").is_file());
     let stop = ("[rbf]", "[output]\non_inverted = \"stop\"\n[rbf]");

@@ -93,8 +93,10 @@ impl Motion {
 
 /// Equations 2 and 3 of the method without a beam, in the blade's own frame at its azimuth `psi`:
 ///
-///     x_r = Rx(pitch) (x - x_ref),                 x_ref = O + r e_x + pitch_axis
-///     x'  = O + h e_x + Rz(lag) Ry(-flap) (x_r + x_ref - O - h e_x)
+/// ```text
+/// x_r = Rx(pitch) (x - x_ref),                 x_ref = O + r e_x + pitch_axis
+/// x'  = O + h e_x + Rz(lag) Ry(-flap) (x_r + x_ref - O - h e_x)
+/// ```
 ///
 /// The pitch axis is parallel to the span, so that turning about it needs no station `r`.
 fn cyclic_pose(cyclic: &Cyclic, blade: &RotorAxes, psi: f64) -> Transform {

@@ -102,7 +102,9 @@ impl Angles {
 
     /// Equiangle skew; `None` without an angle.
     ///
-    ///     max over classes of max((largest - ideal) / (180 - ideal), (ideal - smallest) / ideal)
+    /// ```text
+    /// max over classes of max((largest - ideal) / (180 - ideal), (ideal - smallest) / ideal)
+    /// ```
     ///
     /// 0 for the ideal cell, 1 for a flat one, more where a quadrilateral is concave.
     pub(super) fn skew(&self) -> Option<f64> {

@@ -21,8 +21,10 @@ pub(super) fn vector_area(n: usize, corner: impl Fn(usize) -> Vector) -> Vector 
 
 /// A triangle with edges `L`.
 ///
-///     area = |n| / 2, n = L0 x L1
-///     scaled Jacobian = 2 / sqrt(3) |n| / max(|L0||L1|, |L1||L2|, |L2||L0|), 0 to 1
+/// ```text
+/// area = |n| / 2, n = L0 x L1
+/// scaled Jacobian = 2 / sqrt(3) |n| / max(|L0||L1|, |L1||L2|, |L2||L0|), 0 to 1
+/// ```
 ///
 /// Both with the sign of `n . facing`.
 #[inline(always)]
@@ -56,9 +58,11 @@ fn triangle_scaled(jacobian: f64, squares: [f64; 3]) -> f64 {
 
 /// A quadrilateral with edges `L` and unit normal `m` of `(L0 - L2) x (L1 - L3)`.
 ///
-///     a_i = m . (L_(i-1) x L_i)
-///     area = (a_0 + a_1 + a_2 + a_3) / 4
-///     scaled Jacobian = min over i of a_i / (|L_(i-1)| |L_i|), -1 to 1
+/// ```text
+/// a_i = m . (L_(i-1) x L_i)
+/// area = (a_0 + a_1 + a_2 + a_3) / 4
+/// scaled Jacobian = min over i of a_i / (|L_(i-1)| |L_i|), -1 to 1
+/// ```
 ///
 /// The area has the sign of `m . facing`; a cell that faces the other way has minus the magnitude
 /// of its scaled Jacobian. With the last two corners in one place it is a triangle, as in Verdict.

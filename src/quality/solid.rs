@@ -37,7 +37,9 @@ fn squares<const N: usize>(edges: &[Edge; N]) -> [f64; N] {
 /// Scaled Jacobian of a tetrahedron with Jacobian `J` and the squared lengths of its edges 01, 02,
 /// 03, 12, 13, 23.
 ///
-///     sqrt(2) J / max(|J|, largest product of the three edges at a corner), -1 to 1
+/// ```text
+/// sqrt(2) J / max(|J|, largest product of the three edges at a corner), -1 to 1
+/// ```
 #[inline(always)]
 fn tetrahedron_scaled(jacobian: f64, squares: [f64; 6]) -> f64 {
     let [ab, ac, ad, bc, bd, cd] = squares;
@@ -76,8 +78,10 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Metrics {
 /// A pyramid. Its corners are the four tetrahedra of a base corner, the two next to it and the
 /// apex.
 ///
-///     q = sqrt(2) min over corners of the tetrahedron's scaled Jacobian
-///     scaled Jacobian = q where q < 1, 2 - q above
+/// ```text
+/// q = sqrt(2) min over corners of the tetrahedron's scaled Jacobian
+/// scaled Jacobian = q where q < 1, 2 - q above
+/// ```
 ///
 /// VTK shows 0 where this is negative.
 #[inline(always)]
@@ -146,7 +150,9 @@ fn folded(q: f64) -> f64 {
 
 /// A wedge.
 ///
-///     scaled Jacobian = 2 / sqrt(3) min over 6 corners of J / (|L0| |L1| |L2|), at most 2 / sqrt(3)
+/// ```text
+/// scaled Jacobian = 2 / sqrt(3) min over 6 corners of J / (|L0| |L1| |L2|), at most 2 / sqrt(3)
+/// ```
 #[inline(always)]
 pub(super) fn wedge(p: &[Vector; 6]) -> Metrics {
     let ring = |i: usize, j: usize, k: usize| {
@@ -218,7 +224,9 @@ fn jacobian(edges: [Edge; 3]) -> (f64, f64) {
 
 /// A hexahedron.
 ///
-///     scaled Jacobian = min over 8 corners and the centre of J / (|L0| |L1| |L2|), -1 to 1
+/// ```text
+/// scaled Jacobian = min over 8 corners and the centre of J / (|L0| |L1| |L2|), -1 to 1
+/// ```
 ///
 /// At the centre the `L` are the principal axes. Only corners decide whether it is inverted.
 #[inline(always)]
