@@ -1,20 +1,23 @@
 """Reading and writing one large mesh beside gmsh, meshio, VTK and dd.
 
-    .venv/bin/python scripts/bench_io.py [--nodes 1000000] [--folder target/bench]
+    .venv/bin/python scripts/bench_io.py [--nodes 1000000] [--folder target/bench] [--rounds 5]
 
-Whole processes are timed; the time to start Python and import a library is measured alone and taken
-off. The mesh is a rotor of tetrahedra: meshio refuses MSH 4.1 without zones. azimesh reads with
-`info`; its writing is `convert` from VTU to VTU less `info` on the same file, plus fsync.
+Every program times its own call, imports and exit left out: azimesh says it with `convert -v`.
+Files that are written are new. The mesh is a rotor of tetrahedra: meshio refuses MSH 4.1 without
+zones.
 """
 
 import argparse
+import os
+import re
+import subprocess
 from pathlib import Path
 
-from measure import PYTHON, alternating, dd, fsynced, run, table
+from measure import PYTHON, alternating, dd, fsynced, table
 
 AZIMESH = "target/release/azimesh"
 IMPORTS = {
-    "gmsh": "import gmsh; gmsh.initialize()",
+    "gmsh": "import gmsh; gmsh.initialize(); gmsh.option.setNumber('General.Terminal', 0)",
     "meshio": "import meshio",
     "VTK": "import vtk",
 }
@@ -23,66 +26,91 @@ READ_MSH = {
     "meshio": "meshio.read(path)",
 }
 READ_VTU = "r = vtk.vtkXMLUnstructuredGridReader(); r.SetFileName(path); r.Update()"
-WRITE_VTU = (
-    "w = vtk.vtkXMLUnstructuredGridWriter(); w.SetFileName(out); w.SetInputData(r.GetOutput()); "
-    "w.SetDataModeToAppended(); w.EncodeAppendedDataOff(); w.SetCompressorTypeToNone(); w.Write(); "
-    "import os; f = os.open(out, os.O_RDWR); os.fsync(f)"
+PREPARE_VTU = (
+    f"{READ_VTU}; w = vtk.vtkXMLUnstructuredGridWriter(); w.SetFileName(out); "
+    "w.SetInputData(r.GetOutput()); w.SetDataModeToAppended(); w.EncodeAppendedDataOff(); "
+    "w.SetCompressorTypeToNone()"
 )
 
 
-def python(library, work, path, out="", less=None):
-    """A job that runs `work` after the imports, less the time of `less` (by default the imports)."""
-    head = f"path, out = {str(path)!r}, {str(out)!r}; {IMPORTS[library]}; "
+def peak_megabytes(command):
+    """Standard output and error of a command, and its peak resident MB."""
+    timed = ["/usr/bin/env", "python3", "-c", "import resource, subprocess, sys; "
+             "r = subprocess.run(sys.argv[1:], capture_output=True, text=True); "
+             "print(r.stdout, r.stderr, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, sep='\\n'); "
+             "sys.exit(r.returncode)"]
+    said = subprocess.run([*timed, *map(str, command)], check=True, capture_output=True, text=True).stdout
+    return said, float(said.split()[-1]) / 1024
+
+
+def fresh(out):
+    """Removes a file that is to be written, and lets the disk come to rest."""
+    Path(out).unlink(missing_ok=True)
+    os.sync()
+
+
+def python(library, work, path, out="", prepare="", wait=False):
+    """A job that times `work` in a Python process of its own, after the imports and `prepare`; with
+    `wait` until `out` is on the disk."""
+    lines = [IMPORTS[library], f"path, out = {str(path)!r}, {str(out)!r}", prepare, "import time",
+             "start = time.perf_counter()", work, "print('seconds', time.perf_counter() - start)"]
 
     def job():
-        seconds, memory = run([PYTHON, "-c", head + work])
-        idle, _ = run([PYTHON, "-c", head + (less or "")])
-        return seconds - idle, memory
+        if out:
+            fresh(out)
+        said, memory = peak_megabytes([PYTHON, "-c", "\n".join(lines)])
+        seconds = float(re.search(r"seconds (\S+)", said)[1])
+        return seconds + (fsynced([out]) if wait else 0.0), memory
 
     return job
 
 
-def write_job(source, out):
-    """azimesh's writing: convert less info, until it is on the disk."""
+def azimesh(stage, source, out, wait=False):
+    """A job of `convert`; its seconds are those of `stage`, with `wait` until the file is on the disk."""
 
     def job():
-        seconds, memory = run([AZIMESH, "convert", "-q", "--force", source, out])
-        reading, _ = run([AZIMESH, "info", source])
-        return seconds - reading + fsynced([out]), memory
+        fresh(out)
+        said, memory = peak_megabytes([AZIMESH, "convert", "-v", source, out])
+        seconds = float(re.search(rf"{stage}: (\S+) s", said)[1])
+        return seconds + (fsynced([out]) if wait else 0.0), memory
 
     return job
 
 
 def main():
-    """Prints three tables."""
+    """Prints four tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--nodes", type=int, default=1_000_000)
     parser.add_argument("--folder", type=Path, default=Path("target/bench"))
+    parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
-    options.folder.mkdir(parents=True, exist_ok=True)
-    vtu, msh = options.folder / "rotor.vtu", options.folder / "rotor.msh"
+    folder = options.folder
+    folder.mkdir(parents=True, exist_ok=True)
+    vtu, msh, out = folder / "rotor.vtu", folder / "rotor.msh", folder / "written.vtu"
     sample = ["sample", "rotor", "--nodes", str(options.nodes), "--cells", "tet"]
-    run([AZIMESH, *sample, "-o", vtu, "--force", "-q"])
-    run([AZIMESH, "convert", "-q", "--force", vtu, msh])
+    peak_megabytes([AZIMESH, *sample, "-o", vtu, "--force"])
+    peak_megabytes([AZIMESH, "convert", "--force", vtu, msh])
     print(f"{vtu}: {vtu.stat().st_size / 1e6:.0f} MB, {msh}: {msh.stat().st_size / 1e6:.0f} MB\n")
 
     print("reading binary MSH 4.1")
-    jobs = {"azimesh": lambda: run([AZIMESH, "info", msh])}
+    jobs = {"azimesh": azimesh("reading", msh, out)}
     jobs |= {name: python(name, work, msh) for name, work in READ_MSH.items()}
-    table(alternating(jobs))
+    table(alternating(jobs, options.rounds))
 
     print("\nreading raw VTU")
-    jobs = {"azimesh": lambda: run([AZIMESH, "info", vtu]), "VTK": python("VTK", READ_VTU, vtu)}
-    table(alternating(jobs))
+    jobs = {"azimesh": azimesh("reading", vtu, out), "VTK": python("VTK", READ_VTU, vtu)}
+    table(alternating(jobs, options.rounds))
 
-    print("\nwriting raw VTU, fsynced")
-    out = options.folder / "written.vtu"
-    jobs = {
-        "azimesh": write_job(vtu, out),
-        "VTK": python("VTK", f"{READ_VTU}; {WRITE_VTU}", vtu, out, less=READ_VTU),
-        "dd": dd(options.folder / "written.dd", vtu.stat().st_size),
-    }
-    table(alternating(jobs))
+    vtk_out = folder / "written_vtk.vtu"
+    for wait, where in ((False, "as far as the system's memory"), (True, "until it is on the disk")):
+        print(f"\nwriting raw VTU, {where}")
+        jobs = {
+            "azimesh": azimesh("writing", vtu, out, wait),
+            "VTK": python("VTK", "w.Write()", vtu, vtk_out, PREPARE_VTU, wait),
+        }
+        if wait:
+            jobs["dd"] = dd(folder / "written.dd", vtu.stat().st_size)
+        table(alternating(jobs, options.rounds))
 
 
 if __name__ == "__main__":

@@ -33,7 +33,13 @@ def alternating(jobs, rounds=3):
 def dd(target, n_bytes):
     """A job that writes as many bytes to `target` and waits for the disk."""
     whole = f"if=/dev/zero of={target} bs=16M iflag=count_bytes count={n_bytes} conv=fsync"
-    return lambda: run(["dd", *whole.split()])
+
+    def job():
+        target.unlink(missing_ok=True)
+        os.sync()
+        return run(["dd", *whole.split()])
+
+    return job
 
 
 def fsynced(paths):

@@ -1,6 +1,11 @@
 //! The `azimesh` program: parse, run, report, exit code.
 
+mod memory;
+
 use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: memory::HugePages = memory::HugePages;
 
 fn main() -> ExitCode {
     azimesh::cli::main()

@@ -6,6 +6,7 @@ use crate::formats::{self, ReadOptions, Source};
 use crate::mesh::Mesh;
 use std::io::Write;
 use std::path::Path;
+use std::time::Instant;
 
 /// The common options, and printing: results to stdout, everything else to stderr.
 pub struct Context {
@@ -49,12 +50,15 @@ impl Context {
         })
     }
 
-    /// Does `work` under a spinner on a terminal.
+    /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.
     pub fn stage<T>(&self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let progress = self.progress();
         progress.start(name, None);
+        let start = Instant::now();
         let result = work();
+        let seconds = start.elapsed().as_secs_f64();
         progress.finish();
+        self.detail(&format!("{name}: {seconds:.4} s"));
         result
     }
 

@@ -177,11 +177,29 @@ fn is_integer(mesh: &Mesh, name: &str) -> bool {
 /// The numbers of one pair of arrays for all cells, and what one number a cell cannot say.
 pub(super) struct Numbers {
     /// One number a cell; 0 for none.
-    pub of_cells: Vec<i32>,
+    pub of_cells: CellNumbers,
     /// Further (cell, number) of cells in several groups, ascending.
     pub further: Vec<(usize, i32)>,
     /// Names, number by number.
     pub names: Vec<String>,
+}
+
+/// One number a cell, in the smallest type that holds them all.
+pub(super) enum CellNumbers {
+    /// Up to 255.
+    Narrow(Vec<u8>),
+    /// Any.
+    Wide(Vec<i32>),
+}
+
+impl CellNumbers {
+    /// The number of a cell.
+    pub(super) fn get(&self, cell: usize) -> i32 {
+        match self {
+            CellNumbers::Narrow(numbers) => numbers[cell].into(),
+            CellNumbers::Wide(numbers) => numbers[cell],
+        }
+    }
 }
 
 /// Numbers groups from 1. With `keep_numbers` they keep their own where those are all different
@@ -195,24 +213,39 @@ pub(super) fn number(groups: &[&Group], n_cells: usize, keep_numbers: bool) -> N
     own.sort_unstable();
     own.dedup();
     let keep = keep_numbers && own.len() == groups.len();
-    let mut numbers = Numbers {
-        of_cells: vec![0; n_cells],
-        further: Vec::new(),
-        names: groups.iter().map(|group| group.name.clone()).collect(),
+    let numbered: Vec<(i32, &Group)> = groups
+        .iter()
+        .zip(1..)
+        .map(|(group, i)| (group.number.filter(|_| keep).unwrap_or(i), *group))
+        .collect();
+    let mut further = Vec::new();
+    let narrow = numbered.iter().all(|(n, _)| u8::try_from(*n).is_ok());
+    let of_cells = match narrow {
+        true => CellNumbers::Narrow(fill(&numbered, n_cells, |n| n as u8, &mut further)),
+        false => CellNumbers::Wide(fill(&numbered, n_cells, |n| n, &mut further)),
     };
-    for (i, group) in groups.iter().enumerate() {
-        let number = if keep {
-            group.number.unwrap_or(0)
-        } else {
-            i as i32 + 1
-        };
+    further.sort_unstable();
+    Numbers {
+        of_cells,
+        further,
+        names: groups.iter().map(|group| group.name.clone()).collect(),
+    }
+}
+
+fn fill<T: Copy + Default + PartialEq>(
+    groups: &[(i32, &Group)],
+    n_cells: usize,
+    narrowed: impl Fn(i32) -> T,
+    further: &mut Vec<(usize, i32)>,
+) -> Vec<T> {
+    let mut of_cells = vec![T::default(); n_cells];
+    for (number, group) in groups {
         for cell in group.cells.ranges().flatten() {
-            match &mut numbers.of_cells[cell] {
-                free @ 0 => *free = number,
-                _ => numbers.further.push((cell, number)),
+            match &mut of_cells[cell] {
+                free if *free == T::default() => *free = narrowed(*number),
+                _ => further.push((cell, *number)),
             }
         }
     }
-    numbers.further.sort_unstable();
-    numbers
+    of_cells
 }

@@ -5,7 +5,7 @@ use super::content::{Content, Part, of_values, owned, slice};
 use super::encode::failed;
 use super::file::{File, Sections};
 use super::number::Element;
-use super::tags::{self, BOUNDARY, LOWER, Labels, Numbers, ZONE};
+use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
 use crate::error::{Error, Result};
 use crate::mesh::{DataArray, Group, Mesh, Values};
 use std::io::{BufWriter, Write};
@@ -175,11 +175,19 @@ impl<'a> Plan<'a> {
             } else {
                 self.repeated
                     .iter()
-                    .map(|&cell| numbers.of_cells[cell])
+                    .map(|&cell| numbers.of_cells.get(cell))
                     .collect()
             };
-            let parts = vec![slice(&numbers.of_cells), owned(&repeated)];
-            Content::scalar(pair.array, Element::Int32, n_cells, parts)
+            let (element, parts) = match &numbers.of_cells {
+                CellNumbers::Narrow(numbers) => {
+                    let repeated: Vec<u8> = repeated.iter().map(|n| *n as u8).collect();
+                    (Element::UInt8, vec![slice(numbers), owned(&repeated)])
+                }
+                CellNumbers::Wide(numbers) => {
+                    (Element::Int32, vec![slice(numbers), owned(&repeated)])
+                }
+            };
+            Content::scalar(pair.array, element, n_cells, parts)
         });
         let arrays = self.kept(&self.mesh.cell_arrays).map(|(at, array)| {
             let mut content = content(array);
