@@ -42,7 +42,7 @@ fn main() {
         plan.surface.nodes.len(),
         plan.modes.n_modes
     );
-    let rounds = Limits::in_rounds(tolerance, 20_000);
+    let rounds = Limits::in_rounds(tolerance, 20_000, plan.surface.nodes.len());
     let (in_rounds, quick) = timed(&plan, rounds);
     println!(
         "in rounds:    {:>5} points, {quick:>8.2} s, {} sweeps, error {:.2e}",

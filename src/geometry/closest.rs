@@ -67,6 +67,23 @@ impl<'a> ClosestSurface<'a> {
         limit: f64,
         wanted: impl Fn(usize) -> bool,
     ) -> Option<Foot> {
+        self.search(point, limit, wanted, &mut None)
+    }
+
+    /// The closest point of the surface, if it is nearer than `limit`. `hint` remembers where the
+    /// last one was found: for points that are asked for one after another as neighbours lie, the
+    /// search starts from there and looks at little else.
+    pub fn nearest(&self, point: &Vector, limit: f64, hint: &mut Option<usize>) -> Option<Foot> {
+        self.search(point, limit, |_| true, hint)
+    }
+
+    fn search(
+        &self,
+        point: &Vector,
+        limit: f64,
+        wanted: impl Fn(usize) -> bool,
+        hint: &mut Option<usize>,
+    ) -> Option<Foot> {
         let mut search = Search {
             surface: self,
             point,
@@ -74,16 +91,15 @@ impl<'a> ClosestSurface<'a> {
             best: None,
             limit: limit * limit,
         };
-        let top = self.levels.len() - 1;
-        if !self.facets.is_empty() {
-            search.descend(top, 0);
+        if let Some(at) = *hint {
+            search.consider(at);
         }
-        search.best
-    }
-
-    /// The closest point of the surface, if it is nearer than `limit`.
-    pub fn nearest(&self, point: &Vector, limit: f64) -> Option<Foot> {
-        self.nearest_where(point, limit, |_| true)
+        if !self.facets.is_empty() {
+            search.descend(self.levels.len() - 1, 0);
+        }
+        let (at, foot) = search.best?;
+        *hint = Some(at);
+        Some(foot)
     }
 
     /// Whether any part of the surface may be nearer than `limit` to a point of the box.
@@ -103,7 +119,8 @@ struct Search<'a, W> {
     surface: &'a ClosestSurface<'a>,
     point: &'a Vector,
     wanted: W,
-    best: Option<Foot>,
+    /// Position among the facets, and the foot on it.
+    best: Option<(usize, Foot)>,
     limit: f64,
 }
 
@@ -116,38 +133,48 @@ impl<W: Fn(usize) -> bool> Search<'_, W> {
         let boxes = &self.surface.levels[level - 1];
         let children = FAN * node..(FAN * node + FAN).min(boxes.len());
         let mut order = [(f64::INFINITY, usize::MAX); FAN];
-        for (slot, child) in order.iter_mut().zip(children) {
-            *slot = (boxes[child].distance_squared(self.point), child);
-        }
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (distance, child) in order {
-            if distance < self.limit {
-                self.descend(level - 1, child);
+        for (n, child) in children.enumerate() {
+            let mut next = (boxes[child].distance_squared(self.point), child);
+            for slot in &mut order[..=n] {
+                if next.0 < slot.0 {
+                    std::mem::swap(slot, &mut next);
+                }
             }
+        }
+        for (distance, child) in order {
+            if distance >= self.limit {
+                return;
+            }
+            self.descend(level - 1, child);
         }
     }
 
     fn leaf(&mut self, node: usize) {
-        let facets = &self.surface.facets;
-        for at in FAN * node..(FAN * node + FAN).min(facets.len()) {
-            let origin = self.surface.origin[at] as usize;
-            if !(self.wanted)(origin) {
-                continue;
-            }
-            let corners = facets[at].map(|i| self.surface.points[i as usize]);
-            let weights = closest_weights(self.point, &corners);
-            let foot = (0..3).fold([0.0; 3], |sum, i| add(sum, scale(corners[i], weights[i])));
-            let away = sub(*self.point, foot);
-            let distance_squared = dot(away, away);
-            if distance_squared < self.limit {
-                self.limit = distance_squared;
-                self.best = Some(Foot {
-                    facet: origin,
-                    corners: facets[at],
-                    weights,
-                    distance_squared,
-                });
-            }
+        let n_facets = self.surface.facets.len();
+        for at in FAN * node..(FAN * node + FAN).min(n_facets) {
+            self.consider(at);
+        }
+    }
+
+    fn consider(&mut self, at: usize) {
+        let facet = self.surface.origin[at] as usize;
+        if !(self.wanted)(facet) {
+            return;
+        }
+        let corners = self.surface.facets[at].map(|i| self.surface.points[i as usize]);
+        let weights = closest_weights(self.point, &corners);
+        let foot = (0..3).fold([0.0; 3], |sum, i| add(sum, scale(corners[i], weights[i])));
+        let away = sub(*self.point, foot);
+        let distance_squared = dot(away, away);
+        if distance_squared < self.limit {
+            self.limit = distance_squared;
+            let foot = Foot {
+                facet,
+                corners: self.surface.facets[at],
+                weights,
+                distance_squared,
+            };
+            self.best = Some((at, foot));
         }
     }
 }
@@ -238,6 +265,7 @@ mod tests {
             .collect();
         let facets: Vec<[u32; 3]> = (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let surface = ClosestSurface::new(&points, &facets);
+        let mut hint = None;
         for q in 0..40 {
             let p = [
                 2.0 * value(500 + 3 * q),
@@ -248,12 +276,14 @@ mod tests {
                 .iter()
                 .map(|f| sampled_distance(&p, &f.map(|i| points[i as usize])))
                 .fold(f64::INFINITY, f64::min);
-            let foot = surface.nearest(&p, f64::INFINITY).expect("there is one");
+            let foot = surface
+                .nearest(&p, f64::INFINITY, &mut hint)
+                .expect("there is one");
             assert!((foot.distance_squared.sqrt() - brute).abs() < 0.02);
             assert!(foot.distance_squared.sqrt() <= brute + 1e-12);
             assert!(
                 surface
-                    .nearest(&p, 0.99 * foot.distance_squared.sqrt())
+                    .nearest(&p, 0.99 * foot.distance_squared.sqrt(), &mut hint)
                     .is_none()
             );
         }
@@ -263,7 +293,9 @@ mod tests {
     fn an_edge_of_the_plane_has_its_foot_by_projection() {
         let points = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
         let surface = ClosestSurface::new(&points, &[[0, 1, 1]]);
-        let foot = surface.nearest(&[0.5, 3.0, 0.0], 10.0).expect("it is near");
+        let foot = surface
+            .nearest(&[0.5, 3.0, 0.0], 10.0, &mut None)
+            .expect("it is near");
         assert_eq!(foot.weights, [0.75, 0.25, 0.0]);
         assert_eq!(foot.distance_squared, 9.0);
     }

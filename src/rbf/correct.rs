@@ -96,15 +96,16 @@ impl<'a> Correction<'a> {
                     .surface
                     .may_reach(&Bounds::around(points), self.largest_reach)
                 {
+                    let mut hint = None;
                     for (point, row) in points.iter().zip(values.chunks_exact_mut(self.n_modes)) {
-                        self.add_at(point, row);
+                        self.add_at(point, row, &mut hint);
                     }
                 }
             });
     }
 
-    fn add_at(&self, point: &Vector, row: &mut [f64]) {
-        let Some(foot) = self.surface.nearest(point, self.largest_reach) else {
+    fn add_at(&self, point: &Vector, row: &mut [f64], hint: &mut Option<usize>) {
+        let Some(foot) = self.surface.nearest(point, self.largest_reach, hint) else {
             return;
         };
         let reach = interpolate(&foot, |node| self.reach[node]);

@@ -44,12 +44,13 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// 4096 candidates, rounds that end at 0.4 of their first error.
-    pub fn in_rounds(tolerance: f64, max_points: usize) -> Self {
+    /// A candidate for every 16 of `n_nodes`, 512 to 4096 of them; rounds that end at 0.4 of their
+    /// first error.
+    pub fn in_rounds(tolerance: f64, max_points: usize, n_nodes: usize) -> Self {
         Self {
             tolerance,
             max_points,
-            candidates: 4096,
+            candidates: (n_nodes / 16).clamp(512, 4096),
             fall: 0.4,
         }
     }

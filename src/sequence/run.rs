@@ -79,6 +79,7 @@ pub fn select_base(plan: &Plan, progress: &dyn Progress) -> Result<Selection> {
     let limits = Limits::in_rounds(
         SELECTED * plan.tolerance,
         plan.schedule.selection.max_points,
+        plan.surface.nodes.len(),
     );
     let selection = select::select(plan.basis, targets, limits, &mut |n, error| {
         progress.say(&format!(
