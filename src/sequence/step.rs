@@ -85,7 +85,7 @@ pub(super) fn row(
     set(
         &mut row,
         "max_displacement",
-        plan.largest_displacement(step.index).to_string(),
+        number(plan.largest_displacement(step.index)),
     );
     set(&mut row, "selection_error", number(selection_error));
     set(
