@@ -21,6 +21,7 @@ const MOST_LANES: usize = 8;
 const MOST_FUSED: usize = 8;
 /// Base points in a tile.
 const TILE: usize = 128;
+const AHEAD: usize = 8;
 
 /// Base points with the weights of each, `r` columns.
 #[derive(Debug, Clone)]
@@ -105,7 +106,7 @@ impl WeightedBase<'_> {
         out: &mut [f64],
     ) {
         let weights = reach.weights.chunks(TILE * n_columns);
-        for (base, weights) in reach.points.chunks(TILE).zip(weights) {
+        for (base, weights) in reach.points[..reach.points.len() - AHEAD].chunks(TILE).zip(weights) {
             reach.tile.resize(points.len() * base.len(), 0.0);
             arch.dispatch(Tile::<K> {
                 points,
@@ -141,6 +142,7 @@ impl Reach {
                 self.weights.extend_from_slice(&base.weights[j * r..][..r]);
             }
         }
+        self.points.resize(self.points.len() + AHEAD, [0.0; 3]);
     }
 }
 
@@ -158,10 +160,14 @@ fn load_points<S: Simd>(simd: S, points: &[Vector], inverse: f64) -> [S::f64s; 3
 /// The kernel between a register of points and a base point.
 #[inline(always)]
 fn phi<K: Radial, S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
+    K::value(simd, distance(simd, x, base))
+}
+#[inline(always)]
+fn distance<S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
     let [dx, dy, dz] =
         std::array::from_fn(|axis| simd.sub_f64s(x[axis], simd.splat_f64s(base[axis])));
     let squared = simd.mul_add_e_f64s(dz, dz, simd.mul_add_e_f64s(dy, dy, simd.mul_f64s(dx, dx)));
-    K::value(simd, simd.sqrt_f64s(squared))
+    simd.sqrt_f64s(squared)
 }
 
 /// Kernel and product with the weights in one go, for few columns.
@@ -183,8 +189,17 @@ impl<K: Radial, const R: usize> WithSimd for Fused<'_, K, R> {
         for (points, out) in groups.zip(self.out.chunks_mut(S::F64_LANES * R)) {
             let x = load_points(simd, points, self.inverse);
             let mut sums = [simd.splat_f64s(0.0); R];
-            for (base, weights) in self.base.points.iter().zip(weights) {
-                let phi = phi::<K, S>(simd, &x, base);
+            let (first, later) = self.base.points.split_at(AHEAD);
+            let mut ahead = [simd.splat_f64s(0.0); AHEAD];
+            for (xi, base) in ahead.iter_mut().zip(first) {
+                *xi = distance(simd, &x, base);
+            }
+            let mut slot = 0;
+            for (base, weights) in later.iter().zip(weights) {
+                let xi = ahead[slot];
+                ahead[slot] = distance(simd, &x, base);
+                slot = (slot + 1) % AHEAD;
+                let phi = K::value(simd, xi);
                 for column in 0..R {
                     let weight = simd.splat_f64s(weights[column]);
                     sums[column] = simd.mul_add_e_f64s(phi, weight, sums[column]);
