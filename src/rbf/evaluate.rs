@@ -21,6 +21,7 @@ const MOST_LANES: usize = 8;
 const MOST_FUSED: usize = 8;
 /// Base points in a tile.
 const TILE: usize = 128;
+const L1_TILE: usize = 512;
 const AHEAD: usize = 8;
 
 /// Base points with the weights of each, `r` columns.
@@ -106,7 +107,7 @@ impl WeightedBase<'_> {
         out: &mut [f64],
     ) {
         let weights = reach.weights.chunks(TILE * n_columns);
-        for (base, weights) in reach.points[..reach.points.len() - AHEAD].chunks(TILE).zip(weights) {
+        for (base, weights) in reach.points.chunks(TILE).zip(weights) {
             reach.tile.resize(points.len() * base.len(), 0.0);
             arch.dispatch(Tile::<K> {
                 points,
@@ -142,7 +143,9 @@ impl Reach {
                 self.weights.extend_from_slice(&base.weights[j * r..][..r]);
             }
         }
-        self.points.resize(self.points.len() + AHEAD, [0.0; 3]);
+        let n_filled = self.points.len().next_multiple_of(AHEAD);
+        self.points.resize(n_filled, [0.0; 3]);
+        self.weights.resize(n_filled * r, 0.0);
     }
 }
 
@@ -183,27 +186,42 @@ impl<K: Radial, const R: usize> WithSimd for Fused<'_, K, R> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
         let (weights, _) = self.base.weights.as_chunks::<R>();
-        let groups = self.points.chunks(S::F64_LANES);
-        for (points, out) in groups.zip(self.out.chunks_mut(S::F64_LANES * R)) {
-            let x = load_points(simd, points, self.inverse);
+        let tiles = self.base.points.chunks(L1_TILE);
+        for (base, weights) in tiles.zip(weights.chunks(L1_TILE)) {
+            self.add_tile(simd, base, weights);
+        }
+    }
+}
+
+impl<K: Radial, const R: usize> Fused<'_, K, R> {
+    #[inline(always)]
+    fn add_tile<S: Simd>(&mut self, simd: S, base: &[Vector], weights: &[[f64; R]]) {
+        let (first, later) = base.split_at(AHEAD);
+        let (early, late) = weights.split_at(later.len());
+        let mut x = load_points(simd, self.points, self.inverse);
+        let mut roots = [simd.splat_f64s(0.0); AHEAD];
+        let mut slot = 0;
+        for (root, base) in roots.iter_mut().zip(first) {
+            *root = distance(simd, &x, base);
+        }
+        let n_lanes = S::F64_LANES;
+        for (group, out) in self.out.chunks_mut(n_lanes * R).enumerate() {
             let mut sums = [simd.splat_f64s(0.0); R];
-            let (first, later) = self.base.points.split_at(AHEAD);
-            let mut ahead = [simd.splat_f64s(0.0); AHEAD];
-            for (xi, base) in ahead.iter_mut().zip(first) {
-                *xi = distance(simd, &x, base);
-            }
-            let mut slot = 0;
-            for (base, weights) in later.iter().zip(weights) {
-                let xi = ahead[slot];
-                ahead[slot] = distance(simd, &x, base);
+            for (base, weights) in later.iter().zip(early) {
+                let xi = roots[slot];
+                roots[slot] = distance(simd, &x, base);
                 slot = (slot + 1) % AHEAD;
-                let phi = K::value(simd, xi);
-                for column in 0..R {
-                    let weight = simd.splat_f64s(weights[column]);
-                    sums[column] = simd.mul_add_e_f64s(phi, weight, sums[column]);
-                }
+                add_row(simd, K::value(simd, xi), weights, &mut sums);
+            }
+            let next = ((group + 1) * n_lanes).min(self.points.len() - 1);
+            x = load_points(simd, &self.points[next..], self.inverse);
+            for (base, weights) in first.iter().zip(late) {
+                let xi = roots[slot];
+                roots[slot] = distance(simd, &x, base);
+                slot = (slot + 1) % AHEAD;
+                add_row(simd, K::value(simd, xi), weights, &mut sums);
             }
             for column in 0..R {
                 let mut lanes = [0.0; MOST_LANES];
@@ -213,6 +231,19 @@ impl<K: Radial, const R: usize> WithSimd for Fused<'_, K, R> {
                 }
             }
         }
+    }
+}
+
+#[inline(always)]
+fn add_row<S: Simd, const R: usize>(
+    simd: S,
+    phi: S::f64s,
+    weights: &[f64; R],
+    sums: &mut [S::f64s; R],
+) {
+    for column in 0..R {
+        let weight = simd.splat_f64s(weights[column]);
+        sums[column] = simd.mul_add_e_f64s(phi, weight, sums[column]);
     }
 }
 

@@ -46,7 +46,7 @@ radial!(
     /// `(1 - xi)^4 (4 xi + 1)`
     C2, |simd, xi, m| {
         let m2 = simd.mul_f64s(m, m);
-        simd.mul_f64s(simd.mul_f64s(m2, m2), polynomial(simd, xi, [4.0, 1.0]))
+        simd.mul_f64s(simd.mul_f64s(m2, m2), polynomial(simd, m, [-4.0, 5.0]))
     }
 );
 radial!(
