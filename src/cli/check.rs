@@ -48,7 +48,7 @@ fn memory_bytes(plan: &Plan) -> usize {
     plan.mesh.memory_bytes()
         + plan.mesh.cells.len()
         + 48 * nodes
-        + 8 * plan.modes.n_modes * deforming
+        + 8 * plan.n_modes() * deforming
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -101,8 +101,8 @@ fn as_json(plan: &Plan) -> Value {
         "support_radius": plan.basis.radius,
         "tolerance": plan.tolerance,
         "chosen": plan.choices,
-        "modes": plan.modes.n_modes,
-        "mode_truncation": plan.modes.truncation,
+        "modes": plan.n_modes(),
+        "mode_truncation": plan.truncation(),
         "smallest_first_cell": plan.first_cells.smallest(),
         "memory_bytes": memory_bytes(plan),
         "conventions": conventions(plan),
@@ -151,7 +151,7 @@ fn as_text(plan: &Plan) -> String {
         "modes",
         format!(
             "{}, off by {:.1e} at most",
-            plan.modes.n_modes, plan.modes.truncation
+            plan.n_modes(), plan.truncation()
         ),
     );
     if let Some(height) = plan.first_cells.smallest() {

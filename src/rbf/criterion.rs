@@ -4,9 +4,12 @@
 
 use crate::error::Result;
 use crate::linear::{Matrix, svd};
+use rayon::prelude::*;
 
 /// Steps looked at where an estimate serves; errors vary smoothly over a schedule.
 const SAMPLED: usize = 24;
+/// Nodes whose errors are summed before the sums of all are.
+const MEAN_CHUNK: usize = 4096;
 
 /// Coefficients of the modes at every step, and bounds on them.
 #[derive(Debug, Clone)]
@@ -38,6 +41,12 @@ impl Criterion {
             sampled: (0..norms.len()).step_by(stride).collect(),
             norms,
         })
+    }
+
+    /// The error at one step alone.
+    pub fn of_step(&self, step: usize) -> Result<Self> {
+        let size = 3 * self.n_modes;
+        Self::new(self.n_modes, &self.coefficients[step * size..][..size])
     }
 
     /// Number of steps.
@@ -84,6 +93,29 @@ impl Criterion {
             }
         }
         sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
+    }
+
+    /// The mean error over all nodes, from their residuals (N, r), at the step where that is largest.
+    pub fn largest_mean(&self, residuals: &[f64]) -> f64 {
+        let r = self.n_modes.max(1);
+        let n_nodes = residuals.len() / r;
+        let sums = residuals
+            .par_chunks(r * MEAN_CHUNK)
+            .map(|nodes| {
+                let mut sums = vec![0.0; self.n_steps()];
+                for residual in nodes.chunks_exact(r) {
+                    for (step, sum) in sums.iter_mut().enumerate() {
+                        *sum += self.at_step(residual, step);
+                    }
+                }
+                sums
+            })
+            .collect::<Vec<_>>();
+        let mean = |step: usize| {
+            let total: f64 = sums.iter().map(|sums| sums[step]).sum();
+            total / n_nodes.max(1) as f64
+        };
+        (0..self.n_steps()).map(mean).fold(0.0, f64::max)
     }
 
     /// The largest error at each step over all nodes, from their residuals (N, r). Nodes are taken

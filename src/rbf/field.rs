@@ -1,6 +1,6 @@
 //! The interpolant of every mode at the nodes that deform: `M = Phi_vb W`, one pass over the mesh.
 
-use super::evaluate::WeightedBase;
+use super::interpolant::Interpolant;
 use crate::geometry::vector::{Vector, add};
 use crate::geometry::{Bounds, curve};
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ impl Field {
     /// along a space-filling curve, so that a block of them sees few base points. `progress` hears of
     /// nodes done.
     pub fn evaluate(
-        base: &WeightedBase<'_>,
+        base: &Interpolant,
         points: &[Vector],
         nodes: Option<Vec<u32>>,
         progress: &dyn Fn(usize),
@@ -95,13 +95,13 @@ fn combine(values: &[f64], coefficients: &[[f64; 3]]) -> Vector {
 }
 
 fn evaluate_at(
-    base: &WeightedBase<'_>,
+    base: &Interpolant,
     points: &[Vector],
     out: &mut [f64],
     progress: &dyn Fn(usize),
 ) {
     let r = base.n_columns;
-    let everywhere = Bounds::around(points).union(&Bounds::around(base.points));
+    let everywhere = Bounds::around(points).union(&Bounds::around(&base.points));
     if base.basis.radius >= everywhere.diagonal() {
         for (points, out) in points.chunks(BATCH).zip(out.chunks_mut(BATCH * r)) {
             base.add_at(points, out);
@@ -135,14 +135,15 @@ mod tests {
             .collect();
         let base: Vec<Vector> = points.iter().step_by(37).copied().collect();
         let weights: Vec<f64> = (0..base.len() * 2).map(|i| (i as f64).cos()).collect();
-        let weighted = WeightedBase {
+        let weighted = Interpolant {
             basis: Basis {
                 kernel: Kernel::WendlandC4,
                 radius: 1.1,
             },
-            points: &base,
-            weights: &weights,
+            points: base.clone(),
+            weights: weights.clone(),
             n_columns: 2,
+            polynomial: None,
         };
         let nodes: Vec<u32> = (0..3000).step_by(2).collect();
         let field = Field::evaluate(&weighted, &points, Some(nodes.clone()), &|_| {});

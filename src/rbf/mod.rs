@@ -6,9 +6,11 @@ pub mod correct;
 pub mod criterion;
 pub mod evaluate;
 pub mod field;
+pub mod interpolant;
 pub mod kernel;
 mod newton;
 pub mod select;
+pub mod space;
 pub mod system;
 
 pub use kernel::Kernel;

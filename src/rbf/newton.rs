@@ -3,9 +3,9 @@
 //! The Newton basis function `v_n` is one at the n-th base point's place in the factor and zero at
 //! all base points before it; a new base point costs one new value at each candidate.
 
-use super::Basis;
 use super::criterion::Criterion;
-use super::select::Targets;
+use super::select::{Chosen, Targets};
+use super::space::Space;
 use crate::geometry::vector::Vector;
 use crate::linear::{GrowingCholesky, Matrix};
 use multiversion::multiversion;
@@ -18,7 +18,7 @@ const LEAST_POWER: f64 = 1e-13;
 
 /// The candidates of one round.
 pub struct Candidates<'a> {
-    basis: Basis,
+    space: &'a Space,
     criterion: &'a Criterion,
     chunks: Vec<Chunk>,
     skipped: usize,
@@ -60,16 +60,15 @@ struct NewPoint {
 impl<'a> Candidates<'a> {
     /// Candidates at `nodes`, with the base points that are chosen already.
     pub fn new(
-        basis: Basis,
+        space: &'a Space,
         targets: Targets<'a>,
-        base: &[usize],
-        factor: &GrowingCholesky,
+        chosen: &Chosen,
         residuals: &[f64],
         nodes: &[usize],
     ) -> Self {
         let criterion = targets.criterion;
         let r = criterion.n_modes();
-        let base: Vec<Vector> = base.iter().map(|&i| targets.points[i]).collect();
+        let base: Vec<Vector> = chosen.base.iter().map(|&i| targets.points[i]).collect();
         let chunks = nodes
             .par_chunks(CHUNK)
             .map(|nodes| {
@@ -79,13 +78,13 @@ impl<'a> Candidates<'a> {
                     .copied()
                     .collect();
                 let mut chunk = Chunk::new(nodes, targets.points, residuals);
-                chunk.start(basis, &base, factor);
+                chunk.start(space, &base, &chosen.factor);
                 chunk.find_worst(criterion);
                 chunk
             })
             .collect();
         Self {
-            basis,
+            space,
             criterion,
             chunks,
             skipped: 0,
@@ -94,14 +93,8 @@ impl<'a> Candidates<'a> {
 
     /// Adds the worst candidate to the base, again and again, until the worst error is at or below
     /// `stop`, the base has `max_points`, or no candidate is left.
-    pub fn pick(
-        &mut self,
-        stop: f64,
-        max_points: usize,
-        base: &mut Vec<usize>,
-        factor: &mut GrowingCholesky,
-    ) {
-        while base.len() < max_points {
+    pub fn pick(&mut self, stop: f64, max_points: usize, chosen: &mut Chosen) {
+        while chosen.base.len() < max_points {
             let Some((chunk, worst)) = self.worst().filter(|(_, worst)| worst.error > stop) else {
                 return;
             };
@@ -111,12 +104,13 @@ impl<'a> Candidates<'a> {
                 self.chunks[chunk].find_worst(self.criterion);
                 continue;
             }
-            let new = self.chunks[chunk].take(worst.at, factor.n(), self.criterion.n_modes());
-            base.push(self.chunks[chunk].nodes[worst.at]);
-            factor.push(&new.row, new.diagonal);
-            let (basis, criterion) = (self.basis, self.criterion);
+            let new = self.chunks[chunk].take(worst.at, chosen.factor.n(), self.criterion.n_modes());
+            chosen.picked.push(worst.error);
+            chosen.base.push(self.chunks[chunk].nodes[worst.at]);
+            chosen.factor.push(&new.row, new.diagonal);
+            let (space, criterion) = (self.space, self.criterion);
             self.chunks.par_iter_mut().for_each(|chunk| {
-                chunk.add(basis, &new);
+                chunk.add(space, &new);
                 chunk.find_worst(criterion);
             });
         }
@@ -153,9 +147,9 @@ impl Chunk {
     }
 
     /// The Newton basis of the base points chosen so far: `L v = phi`.
-    fn start(&mut self, basis: Basis, base: &[Vector], factor: &GrowingCholesky) {
+    fn start(&mut self, space: &Space, base: &[Vector], factor: &GrowingCholesky) {
         let (n, m) = (base.len(), self.points.len());
-        let mut columns = Matrix::from_fn(n, m, |i, j| basis.between(&base[i], &self.points[j]));
+        let mut columns = Matrix::from_fn(n, m, |i, j| space.between(&base[i], &self.points[j]));
         factor.solve_lower(&mut columns);
         self.newton.resize(n * m, 0.0);
         for j in 0..m {
@@ -194,11 +188,11 @@ impl Chunk {
 
     /// Brings every candidate up to date with a new base point:
     /// `v(c) = (phi(c, p) - sum_j v_j(c) v_j(p)) / diagonal`.
-    fn add(&mut self, basis: Basis, new: &NewPoint) {
+    fn add(&mut self, space: &Space, new: &NewPoint) {
         let mut values: Vec<f64> = self
             .points
             .iter()
-            .map(|point| basis.between(point, &new.point))
+            .map(|point| space.between(point, &new.point))
             .collect();
         subtract_rows(&mut values, &self.newton, &new.row);
         let r = new.residual.len();

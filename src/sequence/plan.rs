@@ -1,6 +1,7 @@
-//! Everything that is decided before work starts: a mesh, what the schedule means on it, the modes,
-//! the support radius and the tolerance.
+//! Everything that is decided before work starts: a mesh, what the schedule means on it, the layers
+//! that are interpolated, the support radius and the tolerance.
 
+use super::layer::{self, BodyPath, Layer, Method, Turns};
 use super::surface::SurfacePoints;
 use super::wall::FirstCells;
 use super::zone;
@@ -8,11 +9,12 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, distance};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
-use crate::modes::{Modes, RigidSurface};
-use crate::motion::{KernelName, Motion, Schedule, SelectionMethod, Step};
-use crate::rbf::criterion::Criterion;
+use crate::modes::{Form, RigidSurface};
+use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Schedule, SelectionMethod, Step};
 use crate::rbf::select::Targets;
+use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
+use std::ops::Range;
 
 /// The tolerance left out of a schedule, in diagonals of the moving bodies.
 const DEFAULT_TOLERANCE: f64 = 1e-4;
@@ -20,6 +22,8 @@ const DEFAULT_TOLERANCE: f64 = 1e-4;
 const DEFAULT_RADIUS: f64 = 10.0;
 /// The modes may be off by this part of the tolerance, and of the smallest first cell.
 const TRUNCATION: f64 = 0.01;
+/// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
+const SELECTED: f64 = 0.99;
 
 /// A mesh, a schedule and what follows from both.
 pub struct Plan {
@@ -35,12 +39,14 @@ pub struct Plan {
     pub surface: SurfacePoints,
     /// First cells at the moving walls.
     pub first_cells: FirstCells,
-    /// The motion at the surface as modes.
-    pub modes: Modes,
-    /// The error of a residual over all steps.
-    pub criterion: Criterion,
-    /// Kernel and support radius.
+    /// Kernel and support radius of displacements.
     pub basis: Basis,
+    /// How the layers are interpolated.
+    pub method: Method,
+    /// What is interpolated, over all steps of the schedule.
+    pub layers: Vec<Layer>,
+    /// The point each body turns about, in the reference mesh.
+    pub centres: Vec<Vector>,
     /// Displacement error allowed before the correction, in mesh units.
     pub tolerance: f64,
     /// What was chosen where the schedule says nothing, as sentences.
@@ -60,26 +66,22 @@ impl Plan {
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
-        let modes = Modes::of_rigid_bodies(
-            RigidSurface {
-                points: &surface.points,
-                body: &surface.body,
-            },
-            &poses(&motion),
-        )?;
-        let plan = Self {
-            criterion: Criterion::new(modes.n_modes, &modes.coefficients)?,
+        let method = method(&schedule, basis, tolerance);
+        let mut plan = Self {
+            centres: centres(&motion, surface.rigid()),
+            layers: Vec::new(),
             reference: mesh.points.clone(),
             mesh,
             schedule,
             motion,
             surface,
             first_cells,
-            modes,
             basis,
+            method,
             tolerance,
             choices,
         };
+        plan.layers = layer::layers(plan.surface.rigid(), &plan.paths(), &plan.method)?;
         plan.check_truncation()?;
         Ok(plan)
     }
@@ -87,23 +89,107 @@ impl Plan {
     fn check_truncation(&self) -> Result<()> {
         let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
         let limit = TRUNCATION * self.tolerance.min(cell);
-        if self.modes.truncation > limit {
+        if self.truncation() > limit {
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
                  or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
-                self.modes.truncation, self.tolerance
+                self.truncation(), self.tolerance
             )));
         }
         Ok(())
     }
 
-    /// What the base points are to reproduce.
-    pub fn targets(&self) -> Targets<'_> {
+    /// What the base points of a layer are to reproduce.
+    pub fn targets<'a>(&'a self, layer: &'a Layer) -> Targets<'a> {
         Targets {
             points: &self.surface.points,
-            values: &self.modes.values,
-            criterion: &self.criterion,
+            values: &layer.modes.values,
+            criterion: &layer.criterion,
+            images: &[],
         }
+    }
+
+    /// Number of modes, all layers together.
+    pub fn n_modes(&self) -> usize {
+        self.layers.iter().map(|layer| layer.modes.n_modes).sum()
+    }
+
+    /// Largest error of the modes at any node and step, in mesh units.
+    pub fn truncation(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.modes.truncation).sum()
+    }
+
+    /// The motion of every body over all steps, from the reference mesh.
+    pub fn paths(&self) -> Vec<BodyPath> {
+        self.paths_between(&self.motion.steps, 0.0, 1.0)
+    }
+
+    /// The motion of every body from where it is at part `from` of each step to where it is at part
+    /// `to`.
+    pub fn paths_between(&self, steps: &[Step], from: f64, to: f64) -> Vec<BodyPath> {
+        let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
+        let path = |body: usize| BodyPath {
+            poses: steps
+                .iter()
+                .map(|step| self.pose_between(body, step, from, to))
+                .collect(),
+            turns: twist.then(|| self.turns(body, steps, from, to)),
+        };
+        (0..self.motion.bodies.len()).map(path).collect()
+    }
+
+    fn pose_between(&self, body: usize, step: &Step, from: f64, to: f64) -> Transform {
+        let after = self.motion.pose_part(body, step, to);
+        match from {
+            0.0 => after,
+            _ => {
+                let before = self.motion.pose_part(body, step, from);
+                before.inverse().then(&after)
+            }
+        }
+    }
+
+    fn turns(&self, body: usize, steps: &[Step], from: f64, to: f64) -> Turns {
+        let centre = self.centres[body];
+        let twists = steps
+            .iter()
+            .map(|step| self.motion.twist(body, step, centre, from, to));
+        let (theta, tau) = twists.map(|twist| (twist.theta, twist.tau)).unzip();
+        let start = match (from, steps.first()) {
+            (0.0, _) | (_, None) => centre,
+            (_, Some(step)) => self.motion.pose_part(body, step, from).apply(centre),
+        };
+        Turns {
+            centre: start,
+            theta,
+            tau,
+        }
+    }
+
+    /// The steps that share base points, in order: all of them, or with method `real` those between
+    /// two refreshes, counted from the start of the schedule.
+    pub fn stretches(&self) -> Vec<Range<usize>> {
+        let steps = &self.motion.steps;
+        let selection = &self.schedule.selection;
+        if selection.method != SelectionMethod::Real {
+            return vec![0..steps.len()];
+        }
+        let span = |step: &Step| match selection.refresh.map(|refresh| refresh.azimuth_deg) {
+            // A step on the border belongs to the stretch that begins there.
+            Some(refresh) => {
+                let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
+                (turned / refresh + 1e-9).floor() as usize
+            }
+            None => step.index,
+        };
+        let mut stretches: Vec<Range<usize>> = Vec::new();
+        for step in steps {
+            match stretches.last_mut() {
+                Some(last) if span(&steps[last.start]) == span(step) => last.end += 1,
+                _ => stretches.push(step.index..step.index + 1),
+            }
+        }
+        stretches
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
@@ -137,17 +223,25 @@ impl Plan {
     }
 }
 
-fn poses(motion: &Motion) -> Vec<Vec<Transform>> {
-    let of_body = |body| {
-        motion
-            .steps
-            .iter()
-            .map(|step| motion.pose(body, step))
-            .collect()
-    };
-    (0..motion.bodies.len()).map(of_body).collect()
+/// The point that each body turns about: its centre of rotation where that is on or near it.
+fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
+    (0..motion.bodies.len())
+        .map(|body| motion.twist_centre(body, &layer::bounds_of_body(surface, body)))
+        .collect()
 }
 
+fn method(schedule: &Schedule, basis: Basis, tolerance: f64) -> Method {
+    let space = |radius: f64| Space {
+        basis: Basis { radius, ..basis },
+        linear: schedule.rbf.polynomial == Polynomial::Linear,
+    };
+    Method {
+        displacement: space(basis.radius),
+        rotation: space(schedule.rbf.rotation_radius.unwrap_or(basis.radius)),
+        form: Form::Scalar,
+        tolerance: SELECTED * tolerance,
+    }
+}
 fn moving_bounds(surface: &SurfacePoints) -> Bounds {
     let nodes = surface.points.iter().zip(&surface.body);
     let moving: Vec<Vector> = nodes

@@ -4,6 +4,7 @@
 use crate::error::{Error, Result};
 use crate::geometry::{curve, vector::Vector};
 use crate::mesh::{CellKind, Cells, Mesh};
+use crate::modes::RigidSurface;
 use crate::motion::{Motion, Role};
 
 /// Distinct surface points with the body each moves with.
@@ -71,6 +72,14 @@ impl SurfacePoints {
             .map_or(&none, |zone| &zone.interface_faces);
         for face in interface.iter() {
             add(face.kind, face.nodes);
+        }
+    }
+
+    /// The points with the body of each.
+    pub fn rigid(&self) -> RigidSurface<'_> {
+        RigidSurface {
+            points: &self.points,
+            body: &self.body,
         }
     }
 
