@@ -2,6 +2,7 @@
 //!
 //! Knows surface nodes, mode values and distances; nothing of rotors, schedules or files.
 
+pub mod constraint;
 pub mod correct;
 pub mod criterion;
 pub mod evaluate;
@@ -9,6 +10,7 @@ pub mod field;
 pub mod kernel;
 mod newton;
 pub mod select;
+pub mod slide;
 pub mod system;
 
 pub use kernel::Kernel;
