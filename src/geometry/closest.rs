@@ -3,6 +3,7 @@
 use super::bounds::Bounds;
 use super::curve;
 use super::vector::{Vector, add, dot, scale, sub};
+use std::borrow::Cow;
 
 /// Children of a tree node, and facets of a leaf.
 const FAN: usize = 4;
@@ -10,7 +11,7 @@ const FAN: usize = 4;
 /// Facets in a tree of boxes, ready for closest-point queries.
 #[derive(Debug, Clone)]
 pub struct ClosestSurface<'a> {
-    points: &'a [Vector],
+    points: Cow<'a, [Vector]>,
     /// Corners of each facet, along a space-filling curve. An edge repeats its second.
     facets: Vec<[u32; 3]>,
     /// Position of each facet in the list it was built from.
@@ -33,8 +34,9 @@ pub struct Foot {
 }
 
 impl<'a> ClosestSurface<'a> {
-    /// Builds the tree. `O(n log n)`.
-    pub fn new(points: &'a [Vector], facets: &[[u32; 3]]) -> Self {
+    /// Builds the tree over borrowed or owned points. `O(n log n)`.
+    pub fn new(points: impl Into<Cow<'a, [Vector]>>, facets: &[[u32; 3]]) -> Self {
+        let points = points.into();
         let centre = |facet: &[u32; 3]| {
             let corners = facet.map(|i| points[i as usize]);
             scale(add(add(corners[0], corners[1]), corners[2]), 1.0 / 3.0)
@@ -77,6 +79,14 @@ impl<'a> ClosestSurface<'a> {
         self.search(point, limit, |_| true, hint)
     }
 
+    /// Where a foot lies.
+    pub fn point(&self, foot: &Foot) -> Vector {
+        let corners = foot.corners.iter().zip(foot.weights);
+        corners.fold([0.0; 3], |sum, (&corner, weight)| {
+            add(sum, scale(self.points[corner as usize], weight))
+        })
+    }
+
     fn search(
         &self,
         point: &Vector,
@@ -86,6 +96,7 @@ impl<'a> ClosestSurface<'a> {
     ) -> Option<Foot> {
         let mut search = Search {
             surface: self,
+            points: &self.points,
             point,
             wanted,
             best: None,
@@ -117,6 +128,7 @@ impl<'a> ClosestSurface<'a> {
 
 struct Search<'a, W> {
     surface: &'a ClosestSurface<'a>,
+    points: &'a [Vector],
     point: &'a Vector,
     wanted: W,
     /// Position among the facets, and the foot on it.
@@ -161,7 +173,7 @@ impl<W: Fn(usize) -> bool> Search<'_, W> {
         if !(self.wanted)(facet) {
             return;
         }
-        let corners = self.surface.facets[at].map(|i| self.surface.points[i as usize]);
+        let corners = self.surface.facets[at].map(|i| self.points[i as usize]);
         let weights = closest_weights(self.point, &corners);
         let foot = (0..3).fold([0.0; 3], |sum, i| add(sum, scale(corners[i], weights[i])));
         let away = sub(*self.point, foot);

@@ -2,6 +2,7 @@
 //!
 //! Knows surface nodes, mode values and distances; nothing of rotors, schedules or files.
 
+pub mod constraint;
 pub mod correct;
 pub mod criterion;
 pub mod evaluate;
@@ -10,6 +11,7 @@ pub mod interpolant;
 pub mod kernel;
 mod newton;
 pub mod select;
+pub mod slide;
 pub mod space;
 pub mod system;
 
