@@ -1,7 +1,9 @@
 //! The exact greedy on a few thousand candidates, by the Newton basis.
 //!
 //! The Newton basis function `v_n` is one at the n-th base point's place in the factor and zero at
-//! all base points before it; a new base point costs one new value at each candidate.
+//! all base points before it; a new base point costs one new value at each candidate. With sliding
+//! points, periodic images or a polynomial this is the greedy of the plain kernel, with residuals kept
+//! along the constraints: it decides which points are tried, not what they give.
 
 use super::criterion::Criterion;
 use super::select::{Chosen, Targets};
@@ -197,13 +199,15 @@ impl Chunk {
         subtract_rows(&mut values, &self.newton, &new.row);
         let r = new.residual.len();
         let residuals = self.residuals.chunks_exact_mut(r);
-        for ((value, power), residual) in values.iter_mut().zip(&mut self.power).zip(residuals) {
+        let candidates = values.iter_mut().zip(&mut self.power).zip(residuals);
+        for (((value, power), residual), node) in candidates.zip(&self.nodes) {
             *value /= new.diagonal;
             *power -= *value * *value;
             let factor = *value / new.diagonal;
             for (e, at_new) in residual.iter_mut().zip(&new.residual) {
                 *e -= factor * at_new;
             }
+            space.project(*node, residual);
         }
         self.newton.extend_from_slice(&values);
     }

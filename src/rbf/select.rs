@@ -109,7 +109,7 @@ pub fn select(
     }
     loop {
         let interpolant = chosen.interpolant(space, &targets)?;
-        let residuals = residuals(&interpolant, targets);
+        let residuals = residuals(space, &interpolant, targets);
         let (largest, measured) = errors(&targets, &residuals, &limits);
         chosen.history.push((chosen.base.len(), largest));
         progress(chosen.base.len(), measured);
@@ -207,7 +207,7 @@ impl Chosen {
     fn finish(self, space: &Space, targets: Targets<'_>, measure: Measure) -> Result<Selection> {
         let values = targets.values_at(&self.base);
         let interpolant = space.interpolant(targets.points, &self.base, &values)?;
-        let residuals = residuals(&interpolant, targets);
+        let residuals = residuals(space, &interpolant, targets);
         let error = largest_error(targets.criterion, &residuals, 0.0);
         let measured = match measure {
             Measure::Max => error,
@@ -237,13 +237,19 @@ impl Targets<'_> {
     }
 }
 
-/// `U - Phi W` at every node (N, r).
-fn residuals(interpolant: &Interpolant, targets: Targets<'_>) -> Vec<f64> {
+/// `U - Phi W` at every node (N, r); at sliding nodes the part along their normals.
+fn residuals(space: &Space, interpolant: &Interpolant, targets: Targets<'_>) -> Vec<f64> {
     let mut residuals = targets.values.to_vec();
     if interpolant.n_columns > 0 {
         interpolant
             .negated()
             .add_at(targets.points, &mut residuals);
+    }
+    if space.constraints.is_some() && interpolant.n_columns > 0 {
+        residuals
+            .par_chunks_mut(interpolant.n_columns)
+            .enumerate()
+            .for_each(|(point, residual)| space.project(point, residual));
     }
     residuals
 }

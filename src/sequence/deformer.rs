@@ -2,12 +2,14 @@
 //! round.
 
 use super::fields::{Chosen, Fields, Frame};
+use super::glide;
 use super::layer;
 use super::plan::Plan;
 use super::progress::{Progress, Silent};
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
+use crate::modes::RigidSurface;
 use crate::motion::{Role, Step};
 use crate::rbf::select::{self, Measure, Selection};
 use rayon::prelude::*;
@@ -136,7 +138,7 @@ impl<'a> Deformer<'a> {
             Way::AtOnce { fields, errors } => {
                 fields.displace(&plan.layers, step.index, self.reference(), out);
                 if plan.schedule.selection.correction {
-                    self.set_surface(step, 1.0, out);
+                    self.set_surface(step, 1.0, self.reference(), out);
                 }
                 errors.at(plan, step)
             }
@@ -167,9 +169,6 @@ impl<'a> Deformer<'a> {
             let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
             let error = self.substep(bases, step, (from, to), &nodes, out)?;
             worst = worst.max(error);
-            if plan.schedule.selection.correction {
-                self.set_surface(step, to, out);
-            }
             nodes.copy_from_slice(out);
         }
         Ok(worst)
@@ -190,12 +189,16 @@ impl<'a> Deformer<'a> {
             .iter()
             .map(|&node| nodes[node as usize])
             .collect();
-        let rigid = crate::modes::RigidSurface {
+        let rigid = RigidSurface {
             points: &surface,
             body: &plan.surface.body,
         };
         let paths = plan.paths_between(std::slice::from_ref(step), from, to);
-        let layers = layer::layers(rigid, &paths, &plan.method)?;
+        let mut method = plan.method.clone();
+        if let Some(sliding) = glide::on_moved_surface(&plan.motion, &plan.surface, &surface) {
+            method.displacement.constraints = plan.surface.constraints(Some(&sliding));
+        }
+        let layers = layer::layers(rigid, &paths, &method)?;
         let selections = layers
             .iter()
             .zip(bases)
@@ -224,13 +227,17 @@ impl<'a> Deformer<'a> {
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(frame, &layers, &chosen, correct, &Silent);
         fields.displace(&layers, 0, frame, out);
+        if correct {
+            self.set_surface(step, to, frame, out);
+        }
         Ok(selections.iter().map(|selection| selection.error).sum())
     }
 
     /// Surface nodes where the motion puts them at a part of a step, in the rotating frame; fixed
-    /// ones as they were.
-    fn set_surface(&self, step: &Step, part: f64, out: &mut [Vector]) {
+    /// ones as they were, sliding ones on their boundary. `frame` is the mesh that was deformed.
+    fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
         let plan = self.plan;
+        glide::place(&plan.motion, &plan.surface, frame, out);
         let surface = &plan.motion.surface.nodes;
         for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
             if *role == Role::Fixed {
@@ -249,10 +256,12 @@ impl<'a> Deformer<'a> {
         let poses = self.plan.poses_at(step);
         let carry = self.plan.motion.carry(step);
         let surface = &self.plan.motion.surface.nodes;
-        let (mut largest, mut squares) = (0.0, 0.0);
+        let (mut largest, mut squares) =
+            glide::off_boundary(&self.plan.motion, &self.plan.surface, carry.as_ref(), points);
         for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
             let x = self.plan.reference[node as usize];
             let exact = match (role, &carry) {
+                (Role::Sliding, _) => continue,
                 (Role::Moving(body), _) => poses[usize::from(*body)].apply(x),
                 (_, Some(carry)) => carry.apply(x),
                 (_, None) => x,

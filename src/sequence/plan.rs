@@ -66,7 +66,7 @@ impl Plan {
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
-        let method = method(&schedule, basis, tolerance);
+        let method = method(&schedule, &surface, basis, tolerance);
         let mut plan = Self {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
@@ -230,15 +230,28 @@ fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
         .collect()
 }
 
-fn method(schedule: &Schedule, basis: Basis, tolerance: f64) -> Method {
-    let space = |radius: f64| Space {
-        basis: Basis { radius, ..basis },
-        linear: schedule.rbf.polynomial == Polynomial::Linear,
-    };
+fn method(
+    schedule: &Schedule,
+    surface: &SurfacePoints,
+    basis: Basis,
+    tolerance: f64,
+) -> Method {
+    let radius = schedule.rbf.rotation_radius.unwrap_or(basis.radius);
+    let linear = schedule.rbf.polynomial == Polynomial::Linear;
     Method {
-        displacement: space(basis.radius),
-        rotation: space(schedule.rbf.rotation_radius.unwrap_or(basis.radius)),
-        form: Form::Scalar,
+        displacement: Space {
+            linear,
+            constraints: surface.constraints(surface.sliding.as_ref()),
+            ..Space::radial(basis)
+        },
+        rotation: Space {
+            linear,
+            ..Space::radial(Basis { radius, ..basis })
+        },
+        form: match surface.sliding {
+            Some(_) => Form::Vector,
+            None => Form::Scalar,
+        },
         tolerance: SELECTED * tolerance,
     }
 }
