@@ -4,11 +4,12 @@ use super::body::{Body, Cyclic};
 use super::rotor::{Frame, RotorAxes};
 use super::schedule::Schedule;
 use super::steps::Step;
-use super::surface::Surface;
+use super::surface::{Surface, nodes_of_tags};
+use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Transform};
-use crate::mesh::Mesh;
+use crate::mesh::{Group, Mesh};
 
 /// Extent in z, relative to the diagonal, above which a mesh of 2D cells is not plane.
 const PLANE: f64 = 1e-6;
@@ -24,6 +25,8 @@ pub struct Motion {
     pub bodies: Vec<Body>,
     /// The surface nodes with their roles, and the faces between them.
     pub surface: Surface,
+    /// The periodic pairs, in the order of the schedule.
+    pub periodic: Vec<PeriodicTags>,
     /// The part of the mesh that deforms; the whole mesh when `None`.
     pub zone: Option<DeformingZone>,
 }
@@ -41,14 +44,28 @@ impl Motion {
         }
         let rotor = schedule.rotor.axes(dimension)?;
         let zone = DeformingZone::find(&schedule.boundaries.zones, mesh)?;
-        let surface = Surface::find(&schedule.bodies, &schedule.boundaries, zone.as_ref(), mesh)?;
+        let tags: Vec<&Group> = mesh.boundary_tags().collect();
+        let named = TagRoles::find(
+            &tags,
+            &schedule.bodies,
+            &schedule.boundaries,
+            zone.as_ref(),
+            mesh,
+        )?;
+        let surface = Surface::find(&tags, named.tags, zone.as_ref(), mesh);
         Ok(Self {
             steps: schedule.steps.clone(),
             rotor,
             bodies: schedule.bodies.clone(),
             surface,
+            periodic: named.periodic,
             zone,
         })
+    }
+
+    /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
+    pub fn periodic_nodes(&self, pair: &PeriodicTags, mesh: &Mesh) -> [Vec<u32>; 2] {
+        [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), mesh))
     }
 
     /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its rigid
