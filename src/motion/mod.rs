@@ -12,6 +12,7 @@
 mod body;
 mod names;
 mod options;
+pub mod periodic;
 mod pose;
 mod reader;
 mod rotor;
