@@ -14,6 +14,7 @@ mod boundaries;
 mod names;
 mod options;
 mod output;
+pub mod periodic;
 mod pose;
 mod reader;
 mod rotor;
