@@ -22,6 +22,7 @@ mod schedule;
 mod steps;
 mod surface;
 mod tags;
+mod twist;
 mod zones;
 
 pub use body::{Body, Cyclic, Harmonic, Rigid, Series};
