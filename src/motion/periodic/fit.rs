@@ -1,7 +1,7 @@
 //! Rigid maps that may take one side of a periodic pair to the other, from the places of their
 //! nodes alone.
 
-use super::{Axis, Places, SNAP, Sides, Symmetry};
+use super::{Axis, SNAP, Sides, Symmetry};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, add, cross, distance, dot, norm, scale, sub, unit};
 
@@ -56,17 +56,10 @@ impl Sides {
 
     /// The rotation about an axis that brings the centre of one side to that of the other.
     fn about(&self, axis: Axis) -> Option<Symmetry> {
-        let from_axis = |places: &Places| {
-            let v = sub(places.centre(), axis.origin);
-            sub(v, scale(axis.direction, dot(axis.direction, v)))
-        };
-        let (a, b) = (from_axis(&self.a), from_axis(&self.b));
-        if norm(a) <= self.tolerance || norm(b) <= self.tolerance {
-            return None;
-        }
-        let angle = dot(axis.direction, cross(a, b)).atan2(dot(a, b));
-        let angle = part_of_circle(angle);
-        (angle != 0.0).then_some(Symmetry::Rotation { axis, angle })
+        let (a, b) = (self.a.centre(), self.b.centre());
+        let near = |x: Vector| norm(from_axis(&axis, x)) <= self.tolerance;
+        let angle = part_of_circle(angle_about(&axis, a, b));
+        (angle != 0.0 && !near(a) && !near(b)).then_some(Symmetry::Rotation { axis, angle })
     }
 
     /// Rotations about any axis. Two nodes and the centre of the first side fix a rotation when
@@ -146,6 +139,18 @@ impl Sides {
     }
 }
 
+/// The vector from the axis to a point, at a right angle.
+fn from_axis(axis: &Axis, x: Vector) -> Vector {
+    let v = sub(x, axis.origin);
+    sub(v, scale(axis.direction, dot(axis.direction, v)))
+}
+
+/// The angle about an axis from `a` to `b`, zero for a point on it.
+pub(super) fn angle_about(axis: &Axis, a: Vector, b: Vector) -> f64 {
+    let (a, b) = (from_axis(axis, a), from_axis(axis, b));
+    dot(axis.direction, cross(a, b)).atan2(dot(a, b))
+}
+
 fn farthest(vectors: &[Vector], length: impl Fn(Vector) -> f64) -> Vector {
     let longer = |far: Vector, v: &Vector| if length(*v) > length(far) { *v } else { far };
     vectors.iter().fold([0.0; 3], longer)
@@ -208,7 +213,7 @@ fn in_the_plane(angle: f64, a: Vector, b: Vector) -> Option<(Axis, f64)> {
 }
 
 /// The angle, exactly a whole part of a circle when it is nearly one.
-fn part_of_circle(angle: f64) -> f64 {
+pub(super) fn part_of_circle(angle: f64) -> f64 {
     let parts = std::f64::consts::TAU / angle.abs();
     let whole = parts.round();
     match (parts - whole).abs() <= PART_OF_CIRCLE * whole {

@@ -182,11 +182,10 @@ fn the_first_node_without_a_partner_is_named_with_its_distance() {
     });
     points[*partner.expect("it was made") as usize][2] += 0.01;
     let error = find(&points, &a, &b, Some(Z)).expect_err("one is off");
-    // The centre has moved with it: the first node is off by a 35th, beyond the tolerance.
+    let named = "node 11 of the periodic side \"left\" has no partner on \"right\"";
+    assert!(error.message.contains(named), "{error}");
     assert!(
-        error
-            .message
-            .contains("node 0 of the periodic side \"left\""),
+        error.message.contains("1.000e-2 from the nearest"),
         "{error}"
     );
     let error = find(&points, &a, &b[1..], None).expect_err("one is missing");
