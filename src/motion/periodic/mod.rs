@@ -121,8 +121,7 @@ impl Periodic {
         sides.check(&a, &b)?;
         let mut nearest: Option<(Match, Symmetry)> = None;
         for rough in sides.candidates(axis) {
-            let symmetry = sides.refined(&sides.pair(&rough), rough);
-            let found = sides.pair(&symmetry);
+            let (found, symmetry) = sides.refined(rough);
             if found.n_apart == 0 {
                 return Ok(Self {
                     pairs: sides.node_pairs(&found),
@@ -254,8 +253,18 @@ impl Sides {
     }
 
     /// A map with the median translation or angle of the partners, on which nodes without a partner
-    /// have no influence.
-    fn refined(&self, found: &Match, rough: Symmetry) -> Symmetry {
+    /// have no influence, if it serves no less than the map itself; and how it pairs the sides.
+    fn refined(&self, rough: Symmetry) -> (Match, Symmetry) {
+        let first = self.pair(&rough);
+        let symmetry = self.median(&first, rough);
+        let second = self.pair(&symmetry);
+        match second.n_apart == 0 || second.n_apart < first.n_apart {
+            true => (second, symmetry),
+            false => (first, rough),
+        }
+    }
+
+    fn median(&self, found: &Match, rough: Symmetry) -> Symmetry {
         let partner = |i: usize| self.b.at[found.partners[i].0 as usize];
         let median = |of: &dyn Fn(Vector, Vector) -> f64| {
             let nodes = self.a.at.iter().enumerate();
@@ -265,8 +274,7 @@ impl Sides {
         };
         match rough {
             Symmetry::Translation(by) => {
-                let size = by.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
-                let component = |k: usize| match by[k].abs() <= SNAP * size {
+                let component = |k: usize| match by[k] == 0.0 {
                     true => 0.0,
                     false => median(&|x, y| y[k] - x[k]),
                 };
