@@ -24,7 +24,7 @@ STEPS = {1: "values = [270.0]", 36: "start = 0.0\nstop = 350.0\nstep = 10.0"}
 ROWS = {
     "azimesh": "azimesh",
     "exact": "azimesh, exact surface and quality",
-    "threads": "numpy, in blocks, two threads",
+    "threads": "numpy, in blocks, a thread a core",
     "blocks": "numpy, in blocks",
     "whole": "numpy, whole matrix",
     "scipy": "SciPy `RBFInterpolator`, linear",
@@ -193,7 +193,7 @@ Every node of every step that numpy computes is where azimesh puts it, to {agree
 - **azimesh, exact surface and quality**: as azimesh comes. It corrects the surface and judges every cell at every step; the rows
   above and below do neither.
 - **numpy, in blocks**: one Cholesky factorisation, weights of all steps together, one kernel matrix for each 1,024 nodes, worked
-  on in place, times the weights; with two threads, or as it comes (the matrix product has two anyway). **Whole matrix**: the
+  on in place, times the weights; with a thread for each core, or in one loop (whose matrix product has them anyway). **Whole matrix**: the
   formula as it stands for all nodes at once, then a product a step.
 - **`RBFInterpolator`**: one fit with three columns a step. It has no Wendland function; its linear kernel does not fade with
   distance, and the base points were chosen for Wendland's, hence its error.
