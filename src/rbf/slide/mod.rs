@@ -14,6 +14,7 @@ use crate::geometry::Bounds;
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
 use patches::{Patches, SHARP, Sector, UnionFind};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Directions of creases closer than this cosine are one crease.
@@ -75,7 +76,10 @@ impl Sliding {
         let nodes: Vec<u32> = (0..points.len() as u32)
             .filter(|&i| sliding[i as usize])
             .collect();
-        let tracks: Vec<Track> = nodes.iter().map(|&i| track(&patches, points, i)).collect();
+        let tracks: Vec<Track> = nodes
+            .par_iter()
+            .map(|&i| track(&patches, points, i))
+            .collect();
         let mut build = Build {
             points,
             patches: &patches,
