@@ -248,12 +248,17 @@ def own_files():
     """The mesh of the README with its schedule, and the SU2 files."""
     version = subprocess.run([AZIMESH, "--version"], check=True, capture_output=True, text=True)
     version = version.stdout.strip()
-    naca = FOLDER / "naca0012.vtu"
-    for old in (naca, naca.with_suffix(".toml")):
-        old.unlink(missing_ok=True)
-    azimesh("sample", "naca0012", "--nodes", 1200, "-o", naca)
-    note(naca, "NACA 0012 O-grid, the README's first mesh", f"{version}: sample naca0012 --nodes 1200")
-    note(naca.with_suffix(".toml"), "its schedule", f"{version}: sample naca0012 --nodes 1200")
+    for name, options, what in (
+        ("naca0012", ["--nodes", 1200], "NACA 0012 O-grid, the README's first mesh"),
+        ("block", [], "a square with a block of 5 by 1 cells taken out"),
+    ):
+        mesh = FOLDER / f"{name}.vtu"
+        for old in (mesh, mesh.with_suffix(".toml")):
+            old.unlink(missing_ok=True)
+        azimesh("sample", name, *options, "-o", mesh)
+        generator = " ".join(map(str, [f"{version}: sample", name, *options]))
+        note(mesh, what, generator)
+        note(mesh.with_suffix(".toml"), "its schedule", generator)
     for source, name in (
         ("airfoil_hybrid_v41_binary.msh", "airfoil_hybrid.su2"),
         ("mixed_cells_v41_binary.msh", "mixed_cells.su2"),
@@ -264,17 +269,27 @@ def own_files():
         note(target, f"{source} as SU2", f"{version}: convert {source} {name}")
 
 
+BY_HAND = {
+    "wing_on_plane.toml": "the wing pitches; the symmetry plane slides",
+    "rotor_sector.toml": "the blade pitches and flaps between periodic sides",
+    "rotor_sector_sliding.toml": "the same with sliding planes below and above",
+    "body_in_duct.toml": "the sphere moves along the duct; the curved wall slides",
+    "block_sliding.toml": "the block turns by 60 degrees and moves; outer edges slide, twist, 10 substeps",
+}
+
+
 def readme():
     """testdata/README.md: each file, what it is, and what made it."""
     lines = [
         "# Small meshes for tests and for trying things",
         "",
-        "All are made by `scripts/make_testdata.py`; none holds anybody else's data.",
+        "Meshes are made by `scripts/make_testdata.py`; none holds anybody else's data.",
         "",
         "| file | bytes | what | made by |",
         "|---|---|---|---|",
     ]
-    for name, what, generator in sorted(made):
+    by_hand = [(name, f"schedule: {what}", "hand") for name, what in BY_HAND.items()]
+    for name, what, generator in sorted(made + by_hand):
         size = (FOLDER / name).stat().st_size
         assert size <= 100_000, f"{name} has {size} bytes; at most 100 kB"
         lines.append(f"| `{name}` | {size} | {what.replace('.;', ';')} | {generator} |")
