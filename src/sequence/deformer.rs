@@ -155,6 +155,9 @@ impl<'a> Deformer<'a> {
                 set_moving(plan, &plan.poses_at(step), out);
             }
         }
+        let carry = plan.motion.carry(step);
+        plan.periodic
+            .follow(&plan.motion, &plan.reference, carry.as_ref(), out);
         Ok(error)
     }
 
@@ -169,6 +172,7 @@ impl<'a> Deformer<'a> {
             let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
             let error = self.substep(bases, step, (from, to), &nodes, out)?;
             worst = worst.max(error);
+            plan.periodic.follow(&plan.motion, &plan.reference, None, out);
             nodes.copy_from_slice(out);
         }
         Ok(worst)
@@ -207,7 +211,7 @@ impl<'a> Deformer<'a> {
                     points: &surface,
                     values: &layer.modes.values,
                     criterion: &layer.criterion,
-                    images: &[],
+                    images: &plan.periodic.is_image,
                 };
                 select::from_base(&layer.space, targets, base.clone(), Measure::Max)
             })
