@@ -82,7 +82,10 @@ impl<'a> Deformer<'a> {
             .layers
             .iter()
             .zip(&selections)
-            .map(|(layer, selection)| layer.criterion.largest_by_step(&selection.residuals))
+            .map(|(layer, selection)| match layer.modes.n_modes {
+                0 => vec![0.0; plan.motion.steps.len()],
+                _ => layer.criterion.largest_by_step(&selection.residuals),
+            })
             .collect();
         let largest = |errors: &Vec<f64>| errors[stretch.clone()].iter().copied().fold(0.0, f64::max);
         let chosen: Vec<Chosen<'_>> = selections
