@@ -50,6 +50,19 @@ impl Bounds {
         squares.sum::<f64>().sqrt()
     }
 
+    /// The point of the box nearest to a point; the point itself when the box is empty.
+    pub fn nearest(&self, point: &Vector) -> Vector {
+        std::array::from_fn(|i| match self.low[i] <= self.high[i] {
+            true => point[i].clamp(self.low[i], self.high[i]),
+            false => point[i],
+        })
+    }
+
+    /// The middle of the box.
+    pub fn centre(&self) -> Vector {
+        std::array::from_fn(|i| 0.5 * self.low[i] + 0.5 * self.high[i])
+    }
+
     /// Square of the distance from a point to the box; zero inside.
     #[inline]
     pub fn distance_squared(&self, point: &Vector) -> f64 {

@@ -14,6 +14,7 @@ mod boundaries;
 mod names;
 mod options;
 mod output;
+pub mod periodic;
 mod pose;
 mod reader;
 mod rotor;
@@ -21,6 +22,7 @@ mod schedule;
 mod steps;
 mod surface;
 mod tags;
+mod twist;
 mod zones;
 
 pub use body::{Body, Cyclic, Harmonic, Rigid, Series};

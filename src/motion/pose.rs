@@ -1,6 +1,6 @@
 //! The exact rigid map of every body at every step.
 
-use super::body::{Body, Cyclic};
+use super::body::{Body, Cyclic, Rigid};
 use super::rotor::{Frame, RotorAxes};
 use super::schedule::Schedule;
 use super::steps::Step;
@@ -8,6 +8,7 @@ use super::surface::{Surface, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
 use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::{Group, Mesh};
 
@@ -74,23 +75,50 @@ impl Motion {
     /// # Panics
     /// When there is no such body.
     pub fn pose(&self, body: usize, step: &Step) -> Transform {
+        self.pose_part(body, step, 1.0)
+    }
+
+    /// The part, from 0 to 1, of a body's [`pose`](Self::pose): every angle and translation of its
+    /// motions times `part`. The whole is `pose`, bit for bit.
+    ///
+    /// # Panics
+    /// When there is no such body.
+    pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> Transform {
         let body = &self.bodies[body];
         let rigid = match &body.rigid {
-            Some(rigid) if rigid.ramp => rigid.part(self.progress(step)),
-            Some(rigid) => rigid.part(1.0),
+            Some(rigid) => rigid.part(part * self.reached(rigid, step)),
             None => Transform::IDENTITY,
         };
-        match &body.cyclic {
-            Some(cyclic) => {
-                let blade = self.rotor.blade(body.azimuth_offset);
-                rigid.then(&cyclic_pose(
-                    cyclic,
-                    &blade,
-                    step.azimuth + body.azimuth_offset,
-                ))
-            }
-            None => rigid,
-        }
+        let Some(turns) = self.cyclic_turns(body, step) else {
+            return rigid;
+        };
+        let [pitch, flap, lag] = turns.map(|turn| turn.part(part));
+        rigid.then(&pitch.then(&flap).then(&lag))
+    }
+
+    /// The rotations of a body at a step, in their order.
+    pub(super) fn turns(&self, body: usize, step: &Step) -> Vec<Turn> {
+        let body = &self.bodies[body];
+        let rigid = body.rigid.as_ref().and_then(|rigid| {
+            let (axis, origin, angle) = rigid.rotate?;
+            Some(Turn {
+                axis,
+                origin,
+                angle: angle * self.reached(rigid, step),
+            })
+        });
+        let cyclic = self.cyclic_turns(body, step);
+        rigid
+            .into_iter()
+            .chain(cyclic.into_iter().flatten())
+            .collect()
+    }
+
+    fn cyclic_turns(&self, body: &Body, step: &Step) -> Option<[Turn; 3]> {
+        let blade = self.rotor.blade(body.azimuth_offset);
+        let psi = step.azimuth + body.azimuth_offset;
+        let cyclic = body.cyclic.as_ref()?;
+        Some(cyclic_turns(cyclic, &blade, psi))
     }
 
     /// In the inertial frame, the azimuth rotation `Rz(psi)` that carries the whole deforming zone
@@ -99,9 +127,11 @@ impl Motion {
         (self.rotor.frame == Frame::Inertial).then(|| self.rotor.turn(step.azimuth))
     }
 
-    /// 0 at the first step, 1 at the last; 1 when there is one step.
-    fn progress(&self, step: &Step) -> f64 {
+    /// How much of a rigid motion a step has: a ramp goes from 0 at the first step to 1 at the last.
+    /// It is 1 when there is one step.
+    fn reached(&self, rigid: &Rigid, step: &Step) -> f64 {
         match self.steps.len() {
+            _ if !rigid.ramp => 1.0,
             0 | 1 => 1.0,
             n => step.index as f64 / (n - 1) as f64,
         }
@@ -115,8 +145,8 @@ impl Motion {
 /// x'  = O + h e_x + Rz(lag) Ry(-flap) (x_r + x_ref - O - h e_x)
 /// ```
 ///
-/// The pitch axis is parallel to the span, so that turning about it needs no station `r`.
-fn cyclic_pose(cyclic: &Cyclic, blade: &RotorAxes, psi: f64) -> Transform {
+/// Its turns, pitch first. The pitch axis is parallel to the span, so that turning about it needs no station `r`.
+fn cyclic_turns(cyclic: &Cyclic, blade: &RotorAxes, psi: f64) -> [Turn; 3] {
     let signs = &blade.signs;
     let pitch = signs.pitch * cyclic.pitch.at(psi, cyclic.phase);
     let flap = signs.flap * cyclic.flap.at(psi, cyclic.phase);
@@ -124,9 +154,33 @@ fn cyclic_pose(cyclic: &Cyclic, blade: &RotorAxes, psi: f64) -> Transform {
     let [chordwise, shaftwise] = cyclic.pitch_axis;
     let pitch_axis = blade.point(0.0, chordwise, shaftwise);
     let hinge = blade.point(cyclic.flap_hinge, 0.0, 0.0);
-    Transform::rotation(blade.e_x, pitch_axis, pitch)
-        .then(&Transform::rotation(blade.e_y, hinge, -flap))
-        .then(&Transform::rotation(blade.e_z, hinge, lag))
+    let turn = |axis, origin, angle| Turn {
+        axis,
+        origin,
+        angle,
+    };
+    [
+        turn(blade.e_x, pitch_axis, pitch),
+        turn(blade.e_y, hinge, -flap),
+        turn(blade.e_z, hinge, lag),
+    ]
+}
+
+/// A rotation about an axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turn {
+    /// Unit axis.
+    pub axis: Vector,
+    /// A point of the axis, in mesh units.
+    pub origin: Vector,
+    /// In radians.
+    pub angle: f64,
+}
+
+impl Turn {
+    fn part(&self, part: f64) -> Transform {
+        Transform::rotation(self.axis, self.origin, part * self.angle)
+    }
 }
 
 /// Refuses what would leave the plane of a 2D mesh.

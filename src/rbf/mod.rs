@@ -2,6 +2,7 @@
 //!
 //! Knows surface nodes, mode values and distances; nothing of rotors, schedules or files.
 
+pub mod constrained;
 pub mod constraint;
 pub mod correct;
 pub mod criterion;

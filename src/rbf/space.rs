@@ -34,11 +34,11 @@ impl Space {
         }
     }
 
-    /// The same space for values that no direction is left free of.
+    /// The same kernel for one value at a node, held at every point and without images.
     pub fn scalar(&self) -> Self {
         Self {
-            constraints: None,
-            ..self.clone()
+            linear: self.linear,
+            ..Self::radial(self.basis)
         }
     }
 

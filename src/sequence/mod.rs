@@ -15,6 +15,7 @@ mod fields;
 mod glide;
 mod layer;
 mod output;
+mod periodic;
 mod plan;
 mod progress;
 mod record;

@@ -5,6 +5,7 @@ mod poses;
 mod refusals;
 mod schedule;
 mod surface;
+mod twist;
 
 use super::Schedule;
 use crate::error::Result;
