@@ -13,7 +13,9 @@ from pathlib import Path
 
 import paper_plots
 import paper_text
-from paper_runs import PITCH, PITCH_AND_FLAP, deform, quality, revolution, sample, schedule, without_residuals
+from paper_runs import (
+    PITCH, PITCH_AND_FLAP, base_points, deform, quality, revolution, sample, schedule, without_residuals,
+)  # fmt: skip
 
 METHODS = ("real", "constant", "sequence")
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -30,6 +32,7 @@ MOTIONS = {
     "rotation, 40 degrees": "rigid = { rotate = { axis = [1.0, 0.0, 0.0], angle = 40.0 } }",
 }
 ONE_STEP_TOLERANCE = 5e-4
+SUPPORT_RADII = (2.0, 4.0, 6.0, 10.0, 20.0, 60.0)
 PITCH_TOLERANCES = (5e-4, 2.5e-4, 1e-4)
 M427_TOLERANCES = (4e-4, 2e-4, 1e-4)
 COST_TOLERANCES = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)
@@ -57,7 +60,21 @@ def table2(folder, _):
         }
         for name, motion in MOTIONS.items()
     }
-    return {"mesh": made, "before": quality(mesh), "runs": runs}
+
+    def count(name, radius, tolerance):
+        return base_points(mesh, schedule(MOTIONS[name], radius, tolerance, "real"), folder)
+
+    # What the paper leaves open: the length that tolerances are parts of, and the support radius.
+    tip = BLADE_RADIUS["chord"]
+    return {
+        "mesh": made,
+        "before": quality(mesh),
+        "runs": runs,
+        "in_blade_radii": {name: count(name, tip, tip * ONE_STEP_TOLERANCE) for name in MOTIONS},
+        "by_support_radius": {
+            name: {radius: count(name, radius, ONE_STEP_TOLERANCE) for radius in SUPPORT_RADII} for name in MOTIONS
+        },
+    }
 
 
 def table3(folder, _):

@@ -44,18 +44,16 @@ def residuals(runs):
     figure, axes = plt.subplots(1, 2, figsize=(10, 3.9), sharey=True, layout="constrained")
     for axis, kind in zip(axes, ("translation", "rotation")):
         motions = [name for name in runs if name.startswith(kind)]
-        for name, line in zip(motions, LINES):
-            for method in ("real", "constant"):
+        # With a translation both algorithms have the same target.
+        methods = {"translation": ("real",), "rotation": ("real", "constant")}[kind]
+        for method in methods:
+            whose = NAMES[method] if len(methods) > 1 else "Algorithms 1 and 2"
+            for name, line in zip(motions, LINES):
                 layer = runs[name][method]["selections"][0]["layers"][0]
-                error = layer["residuals"]
-                label = f"{name.split(', ', 1)[1]}, {NAMES[method]}"
-                width = {"real": 1.2, "constant": 2.4}[method]
-                alpha = {"real": 1.0, "constant": 0.35}[method]
-                axis.semilogy(
-                    range(len(error)), error, line, color=COLOURS[method], lw=width, alpha=alpha, label=label
-                )
+                label = f"{name.split(', ', 1)[1]}, {whose}"
+                axis.semilogy(layer["residuals"], line, color=COLOURS[method], lw=1.1, label=label)
                 swept = np.array(layer["history"])
-                axis.plot(swept[:, 0], swept[:, 1], "o", ms=3, color=COLOURS[method], alpha=alpha)
+                axis.plot(swept[:, 0], swept[:, 1], "o", ms=3, color=COLOURS[method])
         axis.axhline(runs[motions[0]]["real"]["tolerance"], color=INK, lw=0.8)
         axis.set_xlabel("base points")
         axis.set_title(kind, loc="left", fontsize=10)

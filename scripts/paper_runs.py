@@ -111,6 +111,14 @@ def deform(mesh, text, folder, steps=None):
     return columns | {"tolerance": record["options"]["tolerance"]} | {key: record[key] for key in kept}
 
 
+def base_points(mesh, text, folder):
+    """How many base points `azimesh select` takes; the tolerance must be met."""
+    path, base = folder / "schedule.toml", folder / "base.toml"
+    path.write_text(text)
+    chosen = json.loads(azimesh("select", mesh, path, "-o", base, "--force", "--json"))
+    return chosen["layers"][0]["base_points"]
+
+
 def without_residuals(run):
     """The run, less the error of every base point when it was chosen."""
     for selection in run["selections"]:
