@@ -64,7 +64,8 @@ def span(values):
 
 def seconds(value):
     """Seconds with as many digits as mean something."""
-    return f"{value:.1f}" if value >= 10 else f"{value:.2f}" if value >= 0.1 else f"{value:.3f}"
+    digits = next((digits for least, digits in ((10, 1), (0.1, 2), (0.01, 3)) if value >= least), 4)
+    return f"{value:.{digits}f}"
 
 
 def inverted(run):
@@ -182,14 +183,12 @@ Without the quality summary a step takes {seconds(result["unjudged_step"])} s, b
 
 def verdict(runs):
     """What the errors of the three methods say, in words."""
-    constant = max(max(run["constant"]["error"]) / float(tolerance) for tolerance, run in runs.items())
-    real = [run["real"]["base_points"] for run in runs.values()]
-    most = max(
-        run["sequence"]["base_points"][0] / max(points) for run, points in zip(runs.values(), real, strict=True)
-    )
+    over = [max(run["constant"]["error"]) / float(tolerance) for tolerance, run in runs.items()]
+    most = [run["sequence"]["base_points"][0] / max(run["real"]["base_points"]) for run in runs.values()]
     return f"""
-`sequence` meets its tolerance at every azimuth with one selection; it takes at most {most:.2f} times the points that Algorithm 1
-takes at its hardest azimuth. Algorithm 2's error follows the motion and comes to at most {constant:.2f} times the tolerance.
+`sequence` meets its tolerance at every azimuth with one selection, of {min(most):.2f} to {max(most):.2f} times the points that
+Algorithm 1 takes at its hardest azimuth. Algorithm 2 knows the size of the motion and not its shape: its error comes to
+{min(over):.0f} to {max(over):.0f} times the tolerance.
 """
 
 
@@ -233,8 +232,9 @@ def cost(result):
 
 The same blade, {run["surface_points"]:,} surface points and {run["nodes"]:,} nodes, method `sequence`, one step, no
 correction. Formulas: selection `a N_s sum n_k + b (m n^2 + n^3/3)`, with `n_k` the base points at each sweep and the last set once
-more, `m` the candidates of a round; evaluation of {run["modes"]} modes at all nodes `a N_v n`. Fitted are
-`a` = {1e9 * points["a"]:.2f} ns an evaluation of the kernel (both cores) and `b` = {1e9 * points["b"]:.3f} ns a multiply-add.
+more, `m` the candidates of a round; evaluation of {run["modes"]} modes at all nodes `a N_v n + c`. Fitted are
+`a` = {1e9 * points["a"]:.2f} ns an evaluation of the kernel (both cores), `b` = {1e9 * points["b"]:.3f} ns a multiply-add and
+`c` = {points["c"]:.2f} s.
 
 {table(header, rows)}
 
