@@ -137,15 +137,14 @@ fn followed(turns: &[Turn], from: f64, to: f64) -> Vector {
         parts.fold(Quaternion::IDENTITY, Quaternion::then)
     };
     let whole: f64 = turns.iter().map(|turn| turn.angle.abs()).sum();
-    let increments = (whole * (to - from).abs() / INCREMENT).ceil();
-    let n = increments.clamp(1.0, MAX_INCREMENTS) as usize;
+    let increments = whole * (to - from).abs() / INCREMENT;
+    let increments = increments.clamp(1.0, MAX_INCREMENTS);
+    // Of two ends on one path the shorter is looked at in the points of the longer, then at its end.
+    let inner =
+        (1..increments.ceil() as u32).map(|i| from + (to - from) * f64::from(i) / increments);
     let back = at(from).inverse();
     let mut theta = [0.0; 3];
-    for i in 1..=n {
-        let part = match i == n {
-            true => to,
-            false => from + (to - from) * (i as f64 / n as f64),
-        };
+    for part in inner.chain([to]) {
         theta = back.then(at(part)).rotation_vector_near(theta);
     }
     theta

@@ -2,6 +2,7 @@
 //! that are interpolated, the support radius and the tolerance.
 
 use super::layer::{self, BodyPath, Layer, Method, Turns};
+use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
 use super::wall::FirstCells;
 use super::zone;
@@ -43,6 +44,8 @@ pub struct Plan {
     pub basis: Basis,
     /// How the layers are interpolated.
     pub method: Method,
+    /// Nodes that follow their periodic partners.
+    pub periodic: PeriodicNodes,
     /// What is interpolated, over all steps of the schedule.
     pub layers: Vec<Layer>,
     /// The point each body turns about, in the reference mesh.
@@ -66,7 +69,12 @@ impl Plan {
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
-        let method = method(&schedule, &surface, basis, tolerance);
+        let periodic = PeriodicNodes::find(&mesh, &motion, &surface, basis.radius)
+            .map_err(|error| error.file(&schedule.path))?;
+        choices.extend(periodic.found.iter().cloned());
+        check_combination(&schedule, &surface, &periodic)
+            .map_err(|error| error.file(&schedule.path))?;
+        let method = method(&schedule, &surface, &periodic, basis, tolerance);
         let mut plan = Self {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
@@ -78,6 +86,7 @@ impl Plan {
             first_cells,
             basis,
             method,
+            periodic,
             tolerance,
             choices,
         };
@@ -93,7 +102,8 @@ impl Plan {
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
                  or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
-                self.truncation(), self.tolerance
+                self.truncation(),
+                self.tolerance
             )));
         }
         Ok(())
@@ -105,7 +115,7 @@ impl Plan {
             points: &self.surface.points,
             values: &layer.modes.values,
             criterion: &layer.criterion,
-            images: &[],
+            images: &self.periodic.is_image,
         }
     }
 
@@ -230,9 +240,32 @@ fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
         .collect()
 }
 
+/// Refuses what does not go together.
+fn check_combination(
+    schedule: &Schedule,
+    surface: &SurfacePoints,
+    periodic: &PeriodicNodes,
+) -> Result<()> {
+    let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
+    if coupled && schedule.rbf.polynomial == Polynomial::Linear {
+        return Err(Error::input(
+            "polynomial = \"linear\" does not go with sliding or periodic boundaries, which it would leave; \
+             use \"none\"",
+        ));
+    }
+    if !periodic.images.is_empty() && schedule.rbf.interpolate == Interpolate::Twist {
+        return Err(Error::input(
+            "interpolate = \"twist\" does not go with periodic boundaries, as the images turn about centres of \
+             their own; use \"displacement\", with substeps where it folds",
+        ));
+    }
+    Ok(())
+}
+
 fn method(
     schedule: &Schedule,
     surface: &SurfacePoints,
+    periodic: &PeriodicNodes,
     basis: Basis,
     tolerance: f64,
 ) -> Method {
@@ -242,15 +275,16 @@ fn method(
         displacement: Space {
             linear,
             constraints: surface.constraints(surface.sliding.as_ref()),
+            images: periodic.images.clone(),
             ..Space::radial(basis)
         },
         rotation: Space {
             linear,
             ..Space::radial(Basis { radius, ..basis })
         },
-        form: match surface.sliding {
-            Some(_) => Form::Vector,
-            None => Form::Scalar,
+        form: match surface.sliding.is_none() && periodic.images.is_empty() {
+            true => Form::Scalar,
+            false => Form::Vector,
         },
         tolerance: SELECTED * tolerance,
     }
