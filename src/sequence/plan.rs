@@ -13,6 +13,7 @@ use crate::motion::{KernelName, Motion, Schedule, SelectionMethod, Step};
 use crate::rbf::criterion::Criterion;
 use crate::rbf::select::Targets;
 use crate::rbf::{Basis, Kernel};
+use rayon::prelude::*;
 
 /// The tolerance left out of a schedule, in diagonals of the moving bodies.
 const DEFAULT_TOLERANCE: f64 = 1e-4;
@@ -119,9 +120,9 @@ impl Plan {
         let step = &self.motion.steps[step];
         let bodies = 0..self.motion.bodies.len();
         let poses: Vec<Transform> = bodies.map(|body| self.motion.pose(body, step)).collect();
-        let nodes = self.surface.points.iter().zip(&self.surface.body);
+        let nodes = self.surface.points.par_iter().zip(&self.surface.body);
         let moved = nodes.filter_map(|(x, body)| Some(distance(poses[(*body)?].apply(*x), *x)));
-        moved.fold(0.0, f64::max)
+        moved.reduce(|| 0.0, f64::max)
     }
 
     /// The nodes that deform, ascending; `None` for all.
