@@ -249,9 +249,14 @@ fn search(
     if let Some(at) = hint {
         best.consider(surface, point, at);
     }
+    let query = Query {
+        surface,
+        point,
+        apart,
+    };
     let mut waiting = Stack::new();
     for &group in &front.groups {
-        waiting.open(surface, front.level, group as usize, point, &best, apart, 0);
+        waiting.open(&query, front.level, group as usize, best.limit, 0);
     }
     while let Some(next) = waiting.pop() {
         if next.distance_squared > best.limit {
@@ -260,7 +265,7 @@ fn search(
         let (level, node) = (next.level as usize, next.node as usize);
         if level > 0 {
             let first = waiting.n;
-            waiting.open(surface, level - 1, node, point, &best, apart, first);
+            waiting.open(&query, level - 1, node, best.limit, first);
             continue;
         }
         let end = (LEAF * node + LEAF).min(surface.facets.len());
@@ -272,6 +277,14 @@ fn search(
         }
     }
     best.found
+}
+
+/// What a search is for.
+struct Query<'a> {
+    surface: &'a ClosestSurface<'a>,
+    point: &'a Vector,
+    /// The component that is left out.
+    apart: Option<u32>,
 }
 
 /// The boxes that wait in a search.
@@ -300,24 +313,19 @@ impl Stack {
     /// Adds the boxes of a group that may be near enough; those from `first` on stay in order, the
     /// nearest last.
     #[inline(always)]
-    fn open(
-        &mut self,
-        surface: &ClosestSurface<'_>,
-        level: usize,
-        group: usize,
-        point: &Vector,
-        best: &Best,
-        apart: Option<u32>,
-        first: usize,
-    ) {
-        let distances = surface.levels[level][group].distances_squared(point);
+    fn open(&mut self, query: &Query<'_>, level: usize, group: usize, limit: f64, first: usize) {
+        let surface = query.surface;
+        let distances = surface.levels[level][group].distances_squared(query.point);
         for lane in 0..LANES {
             let distance_squared = distances[lane];
-            if distance_squared > best.limit || distance_squared == f64::INFINITY {
+            if distance_squared > limit || distance_squared == f64::INFINITY {
                 continue;
             }
             let node = LANES * group + lane;
-            if apart.is_some_and(|own| surface.owners[level][node] == own) {
+            if query
+                .apart
+                .is_some_and(|own| surface.owners[level][node] == own)
+            {
                 continue;
             }
             let mut at = self.n;
