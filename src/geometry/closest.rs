@@ -106,6 +106,9 @@ impl<'a> ClosestSurface<'a> {
     /// [`nearest`](Self::nearest) finds it. Where neighbours in the list are neighbours in space the
     /// tree is walked down once for many, and a search looks at little more than one leaf.
     pub fn nearest_each(&self, points: &[Vector], limit: f64, found: &mut dyn FnMut(usize, &Foot)) {
+        if points.is_empty() || self.levels.is_empty() {
+            return;
+        }
         let mut block = Block {
             surface: self,
             limit,
