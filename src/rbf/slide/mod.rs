@@ -128,7 +128,7 @@ impl Sliding {
                 let shape = &self.shapes[shape as usize];
                 // The reference is on the shape, so that nothing farther off is the nearest.
                 let within = 1.001 * distance(x, point.reference);
-                let foot = shape.nearest(&x, within, &mut None);
+                let foot = shape.nearest(&x, within);
                 let on_shape = foot.map_or(point.reference, |foot| shape.point(&foot));
                 planes.hold(point.reference, on_shape)
             }
