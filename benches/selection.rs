@@ -15,8 +15,13 @@ use std::time::Instant;
 
 fn timed(plan: &Plan, limits: Limits) -> (Selection, f64) {
     let start = Instant::now();
-    let selection =
-        select(&plan.layers[0].space, plan.targets(&plan.layers[0]), limits, &mut |_, _| {}).expect("it can be solved");
+    let selection = select(
+        &plan.layers[0].space,
+        plan.targets(&plan.layers[0]),
+        limits,
+        &mut |_, _| {},
+    )
+    .expect("it can be solved");
     (selection, start.elapsed().as_secs_f64())
 }
 

@@ -21,7 +21,10 @@ fn true_error(plan: &Plan) -> (usize, f64) {
         let mut modes = vec![0.0; r];
         for (j, &at) in selection.base.iter().enumerate() {
             let phi = plan.basis.between(&x, &plan.surface.points[at]);
-            for (mode, weight) in modes.iter_mut().zip(&selection.interpolant.weights[j * r..]) {
+            for (mode, weight) in modes
+                .iter_mut()
+                .zip(&selection.interpolant.weights[j * r..])
+            {
                 *mode += phi * weight;
             }
         }

@@ -46,10 +46,7 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    plan.mesh.memory_bytes()
-        + plan.mesh.cells.len()
-        + 48 * nodes
-        + 8 * plan.n_modes() * deforming
+    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 48 * nodes + 8 * plan.n_modes() * deforming
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -152,7 +149,8 @@ fn as_text(plan: &Plan) -> String {
         "modes",
         format!(
             "{}, off by {:.1e} at most",
-            plan.n_modes(), plan.truncation()
+            plan.n_modes(),
+            plan.truncation()
         ),
     );
     if let Some(height) = plan.first_cells.smallest() {

@@ -62,7 +62,9 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
         let number = |text: &str| text.trim().parse::<usize>().ok();
         Some(number(start)?..number(end)?)
     });
-    ends.ok_or_else(|| format!("\"{text}\" is no range of steps; write A..B, as 0..90 for the first ninety"))
+    ends.ok_or_else(|| {
+        format!("\"{text}\" is no range of steps; write A..B, as 0..90 for the first ninety")
+    })
 }
 
 fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<Outcome> {

@@ -202,7 +202,9 @@ fn right_factor(matrix: &Matrix) -> Result<Matrix> {
     let (_, singular, right) = svd(matrix)?;
     let floor = singular.first().copied().unwrap_or(0.0) * ROUND_OFF;
     let n_modes = singular.iter().filter(|s| **s > floor).count();
-    Ok(Matrix::from_fn(right.n_rows(), n_modes, |i, j| right[(i, j)]))
+    Ok(Matrix::from_fn(right.n_rows(), n_modes, |i, j| {
+        right[(i, j)]
+    }))
 }
 
 /// (n, 3K) as (3n, K): entry (i, 3k + a) goes to (3i + a, k).

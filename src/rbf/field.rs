@@ -94,12 +94,7 @@ fn combine(values: &[f64], coefficients: &[[f64; 3]]) -> Vector {
     sum
 }
 
-fn evaluate_at(
-    base: &Interpolant,
-    points: &[Vector],
-    out: &mut [f64],
-    progress: &dyn Fn(usize),
-) {
+fn evaluate_at(base: &Interpolant, points: &[Vector], out: &mut [f64], progress: &dyn Fn(usize)) {
     let r = base.n_columns;
     let everywhere = Bounds::around(points).union(&Bounds::around(&base.points));
     if base.basis.radius >= everywhere.diagonal() {

@@ -106,7 +106,8 @@ impl<'a> Candidates<'a> {
                 self.chunks[chunk].find_worst(self.criterion);
                 continue;
             }
-            let new = self.chunks[chunk].take(worst.at, chosen.factor.n(), self.criterion.n_modes());
+            let new =
+                self.chunks[chunk].take(worst.at, chosen.factor.n(), self.criterion.n_modes());
             chosen.picked.push(worst.error);
             chosen.base.push(self.chunks[chunk].nodes[worst.at]);
             chosen.factor.push(&new.row, new.diagonal);

@@ -119,7 +119,11 @@ pub fn select(
             let mut round = Candidates::new(space, targets, &chosen, &residuals, &nodes);
             // What is left of the largest error when the measured one is just met.
             let enough = 0.95 * limits.tolerance * largest / measured;
-            round.pick((largest * limits.fall).max(enough), limits.max_points, &mut chosen);
+            round.pick(
+                (largest * limits.fall).max(enough),
+                limits.max_points,
+                &mut chosen,
+            );
             chosen.skipped += round.skipped();
         }
         if chosen.base.len() == before {
@@ -153,11 +157,13 @@ pub fn distinct(points: &[Vector], apart: f64, images: &[bool]) -> Vec<usize> {
             continue;
         }
         let [i, j, k] = cell(point);
-        let around = (0..27).map(|n| [
+        let around = (0..27).map(|n| {
+            [
                 i.saturating_add(n % 3 - 1),
                 j.saturating_add(n / 3 % 3 - 1),
                 k.saturating_add(n / 9 - 1),
-            ]);
+            ]
+        });
         let near = around
             .filter_map(|cell| cells.get(&cell))
             .flatten()
@@ -241,9 +247,7 @@ impl Targets<'_> {
 fn residuals(space: &Space, interpolant: &Interpolant, targets: Targets<'_>) -> Vec<f64> {
     let mut residuals = targets.values.to_vec();
     if interpolant.n_columns > 0 {
-        interpolant
-            .negated()
-            .add_at(targets.points, &mut residuals);
+        interpolant.negated().add_at(targets.points, &mut residuals);
     }
     if space.constraints.is_some() && interpolant.n_columns > 0 {
         residuals

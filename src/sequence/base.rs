@@ -121,8 +121,13 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.kernel, file.support_radius
         )));
     }
-    let twist = plan.layers.iter().any(|layer| layer.kind != Kind::Displacement);
-    if twist != file.rotation_nodes.is_some() || file.rotation_radius != plan.schedule.rbf.rotation_radius {
+    let twist = plan
+        .layers
+        .iter()
+        .any(|layer| layer.kind != Kind::Displacement);
+    if twist != file.rotation_nodes.is_some()
+        || file.rotation_radius != plan.schedule.rbf.rotation_radius
+    {
         return Err(Error::input(
             "the base points were chosen with another `interpolate` or `rotation_radius` than the schedule has",
         ));
@@ -132,7 +137,10 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
         ));
     }
-    for nodes in [Some(&file.nodes), file.rotation_nodes.as_ref()].into_iter().flatten() {
+    for nodes in [Some(&file.nodes), file.rotation_nodes.as_ref()]
+        .into_iter()
+        .flatten()
+    {
         check_distinct(nodes)?;
     }
     Ok(())

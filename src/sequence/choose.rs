@@ -42,7 +42,9 @@ pub fn with_bases(plan: &Plan, bases: Vec<Vec<usize>>) -> Result<Vec<Selection>>
     plan.layers
         .iter()
         .zip(bases)
-        .map(|(layer, base)| select::from_base(&layer.space, plan.targets(layer), base, measure(plan)))
+        .map(|(layer, base)| {
+            select::from_base(&layer.space, plan.targets(layer), base, measure(plan))
+        })
         .collect()
 }
 
@@ -141,7 +143,9 @@ fn by_constant(
         )
     };
     let chosen = select::select(&scalar, constant, limits, &mut |n, error| {
-        progress.say(&format!("{n} base points, error {error:.2e} of the constant"));
+        progress.say(&format!(
+            "{n} base points, error {error:.2e} of the constant"
+        ));
     })?;
     let own = select::from_base(&layer.space, targets, chosen.base, measure(plan))?;
     Ok(Selection {

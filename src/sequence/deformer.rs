@@ -87,7 +87,8 @@ impl<'a> Deformer<'a> {
                 _ => layer.criterion.largest_by_step(&selection.residuals),
             })
             .collect();
-        let largest = |errors: &Vec<f64>| errors[stretch.clone()].iter().copied().fold(0.0, f64::max);
+        let largest =
+            |errors: &Vec<f64>| errors[stretch.clone()].iter().copied().fold(0.0, f64::max);
         let chosen: Vec<Chosen<'_>> = selections
             .iter()
             .zip(&by_step)
@@ -166,7 +167,12 @@ impl<'a> Deformer<'a> {
 
     /// A step in as many parts as the schedule asks for, each interpolated on the mesh left by the
     /// one before.
-    fn through_substeps(&self, bases: &[Vec<usize>], step: &Step, out: &mut [Vector]) -> Result<f64> {
+    fn through_substeps(
+        &self,
+        bases: &[Vec<usize>],
+        step: &Step,
+        out: &mut [Vector],
+    ) -> Result<f64> {
         let plan = self.plan;
         let n = plan.schedule.rbf.substeps;
         let mut nodes = plan.reference.clone();
@@ -175,7 +181,8 @@ impl<'a> Deformer<'a> {
             let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
             let error = self.substep(bases, step, (from, to), &nodes, out)?;
             worst = worst.max(error);
-            plan.periodic.follow(&plan.motion, &plan.reference, None, out);
+            plan.periodic
+                .follow(&plan.motion, &plan.reference, None, out);
             nodes.copy_from_slice(out);
         }
         Ok(worst)
@@ -263,8 +270,12 @@ impl<'a> Deformer<'a> {
         let poses = self.plan.poses_at(step);
         let carry = self.plan.motion.carry(step);
         let surface = &self.plan.motion.surface.nodes;
-        let (mut largest, mut squares) =
-            glide::off_boundary(&self.plan.motion, &self.plan.surface, carry.as_ref(), points);
+        let (mut largest, mut squares) = glide::off_boundary(
+            &self.plan.motion,
+            &self.plan.surface,
+            carry.as_ref(),
+            points,
+        );
         for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
             let x = self.plan.reference[node as usize];
             let exact = match (role, &carry) {
@@ -325,7 +336,10 @@ impl Errors {
             let layers = plan.layers.iter().zip(values);
             let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
                 let r = layer.modes.n_modes;
-                add(sum, layer.displacement(*x, &values[at * r..(at + 1) * r], step.index))
+                add(
+                    sum,
+                    layer.displacement(*x, &values[at * r..(at + 1) * r], step.index),
+                )
             });
             distance(sub(exact, *x), moved)
         };

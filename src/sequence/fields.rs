@@ -72,7 +72,10 @@ impl Fields {
                 let mut field = Field::evaluate(interpolant, frame.nodes, deforming, &report);
                 if correct && layer.modes.n_modes > 0 {
                     let found = add_correction(frame, layer, chosen, &mut field);
-                    narrow = narrow.into_iter().chain(found).min_by(|a, b| a.width.total_cmp(&b.width));
+                    narrow = narrow
+                        .into_iter()
+                        .chain(found)
+                        .min_by(|a, b| a.width.total_cmp(&b.width));
                 }
                 field
             })

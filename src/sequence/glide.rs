@@ -24,7 +24,12 @@ fn sliding_nodes<'a>(
 }
 
 /// Puts the sliding nodes in `out` on their boundary. `frame` is the mesh that has been deformed.
-pub(super) fn place(motion: &Motion, surface: &SurfacePoints, frame: Frame<'_>, out: &mut [Vector]) {
+pub(super) fn place(
+    motion: &Motion,
+    surface: &SurfacePoints,
+    frame: Frame<'_>,
+    out: &mut [Vector],
+) {
     let Some(sliding) = &surface.sliding else {
         return;
     };

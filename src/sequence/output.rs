@@ -74,7 +74,13 @@ pub struct Names {
 
 impl Names {
     /// For a mesh of this name, in a format, with so many steps.
-    pub fn new(folder: &Path, mesh: &Path, format: &dyn Format, n_steps: usize, part: Part) -> Self {
+    pub fn new(
+        folder: &Path,
+        mesh: &Path,
+        format: &dyn Format,
+        n_steps: usize,
+        part: Part,
+    ) -> Self {
         // "wing.su2.gz" gives wing_0000.
         let name = mesh
             .file_stem()
@@ -159,7 +165,9 @@ impl Names {
             let rest = rest.strip_suffix('.')?;
             let numbers = rest.is_empty()
                 || rest.starts_with('_')
-                    && rest.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'_' | b'-'));
+                    && rest
+                        .bytes()
+                        .all(|b| b.is_ascii_digit() || matches!(b, b'_' | b'-'));
             numbers.then_some(())
         };
         let numbered = |stem: &str, extension: &str| {
@@ -174,10 +182,17 @@ impl Names {
                 || name == self.of_part("steps", "csv")
                 || name == self.of_part("run", "json");
         }
-        let whole = [("steps", "csv"), ("run", "json"), ("base", "toml"), ("base", "vtp")];
+        let whole = [
+            ("steps", "csv"),
+            ("run", "json"),
+            ("base", "toml"),
+            ("base", "vtp"),
+        ];
         mesh.is_some()
             || name == format!("{}.pvd", self.stem)
-            || whole.iter().any(|(stem, extension)| parts(stem, extension).is_some())
+            || whole
+                .iter()
+                .any(|(stem, extension)| parts(stem, extension).is_some())
     }
 }
 

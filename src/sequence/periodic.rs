@@ -28,7 +28,12 @@ pub struct PeriodicNodes {
 
 impl PeriodicNodes {
     /// Finds the pairs of a motion on its mesh, with the images within `radius`.
-    pub fn find(mesh: &Mesh, motion: &Motion, surface: &SurfacePoints, radius: f64) -> Result<Self> {
+    pub fn find(
+        mesh: &Mesh,
+        motion: &Motion,
+        surface: &SurfacePoints,
+        radius: f64,
+    ) -> Result<Self> {
         let tags = &motion.periodic;
         if tags.is_empty() {
             return Ok(Self::default());
@@ -103,7 +108,13 @@ impl PeriodicNodes {
 
     /// Puts every follower where its leader's image is. Where the reference mesh has them in the same
     /// relation to the last bit, so has `out`.
-    pub fn follow(&self, motion: &Motion, reference: &[Vector], carry: Option<&Transform>, out: &mut [Vector]) {
+    pub fn follow(
+        &self,
+        motion: &Motion,
+        reference: &[Vector],
+        carry: Option<&Transform>,
+        out: &mut [Vector],
+    ) {
         for follower in &self.followers {
             if role(motion, follower.node) == Some(Role::Fixed) {
                 continue;
@@ -134,7 +145,9 @@ fn in_words(symmetry: &Symmetry) -> String {
 }
 
 fn names(motion: &Motion, tags: &[usize]) -> String {
-    let names = tags.iter().map(|&tag| motion.surface.tags[tag].tag.as_str());
+    let names = tags
+        .iter()
+        .map(|&tag| motion.surface.tags[tag].tag.as_str());
     names.collect::<Vec<_>>().join(", ")
 }
 

@@ -102,7 +102,8 @@ impl Plan {
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
                  or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
-                self.truncation(), self.tolerance
+                self.truncation(),
+                self.tolerance
             )));
         }
         Ok(())

@@ -78,7 +78,8 @@ pub fn estimate_bytes(mesh: &Mesh, n_steps: usize) -> u64 {
 pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Result<Finished> {
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let dropped = before_work(plan, format, &request.fail_on)?;
+    let mut warnings = before_work(plan, format, &request.fail_on)?;
+    warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     let part = Part::new(request.steps.clone(), plan.motion.steps.len())?;
     let names = Names::new(
         &request.folder,
@@ -87,12 +88,7 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
         plan.motion.steps.len(),
         part,
     );
-    let record = Record::new(
-        names.record(),
-        plan,
-        &request.mesh,
-        &plan.schedule.path,
-    )?;
+    let record = Record::new(names.record(), plan, &request.mesh, &plan.schedule.path)?;
     let loaded = request
         .base
         .as_deref()
@@ -108,7 +104,7 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
         format,
         record,
         finished: Finished {
-            warnings: dropped,
+            warnings,
             ..Finished::default()
         },
         written: Vec::new(),
@@ -165,7 +161,13 @@ impl Run<'_> {
                 || self.write(mesh, step),
                 || {
                     let following = steps.get(i + 1)?;
-                    Some(compute(stretches, reference.as_ref(), mesh, following, &mut next))
+                    Some(compute(
+                        stretches,
+                        reference.as_ref(),
+                        mesh,
+                        following,
+                        &mut next,
+                    ))
                 },
             );
             let written = written?;

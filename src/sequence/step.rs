@@ -89,7 +89,11 @@ pub(super) fn row(plan: &Plan, step: &Step, computed: &Computed) -> Vec<String> 
         "max_displacement",
         number(plan.largest_displacement(step.index)),
     );
-    set(&mut row, "selection_error", number(computed.selection_error));
+    set(
+        &mut row,
+        "selection_error",
+        number(computed.selection_error),
+    );
     set(
         &mut row,
         "max_surface_error",

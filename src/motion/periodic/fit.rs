@@ -1,12 +1,14 @@
 //! Rigid maps that may take one side of a periodic pair to the other, from the places of their
 //! nodes alone.
 
-use super::{Axis, Places, SNAP, Sides, Symmetry};
+use super::{Axis, SNAP, Sides, Symmetry};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, add, cross, distance, dot, norm, scale, sub, unit};
 
 /// Sides whose nodes leave a common plane by less than this part of their extent lie in one plane.
 const IN_PLANE: f64 = 1e-6;
+/// An axis is along a plane when its sine with it is below this.
+const ALONG_PLANE: f64 = 1e-3;
 /// Rotations found from the nodes that are tried.
 const MOST_TRIED: usize = 64;
 /// An angle this near to a part of a circle is that part; relative.
@@ -17,7 +19,9 @@ impl Sides {
     pub(super) fn candidates(&self, axis: Option<Axis>) -> Vec<Symmetry> {
         let mut candidates = Vec::new();
         let by = sub(self.b.centre(), self.a.centre());
-        if norm(by) > self.tolerance && !self.lie_in_one_plane() {
+        if norm(by) > self.tolerance && self.common_plane().is_none() {
+            let size = by.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
+            let by = by.map(|x| if x.abs() <= SNAP * size { 0.0 } else { x });
             candidates.push(Symmetry::Translation(by));
         }
         candidates.extend(axis.and_then(|axis| self.about(axis)));
@@ -25,48 +29,53 @@ impl Sides {
         candidates
     }
 
-    /// Whether all nodes of a plane mesh lie on a line, of a solid one in a plane. Then nothing lies
-    /// between the sides along a translation: they are the halves of a cut, half a turn apart.
-    fn lie_in_one_plane(&self) -> bool {
+    /// The normal of the plane in which all nodes lie, of a plane mesh of the line (then zero). Such
+    /// sides are the halves of a cut, half a turn apart: along a translation nothing lies between
+    /// them.
+    fn common_plane(&self) -> Option<Vector> {
         let all = || self.a.at.iter().chain(&self.b.at);
         let limit = IN_PLANE * self.tolerance / super::TOLERANCE;
         let first = self.a.at[0];
-        let far = |height: &dyn Fn(Vector) -> f64| {
-            let heights = all().map(|x| (*x, height(sub(*x, first))));
-            heights.fold(
-                (first, 0.0),
-                |best, next| if next.1 > best.1 { next } else { best },
-            )
-        };
-        let Some(along) = unit(sub(far(&|v| norm(v)).0, first)) else {
-            return true;
+        let from_first: Vec<Vector> = all().map(|x| sub(*x, first)).collect();
+        let Some(along) = unit(farthest(&from_first, norm)) else {
+            return Some([0.0; 3]);
         };
         let across = |v: Vector| sub(v, scale(along, dot(along, v)));
-        let (second, width) = far(&|v| norm(across(v)));
-        if width <= limit {
-            return true;
+        let beside = across(farthest(&from_first, |v| norm(across(v))));
+        if norm(beside) <= limit {
+            return Some([0.0; 3]);
         }
         let bounds = Bounds::around(all());
         if bounds.high[2] - bounds.low[2] <= limit {
-            return false;
+            return None;
         }
-        let normal = unit(cross(along, across(sub(second, first)))).unwrap_or([0.0; 3]);
-        far(&|v| dot(normal, v).abs()).1 <= limit
+        let normal = unit(cross(along, beside))?;
+        let height = |v: &Vector| dot(normal, *v).abs();
+        from_first
+            .iter()
+            .all(|v| height(v) <= limit)
+            .then_some(normal)
+    }
+
+    /// Whether a rotation found from the nodes alone can be meant: half a turn only between the
+    /// halves of a cut along the axis. Sides across from each other with a mesh between them match
+    /// under half a turn when they are symmetric.
+    fn is_plausible(&self, direction: Vector, angle: f64) -> bool {
+        let half = angle.abs() > std::f64::consts::PI * (1.0 - PART_OF_CIRCLE);
+        let plane = if half {
+            self.common_plane()
+        } else {
+            Some([0.0; 3])
+        };
+        plane.is_some_and(|normal| dot(normal, direction).abs() < ALONG_PLANE)
     }
 
     /// The rotation about an axis that brings the centre of one side to that of the other.
     fn about(&self, axis: Axis) -> Option<Symmetry> {
-        let from_axis = |places: &Places| {
-            let v = sub(places.centre(), axis.origin);
-            sub(v, scale(axis.direction, dot(axis.direction, v)))
-        };
-        let (a, b) = (from_axis(&self.a), from_axis(&self.b));
-        if norm(a) <= self.tolerance || norm(b) <= self.tolerance {
-            return None;
-        }
-        let angle = dot(axis.direction, cross(a, b)).atan2(dot(a, b));
-        let angle = part_of_circle(angle);
-        (angle != 0.0).then_some(Symmetry::Rotation { axis, angle })
+        let (a, b) = (self.a.centre(), self.b.centre());
+        let near = |x: Vector| norm(from_axis(&axis, x)) <= self.tolerance;
+        let angle = part_of_circle(angle_about(&axis, a, b));
+        (angle != 0.0 && !near(a) && !near(b)).then_some(Symmetry::Rotation { axis, angle })
     }
 
     /// Rotations about any axis. Two nodes and the centre of the first side fix a rotation when
@@ -90,6 +99,8 @@ impl Sides {
                 for q in counterparts {
                     let angle = cross(first, *q)[2].atan2(dot(first, *q));
                     let turned = in_the_plane(angle, centre_a, centre_b);
+                    let turned =
+                        turned.filter(|(axis, angle)| self.is_plausible(axis.direction, *angle));
                     found.extend(turned.map(|(axis, angle)| Symmetry::Rotation { axis, angle }));
                 }
             }
@@ -129,7 +140,9 @@ impl Sides {
         let direction = unit(direction.map(|x| if x.abs() < SNAP { 0.0 } else { x }))?;
         let angle = part_of_circle(angle);
         let shift = sub(centre_b, centre_a);
-        if dot(direction, shift).abs() > 2.0 * self.tolerance || angle == 0.0 {
+        if dot(direction, shift).abs() > 2.0 * self.tolerance
+            || !self.is_plausible(direction, angle)
+        {
             return None;
         }
         let axis = Axis {
@@ -144,6 +157,18 @@ impl Sides {
         };
         Some(Symmetry::Rotation { axis, angle })
     }
+}
+
+/// The vector from the axis to a point, at a right angle.
+fn from_axis(axis: &Axis, x: Vector) -> Vector {
+    let v = sub(x, axis.origin);
+    sub(v, scale(axis.direction, dot(axis.direction, v)))
+}
+
+/// The angle about an axis from `a` to `b`, zero for a point on it.
+pub(super) fn angle_about(axis: &Axis, a: Vector, b: Vector) -> f64 {
+    let (a, b) = (from_axis(axis, a), from_axis(axis, b));
+    dot(axis.direction, cross(a, b)).atan2(dot(a, b))
 }
 
 fn farthest(vectors: &[Vector], length: impl Fn(Vector) -> f64) -> Vector {
@@ -208,7 +233,7 @@ fn in_the_plane(angle: f64, a: Vector, b: Vector) -> Option<(Axis, f64)> {
 }
 
 /// The angle, exactly a whole part of a circle when it is nearly one.
-fn part_of_circle(angle: f64) -> f64 {
+pub(super) fn part_of_circle(angle: f64) -> f64 {
     let parts = std::f64::consts::TAU / angle.abs();
     let whole = parts.round();
     match (parts - whole).abs() <= PART_OF_CIRCLE * whole {

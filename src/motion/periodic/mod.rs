@@ -120,25 +120,20 @@ impl Periodic {
         };
         sides.check(&a, &b)?;
         let mut nearest: Option<(Match, Symmetry)> = None;
-        for mut symmetry in sides.candidates(axis) {
-            let mut found = sides.pair(&symmetry);
-            if found.n_apart > 0 {
-                let better = |(best, _): &(Match, Symmetry)| found.n_apart < best.n_apart;
-                if nearest.as_ref().is_none_or(better) {
-                    nearest = Some((found, symmetry));
-                }
-                continue;
+        for rough in sides.candidates(axis) {
+            let (found, symmetry) = sides.refined(rough);
+            if found.n_apart == 0 {
+                return Ok(Self {
+                    pairs: sides.node_pairs(&found),
+                    symmetry,
+                    transform: symmetry.transform(),
+                    mismatch: found.mismatch,
+                });
             }
-            if let Symmetry::Translation(by) = &mut symmetry {
-                *by = sides.exact_translation(&found, *by);
-                found = sides.pair(&symmetry);
+            let better = |(best, _): &(Match, Symmetry)| found.n_apart < best.n_apart;
+            if nearest.as_ref().is_none_or(better) {
+                nearest = Some((found, symmetry));
             }
-            return Ok(Self {
-                pairs: sides.node_pairs(&found),
-                symmetry,
-                transform: symmetry.transform(),
-                mismatch: found.mismatch,
-            });
         }
         Err(sides.no_map(&a, &b, nearest))
     }
@@ -257,20 +252,41 @@ impl Sides {
         found
     }
 
-    /// The median difference of the partners; a component that is round-off is zero.
-    fn exact_translation(&self, found: &Match, by: Vector) -> Vector {
-        let size = by.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
-        std::array::from_fn(|k| {
-            if by[k].abs() <= SNAP * size {
-                return 0.0;
+    /// A map with the median translation or angle of the partners, on which nodes without a partner
+    /// have no influence, if it serves no less than the map itself; and how it pairs the sides.
+    fn refined(&self, rough: Symmetry) -> (Match, Symmetry) {
+        let first = self.pair(&rough);
+        let symmetry = self.median(&first, rough);
+        let second = self.pair(&symmetry);
+        match second.n_apart == 0 || second.n_apart < first.n_apart {
+            true => (second, symmetry),
+            false => (first, rough),
+        }
+    }
+
+    fn median(&self, found: &Match, rough: Symmetry) -> Symmetry {
+        let partner = |i: usize| self.b.at[found.partners[i].0 as usize];
+        let median = |of: &dyn Fn(Vector, Vector) -> f64| {
+            let nodes = self.a.at.iter().enumerate();
+            let mut values: Vec<f64> = nodes.map(|(i, x)| of(*x, partner(i))).collect();
+            let middle = values.len() / 2;
+            *values.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        match rough {
+            Symmetry::Translation(by) => {
+                let component = |k: usize| match by[k] == 0.0 {
+                    true => 0.0,
+                    false => median(&|x, y| y[k] - x[k]),
+                };
+                Symmetry::Translation(std::array::from_fn(component))
             }
-            let partners = self.a.at.iter().zip(&found.partners);
-            let mut differences: Vec<f64> = partners
-                .map(|(x, (partner, _))| self.b.at[*partner as usize][k] - x[k])
-                .collect();
-            let middle = differences.len() / 2;
-            *differences.select_nth_unstable_by(middle, f64::total_cmp).1
-        })
+            Symmetry::Rotation { axis, angle } => {
+                let map = rough.transform();
+                let rest = median(&|x, y| fit::angle_about(&axis, map.apply(x), y));
+                let angle = fit::part_of_circle(angle + rest);
+                Symmetry::Rotation { axis, angle }
+            }
+        }
     }
 
     fn node_pairs(&self, found: &Match) -> Vec<(u32, u32)> {
