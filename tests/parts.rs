@@ -84,7 +84,11 @@ fn a_constant_selection_comes_in_parts_as_in_one() {
     let folder = airfoil();
     case(folder.path(), "", "method = \"constant\"\nmax_points = 60");
     in_parts_as_in_one(folder.path(), "case.toml", true);
-    case(folder.path(), "", "method = \"constant\"\nconstant = [0.0, 0.1, 0.0]");
+    case(
+        folder.path(),
+        "",
+        "method = \"constant\"\nconstant = [0.0, 0.1, 0.0]",
+    );
     in_parts_as_in_one(folder.path(), "case.toml", true);
 }
 
@@ -100,7 +104,11 @@ fn selections_along_the_way_come_in_parts_as_in_one() {
 #[test]
 fn a_twist_comes_in_parts_as_in_one() {
     let folder = airfoil();
-    case(folder.path(), "interpolate = \"twist\"\nrotation_radius = 4.0", "");
+    case(
+        folder.path(),
+        "interpolate = \"twist\"\nrotation_radius = 4.0",
+        "",
+    );
     in_parts_as_in_one(folder.path(), "case.toml", true);
 }
 

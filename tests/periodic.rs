@@ -8,7 +8,9 @@ use azimesh::mesh::Mesh;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::sequence::{Sequence, Vector, diagonal, distance, nodes_of, read, same, testdata, write};
+use support::sequence::{
+    Sequence, Vector, diagonal, distance, nodes_of, read, same, testdata, write,
+};
 use support::succeed;
 
 /// Pairs of nodes of two tags of which the second is the image of the first, by the reference mesh.
@@ -37,7 +39,11 @@ fn assert_paired(
         let points = sequence.points(step);
         for &(a, b) in pairs {
             // Equal to the last bit, but for the sign of a zero.
-            assert_eq!(points[b], image(points[a]), "step {step}, nodes {a} and {b}");
+            assert_eq!(
+                points[b],
+                image(points[a]),
+                "step {step}, nodes {a} and {b}"
+            );
             largest = largest.max(distance(points[a], sequence.reference.points[a]));
         }
     }
@@ -116,7 +122,10 @@ fn paired_edges_of_a_square_are_one_apart_to_the_last_bit() {
     let across = |[x, y, z]: Vector| [x + 1.0, y, z];
     let up = |[x, y, z]: Vector| [x, y + 1.0, z];
     let left_right = "periodic = [ { pair = [\"left\", \"right\"] } ]";
-    for others in ["fixed = [\"bottom\", \"top\"]", "slide = [\"bottom\", \"top\"]"] {
+    for others in [
+        "fixed = [\"bottom\", \"top\"]",
+        "slide = [\"bottom\", \"top\"]",
+    ] {
         let channel = block(folder.path(), &format!("{left_right}\n{others}"));
         channel.assert_sound();
         let sides = pairs(&channel.reference, ["left", "right"], across);
@@ -135,7 +144,9 @@ fn paired_edges_of_a_square_are_one_apart_to_the_last_bit() {
 fn the_order_of_a_pair_does_not_matter() {
     let folder = tempfile::tempdir().unwrap();
     let run = |a: &str, b: &str| {
-        let pair = format!("periodic = [ {{ pair = [\"{a}\", \"{b}\"] }} ]\nslide = [\"bottom\", \"top\"]");
+        let pair = format!(
+            "periodic = [ {{ pair = [\"{a}\", \"{b}\"] }} ]\nslide = [\"bottom\", \"top\"]"
+        );
         block(folder.path(), &pair).points(3)
     };
     let (forth, back) = (run("left", "right"), run("right", "left"));
@@ -232,11 +243,20 @@ fn a_sector_with_periodic_sides_moves_as_in_the_whole_annulus() {
     write(&whole, &path.join("whole.vtu"));
     let mut text = String::new();
     for copy in 0..4 {
-        let _ = write!(text, "{}", body(&format!("blade_{copy}"), 90.0 * f64::from(copy)));
+        let _ = write!(
+            text,
+            "{}",
+            body(&format!("blade_{copy}"), 90.0 * f64::from(copy))
+        );
     }
     text += &PITCH.replace("PERIODIC", "");
     std::fs::write(path.join("whole.toml"), text).unwrap();
-    let annulus = Sequence::of(path, &path.join("whole.vtu"), &path.join("whole.toml"), "whole");
+    let annulus = Sequence::of(
+        path,
+        &path.join("whole.vtu"),
+        &path.join("whole.toml"),
+        "whole",
+    );
 
     let (part, whole) = (sector.points(0), annulus.points(0));
     let limit = 1e-9 * diagonal(&whole);
@@ -261,7 +281,11 @@ fn sides_that_do_not_match_are_refused_with_the_node() {
     std::fs::write(path.join("b.toml"), format!("{BLOCK}{sides}\n")).unwrap();
     let run = support::azimesh(path, &["deform", "b.vtu", "b.toml", "-o", "out"]);
     assert_eq!(run.code, 2, "{run:?}");
-    assert!(run.err.contains("left") && run.err.contains("right"), "{}", run.err);
+    assert!(
+        run.err.contains("left") && run.err.contains("right"),
+        "{}",
+        run.err
+    );
     assert!(!path.join("out").exists(), "nothing is written");
     succeed(path, &["-q", "info", "b.vtu"]);
 }

@@ -6,10 +6,10 @@ mod support;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use support::rewrite;
 use support::sequence::{
     Sequence, Vector, diagonal, distance, faces_of, nodes_of, read, same, testdata, write,
 };
-use support::rewrite;
 
 /// Nodes of the first tags that are on none of the others.
 fn nodes_but(sequence: &Sequence, tags: &[&str], but: &[&str]) -> BTreeSet<usize> {
@@ -37,13 +37,20 @@ fn nodes_of_a_symmetry_plane_slide_in_it_to_the_last_bit() {
     let sliding = nodes_but(&wing, &["symmetry"], &["wing", "farfield"]);
     let fixed = nodes_of(&wing.reference, &["farfield"]);
     let moving = nodes_of(&wing.reference, &["wing"]);
-    assert!(plane.intersection(&moving).count() > 10, "the wing stands on it");
+    assert!(
+        plane.intersection(&moving).count() > 10,
+        "the wing stands on it"
+    );
     let mut largest: f64 = 0.0;
     for (step, azimuth) in wing.numbers("azimuth_deg").into_iter().enumerate() {
         let points = wing.points(step);
         for &node in &plane {
             let z = wing.reference.points[node][2];
-            assert_eq!(points[node][2].to_bits(), z.to_bits(), "step {step}, node {node}");
+            assert_eq!(
+                points[node][2].to_bits(),
+                z.to_bits(),
+                "step {step}, node {node}"
+            );
         }
         for &node in &fixed {
             assert!(same(points[node], wing.reference.points[node]));
@@ -54,7 +61,10 @@ fn nodes_of_a_symmetry_plane_slide_in_it_to_the_last_bit() {
         for &node in &moving {
             let [x, y, z] = wing.reference.points[node];
             let exact = [cos * x + sin * y, cos * y - sin * x, z];
-            assert!(distance(points[node], exact) < 1e-14, "step {step}, node {node}");
+            assert!(
+                distance(points[node], exact) < 1e-14,
+                "step {step}, node {node}"
+            );
         }
         largest = largest.max(farthest(&wing, &points, &sliding));
     }
@@ -104,7 +114,10 @@ fn an_oblique_symmetry_plane_keeps_its_nodes_to_round_off() {
     mesh.points = mesh.points.into_iter().map(tilted).collect();
     let text = std::fs::read_to_string(testdata("wing_on_plane.toml")).unwrap();
     let text = text
-        .replace("[0.0, 0.0, -1.0]", &format!("{:?}", tilted([0.0, 0.0, -1.0])))
+        .replace(
+            "[0.0, 0.0, -1.0]",
+            &format!("{:?}", tilted([0.0, 0.0, -1.0])),
+        )
         .replace("[0.0, 1.0, 0.0]", &format!("{:?}", tilted([0.0, 1.0, 0.0])));
     std::fs::write(path.join("w.toml"), text).unwrap();
     let file = path.join("w.vtu");
@@ -116,7 +129,11 @@ fn an_oblique_symmetry_plane_keeps_its_nodes_to_round_off() {
     let limit = 1e-14 * diagonal(&points);
     let height = |x: Vector| (cos * x[2] - sin * x[1]).abs();
     for &node in &nodes_of(&wing.reference, &["symmetry"]) {
-        assert!(height(points[node]) <= limit, "node {node}: {:e}", height(points[node]));
+        assert!(
+            height(points[node]) <= limit,
+            "node {node}: {:e}",
+            height(points[node])
+        );
     }
     // Which way the mesh lies decides nothing but the base points among equals.
     for (at, expected) in points.iter().zip(straight.points(2)) {
@@ -154,7 +171,8 @@ fn on_facet(corners: &[Vector], x: Vector, limit: f64) -> bool {
             foot[axis] += t * edge[axis];
         }
     }
-    let inside = parameters.iter().all(|t| *t >= -1e-9) && parameters.iter().sum::<f64>() <= 1.0 + 1e-9;
+    let inside =
+        parameters.iter().all(|t| *t >= -1e-9) && parameters.iter().sum::<f64>() <= 1.0 + 1e-9;
     inside && distance(x, foot) <= limit
 }
 
@@ -195,12 +213,21 @@ fn nodes_of_a_circle_in_the_plane_stay_on_it() {
     let folder = support::airfoil();
     let path = folder.path();
     let slide = ("fixed = [\"farfield\"]", "slide = [\"farfield\"]");
-    rewrite(path, "n.toml", "n.toml", &[slide, ("step = 10.0", "step = 45.0")]);
+    rewrite(
+        path,
+        "n.toml",
+        "n.toml",
+        &[slide, ("step = 10.0", "step = 45.0")],
+    );
     let out = Sequence::of(path, &path.join("n.vtu"), &path.join("n.toml"), "out");
     out.assert_sound();
     assert_on_surface(&out, &["farfield"], 0.05);
     for x in out.points(2) {
-        assert_eq!(x[2].to_bits(), 0.0f64.to_bits(), "a plane mesh stays in its plane");
+        assert_eq!(
+            x[2].to_bits(),
+            0.0f64.to_bits(),
+            "a plane mesh stays in its plane"
+        );
     }
 }
 
@@ -227,9 +254,18 @@ fn the_shipped_block_slides_along_the_square_and_turns_by_60_degrees() {
     block.assert_sound();
     let edges = ["left", "right", "bottom", "top"];
     let points = block.points(6);
-    for (tag, axis, at) in [("left", 0, 0.0f64), ("right", 0, 1.0), ("bottom", 1, 0.0), ("top", 1, 1.0)] {
+    for (tag, axis, at) in [
+        ("left", 0, 0.0f64),
+        ("right", 0, 1.0),
+        ("bottom", 1, 0.0),
+        ("top", 1, 1.0),
+    ] {
         for node in nodes_of(&block.reference, &[tag]) {
-            assert_eq!(points[node][axis].to_bits(), at.to_bits(), "{tag}, node {node}");
+            assert_eq!(
+                points[node][axis].to_bits(),
+                at.to_bits(),
+                "{tag}, node {node}"
+            );
         }
     }
     let nodes = nodes_of(&block.reference, &edges);
@@ -271,14 +307,21 @@ fn the_sphere_of_su2_moves_between_two_symmetry_planes() {
         let points = slice.points(step);
         for &node in &flat {
             let z = slice.reference.points[node][2];
-            assert_eq!(points[node][2].to_bits(), z.to_bits(), "step {step}, node {node}");
+            assert_eq!(
+                points[node][2].to_bits(),
+                z.to_bits(),
+                "step {step}, node {node}"
+            );
         }
         for &node in &tilted {
             let [_, y, z] = points[node];
             let off = (cos * z - sin * y).abs();
             let before = slice.reference.points[node];
             let off_before = (cos * before[2] - sin * before[1]).abs();
-            assert!(off <= off_before + limit, "step {step}, node {node}: {off:e}");
+            assert!(
+                off <= off_before + limit,
+                "step {step}, node {node}: {off:e}"
+            );
         }
         // On the axis nodes keep to both planes: they slide along it.
         for &node in flat.intersection(&tilted) {

@@ -52,7 +52,11 @@ fn an_airfoil_turns_by_270_degrees_without_inverted_cells_where_displacement_fol
     let twist = deform(path, "n.vtu", &text("twist"), "twist");
     twist.assert_sound();
     assert!(twist.numbers("min_scaled_jacobian")[6] > 0.2);
-    assert!({ twist.numbers("min_first_cell_ratio") }.iter().all(|ratio| *ratio > 0.98));
+    assert!(
+        { twist.numbers("min_first_cell_ratio") }
+            .iter()
+            .all(|ratio| *ratio > 0.98)
+    );
     let points = twist.points(6);
     for node in nodes_of(&twist.reference, &["airfoil"]) {
         let [x, y, z] = twist.reference.points[node];
@@ -115,7 +119,12 @@ fn a_pitching_flapping_blade_is_where_displacement_puts_it_at_small_angles() {
     );
     let straight = deform(path, "b.vtu", &text, "straight");
     straight.assert_sound();
-    let twist = deform(path, "b.vtu", &(text + "interpolate = \"twist\"\n"), "twist");
+    let twist = deform(
+        path,
+        "b.vtu",
+        &(text + "interpolate = \"twist\"\n"),
+        "twist",
+    );
     twist.assert_sound();
     let largest = twist.numbers("max_displacement")[1];
     assert!(largest > 0.01);

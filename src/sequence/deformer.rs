@@ -84,7 +84,9 @@ impl<'a> Deformer<'a> {
             .zip(&selections)
             .map(|(layer, selection)| match layer.modes.n_modes {
                 0 => vec![0.0; plan.motion.steps.len()],
-                _ => layer.criterion.largest_by_step(&selection.residuals),
+                _ => layer
+                    .criterion
+                    .largest_by_step(&selection.residuals, &layer.arms),
             })
             .collect();
         let largest =
@@ -222,6 +224,7 @@ impl<'a> Deformer<'a> {
                     values: &layer.modes.values,
                     criterion: &layer.criterion,
                     images: &plan.periodic.is_image,
+                    arms: &layer.arms,
                 };
                 select::from_base(&layer.space, targets, base.clone(), Measure::Max)
             })

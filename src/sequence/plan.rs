@@ -117,6 +117,7 @@ impl Plan {
             values: &layer.modes.values,
             criterion: &layer.criterion,
             images: &self.periodic.is_image,
+            arms: &layer.arms,
         }
     }
 

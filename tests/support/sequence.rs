@@ -25,7 +25,9 @@ pub fn read(path: &Path) -> Mesh {
 
 /// Writes a mesh as VTU.
 pub fn write(mesh: &Mesh, path: &Path) {
-    let format = formats::FORMATS.iter().find(|format| format.name() == "vtu");
+    let format = formats::FORMATS
+        .iter()
+        .find(|format| format.name() == "vtu");
     let mut file = std::fs::File::create(path).unwrap();
     let options = WriteOptions::default();
     format.unwrap().write(mesh, &mut file, &options).unwrap();
@@ -52,7 +54,14 @@ pub fn faces_of(mesh: &Mesh, tags: &[&str]) -> Vec<Vec<usize>> {
     assert_eq!(named.len(), tags.len(), "the mesh has the tags {tags:?}");
     let cells = named.iter().flat_map(|group| group.cells.iter());
     cells
-        .map(|cell| mesh.cells.get(cell).nodes.iter().map(|&n| n as usize).collect())
+        .map(|cell| {
+            mesh.cells
+                .get(cell)
+                .nodes
+                .iter()
+                .map(|&n| n as usize)
+                .collect()
+        })
         .collect()
 }
 
@@ -135,7 +144,10 @@ impl Sequence {
         assert_eq!(self.column("inverted"), vec!["0"; self.n_steps()]);
         let limit = 1e-12 * diagonal(&self.reference.points);
         for (step, error) in self.numbers("max_surface_error").into_iter().enumerate() {
-            assert!(error <= limit, "step {step}: surface nodes off by {error:e}");
+            assert!(
+                error <= limit,
+                "step {step}: surface nodes off by {error:e}"
+            );
         }
     }
 }
