@@ -156,7 +156,8 @@ def slope(values, of):
     """d log(of) / d log(values), by least squares."""
     x, y = [math.log(value) for value in values], [math.log(value) for value in of]
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+    exponent = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+    return round(exponent, 2) + 0.0  # no -0.00
 
 
 def expected(part, points):
