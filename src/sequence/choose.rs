@@ -43,7 +43,15 @@ pub fn with_bases(plan: &Plan, bases: Vec<Vec<usize>>) -> Result<Vec<Selection>>
         .iter()
         .zip(bases)
         .map(|(layer, base)| {
-            select::from_base(&layer.space, plan.targets(layer), base, measure(plan))
+            let constant = match plan.schedule.selection.method {
+                SelectionMethod::Constant => Some(constant_error(plan, layer, base.clone())?),
+                _ => None,
+            };
+            let own = select::from_base(&layer.space, plan.targets(layer), base, measure(plan))?;
+            Ok(Selection {
+                measured: constant.unwrap_or(own.measured),
+                ..own
+            })
         })
         .collect()
 }
@@ -122,12 +130,7 @@ fn by_constant(
     if size == 0.0 || layer.modes.n_modes == 0 {
         return select::from_base(&layer.space, targets, Vec::new(), measure(plan));
     }
-    // One direction: a scalar field, times the length of the vector.
-    let body = plan.surface.body.iter();
-    let values: Vec<f64> = body
-        .map(|body| if body.is_some() { size } else { 0.0 })
-        .collect();
-    let criterion = Criterion::new(1, &[1.0, 0.0, 0.0])?;
+    let (values, criterion) = constant_field(plan, size)?;
     let constant = Targets {
         values: &values,
         criterion: &criterion,
@@ -155,6 +158,32 @@ fn by_constant(
         skipped: chosen.skipped,
         ..own
     })
+}
+
+/// The target of Algorithm 2 has one direction: a scalar field on all that moves, of the length of
+/// the vector.
+fn constant_field(plan: &Plan, size: f64) -> Result<(Vec<f64>, Criterion)> {
+    let body = plan.surface.body.iter();
+    let values = body
+        .map(|body| if body.is_some() { size } else { 0.0 })
+        .collect();
+    Ok((values, Criterion::new(1, &[1.0, 0.0, 0.0])?))
+}
+
+/// What the selection of Algorithm 2 measures, of base points chosen before.
+fn constant_error(plan: &Plan, layer: &Layer, base: Vec<usize>) -> Result<f64> {
+    let size = norm(constant(plan, layer));
+    if size == 0.0 || layer.modes.n_modes == 0 {
+        return Ok(0.0);
+    }
+    let (values, criterion) = constant_field(plan, size)?;
+    let targets = Targets {
+        values: &values,
+        criterion: &criterion,
+        ..plan.targets(layer)
+    };
+    let selection = select::from_base(&layer.space.scalar(), targets, base, measure(plan))?;
+    Ok(selection.measured)
 }
 
 /// The vector of Algorithm 2: that of the schedule, or the largest component of the layer's data over
