@@ -24,13 +24,13 @@ def page(results):
     if whole:
         parts.append(m427(whole))
     paragraphs = "\n\n".join(part.strip() for part in parts).split("\n\n")
-    return "\n\n".join(filled(paragraph.strip()) for paragraph in paragraphs if paragraph.strip()) + "\n"
+    return "\n\n".join(filled(paragraph.strip("\n")) for paragraph in paragraphs if paragraph.strip()) + "\n"
 
 
 def filled(paragraph):
-    """Prose in lines of one length; tables, headings, pictures and commands as they are."""
-    if paragraph.startswith(("|", "#", "!", ".venv")):
-        return "    " + paragraph if paragraph.startswith(".venv") else paragraph
+    """Prose in lines of one length; tables, headings, pictures and what is indented as they are."""
+    if paragraph.startswith(("|", "#", "!", "    ")):
+        return paragraph
     return textwrap.fill(" ".join(paragraph.split()), width=125, break_long_words=False, break_on_hyphens=False)
 
 
@@ -238,24 +238,28 @@ def cost(result):
         rows.append([
             f"{run['tolerance']:g}", f"{points['n'][i]:,.0f}", points["sweeps"][i],
             seconds(points["selection"][i]), seconds(points["selection_formula"][i]),
-            seconds(points["evaluation"][i]), seconds(points["evaluation_formula"][i]),
+            seconds(points["evaluation"][i]), seconds(points["evaluation_formula"][i]), seconds(points["step"][i]),
         ])  # fmt: skip
-    header = ["tolerance, m", "base points", "sweeps", "selection, s", "formula", "evaluation, s", "formula"]
+    header = ["tolerance, m", "base points", "sweeps", "selection, s", "formula", "evaluation, s", "formula", "step, s"]
     run = result["runs"][0]
     return f"""
 ### Cost against base points
 
-The same blade, {run["surface_points"]:,} surface points and {run["nodes"]:,} nodes, method `sequence`, one step, no
-correction. Formulas: selection `a N_s sum n_k + b (m n^2 + n^3/3)`, with `n_k` the base points at each sweep and the last set once
-more, `m` the candidates of a round; evaluation of {run["modes"]} modes at all nodes `a N_v n + c`. Fitted are
-`a` = {1e9 * points["a"]:.2f} ns an evaluation of the kernel (both cores), `b` = {1e9 * points["b"]:.3f} ns a multiply-add and
-`c` = {points["c"]:.2f} s.
+The same blade, {run["surface_points"]:,} surface points and {run["nodes"]:,} nodes, method `sequence`, no correction, no quality.
+The formulas are
+
+    selection   a N_s sum n_k + b (m n^2 + n^3/3)    n_k base points at each sweep, and the last set once more; m candidates a round
+    evaluation  a N_v n + c                          {run["modes"]} modes at all nodes
+
+with `a` = {1e9 * points["a"]:.2f} ns an evaluation of the kernel (both cores), `b` = {1e9 * points["b"]:.3f} ns a multiply-add
+and `c` = {points["c"]:.2f} s fitted to these runs.
 
 {table(header, rows)}
 
 ![cost against base points](pictures/paper_cost.png)
 
-The evaluation is done once for the whole sequence: after it a step costs the same whatever the number of base points.
+The paper evaluates its base points anew at each step. Here that is done once for the whole sequence, and after it a step costs
+the same whatever their number (last column, beside its writing).
 """
 
 
