@@ -50,7 +50,7 @@ All of it is made again by
 
 which writes this page. "Error" is the largest distance of a surface node from where the motion puts it **before** the
 correction (`selection_error` of steps.csv), over all surface nodes and not only the base points; after the correction
-it is round-off. "Inverted" counts cells at all steps together.
+they are there to the last bit. "Inverted" counts cells at all steps together.
 """
 
 
