@@ -44,6 +44,15 @@ impl Bounds {
         self
     }
 
+    /// The box with `margin` more on every side.
+    #[must_use]
+    pub fn grown(&self, margin: f64) -> Self {
+        Self {
+            low: self.low.map(|x| x - margin),
+            high: self.high.map(|x| x + margin),
+        }
+    }
+
     /// Length of the diagonal; zero when empty.
     pub fn diagonal(&self) -> f64 {
         let squares = (0..3).map(|i| (self.high[i] - self.low[i]).max(0.0).powi(2));

@@ -3,6 +3,7 @@
 pub mod bounds;
 pub mod closest;
 pub mod curve;
+pub mod oriented;
 pub mod rotation;
 pub mod transform;
 pub mod vector;

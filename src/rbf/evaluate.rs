@@ -45,6 +45,11 @@ impl WeightedBase<'_> {
     /// On all threads. `N n` kernel evaluations; base points out of reach of a block's bounding box
     /// are skipped, which pays when neighbours in memory are neighbours in space.
     pub fn add_at(&self, points: &[Vector], out: &mut [f64]) {
+        self.add_at_with(Arch::new(), points, out);
+    }
+
+    /// `add_at` with the instructions of `arch`, to measure them beside each other.
+    pub fn add_at_with(&self, arch: Arch, points: &[Vector], out: &mut [f64]) {
         assert_eq!(out.len(), points.len() * self.n_columns);
         if self.n_columns == 0 || self.points.is_empty() {
             return;
@@ -53,31 +58,37 @@ impl WeightedBase<'_> {
             .zip(points.par_chunks(BLOCK))
             .for_each_init(Reach::default, |reach, (out, points)| {
                 reach.gather(self, points);
-                self.add_block(reach, points, out);
+                self.add_block(arch, reach, points, out);
             });
     }
 
-    fn add_block(&self, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
+    fn add_block(&self, arch: Arch, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
         match self.basis.kernel {
-            Kernel::WendlandC0 => self.add_with::<C0>(reach, points, out),
-            Kernel::WendlandC2 => self.add_with::<C2>(reach, points, out),
-            Kernel::WendlandC4 => self.add_with::<C4>(reach, points, out),
-            Kernel::WendlandC6 => self.add_with::<C6>(reach, points, out),
+            Kernel::WendlandC0 => self.add_with::<C0>(arch, reach, points, out),
+            Kernel::WendlandC2 => self.add_with::<C2>(arch, reach, points, out),
+            Kernel::WendlandC4 => self.add_with::<C4>(arch, reach, points, out),
+            Kernel::WendlandC6 => self.add_with::<C6>(arch, reach, points, out),
         }
     }
 
-    fn add_with<K: Radial>(&self, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
+    fn add_with<K: Radial>(
+        &self,
+        arch: Arch,
+        reach: &mut Reach,
+        points: &[Vector],
+        out: &mut [f64],
+    ) {
         macro_rules! fused {
             ($($r:literal),*) => {
                 match self.n_columns {
-                    $($r => Arch::new().dispatch(Fused::<K, $r> {
+                    $($r => arch.dispatch(Fused::<K, $r> {
                         points,
                         base: reach,
                         inverse: 1.0 / self.basis.radius,
                         out,
                         kernel: PhantomData,
                     }),)*
-                    r => self.add_tiles::<K>(reach, points, r, out),
+                    r => self.add_tiles::<K>(arch, reach, points, r, out),
                 }
             };
         }
@@ -87,6 +98,7 @@ impl WeightedBase<'_> {
 
     fn add_tiles<K: Radial>(
         &self,
+        arch: Arch,
         reach: &mut Reach,
         points: &[Vector],
         n_columns: usize,
@@ -95,7 +107,7 @@ impl WeightedBase<'_> {
         let weights = reach.weights.chunks(TILE * n_columns);
         for (base, weights) in reach.points.chunks(TILE).zip(weights) {
             reach.tile.resize(points.len() * base.len(), 0.0);
-            Arch::new().dispatch(Tile::<K> {
+            arch.dispatch(Tile::<K> {
                 points,
                 base,
                 inverse: 1.0 / self.basis.radius,

@@ -66,11 +66,18 @@ impl Field {
                     displace_block(values, coefficients, reference, out);
                 }),
             Some(nodes) => {
-                out.copy_from_slice(reference);
-                for (&node, values) in nodes.iter().zip(self.values.chunks_exact(self.n_modes)) {
-                    let at = node as usize;
-                    out[at] = add(reference[at], combine(values, coefficients));
-                }
+                let blocks = out.par_chunks_mut(4096).zip(reference.par_chunks(4096));
+                blocks.enumerate().for_each(|(block, (out, reference))| {
+                    out.copy_from_slice(reference);
+                    let first = block * 4096;
+                    let from = nodes.partition_point(|&node| (node as usize) < first);
+                    let to = nodes.partition_point(|&node| (node as usize) < first + out.len());
+                    for row in from..to {
+                        let at = nodes[row] as usize - first;
+                        let values = &self.values[row * self.n_modes..][..self.n_modes];
+                        out[at] = add(reference[at], combine(values, coefficients));
+                    }
+                });
             }
         }
     }

@@ -6,7 +6,7 @@
 //! along the constraints: it decides which points are tried, not what they give.
 
 use super::criterion::Criterion;
-use super::select::{Chosen, Targets};
+use super::select::{Chosen, Targets, arm};
 use super::space::Space;
 use crate::geometry::vector::Vector;
 use crate::linear::{GrowingCholesky, Matrix};
@@ -36,6 +36,8 @@ struct Chunk {
     newton: Vec<f64>,
     /// Power function, squared.
     power: Vec<f64>,
+    /// Displacement that a residual of one makes.
+    arms: Vec<f64>,
     /// Chosen or passed over.
     done: Vec<bool>,
     worst: Worst,
@@ -79,7 +81,7 @@ impl<'a> Candidates<'a> {
                     .flat_map(|&i| &residuals[i * r..(i + 1) * r])
                     .copied()
                     .collect();
-                let mut chunk = Chunk::new(nodes, targets.points, residuals);
+                let mut chunk = Chunk::new(nodes, &targets, residuals);
                 chunk.start(space, &base, &chosen.factor);
                 chunk.find_worst(criterion);
                 chunk
@@ -137,9 +139,10 @@ impl<'a> Candidates<'a> {
 }
 
 impl Chunk {
-    fn new(nodes: &[usize], points: &[Vector], residuals: Vec<f64>) -> Self {
+    fn new(nodes: &[usize], targets: &Targets<'_>, residuals: Vec<f64>) -> Self {
         Self {
-            points: nodes.iter().map(|&i| points[i]).collect(),
+            points: nodes.iter().map(|&i| targets.points[i]).collect(),
+            arms: nodes.iter().map(|&i| arm(targets.arms, i)).collect(),
             power: vec![1.0; nodes.len()],
             done: vec![false; nodes.len()],
             newton: Vec::new(),
@@ -166,9 +169,10 @@ impl Chunk {
     fn find_worst(&mut self, criterion: &Criterion) {
         let mut worst = Worst { error: 0.0, at: 0 };
         let residuals = self.residuals.chunks_exact(criterion.n_modes());
-        for (at, (residual, done)) in residuals.zip(&self.done).enumerate() {
-            if !done && criterion.bound(residual) > worst.error {
-                let error = criterion.sampled(residual);
+        let candidates = residuals.zip(&self.done).zip(&self.arms);
+        for (at, ((residual, done), arm)) in candidates.enumerate() {
+            if !done && arm * criterion.bound(residual) > worst.error {
+                let error = arm * criterion.sampled(residual);
                 if error > worst.error {
                     worst = Worst { error, at };
                 }

@@ -31,6 +31,14 @@ pub struct Targets<'a> {
     pub criterion: &'a Criterion,
     /// Points that never become base points, as an image of each does; none when empty.
     pub images: &'a [bool],
+    /// Displacement that a residual of one makes at each point; 1 at all when empty.
+    pub arms: &'a [f64],
+}
+
+/// The arm of a point among `arms`, which may be empty.
+#[inline]
+pub(super) fn arm(arms: &[f64], point: usize) -> f64 {
+    arms.get(point).copied().unwrap_or(1.0)
 }
 
 /// Which error has to come below the tolerance.
@@ -214,10 +222,10 @@ impl Chosen {
         let values = targets.values_at(&self.base);
         let interpolant = space.interpolant(targets.points, &self.base, &values)?;
         let residuals = residuals(space, &interpolant, targets);
-        let error = largest_error(targets.criterion, &residuals, 0.0);
+        let error = largest_error(&targets, &residuals, 0.0);
         let measured = match measure {
             Measure::Max => error,
-            Measure::Mean => targets.criterion.largest_mean(&residuals),
+            Measure::Mean => targets.criterion.largest_mean(&residuals, targets.arms),
         };
         Ok(Selection {
             base: self.base,
@@ -262,26 +270,32 @@ fn residuals(space: &Space, interpolant: &Interpolant, targets: Targets<'_>) -> 
 fn errors(targets: &Targets<'_>, residuals: &[f64], limits: &Limits) -> (f64, f64) {
     match limits.measure {
         Measure::Max => {
-            let largest = largest_error(targets.criterion, residuals, limits.tolerance);
+            let largest = largest_error(targets, residuals, limits.tolerance);
             (largest, largest)
         }
         Measure::Mean => (
-            largest_error(targets.criterion, residuals, 0.0),
-            targets.criterion.largest_mean(residuals),
+            largest_error(targets, residuals, 0.0),
+            targets.criterion.largest_mean(residuals, targets.arms),
         ),
     }
 }
 
 /// The largest error over all nodes and steps. Above `tolerance` an estimate over a sample of the
 /// steps serves; at or below it the value is exact.
-fn largest_error(criterion: &Criterion, residuals: &[f64], tolerance: f64) -> f64 {
+fn largest_error(targets: &Targets<'_>, residuals: &[f64], tolerance: f64) -> f64 {
+    const NODES: usize = 1024;
+    let criterion = targets.criterion;
     let r = criterion.n_modes().max(1);
     let largest = |error: fn(&Criterion, &[f64], f64) -> f64, floor: f64| {
         residuals
-            .par_chunks(r * 1024)
-            .map(|nodes| {
-                let errors = nodes.chunks_exact(r);
-                errors.fold(floor, |worst, e| error(criterion, e, worst).max(worst))
+            .par_chunks(r * NODES)
+            .enumerate()
+            .map(|(chunk, nodes)| {
+                let errors = nodes.chunks_exact(r).enumerate();
+                errors.fold(floor, |worst, (i, e)| {
+                    let arm = arm(targets.arms, NODES * chunk + i);
+                    f64::max(worst, arm * error(criterion, e, worst / arm))
+                })
             })
             .reduce(|| floor, f64::max)
     };
@@ -319,8 +333,9 @@ fn worst_of_runs(targets: &Targets<'_>, residuals: &[f64], runs: usize) -> Vec<u
             let mut worst = (usize::MAX, -1.0);
             for (i, e) in residuals.chunks_exact(r).enumerate() {
                 let image = !targets.images.is_empty() && targets.images[run * length + i];
-                if !image && criterion.bound(e) > worst.1 {
-                    let error = criterion.sampled(e);
+                let arm = arm(targets.arms, run * length + i);
+                if !image && arm * criterion.bound(e) > worst.1 {
+                    let error = arm * criterion.sampled(e);
                     if error > worst.1 {
                         worst = (i, error);
                     }

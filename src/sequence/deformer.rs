@@ -82,7 +82,12 @@ impl<'a> Deformer<'a> {
             .layers
             .iter()
             .zip(&selections)
-            .map(|(layer, selection)| layer.criterion.largest_by_step(&selection.residuals))
+            .map(|(layer, selection)| match layer.modes.n_modes {
+                0 => vec![0.0; plan.motion.steps.len()],
+                _ => layer
+                    .criterion
+                    .largest_by_step(&selection.residuals, &layer.arms),
+            })
             .collect();
         let largest =
             |errors: &Vec<f64>| errors[stretch.clone()].iter().copied().fold(0.0, f64::max);
@@ -219,6 +224,7 @@ impl<'a> Deformer<'a> {
                     values: &layer.modes.values,
                     criterion: &layer.criterion,
                     images: &plan.periodic.is_image,
+                    arms: &layer.arms,
                 };
                 select::from_base(&layer.space, targets, base.clone(), Measure::Max)
             })

@@ -46,6 +46,8 @@ pub struct Layer {
     pub modes: Modes,
     /// The error of a residual over all steps, as a displacement.
     pub criterion: Criterion,
+    /// Displacement that an error of one makes at each surface point; 1 at all when empty.
+    pub arms: Vec<f64>,
     /// The part of the tolerance that is left to it.
     pub tolerance: f64,
 }
@@ -109,12 +111,15 @@ pub fn layers(
     let both = rotation.n_modes > 0 && translation.n_modes > 0;
     let tolerance = method.tolerance * if both { 0.5 } else { 1.0 };
     Ok(vec![
-        Layer::new(
-            Kind::Rotation(turning),
-            method.rotation.clone(),
-            rotation,
-            tolerance,
-        )?,
+        Layer {
+            arms: arms(surface.points, &turning),
+            ..Layer::new(
+                Kind::Rotation(turning),
+                method.rotation.clone(),
+                rotation,
+                tolerance,
+            )?
+        },
         Layer::new(
             Kind::Displacement,
             method.displacement.clone(),
@@ -165,6 +170,18 @@ fn rotations(surface: RigidSurface<'_>, turns: &[&Turns]) -> Result<(Vec<Turning
     Ok((turning, all.unwrap_or_default()))
 }
 
+/// How far each point is from the centres of the bodies, in the reaches of these; the largest.
+fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
+    let arm = |point: &Vector| {
+        let arms = bodies
+            .iter()
+            .filter(|body| !body.modes.is_empty())
+            .map(|body| distance(*point, body.centre) / body.reach);
+        arms.fold(0.0, f64::max).max(f64::MIN_POSITIVE)
+    };
+    points.iter().map(arm).collect()
+}
+
 impl Layer {
     fn new(kind: Kind, space: Space, modes: Modes, tolerance: f64) -> Result<Self> {
         Ok(Self {
@@ -172,6 +189,7 @@ impl Layer {
             kind,
             space,
             modes,
+            arms: Vec::new(),
             tolerance,
         })
     }

@@ -15,6 +15,7 @@ use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Schedule, Selec
 use crate::rbf::select::Targets;
 use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// The tolerance left out of a schedule, in diagonals of the moving bodies.
@@ -116,6 +117,7 @@ impl Plan {
             values: &layer.modes.values,
             criterion: &layer.criterion,
             images: &self.periodic.is_image,
+            arms: &layer.arms,
         }
     }
 
@@ -215,9 +217,9 @@ impl Plan {
         let step = &self.motion.steps[step];
         let bodies = 0..self.motion.bodies.len();
         let poses: Vec<Transform> = bodies.map(|body| self.motion.pose(body, step)).collect();
-        let nodes = self.surface.points.iter().zip(&self.surface.body);
+        let nodes = self.surface.points.par_iter().zip(&self.surface.body);
         let moved = nodes.filter_map(|(x, body)| Some(distance(poses[(*body)?].apply(*x), *x)));
-        moved.fold(0.0, f64::max)
+        moved.reduce(|| 0.0, f64::max)
     }
 
     /// The nodes that deform, ascending; `None` for all.

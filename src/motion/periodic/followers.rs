@@ -1,6 +1,6 @@
 //! Which node leads each paired node, through pairs of pairs.
 
-use super::images::distinct;
+use super::images::{Distinct, distinct};
 use super::{Periodic, Symmetry};
 use crate::error::Result;
 use crate::geometry::{Bounds, Transform};
@@ -24,7 +24,10 @@ pub struct Follower {
 /// # Errors
 /// Pairs whose maps do not commute.
 pub fn followers(pairs: &[Periodic], bounds: &Bounds) -> Result<Vec<Follower>> {
-    let (symmetries, of_pairs) = distinct(pairs, bounds)?;
+    let Distinct {
+        symmetries,
+        of_pairs,
+    } = distinct(pairs, bounds)?;
     let mut steps: Vec<(u32, u32, usize, i32)> = Vec::new();
     for (pair, (symmetry, sense)) in pairs.iter().zip(of_pairs) {
         for &(a, b) in pair.pairs.iter().filter(|(a, b)| a != b) {

@@ -25,7 +25,7 @@ const SAME: f64 = 1e-6;
 /// More than 200 images; an angle that does not divide the circle; maps of several pairs that do not
 /// commute.
 pub fn images(pairs: &[Periodic], radius: f64, bounds: &Bounds) -> Result<Vec<Transform>> {
-    let (symmetries, _) = distinct(pairs, bounds)?;
+    let symmetries = distinct(pairs, bounds)?.symmetries;
     let mut group = vec![Transform::IDENTITY];
     for symmetry in &symmetries {
         let powers = powers(symmetry, radius, bounds)?;
@@ -50,12 +50,17 @@ fn too_many(n_images: usize, radius: f64) -> Error {
     ))
 }
 
-/// The maps that are not the same as, or the inverse of, one before; and for each pair which of them
-/// it has and whether forwards (1) or backwards (-1).
-pub(super) fn distinct(
-    pairs: &[Periodic],
-    bounds: &Bounds,
-) -> Result<(Vec<Symmetry>, Vec<(usize, i32)>)> {
+/// The different maps of some pairs.
+pub(super) struct Distinct {
+    /// Those that are not the same as, or the inverse of, one before.
+    pub symmetries: Vec<Symmetry>,
+    /// Which of them each pair has, and whether forwards (1) or backwards (-1).
+    pub of_pairs: Vec<(usize, i32)>,
+}
+
+/// # Errors
+/// Maps that do not commute.
+pub(super) fn distinct(pairs: &[Periodic], bounds: &Bounds) -> Result<Distinct> {
     let mut found: Vec<Symmetry> = Vec::new();
     let mut of_pairs = Vec::with_capacity(pairs.len());
     for pair in pairs {
@@ -78,7 +83,10 @@ pub(super) fn distinct(
         of_pairs.push((found.len(), 1));
         found.push(pair.symmetry);
     }
-    Ok((found, of_pairs))
+    Ok(Distinct {
+        symmetries: found,
+        of_pairs,
+    })
 }
 
 /// Whether two maps put the corners of the box at the same places.

@@ -233,11 +233,8 @@ impl Sides {
             first_apart: None,
             mismatch: 0.0,
         };
-        let mut hint = None;
         for (i, x) in self.a.at.iter().enumerate() {
-            let foot = self
-                .target
-                .nearest(&map.apply(*x), f64::INFINITY, &mut hint);
+            let foot = self.target.nearest(&map.apply(*x), f64::INFINITY);
             let foot = foot.expect("the second side has nodes");
             let (partner, away) = (foot.corners[0], foot.distance_squared.sqrt());
             let taken = &mut taken[partner as usize];

@@ -12,8 +12,9 @@ mod patches;
 use super::constraint::Constraint;
 use crate::geometry::Bounds;
 use crate::geometry::closest::ClosestSurface;
-use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
+use crate::geometry::vector::{Vector, cross, distance, dot, norm, scale, sub, unit};
 use patches::{Patches, SHARP, Sector, UnionFind};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Directions of creases closer than this cosine are one crease.
@@ -75,7 +76,10 @@ impl Sliding {
         let nodes: Vec<u32> = (0..points.len() as u32)
             .filter(|&i| sliding[i as usize])
             .collect();
-        let tracks: Vec<Track> = nodes.iter().map(|&i| track(&patches, points, i)).collect();
+        let tracks: Vec<Track> = nodes
+            .par_iter()
+            .map(|&i| track(&patches, points, i))
+            .collect();
         let mut build = Build {
             points,
             patches: &patches,
@@ -122,7 +126,9 @@ impl Sliding {
             _ if x == point.reference => x,
             Path::Shape { shape, planes } => {
                 let shape = &self.shapes[shape as usize];
-                let foot = shape.nearest(&x, f64::INFINITY, &mut None);
+                // The reference is on the shape, so that nothing farther off is the nearest.
+                let within = 1.001 * distance(x, point.reference);
+                let foot = shape.nearest(&x, within);
                 let on_shape = foot.map_or(point.reference, |foot| shape.point(&foot));
                 planes.hold(point.reference, on_shape)
             }

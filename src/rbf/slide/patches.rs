@@ -8,6 +8,7 @@
 
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
+use rayon::prelude::*;
 
 /// Cosine of the fold from which a hinge is a crease: 20 degrees.
 pub(super) const SHARP: f64 = 0.939_692_620_785_908_4;
@@ -95,8 +96,7 @@ impl Patches {
 
     /// Joins facets at their hinges and numbers the patches.
     fn join(&mut self, points: &[Vector], tags: &[u32], flat: &[[u32; 3]]) {
-        let mut hinges = self.hinges(flat);
-        hinges.sort_unstable();
+        let hinges = self.hinges(flat);
         let n = self.facets.len();
         self.joints = vec![[NONE; 3]; n];
         self.creased = vec![[false; 3]; n];
@@ -126,26 +126,41 @@ impl Patches {
         self.planes = vec![None; n_patches as usize];
     }
 
-    /// Every side of every facet as (hinge, facet, side). The sides of a facet without area are one
-    /// hinge.
+    /// Every side of every facet as (hinge, facet, side), by hinge. The sides of a facet without area
+    /// are one hinge.
     fn hinges(&self, flat: &[[u32; 3]]) -> Vec<(u32, u32, u32)> {
-        let sides = |facet: &[u32; 3]| sides(facet, self.in_plane);
-        let mut keys: Vec<(u32, u32)> = self.facets.iter().chain(flat).flat_map(sides).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let index = |key| keys.binary_search(&key).expect("every side is listed") as u32;
-        let mut same = UnionFind::new(keys.len());
-        for facet in flat {
-            let mut sides = sides(facet);
-            let first = sides.next().map(index).expect("a facet has sides");
-            sides.for_each(|side| same.join(first, index(side)));
+        let n = self.facets.len() as u32;
+        let all = self.facets.iter().chain(flat).zip(0..);
+        let mut keyed: Vec<((u32, u32), u32, u32)> = all
+            .flat_map(|(facet, at)| {
+                let sides = sides(facet, self.in_plane).zip(0..);
+                sides.map(move |(key, side)| (key, at, side))
+            })
+            .collect();
+        keyed.par_sort_unstable();
+        let mut hinges: Vec<(u32, u32, u32)> = Vec::with_capacity(keyed.len());
+        let mut n_hinges = 0;
+        for same in keyed.chunk_by(|a, b| a.0 == b.0) {
+            hinges.extend(same.iter().map(|&(_, at, side)| (n_hinges, at, side)));
+            n_hinges += 1;
         }
-        let mut hinges = Vec::new();
-        for (at, facet) in self.facets.iter().enumerate() {
-            for (side, key) in sides(facet).enumerate() {
-                hinges.push((same.root(index(key)), at as u32, side as u32));
+        if flat.is_empty() {
+            return hinges;
+        }
+        let mut same = UnionFind::new(n_hinges as usize);
+        let mut first = vec![NONE; flat.len()];
+        for &(hinge, at, _) in hinges.iter().filter(|side| side.1 >= n) {
+            let first = &mut first[(at - n) as usize];
+            match *first {
+                NONE => *first = hinge,
+                first => same.join(first, hinge),
             }
         }
+        hinges.retain(|side| side.1 < n);
+        for (hinge, ..) in &mut hinges {
+            *hinge = same.root(*hinge);
+        }
+        hinges.par_sort_unstable();
         hinges
     }
 
@@ -336,7 +351,7 @@ fn without_repeats(facets: &[[u32; 3]]) -> Vec<usize> {
     for (corners, _) in &mut keyed {
         corners.sort_unstable();
     }
-    keyed.sort_unstable();
+    keyed.par_sort_unstable();
     keyed.dedup_by_key(|(corners, _)| *corners);
     let mut kept: Vec<usize> = keyed.into_iter().map(|(_, at)| at).collect();
     kept.sort_unstable();
