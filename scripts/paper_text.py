@@ -200,8 +200,9 @@ def verdict(runs):
     """What the errors of the three methods say, in words."""
     over = [max(run["constant"]["error"]) / float(tolerance) for tolerance, run in runs.items()]
     most = [run["sequence"]["base_points"][0] / max(run["real"]["base_points"]) for run in runs.values()]
+    times = " to ".join(sorted({f"{min(most):.2f}", f"{max(most):.2f}"}))
     return f"""
-`sequence` meets its tolerance at every azimuth with one selection, of {min(most):.2f} to {max(most):.2f} times the points that
+`sequence` meets its tolerance at every azimuth with one selection, of {times} times the points that
 Algorithm 1 takes at its hardest azimuth. Algorithm 2 knows the size of the motion and not its shape: its error comes to
 {min(over):.0f} to {max(over):.0f} times the tolerance.
 """
