@@ -415,7 +415,7 @@ mod tests {
             body: &body,
         };
         let vector = Modes::of_rigid_bodies(surface, &poses, Form::Vector).expect("it converges");
-        assert!(vector.n_modes <= 3 * 16 && vector.n_modes % 3 == 0);
+        assert!(vector.n_modes <= 3 * 16 && vector.n_modes.is_multiple_of(3));
         assert!(vector.truncation < 1e-13, "{}", vector.truncation);
         let modes = Modes::of_rigid_bodies(surface, &poses, Form::Scalar).expect("it converges");
         assert!(modes.n_modes <= 8);
@@ -441,7 +441,8 @@ mod tests {
             .iter()
             .map(|start| (0..5).map(|k| pitch_and_flap(k + start)).collect())
             .collect();
-        let mut modes = Modes::of_rigid_bodies(surface, &poses, Form::Scalar).expect("it converges");
+        let mut modes =
+            Modes::of_rigid_bodies(surface, &poses, Form::Scalar).expect("it converges");
         for value in modes.values.iter_mut().filter(|value| **value != 0.0) {
             *value *= 1.0 + 1e-3 * value.sin();
         }

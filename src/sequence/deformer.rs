@@ -289,7 +289,9 @@ impl<'a> Deformer<'a> {
         let errors: Vec<(f64, f64)> = chunks
             .map(|(nodes, roles)| {
                 let errors = nodes.iter().zip(roles).filter_map(off);
-                errors.fold((0.0, 0.0), |sum, error| combined(sum, (error, error * error)))
+                errors.fold((0.0, 0.0), |sum, error| {
+                    combined(sum, (error, error * error))
+                })
             })
             .collect();
         let sliding = glide::off_boundary(&plan.motion, &plan.surface, carry.as_ref(), points);
