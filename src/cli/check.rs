@@ -2,7 +2,7 @@
 
 use super::{Context, Outcome};
 use crate::error::Result;
-use crate::motion::{Frame, Role, Schedule};
+use crate::motion::{Frame, Role, Schedule, TagRole};
 use crate::sequence::{Plan, estimate_bytes};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -30,13 +30,14 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     Ok(Outcome::Fine)
 }
 
-fn role_name(plan: &Plan, role: Option<Role>) -> String {
-    match role {
+fn role_name(plan: &Plan, tag: &TagRole) -> String {
+    match tag.role {
         Some(Role::Moving(body)) => {
             format!("moves with {}", plan.motion.bodies[usize::from(body)].name)
         }
         Some(Role::Fixed) => "fixed".into(),
         Some(Role::Sliding) => "slides".into(),
+        None if tag.periodic => "periodic".into(),
         None => "free".into(),
     }
 }
@@ -45,10 +46,7 @@ fn role_name(plan: &Plan, role: Option<Role>) -> String {
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    plan.mesh.memory_bytes()
-        + plan.mesh.cells.len()
-        + 48 * nodes
-        + 8 * plan.modes.n_modes * deforming
+    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 48 * nodes + 8 * plan.n_modes() * deforming
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -96,13 +94,13 @@ fn as_json(plan: &Plan) -> Value {
         "nodes": plan.reference.len(),
         "surface_points": plan.surface.nodes.len(),
         "coincident_surface_nodes": plan.surface.n_coincident,
-        "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag.role) })).collect::<Vec<_>>(),
+        "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag) })).collect::<Vec<_>>(),
         "kernel": plan.basis.kernel.name(),
         "support_radius": plan.basis.radius,
         "tolerance": plan.tolerance,
         "chosen": plan.choices,
-        "modes": plan.modes.n_modes,
-        "mode_truncation": plan.modes.truncation,
+        "modes": plan.n_modes(),
+        "mode_truncation": plan.truncation(),
         "smallest_first_cell": plan.first_cells.smallest(),
         "memory_bytes": memory_bytes(plan),
         "conventions": conventions(plan),
@@ -133,7 +131,7 @@ fn as_text(plan: &Plan) -> String {
         ),
     );
     for tag in &plan.motion.surface.tags {
-        line("tag", format!("{}: {}", tag.tag, role_name(plan, tag.role)));
+        line("tag", format!("{}: {}", tag.tag, role_name(plan, tag)));
     }
     line(
         "kernel",
@@ -151,7 +149,8 @@ fn as_text(plan: &Plan) -> String {
         "modes",
         format!(
             "{}, off by {:.1e} at most",
-            plan.modes.n_modes, plan.modes.truncation
+            plan.n_modes(),
+            plan.truncation()
         ),
     );
     if let Some(height) = plan.first_cells.smallest() {

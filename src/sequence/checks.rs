@@ -7,7 +7,6 @@ use crate::error::{Error, Kind, Result};
 use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::quality::{Criterion, Summary};
-use crate::rbf::select::Selection;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
@@ -113,25 +112,4 @@ fn check_precision(plan: &Plan) -> Result<()> {
         .file(&plan.schedule.path));
     }
     Ok(())
-}
-
-/// Fails a run whose base points miss the tolerance; they are saved, no mesh is written.
-pub(super) fn check_tolerance(plan: &Plan, selection: &Selection) -> Result<()> {
-    let selected = plan.schedule.selection.method != SelectionMethod::All;
-    if !selected || selection.error <= plan.tolerance {
-        return Ok(());
-    }
-    let reason = match selection.base.len() >= plan.schedule.selection.max_points {
-        true => "max_points is reached",
-        false => "no further surface node can be added",
-    };
-    Err(Error::check(format!(
-        "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
-         no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
-        plan.tolerance,
-        selection.base.len(),
-        selection.error,
-        plan.basis.radius
-    ))
-    .file(&plan.schedule.path))
 }

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::formats::save_text;
 use crate::rbf::select::Selection;
 use serde_json::{Value, json};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -66,21 +67,10 @@ impl Record {
             "surface_points": plan.surface.nodes.len(),
             "coincident_surface_nodes": plan.surface.n_coincident,
             "steps": plan.motion.steps.len(),
-            "modes": plan.modes.n_modes,
-            "mode_truncation": plan.modes.truncation,
+            "modes": plan.n_modes(),
+            "mode_truncation": plan.truncation(),
         });
         Ok(Self { path, content })
-    }
-
-    /// Adds what the selection came to.
-    pub fn selection(&mut self, selection: &Selection) {
-        let history = selection.history.iter();
-        self.content["selection"] = json!({
-            "base_points": selection.base.len(),
-            "error": selection.error,
-            "skipped": selection.skipped,
-            "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
-        });
     }
 
     /// Adds a value.
@@ -117,4 +107,32 @@ fn input(path: &Path) -> Result<Value> {
         "file": path.display().to_string(),
         "blake3": hasher.finalize().to_string(),
     }))
+}
+
+/// What the selections of a stretch came to. `history` holds pairs of base points and the largest
+/// error over all nodes, a pair a sweep; `residuals` the error of each base point when it was chosen.
+pub(super) fn selection_record(
+    plan: &Plan,
+    stretch: &Range<usize>,
+    selections: &[Selection],
+) -> Value {
+    let layers = plan.layers.iter().zip(selections);
+    let layers = layers.map(|(layer, selection)| {
+        let history = selection.history.iter();
+        json!({
+            "of": layer.name(),
+            "base_points": selection.base.len(),
+            "tolerance": layer.tolerance,
+            "error": selection.error,
+            "measured": selection.measured,
+            "skipped": selection.skipped,
+            "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
+            "residuals": selection.picked,
+        })
+    });
+    json!({
+        "first_step": stretch.start,
+        "steps": stretch.len(),
+        "layers": layers.collect::<Vec<_>>(),
+    })
 }

@@ -4,7 +4,11 @@
 use crate::error::{Error, Result};
 use crate::geometry::{curve, vector::Vector};
 use crate::mesh::{CellKind, Cells, Mesh};
+use crate::modes::RigidSurface;
 use crate::motion::{Motion, Role};
+use crate::rbf::constraint::Constraint;
+use crate::rbf::slide::Sliding;
+use std::sync::Arc;
 
 /// Distinct surface points with the body each moves with.
 #[derive(Debug, Clone, Default)]
@@ -19,6 +23,12 @@ pub struct SurfacePoints {
     pub facets: Vec<[u32; 3]>,
     /// Surface nodes that lie where another does.
     pub n_coincident: usize,
+    /// For each surface node of the motion its point.
+    pub point_of: Vec<u32>,
+    /// Facets of sliding boundaries, and the tag of each.
+    pub sliding_facets: (Vec<[u32; 3]>, Vec<u32>),
+    /// Where sliding points may go; `None` when none slides.
+    pub sliding: Option<Sliding>,
 }
 
 impl SurfacePoints {
@@ -44,25 +54,45 @@ impl SurfacePoints {
             });
         }
         surface.n_coincident = nodes.len() - surface.nodes.len();
+        surface.point_of = same.iter().map(|&first| point_of[first]).collect();
         let point = |node: u32| {
             let at = nodes.binary_search(&node).ok()?;
             Some(point_of[same[at]])
         };
         surface.add_facets(mesh, motion, point);
+        surface.sliding = surface.find_sliding(motion, &surface.points);
         Ok(surface)
     }
 
+    /// The sliding points with the surface points at given places; `None` when none slides.
+    pub fn find_sliding(&self, motion: &Motion, points: &[Vector]) -> Option<Sliding> {
+        let mut slides = vec![false; points.len()];
+        for (role, &point) in motion.surface.nodes.roles.iter().zip(&self.point_of) {
+            slides[point as usize] |= *role == Role::Sliding;
+        }
+        let (facets, tags) = &self.sliding_facets;
+        slides
+            .contains(&true)
+            .then(|| Sliding::new(points, facets, tags, &slides))
+    }
+
     fn add_facets(&mut self, mesh: &Mesh, motion: &Motion, point: impl Fn(u32) -> Option<u32>) {
-        let mut add = |kind: CellKind, nodes: &[u32]| {
+        let mut add = |kind: CellKind, nodes: &[u32], slides_on: Option<u32>| {
             for triangle in triangles(kind, nodes) {
                 if let [Some(a), Some(b), Some(c)] = triangle.map(&point) {
                     self.facets.push([a, b, c]);
+                    if let Some(tag) = slides_on {
+                        self.sliding_facets.0.push([a, b, c]);
+                        self.sliding_facets.1.push(tag);
+                    }
                 }
             }
         };
-        for &cell in &motion.surface.faces.cells {
+        let faces = &motion.surface.faces;
+        for ((&cell, role), &tag) in faces.cells.iter().zip(&faces.roles).zip(&faces.tags) {
             let face = mesh.cells.get(cell as usize);
-            add(face.kind, face.nodes);
+            let slides_on = (*role == Role::Sliding).then_some(tag);
+            add(face.kind, face.nodes, slides_on);
         }
         let none = Cells::new();
         let interface = motion
@@ -70,7 +100,22 @@ impl SurfacePoints {
             .as_ref()
             .map_or(&none, |zone| &zone.interface_faces);
         for face in interface.iter() {
-            add(face.kind, face.nodes);
+            add(face.kind, face.nodes, None);
+        }
+    }
+
+    /// The directions in which each point is held; `None` when none slides.
+    pub fn constraints(&self, sliding: Option<&Sliding>) -> Option<Arc<Vec<Constraint>>> {
+        let sliding = sliding?;
+        let points = 0..self.points.len();
+        Some(Arc::new(points.map(|i| sliding.constraint(i)).collect()))
+    }
+
+    /// The points with the body of each.
+    pub fn rigid(&self) -> RigidSurface<'_> {
+        RigidSurface {
+            points: &self.points,
+            body: &self.body,
         }
     }
 
