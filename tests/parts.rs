@@ -17,12 +17,14 @@ fn rows(table: &[u8]) -> Vec<String> {
     text.lines().map(row).collect()
 }
 
-/// Meshes and rows that a run left.
+/// Meshes and rows that a run left; a part calls its table steps_A-B.csv.
 fn left(folder: &Path, out: &str) -> (BTreeMap<String, Vec<u8>>, Vec<String>) {
     let mut files = files(&folder.join(out));
-    let table = files.remove("steps.csv").expect("a table of the steps");
+    let mut tables = files.iter().filter(|(name, _)| name.ends_with(".csv"));
+    let rows = rows(tables.next().expect("a table of the steps").1);
+    assert!(tables.next().is_none());
     files.retain(|name, _| name.ends_with(".vtu"));
-    (files, rows(&table))
+    (files, rows)
 }
 
 /// Runs a schedule of seven steps whole and in three parts; with `base` from base points chosen
