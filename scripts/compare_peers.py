@@ -24,7 +24,7 @@ STEPS = {1: "values = [270.0]", 36: "start = 0.0\nstop = 350.0\nstep = 10.0"}
 ROWS = {
     "azimesh": "azimesh",
     "exact": "azimesh, exact surface and quality",
-    "threads": "numpy, in blocks, two threads",
+    "threads": "numpy, in blocks, a thread a core",
     "blocks": "numpy, in blocks",
     "whole": "numpy, whole matrix",
     "scipy": "SciPy `RBFInterpolator`, linear",
@@ -166,7 +166,8 @@ def page(options, about, chosen, results):
     return f"""# Beside scripts in numpy and SciPy
 
 What a user would script, measured by `scripts/compare_peers.py`, which writes this page. {datetime.date.today():%B %Y}, {machine()};
-Python {sys.version.split()[0]}, {libraries}. Medians of {options.rounds} rounds in which every program runs once, in turn, in a process of its own.
+Python {sys.version.split()[0]}, {libraries}. Medians of {options.rounds} rounds in which every program runs once, in turn, in a process
+of its own.
 
 `azimesh sample blade`: {size}, hexahedra. The paper's cyclic
 pitch and flap, Wendland C2, and the same {chosen['layers'][0]['base_points']:,} base points for all, chosen by `azimesh select` for a tolerance of
@@ -193,8 +194,8 @@ Every node of every step that numpy computes is where azimesh puts it, to {agree
 - **azimesh, exact surface and quality**: as azimesh comes. It corrects the surface and judges every cell at every step; the rows
   above and below do neither.
 - **numpy, in blocks**: one Cholesky factorisation, weights of all steps together, one kernel matrix for each 1,024 nodes, worked
-  on in place, times the weights; with two threads, or as it comes (the matrix product has two anyway). **Whole matrix**: the
-  formula as it stands for all nodes at once, then a product a step.
+  on in place, times the weights; a thread for each core, or one loop (whose matrix product has them anyway).
+- **numpy, whole matrix**: the formula as it stands for all nodes at once, then a product a step.
 - **`RBFInterpolator`**: one fit with three columns a step. It has no Wendland function; its linear kernel does not fade with
   distance, and the base points were chosen for Wendland's, hence its error.
 """

@@ -39,6 +39,7 @@ PARTS = {
     "writing": "writing, s",
     "whole": "whole command, s",
     "megabytes": "peak memory, MB",
+    "error": "error before the correction",
 }
 MODES = 3
 SCHEDULE = """
@@ -96,6 +97,7 @@ def deform(program, folder, size, correction):
         "cells": record["cells"],
         "surface": record["surface_points"],
         "sweeps": len(layer["history"]),
+        "error": layer["error"],
     }
 
 
@@ -154,7 +156,8 @@ def slope(values, of):
     """d log(of) / d log(values), by least squares."""
     x, y = [math.log(value) for value in values], [math.log(value) for value in of]
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+    exponent = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+    return round(exponent, 2) + 0.0  # no -0.00
 
 
 def expected(part, points):
@@ -178,8 +181,9 @@ def table(symbol, values, points):
     for part, name in PARTS.items():
         found = [f[part] for f in points]
         formula = expected(part, points)
-        slopes = [f"{slope(values, found):.2f}" if min(found) > 0 else "", f"{slope(values, formula):.2f}" if formula else ""]
-        lines.append(f"| {' | '.join([name, *(significant(value) for value in found), *slopes])} |")
+        digits = 2 if part == "error" else 3
+        slopes = [f"{slope(values, row):.2f}" if row and min(row) > 0 else "" for row in (found, formula)]
+        lines.append(f"| {' | '.join([name, *(significant(value, digits) for value in found), *slopes])} |")
     return "\n".join(lines)
 
 
@@ -203,7 +207,7 @@ Markers are measurements, dashed lines the formulas of [the method](method.md), 
 |---|---|---|
 | selection | sweeps x N_s n + candidates x n^2 + n^3 / 3 | candidates: one for every 16 surface nodes, 512 to 4,096 |
 | modes | N_v n | once for all steps |
-| correction | | how far it reaches from the surface is in proportion to the error that it takes away, so it falls with n |
+| correction | | reaches from the surface in proportion to the error that it takes away: falls with n |
 | steps | K N_v | positions, and their error at the surface |
 | writing | K N_v | one VTU file a step; overlaps with the next step's positions, and shares the cores with them |
 | peak memory | that of the mesh, or of the selection where it is larger | no array has the size N_v n or N_s K |

@@ -4,7 +4,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 COLOURS = {
     "selection": "#1f77b4",
@@ -41,7 +41,7 @@ def scales(axes, values):
     """Logarithms on both axes, with the values themselves below."""
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xticks(values, [short(value) for value in values])
+    axes.set_xticks(values, [short(value) for value in values], fontsize=9)
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(short))
     axes.yaxis.set_minor_formatter(NullFormatter())
@@ -67,6 +67,7 @@ def draw(description, series, expected, path):
         curve(below, values, points, "megabytes", expected)
         for axes in (above, below):
             scales(axes, values)
+        below.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         above.set_ylim(limits(series, parts))
         below.set_ylim(limits(series, ["megabytes"]))
         symbols = ", ".join(f"${key}$ = {short(value)}" for key, value in held.items())

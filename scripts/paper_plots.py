@@ -96,6 +96,7 @@ def costs(result):
     )
     right.plot(n, points["evaluation"], "o", color=COLOURS["real"], label="evaluation at all nodes, measured")
     right.plot(n, points["evaluation_formula"], "-", color=COLOURS["real"], lw=1, label=r"$a\,N_v n + c$")
+    right.plot(n, points["step"], "s", ms=4, color=COLOURS["sequence"], label="positions at a step, measured")
     right.set_ylim(bottom=0)
     for axis in (left, right):
         axis.set_xlabel("base points")
@@ -118,6 +119,7 @@ def formulas(result):
     swept = np.array([sum(points for points, _ in layer["history"]) for layer in layers], dtype=float)
     selection = np.array([run["seconds"]["selection"] for run in runs])
     evaluation = np.array([run["seconds"]["modes"] for run in runs])
+    step = np.array([run["seconds"]["steps"] / len(run["azimuth"]) for run in runs])
     a, c = np.polyfit(nodes * n, evaluation, 1, w=1 / evaluation)
     # The chosen base points are evaluated once more at the surface when their weights are final.
     kernels = a * surface * (swept + n)
@@ -127,5 +129,5 @@ def formulas(result):
         "n": n, "sweeps": [len(layer["history"]) for layer in layers], "a": a, "b": b, "c": c,
         "selection": selection, "selection_formula": kernels + b * products,
         "one_by_one": a * surface * n**2 / 2,
-        "evaluation": evaluation, "evaluation_formula": a * nodes * n + c,
+        "evaluation": evaluation, "evaluation_formula": a * nodes * n + c, "step": step,
     }  # fmt: skip

@@ -88,17 +88,15 @@ COLUMNS = {
 }
 
 
-def deform(mesh, text, folder, steps=None, base=None):
+def deform(mesh, text, folder, steps=None):
     """Runs `azimesh deform` and returns what it wrote down of itself; the meshes are deleted.
 
-    All steps or the first ones; base points chosen, or those of a file. Exit code 1 passes: inverted
-    cells are told by the tables.
+    All steps or the first ones. Exit code 1 passes: inverted cells are told by the tables.
     """
     out, path = folder / "out", folder / "schedule.toml"
     shutil.rmtree(out, ignore_errors=True)
     path.write_text(text)
     part = ["--steps", f"0..{steps}"] if steps else []
-    part += ["--base", base] if base else []
     try:
         azimesh("deform", mesh, path, "-o", out, *part, allowed=(0, 1))
         (record,), (table,) = out.glob("run*.json"), out.glob("steps*.csv")

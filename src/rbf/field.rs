@@ -83,7 +83,33 @@ impl Field {
     }
 }
 
+/// Loops over few modes are unrolled.
 fn displace_block(values: &[f64], c: &[[f64; 3]], reference: &[Vector], out: &mut [Vector]) {
+    match c.len() {
+        1 => displace_rows::<1>(values, c, reference, out),
+        2 => displace_rows::<2>(values, c, reference, out),
+        3 => displace_rows::<3>(values, c, reference, out),
+        4 => displace_rows::<4>(values, c, reference, out),
+        6 => displace_rows::<6>(values, c, reference, out),
+        8 => displace_rows::<8>(values, c, reference, out),
+        _ => displace_any(values, c, reference, out),
+    }
+}
+
+fn displace_rows<const R: usize>(
+    values: &[f64],
+    c: &[[f64; 3]],
+    reference: &[Vector],
+    out: &mut [Vector],
+) {
+    let (rows, _) = values.as_chunks::<R>();
+    let c: &[[f64; 3]; R] = c.try_into().expect("there is a coefficient for each mode");
+    for ((row, reference), out) in rows.iter().zip(reference).zip(out) {
+        *out = add(*reference, combine(row, c));
+    }
+}
+
+fn displace_any(values: &[f64], c: &[[f64; 3]], reference: &[Vector], out: &mut [Vector]) {
     let rows = values.chunks_exact(c.len());
     for ((values, reference), out) in rows.zip(reference).zip(out) {
         *out = add(*reference, combine(values, c));
@@ -111,7 +137,8 @@ fn evaluate_at(base: &Interpolant, points: &[Vector], out: &mut [f64], progress:
         }
         return;
     }
-    let order = curve::order(points);
+    // Blocks much smaller than the support radius serve; a finer order would take twice the memory.
+    let order = curve::rough_order(points.len(), |i| points[i], &everywhere);
     let mut values = vec![0.0; BATCH.min(points.len()) * r];
     for batch in order.chunks(BATCH) {
         let near: Vec<Vector> = batch.iter().map(|&i| points[i as usize]).collect();

@@ -17,6 +17,8 @@ use std::ops::Range;
 
 /// A gap between two surfaces under this many tolerances is warned of.
 const NARROW: f64 = 20.0;
+/// Nodes that one task places.
+const BLOCK: usize = 4096;
 
 /// The deformation of a mesh at the steps of a stretch.
 pub struct Deformer<'a> {
@@ -202,7 +204,7 @@ impl<'a> Deformer<'a> {
         let surface: Vec<Vector> = plan
             .surface
             .nodes
-            .iter()
+            .par_iter()
             .map(|&node| nodes[node as usize])
             .collect();
         let rigid = RigidSurface {
@@ -255,56 +257,82 @@ impl<'a> Deformer<'a> {
     fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
         let plan = self.plan;
         glide::place(&plan.motion, &plan.surface, frame, out);
-        let surface = &plan.motion.surface.nodes;
-        for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-            if *role == Role::Fixed {
-                out[node as usize] = plan.reference[node as usize];
-            }
-        }
         let poses: Vec<Transform> = (0..plan.motion.bodies.len())
             .map(|body| plan.motion.pose_part(body, step, part))
             .collect();
-        set_moving(plan, &poses, out);
+        set_nodes(plan, out, |role, x| match role {
+            Role::Fixed => Some(x),
+            Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+            Role::Sliding => None,
+        });
     }
 
     /// Largest and root-mean-square distance of the surface nodes in `points` from where the motion
     /// puts them.
     pub fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
-        let poses = self.plan.poses_at(step);
-        let carry = self.plan.motion.carry(step);
-        let surface = &self.plan.motion.surface.nodes;
-        let (mut largest, mut squares) = glide::off_boundary(
-            &self.plan.motion,
-            &self.plan.surface,
-            carry.as_ref(),
-            points,
-        );
-        for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-            let x = self.plan.reference[node as usize];
+        let plan = self.plan;
+        let poses = plan.poses_at(step);
+        let carry = plan.motion.carry(step);
+        let off = |(node, role): (&u32, &Role)| {
+            let x = plan.reference[*node as usize];
             let exact = match (role, &carry) {
-                (Role::Sliding, _) => continue,
+                (Role::Sliding, _) => return None,
                 (Role::Moving(body), _) => poses[usize::from(*body)].apply(x),
                 (_, Some(carry)) => carry.apply(x),
                 (_, None) => x,
             };
-            let error = distance(points[node as usize], exact);
-            largest = f64::max(largest, error);
-            squares += error * error;
-        }
+            Some(distance(points[*node as usize], exact))
+        };
+        let surface = &plan.motion.surface.nodes;
+        let chunks = surface.nodes.par_chunks(BLOCK);
+        let chunks = chunks.zip(surface.roles.par_chunks(BLOCK));
+        let errors: Vec<(f64, f64)> = chunks
+            .map(|(nodes, roles)| {
+                let errors = nodes.iter().zip(roles).filter_map(off);
+                errors.fold((0.0, 0.0), |sum, error| {
+                    combined(sum, (error, error * error))
+                })
+            })
+            .collect();
+        let sliding = glide::off_boundary(&plan.motion, &plan.surface, carry.as_ref(), points);
+        let (largest, squares) = errors.into_iter().fold(sliding, combined);
         let n = surface.nodes.len().max(1) as f64;
         (largest, (squares / n).sqrt())
     }
 }
 
+/// The largest error and the sum of squares over both.
+fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0.max(b.0), a.1 + b.1)
+}
+
 /// Moving nodes at their exact places.
 fn set_moving(plan: &Plan, poses: &[Transform], out: &mut [Vector]) {
+    set_nodes(plan, out, |role, x| match role {
+        Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+        Role::Fixed | Role::Sliding => None,
+    });
+}
+
+/// Puts surface nodes in `out` where `place` says for a node of that role at that place of the
+/// reference mesh; `None` leaves it as it is.
+fn set_nodes(
+    plan: &Plan,
+    out: &mut [Vector],
+    place: impl Fn(Role, Vector) -> Option<Vector> + Sync,
+) {
     let surface = &plan.motion.surface.nodes;
-    for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-        if let Role::Moving(body) = role {
-            let pose = &poses[usize::from(*body)];
-            out[node as usize] = pose.apply(plan.reference[node as usize]);
+    let blocks = out.par_chunks_mut(BLOCK).enumerate();
+    blocks.for_each(|(block, out)| {
+        let first = block * BLOCK;
+        let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
+        for at in before(first)..before(first + out.len()) {
+            let node = surface.nodes[at] as usize;
+            if let Some(x) = place(surface.roles[at], plan.reference[node]) {
+                out[node - first] = x;
+            }
         }
-    }
+    });
 }
 
 /// Base points of all selections, each counted once.
@@ -320,7 +348,7 @@ fn uncorrected(plan: &Plan, selections: &[Selection]) -> Vec<Vec<f64>> {
     let layers = plan.layers.iter().zip(selections);
     layers
         .map(|(layer, selection)| {
-            let values = layer.modes.values.iter().zip(&selection.residuals);
+            let values = layer.modes.values.par_iter().zip(&selection.residuals);
             values.map(|(value, residual)| value - residual).collect()
         })
         .collect()

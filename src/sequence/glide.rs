@@ -16,9 +16,10 @@ use rayon::prelude::*;
 fn sliding_nodes<'a>(
     motion: &'a Motion,
     surface: &'a SurfacePoints,
-) -> impl Iterator<Item = (usize, usize)> + 'a {
+) -> impl ParallelIterator<Item = (usize, usize)> + 'a {
     let nodes = &motion.surface.nodes;
-    let all = nodes.nodes.iter().zip(&nodes.roles).zip(&surface.point_of);
+    let all = nodes.nodes.par_iter().zip(&nodes.roles);
+    let all = all.zip(&surface.point_of);
     all.filter(|((_, role), _)| **role == Role::Sliding)
         .map(|((&node, _), &point)| (node as usize, point as usize))
 }
@@ -92,9 +93,12 @@ pub(super) fn off_boundary(
         let x = back.map_or(points[node], |back| back.apply(points[node]));
         distance(x, sliding.place(point, x))
     });
-    errors.fold((0.0, 0.0), |(largest, squares): (f64, f64), error| {
-        (largest.max(error), squares + error * error)
-    })
+    let errors: Vec<f64> = errors.collect();
+    errors
+        .into_iter()
+        .fold((0.0, 0.0), |(largest, squares): (f64, f64), error| {
+            (largest.max(error), squares + error * error)
+        })
 }
 
 /// The sliding points of a deformed mesh, where their normals have turned on the way.

@@ -183,10 +183,9 @@ impl Plan {
     pub fn stretches(&self) -> Vec<Range<usize>> {
         let steps = &self.motion.steps;
         let selection = &self.schedule.selection;
-        if selection.method != SelectionMethod::Real {
-            return vec![0..steps.len()];
-        }
-        let span = |step: &Step| match selection.refresh.map(|refresh| refresh.azimuth_deg) {
+        let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
+        let span = |step: &Step| match refresh {
+            _ if selection.method != SelectionMethod::Real => 0,
             // A step on the border belongs to the stretch that begins there.
             Some(refresh) => {
                 let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();

@@ -207,7 +207,7 @@ impl Run<'_> {
         finished.n_base = finished.n_base.max(computed.n_base);
         finished.selection_error = finished.selection_error.max(computed.selection_error);
         finished.n_steps += 1;
-        let mut row = row(self.plan, step, computed);
+        let mut row = row(step, computed);
         let seconds = computed.seconds + written.seconds;
         set(&mut row, "file", written.file.clone());
         set(&mut row, "blake3", written.hash.to_string());

@@ -18,6 +18,7 @@ pub(super) struct Computed {
     pub first_cell_ratio: Option<f64>,
     pub selection_error: f64,
     pub surface_error: (f64, f64),
+    pub largest_displacement: f64,
     pub n_base: usize,
     pub seconds: f64,
 }
@@ -44,6 +45,7 @@ pub(super) fn compute(
         first_cell_ratio: plan.first_cells.smallest_ratio(points),
         selection_error,
         surface_error: deformer.surface_error(step, points),
+        largest_displacement: plan.largest_displacement(step.index),
         n_base: deformer.n_base,
         seconds: clock.seconds(),
     })
@@ -52,11 +54,10 @@ pub(super) fn compute(
 /// Adds the arrays of a step that the schedule asks for, in place of the last step's.
 pub(super) fn add_arrays(plan: &Plan, mesh: &mut Mesh, reference: Option<&Reference>) {
     if plan.schedule.output.displacement {
-        let moved = mesh.points.iter().zip(&plan.reference);
-        let values = moved
-            .flat_map(|(x, reference)| sub(*x, *reference))
-            .collect();
-        let array = DataArray::tuples("Displacement", 3, Values::F64(values));
+        let moved = mesh.points.par_iter().zip(&plan.reference);
+        let moved: Vec<Vector> = moved.map(|(x, reference)| sub(*x, *reference)).collect();
+        let values = Values::F64(moved.into_flattened());
+        let array = DataArray::tuples("Displacement", 3, values);
         replace(&mut mesh.point_arrays, array);
     }
     if let (QualityOutput::Cells, Some(reference)) = (plan.schedule.output.quality, reference) {
@@ -74,7 +75,7 @@ fn replace(arrays: &mut Vec<DataArray>, array: DataArray) {
 }
 
 /// The row of a step but for what writing it tells.
-pub(super) fn row(plan: &Plan, step: &Step, computed: &Computed) -> Vec<String> {
+pub(super) fn row(step: &Step, computed: &Computed) -> Vec<String> {
     let mut row = vec![String::new(); COLUMNS.len()];
     set(&mut row, "step", step.index.to_string());
     set(&mut row, "azimuth_deg", step.azimuth_deg.to_string());
@@ -87,7 +88,7 @@ pub(super) fn row(plan: &Plan, step: &Step, computed: &Computed) -> Vec<String> 
     set(
         &mut row,
         "max_displacement",
-        number(plan.largest_displacement(step.index)),
+        number(computed.largest_displacement),
     );
     set(
         &mut row,
