@@ -39,7 +39,15 @@ fn in_parts_as_in_one(folder: &Path, schedule: &str, base: bool) {
     assert_eq!(whole.len(), 7);
     let mut options = Vec::new();
     if base {
-        let args = ["-q", "select", "n.vtu", schedule, "-o", "base.toml"];
+        let args = [
+            "-q",
+            "select",
+            "n.vtu",
+            schedule,
+            "-o",
+            "base.toml",
+            "--force",
+        ];
         succeed(folder, &args);
         options = vec!["--base", "base.toml"];
     }
@@ -97,6 +105,13 @@ fn a_constant_selection_comes_in_parts_as_in_one() {
 #[test]
 fn selections_along_the_way_come_in_parts_as_in_one() {
     let folder = airfoil();
+    // Base points for a step at which nothing moves would be none.
+    rewrite(
+        folder.path(),
+        "n.toml",
+        "n.toml",
+        &[("sin = 10.0", "cos = 10.0")],
+    );
     for refresh in ["", "refresh = 120.0", "refresh = 100.0"] {
         case(folder.path(), "", &format!("method = \"real\"\n{refresh}"));
         in_parts_as_in_one(folder.path(), "case.toml", false);
