@@ -1,4 +1,4 @@
-"""Measures and draws large rotations for docs/large_rotations.md.
+"""Measures and draws large rotations for docs/rotations.md.
 
     .venv/bin/python scripts/large_rotations.py
 
