@@ -81,7 +81,7 @@ impl<'a> Candidates<'a> {
                     .flat_map(|&i| &residuals[i * r..(i + 1) * r])
                     .copied()
                     .collect();
-                let mut chunk = Chunk::new(nodes, &targets, residuals);
+                let mut chunk = Chunk::new(space, nodes, &targets, residuals);
                 chunk.start(space, &base, &chosen.factor);
                 chunk.find_worst(criterion);
                 chunk
@@ -139,11 +139,13 @@ impl<'a> Candidates<'a> {
 }
 
 impl Chunk {
-    fn new(nodes: &[usize], targets: &Targets<'_>, residuals: Vec<f64>) -> Self {
+    fn new(space: &Space, nodes: &[usize], targets: &Targets<'_>, residuals: Vec<f64>) -> Self {
+        let points: Vec<Vector> = nodes.iter().map(|&i| targets.points[i]).collect();
         Self {
-            points: nodes.iter().map(|&i| targets.points[i]).collect(),
+            // One, but for the images.
+            power: points.iter().map(|x| space.between(x, x)).collect(),
+            points,
             arms: nodes.iter().map(|&i| arm(targets.arms, i)).collect(),
-            power: vec![1.0; nodes.len()],
             done: vec![false; nodes.len()],
             newton: Vec::new(),
             worst: Worst { error: 0.0, at: 0 },
