@@ -42,11 +42,11 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
     }
 }
 
-/// Memory that a run holds at its peak: the mesh, two more sets of positions, the mode fields.
+/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode fields.
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 48 * nodes + 8 * plan.n_modes() * deforming
+    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + 8 * plan.n_modes() * deforming
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -54,7 +54,7 @@ fn memory_bytes(plan: &Plan) -> usize {
 fn seconds(plan: &Plan) -> f64 {
     let threads = rayon::current_num_threads() as f64;
     let evaluations = 1e3 * (plan.reference.len() + 10 * plan.surface.nodes.len()) as f64;
-    let bytes = estimate_bytes(&plan.mesh, plan.motion.steps.len()) as f64;
+    let bytes = estimate_bytes(plan) as f64;
     evaluations / (1e9 * threads) + bytes / 1e9
 }
 
@@ -105,7 +105,7 @@ fn as_json(plan: &Plan) -> Value {
         "memory_bytes": memory_bytes(plan),
         "conventions": conventions(plan),
         "seconds": seconds(plan),
-        "output_bytes": estimate_bytes(&plan.mesh, plan.motion.steps.len()),
+        "output_bytes": estimate_bytes(plan),
         "steps": steps.map(|step| json!({
             "step": step.index,
             "azimuth_deg": step.azimuth_deg,
@@ -159,7 +159,7 @@ fn as_text(plan: &Plan) -> String {
     let n_steps = plan.motion.steps.len();
     line("steps", n_steps.to_string());
     line("memory", gigabytes(memory_bytes(plan) as u64));
-    line("meshes", gigabytes(estimate_bytes(&plan.mesh, n_steps)));
+    line("meshes", gigabytes(estimate_bytes(plan)));
     line("time", format!("about {:.1} s", seconds(plan)));
     for convention in conventions(plan) {
         line("convention", convention);

@@ -11,6 +11,13 @@ const FEW_BITS: u32 = 10;
 /// Indices of `points` in the order of a Morton curve over their bounding box; ties to the lowest
 /// index.
 pub fn order(points: &[Vector]) -> Vec<u32> {
+    let along = along(points);
+    along.into_par_iter().map(|(_, i)| i).collect()
+}
+
+/// Position along the curve and index of each of `points`, in the order of [`order`]. Equal points
+/// have equal positions.
+pub fn along(points: &[Vector]) -> Vec<(u64, u32)> {
     let bounds = Bounds::around(points);
     let mut keyed: Vec<(u64, u32)> = points
         .par_iter()
@@ -18,7 +25,7 @@ pub fn order(points: &[Vector]) -> Vec<u32> {
         .map(|(i, point)| (key(point, &bounds), i as u32))
         .collect();
     keyed.par_sort_unstable();
-    keyed.into_iter().map(|(_, i)| i).collect()
+    keyed
 }
 
 /// Indices of those of `n` points that lie in a box, in the order of a Morton curve over it with

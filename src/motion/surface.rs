@@ -3,6 +3,7 @@
 use super::tags::TagRole;
 use super::zones::DeformingZone;
 use crate::mesh::{Group, Mesh};
+use rayon::prelude::*;
 
 /// What a surface node does. In the order of strength: a node on two tags takes the first of their
 /// roles in this order, and on two bodies that of the body named first.
@@ -106,14 +107,11 @@ fn surface_nodes(
             *strongest = Some(strongest.map_or(role, |before| before.min(role)));
         }
     }
-    let mut surface = SurfaceNodes::default();
-    for (node, role) in strongest.into_iter().enumerate() {
-        if let Some(role) = role {
-            surface.nodes.push(node as u32);
-            surface.roles.push(role);
-        }
-    }
-    surface
+    let roles = strongest.into_par_iter().enumerate();
+    let (nodes, roles) = roles
+        .filter_map(|(node, role)| Some((node as u32, role?)))
+        .unzip();
+    SurfaceNodes { nodes, roles }
 }
 
 /// Faces of the tags with a role whose nodes are all in the zone.

@@ -24,7 +24,7 @@ const EMPTY: [&str; 6] = [
 
 /// All that a run can be refused for before it starts; returns what the format cannot hold.
 pub(super) fn before_work(
-    plan: &Plan,
+    plan: &mut Plan,
     format: &dyn Format,
     fail_on: &[Criterion],
 ) -> Result<Vec<String>> {
@@ -64,8 +64,8 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 }
 
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
-fn format_holds(plan: &Plan, format: &dyn Format) -> Result<Vec<String>> {
-    let described = |error: Error| match error.kind {
+fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
+    let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
             format.name(),
@@ -79,15 +79,12 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<Vec<String>> {
         compression: Compression::None,
         ..write_options(plan)
     };
-    format
-        .write(&plan.mesh, &mut std::io::sink(), &options)
-        .map_err(described)
-        .map(|dropped| {
-            dropped
-                .into_iter()
-                .chain(dropped_arrays(plan, format))
-                .collect()
-        })
+    plan.mesh.points = std::mem::take(&mut plan.reference);
+    let dropped = format.write(&plan.mesh, &mut std::io::sink(), &options);
+    plan.reference = std::mem::take(&mut plan.mesh.points);
+    let mut dropped = dropped.map_err(|error| described(error, plan))?;
+    dropped.extend(dropped_arrays(plan, format));
+    Ok(dropped)
 }
 
 /// A sentence where arrays are asked for that only VTU holds.

@@ -29,7 +29,8 @@ const SELECTED: f64 = 0.99;
 
 /// A mesh, a schedule and what follows from both.
 pub struct Plan {
-    /// The mesh as it is written; where a zone turns, its interface nodes are duplicated.
+    /// The mesh as it is written, without its node positions; where a zone turns, its interface nodes
+    /// are duplicated.
     pub mesh: Mesh,
     /// Node positions of the reference mesh.
     pub reference: Vec<Vector>,
@@ -79,7 +80,7 @@ impl Plan {
         let mut plan = Self {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
-            reference: mesh.points.clone(),
+            reference: std::mem::take(&mut mesh.points),
             mesh,
             schedule,
             motion,

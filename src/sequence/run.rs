@@ -63,11 +63,12 @@ pub struct Finished {
 }
 
 /// Bytes that the meshes of a sequence take: an estimate from nodes and cells.
-pub fn estimate_bytes(mesh: &Mesh, n_steps: usize) -> u64 {
+pub fn estimate_bytes(plan: &Plan) -> u64 {
+    let mesh = &plan.mesh;
     let cells = mesh.cells.connectivity().len() * 4 + mesh.cells.len() * 9;
     let arrays = mesh.point_arrays.iter().chain(&mesh.cell_arrays);
     let arrays: usize = arrays.map(|array| array.values.memory_bytes()).sum();
-    ((mesh.points.len() * 24 + cells + arrays) * n_steps) as u64
+    ((plan.reference.len() * 24 + cells + arrays) * plan.motion.steps.len()) as u64
 }
 
 /// Runs a plan: base points, mode fields, and one mesh a step in the request's folder.
@@ -147,6 +148,7 @@ impl Run<'_> {
         let plan = self.plan;
         let steps = &plan.motion.steps[self.names.steps()];
         stretches.enter(&steps[0])?;
+        mesh.points.clone_from(&plan.reference);
         let wanted = plan.schedule.output.quality != QualityOutput::None;
         let reference = wanted.then(|| Reference::new(mesh));
         let mut table = Table::create(self.names.table())?;

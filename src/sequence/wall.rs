@@ -1,9 +1,12 @@
 //! First cells at moving walls: each wall node with its nearest neighbour off the wall.
 
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::Mesh;
+use crate::mesh::{CellRun, Mesh};
 use crate::motion::{Motion, Role};
 use rayon::prelude::*;
+
+/// Cells that one task looks at.
+const CELLS: usize = 1 << 14;
 
 /// Edges that leave a moving wall, the shortest at each wall node.
 #[derive(Debug, Clone, Default)]
@@ -24,23 +27,23 @@ impl FirstCells {
             wall[node as usize] = at as u32;
         }
         let mut shortest = vec![(u32::MAX, f64::INFINITY); nodes.len()];
-        for run in mesh.volume_runs() {
-            let edges = run.kind.edges();
-            for cell in run.cells() {
-                for &[a, b] in edges {
-                    let (a, b) = (cell[a as usize], cell[b as usize]);
-                    for (on, off) in [(a, b), (b, a)] {
-                        if wall[on as usize] != u32::MAX && wall[off as usize] == u32::MAX {
-                            let length =
-                                distance(mesh.points[on as usize], mesh.points[off as usize]);
-                            let entry = &mut shortest[wall[on as usize] as usize];
-                            if (length, off) < (entry.1, entry.0) {
-                                *entry = (off, length);
-                            }
-                        }
-                    }
+        let mut shorten = |edges: Vec<(u32, u32, f64)>| {
+            for (at, off, length) in edges {
+                let entry: &mut (u32, f64) = &mut shortest[at as usize];
+                if (length, off) < (entry.1, entry.0) {
+                    *entry = (off, length);
                 }
             }
+        };
+        for run in mesh.volume_runs() {
+            let edges = |cells: &[u32]| edges_off(&run, cells, &wall, &mesh.points);
+            if run.n_cells() <= CELLS {
+                shorten(edges(run.connectivity));
+                continue;
+            }
+            let tasks = run.connectivity.par_chunks(CELLS * run.n_nodes);
+            let found: Vec<_> = tasks.map(edges).collect();
+            found.into_iter().for_each(&mut shorten);
         }
         let found = nodes
             .iter()
@@ -74,4 +77,31 @@ impl FirstCells {
         };
         self.edges.par_iter().map(change).reduce(|| 0.0, f64::max)
     }
+}
+
+/// The edges of some cells of a run that leave the wall, which `wall` numbers: place on the wall,
+/// node off it, length.
+fn edges_off(
+    run: &CellRun<'_>,
+    cells: &[u32],
+    wall: &[u32],
+    points: &[Vector],
+) -> Vec<(u32, u32, f64)> {
+    let place = |node: u32| wall[node as usize];
+    let mut found = Vec::new();
+    for cell in cells.chunks_exact(run.n_nodes) {
+        if cell.iter().all(|&node| place(node) == u32::MAX) {
+            continue;
+        }
+        for &[a, b] in run.kind.edges() {
+            let (a, b) = (cell[a as usize], cell[b as usize]);
+            for (on, off) in [(a, b), (b, a)] {
+                if place(on) != u32::MAX && place(off) == u32::MAX {
+                    let length = distance(points[on as usize], points[off as usize]);
+                    found.push((place(on), off, length));
+                }
+            }
+        }
+    }
+    found
 }
