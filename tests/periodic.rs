@@ -11,7 +11,7 @@ use std::path::Path;
 use support::sequence::{
     Sequence, Vector, diagonal, distance, nodes_of, read, same, testdata, write,
 };
-use support::succeed;
+use support::{rewrite, succeed};
 
 /// Pairs of nodes of two tags of which the second is the image of the first, by the reference mesh.
 fn pairs(mesh: &Mesh, [a, b]: [&str; 2], image: impl Fn(Vector) -> Vector) -> Vec<(usize, usize)> {
@@ -84,6 +84,48 @@ fn sliding_planes_between_periodic_sides_keep_their_nodes_to_the_last_bit() {
         }
     }
     assert!(largest > 0.01, "they slide, by {largest}");
+}
+
+#[test]
+fn every_way_of_choosing_base_points_keeps_pairs_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::copy(testdata("rotor_sector.toml"), path.join("s.toml")).unwrap();
+    let mesh = testdata("rotor_sector.vtu");
+    for method in ["constant", "real", "all"] {
+        let method = format!("[selection]\nmethod = \"{method}\"");
+        rewrite(path, "s.toml", "case.toml", &[("[selection]", &method)]);
+        let sector = Sequence::of(path, &mesh, &path.join("case.toml"), "out");
+        sector.assert_sound();
+        let pairs = pairs(&sector.reference, ["side_a", "side_b"], quarter);
+        assert!(assert_paired(&sector, &pairs, quarter) > 0.01);
+    }
+    let substeps = ("[rbf]", "[rbf]\nsubsteps = 2");
+    rewrite(path, "s.toml", "case.toml", &[substeps]);
+    let sector = Sequence::of(path, &mesh, &path.join("case.toml"), "out");
+    sector.assert_sound();
+    let pairs = pairs(&sector.reference, ["side_a", "side_b"], quarter);
+    assert!(assert_paired(&sector, &pairs, quarter) > 0.01);
+}
+
+#[test]
+fn in_the_inertial_frame_a_sector_is_carried_round_with_its_pairs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::copy(testdata("rotor_sector_sliding.toml"), path.join("s.toml")).unwrap();
+    let frame = ("[[body]]", "[rotor]\nframe = \"inertial\"\n\n[[body]]");
+    rewrite(path, "s.toml", "inertial.toml", &[frame]);
+    let mesh = testdata("rotor_sector.vtu");
+    let inertial = Sequence::of(path, &mesh, &path.join("inertial.toml"), "inertial");
+    inertial.assert_sound();
+    let rotating = Sequence::of(path, &mesh, &path.join("s.toml"), "rotating");
+    for (step, azimuth) in rotating.numbers("azimuth_deg").into_iter().enumerate() {
+        let (sin, cos) = azimuth.to_radians().sin_cos();
+        for ([x, y, z], found) in rotating.points(step).into_iter().zip(inertial.points(step)) {
+            let carried = [cos * x - sin * y, sin * x + cos * y, z];
+            assert!(distance(found, carried) < 1e-14);
+        }
+    }
 }
 
 const BLOCK: &str = r#"

@@ -189,7 +189,7 @@ fn twist_and_displacement_are_near_each_other_at_small_angles() {
     assert!(largest > 0.01);
     // The same on the surface; in between one carries w (x - c) and the other interpolates x - c.
     for (a, b) in straight.points(1).into_iter().zip(twist.points(1)) {
-        assert!(distance(a, b) < 0.1 * largest, "{a:?} {b:?}");
+        assert!(distance(a, b) < 0.25 * largest, "{a:?} {b:?}");
     }
 }
 

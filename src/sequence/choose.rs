@@ -16,6 +16,7 @@ use crate::geometry::vector::{Vector, norm};
 use crate::motion::{SelectionCriterion, SelectionMethod};
 use crate::rbf::criterion::Criterion;
 use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
+use crate::rbf::space::Space;
 use std::ops::Range;
 
 /// Base points nearer to each other than this part of the support radius are one to working
@@ -126,17 +127,9 @@ fn by_constant(
     targets: Targets<'_>,
     progress: &dyn Progress,
 ) -> Result<Selection> {
-    let size = norm(constant(plan, layer));
-    if size == 0.0 || layer.modes.n_modes == 0 {
+    let Some(field) = constant_field(plan, layer)? else {
         return select::from_base(&layer.space, targets, Vec::new(), measure(plan));
-    }
-    let (values, criterion) = constant_field(plan, size)?;
-    let constant = Targets {
-        values: &values,
-        criterion: &criterion,
-        ..targets
     };
-    let scalar = layer.space.scalar();
     let limits = Limits {
         measure: measure(plan),
         ..Limits::in_rounds(
@@ -145,11 +138,16 @@ fn by_constant(
             plan.surface.nodes.len(),
         )
     };
-    let chosen = select::select(&scalar, constant, limits, &mut |n, error| {
-        progress.say(&format!(
-            "{n} base points, error {error:.2e} of the constant"
-        ));
-    })?;
+    let chosen = select::select(
+        &field.space,
+        field.targets(targets),
+        limits,
+        &mut |n, error| {
+            progress.say(&format!(
+                "{n} base points, error {error:.2e} of the constant"
+            ));
+        },
+    )?;
     let own = select::from_base(&layer.space, targets, chosen.base, measure(plan))?;
     Ok(Selection {
         measured: chosen.measured,
@@ -160,30 +158,57 @@ fn by_constant(
     })
 }
 
-/// The target of Algorithm 2 has one direction: a scalar field on all that moves, of the length of
-/// the vector.
-fn constant_field(plan: &Plan, size: f64) -> Result<(Vec<f64>, Criterion)> {
-    let body = plan.surface.body.iter();
-    let values = body
-        .map(|body| if body.is_some() { size } else { 0.0 })
-        .collect();
-    Ok((values, Criterion::new(1, &[1.0, 0.0, 0.0])?))
+/// The target of Algorithm 2.
+struct ConstantField {
+    space: Space,
+    values: Vec<f64>,
+    criterion: Criterion,
+}
+
+impl ConstantField {
+    /// This field at the points of other targets.
+    fn targets<'a>(&'a self, of: Targets<'a>) -> Targets<'a> {
+        Targets {
+            values: &self.values,
+            criterion: &self.criterion,
+            ..of
+        }
+    }
+}
+
+/// The constant vector on all that moves, zero elsewhere; `None` where there is nothing to choose for.
+/// It has one direction, so a scalar field of its length serves, but for periodic images, which turn
+/// it.
+fn constant_field(plan: &Plan, layer: &Layer) -> Result<Option<ConstantField>> {
+    let vector = constant(plan, layer);
+    let size = norm(vector);
+    if size == 0.0 || layer.modes.n_modes == 0 {
+        return Ok(None);
+    }
+    let moving = plan.surface.body.iter().map(Option::is_some);
+    if layer.space.images.is_empty() {
+        return Ok(Some(ConstantField {
+            space: layer.space.scalar(),
+            values: moving.map(|moves| if moves { size } else { 0.0 }).collect(),
+            criterion: Criterion::new(1, &[1.0, 0.0, 0.0])?,
+        }));
+    }
+    Ok(Some(ConstantField {
+        space: layer.space.clone(),
+        values: moving
+            .flat_map(|moves| if moves { vector } else { [0.0; 3] })
+            .collect(),
+        criterion: Criterion::new(3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])?,
+    }))
 }
 
 /// What the selection of Algorithm 2 measures, of base points chosen before.
 fn constant_error(plan: &Plan, layer: &Layer, base: Vec<usize>) -> Result<f64> {
-    let size = norm(constant(plan, layer));
-    if size == 0.0 || layer.modes.n_modes == 0 {
+    let Some(field) = constant_field(plan, layer)? else {
         return Ok(0.0);
-    }
-    let (values, criterion) = constant_field(plan, size)?;
-    let targets = Targets {
-        values: &values,
-        criterion: &criterion,
-        ..plan.targets(layer)
     };
-    let selection = select::from_base(&layer.space.scalar(), targets, base, measure(plan))?;
-    Ok(selection.measured)
+    let targets = field.targets(plan.targets(layer));
+    Ok(select::from_base(&field.space, targets, base, measure(plan))?.measured)
 }
 
 /// The vector of Algorithm 2: that of the schedule, or the largest component of the layer's data over
