@@ -94,9 +94,11 @@ pub(super) fn off_boundary(
         distance(x, sliding.place(point, x))
     });
     let errors: Vec<f64> = errors.collect();
-    errors.into_iter().fold((0.0, 0.0), |(largest, squares): (f64, f64), error| {
-        (largest.max(error), squares + error * error)
-    })
+    errors
+        .into_iter()
+        .fold((0.0, 0.0), |(largest, squares): (f64, f64), error| {
+            (largest.max(error), squares + error * error)
+        })
 }
 
 /// The sliding points of a deformed mesh, where their normals have turned on the way.
