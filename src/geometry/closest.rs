@@ -90,7 +90,9 @@ impl<'a> ClosestSurface<'a> {
     /// The closest point of the surface, if it is nearer than `limit`; of facets that are equally
     /// near the first.
     pub fn nearest(&self, point: &Vector, limit: f64) -> Option<Foot> {
-        search(self, &self.root(), point, limit, None, None).map(|(_, foot)| foot)
+        let query = self.query(point, None);
+        let found = search(&query, &self.root(), limit, None, &mut Stack::new());
+        found.map(|(_, foot)| foot)
     }
 
     /// The closest point of the facets that are not connected with the surface point `node`, if it
@@ -99,8 +101,8 @@ impl<'a> ClosestSurface<'a> {
         if self.owners.is_empty() {
             return None;
         }
-        let own = Some(self.components[node]);
-        let found = search(self, &self.root(), &self.points[node], limit, own, None);
+        let query = self.query(&self.points[node], Some(self.components[node]));
+        let found = search(&query, &self.root(), limit, None, &mut Stack::new());
         found.map(|(_, foot)| foot)
     }
 
@@ -115,6 +117,7 @@ impl<'a> ClosestSurface<'a> {
             surface: self,
             limit,
             hint: None,
+            waiting: Stack::new(),
             found,
         };
         block.visit(points, 0, &self.root());
@@ -136,6 +139,15 @@ impl<'a> ClosestSurface<'a> {
                 .flatten()
                 .map(|&i| &self.points[i as usize]),
         )
+    }
+
+    fn query<'q>(&'q self, point: &'q Vector, apart: Option<u32>) -> Query<'q> {
+        Query {
+            surface: self,
+            points: &self.points,
+            point,
+            apart,
+        }
     }
 
     fn root(&self) -> Front {
@@ -162,6 +174,8 @@ struct Block<'a> {
     limit: f64,
     /// Where the last foot was found: the next search starts from there.
     hint: Option<usize>,
+    /// Room for the searches.
+    waiting: Stack,
     found: &'a mut dyn FnMut(usize, &Foot),
 }
 
@@ -177,7 +191,7 @@ impl Block<'_> {
         }
         if points.len() <= TOGETHER {
             for (i, point) in points.iter().enumerate() {
-                let found = search(self.surface, &front, point, self.limit, None, self.hint);
+                let found = self.search(&front, point);
                 if let Some((at, foot)) = found {
                     self.hint = Some(at);
                     (self.found)(first + i, &foot);
@@ -192,16 +206,20 @@ impl Block<'_> {
     }
 
     /// No point has its foot beyond this: the triangle inequality by way of one of them.
-    fn limit_of(&self, points: &[Vector], front: &Front) -> f64 {
+    fn limit_of(&mut self, points: &[Vector], front: &Front) -> f64 {
         let middle = &points[points.len() / 2];
-        let Some((_, foot)) = search(self.surface, front, middle, self.limit, None, self.hint)
-        else {
+        let Some((_, foot)) = self.search(front, middle) else {
             return self.limit;
         };
         let from_middle = |p: &Vector| dot(sub(*p, *middle), sub(*p, *middle));
         let spread = points.iter().map(from_middle).fold(0.0, f64::max);
         let limit = foot.distance_squared.sqrt() + spread.sqrt();
         self.limit.min(limit * (1.0 + 1e-12))
+    }
+
+    fn search(&mut self, front: &Front, point: &Vector) -> Option<(usize, Foot)> {
+        let query = self.surface.query(point, None);
+        search(&query, front, self.limit, self.hint, &mut self.waiting)
     }
 }
 
@@ -248,28 +266,23 @@ struct Waiting {
 /// The nearest boxes first, from those of a front and facet `hint` where there is one.
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 fn search(
-    surface: &ClosestSurface<'_>,
+    query: &Query<'_>,
     front: &Front,
-    point: &Vector,
     limit: f64,
-    apart: Option<u32>,
     hint: Option<usize>,
+    waiting: &mut Stack,
 ) -> Option<(usize, Foot)> {
+    let surface = query.surface;
     let mut best = Best {
         limit: limit * limit,
         found: None,
     };
     if let Some(at) = hint {
-        best.consider(surface, point, at);
+        best.consider(query, at);
     }
-    let query = Query {
-        surface,
-        point,
-        apart,
-    };
-    let mut waiting = Stack::new();
+    waiting.n = 0;
     for &group in &front.groups {
-        waiting.open(&query, front.level, group as usize, best.limit, 0);
+        waiting.open(query, front.level, group as usize, best.limit, 0);
     }
     while let Some(next) = waiting.pop() {
         if next.distance_squared > best.limit {
@@ -278,14 +291,14 @@ fn search(
         let (level, node) = (next.level as usize, next.node as usize);
         if level > 0 {
             let first = waiting.n;
-            waiting.open(&query, level - 1, node, best.limit, first);
+            waiting.open(query, level - 1, node, best.limit, first);
             continue;
         }
         let end = (LEAF * node + LEAF).min(surface.facets.len());
         for at in LEAF * node..end {
             let owner = || surface.components[surface.facets[at][0] as usize];
-            if apart.is_none_or(|own| owner() != own) {
-                best.consider(surface, point, at);
+            if query.apart.is_none_or(|own| owner() != own) {
+                best.consider(query, at);
             }
         }
     }
@@ -295,6 +308,8 @@ fn search(
 /// What a search is for.
 struct Query<'a> {
     surface: &'a ClosestSurface<'a>,
+    /// Those of the surface.
+    points: &'a [Vector],
     point: &'a Vector,
     /// The component that is left out.
     apart: Option<u32>,
@@ -364,9 +379,10 @@ struct Best {
 
 impl Best {
     #[inline(always)]
-    fn consider(&mut self, surface: &ClosestSurface<'_>, point: &Vector, at: usize) {
+    fn consider(&mut self, query: &Query<'_>, at: usize) {
+        let surface = query.surface;
         let corners = surface.facets[at];
-        let [a, b, c] = corners.map(|i| sub(surface.points[i as usize], *point));
+        let [a, b, c] = corners.map(|i| sub(query.points[i as usize], *query.point));
         let weights = closest_weights(&[a, b, c]);
         let away = add(
             add(scale(a, weights[0]), scale(b, weights[1])),

@@ -53,7 +53,7 @@ pub struct RigidSurface<'a> {
     /// Surface nodes, N_s of them.
     pub points: &'a [Vector],
     /// The body of each node.
-    pub body: &'a [Option<usize>],
+    pub body: &'a [Option<u16>],
 }
 
 impl Modes {
@@ -200,7 +200,7 @@ impl Modes {
                 let values = &values[of_run.start * r..of_run.end * r];
                 f64::max(
                     worst,
-                    largest_square(self, &points[of_run], values, &poses[body]),
+                    largest_square(self, &points[of_run], values, &poses[usize::from(body)]),
                 )
             })
         });
@@ -294,7 +294,7 @@ fn frames(surface: RigidSurface<'_>, n_bodies: usize) -> Vec<Frame> {
     let mut bounds = vec![Bounds::EMPTY; n_bodies];
     for (point, body) in surface.points.iter().zip(surface.body) {
         if let Some(body) = body {
-            bounds[*body].include(point);
+            bounds[usize::from(*body)].include(point);
         }
     }
     let frame = |b: &Bounds| Frame {
@@ -342,7 +342,7 @@ fn stacked_factor(surface: RigidSurface<'_>, frames: &[Frame]) -> Matrix {
     for (body, frame) in frames.iter().enumerate() {
         let nodes = surface.points.iter().zip(surface.body);
         let rows: Vec<[f64; FIELDS]> = nodes
-            .filter(|(_, of)| **of == Some(body))
+            .filter(|(_, of)| of.map(usize::from) == Some(body))
             .map(|(point, _)| fields(point, frame))
             .collect();
         let factor = qr_factor(&Matrix::from_fn(rows.len(), FIELDS, |i, j| rows[i][j]));
@@ -367,7 +367,9 @@ fn mode_values(surface: RigidSurface<'_>, frames: &[Frame], to_modes: &Matrix) -
         .par_chunks_mut(r)
         .zip(nodes)
         .for_each(|(row, (point, body))| {
-            let Some(body) = *body else { return };
+            let Some(body) = body.map(usize::from) else {
+                return;
+            };
             let fields = fields(point, &frames[body]);
             for (mode, value) in row.iter_mut().enumerate() {
                 let column = &to_modes.column(mode)[FIELDS * body..][..FIELDS];
@@ -448,7 +450,7 @@ mod tests {
         }
         let distances = (0..300).flat_map(|node| (0..5).map(move |step| (node, step)));
         let distances = distances.filter_map(|(node, step)| {
-            let moved = poses[body[node]?][step].apply(points[node]);
+            let moved = poses[usize::from(body[node]?)][step].apply(points[node]);
             let displaced = add(points[node], modes.displacement(node, step));
             Some(norm(sub(moved, displaced)))
         });

@@ -19,7 +19,8 @@ use rayon::prelude::*;
 
 /// `rho` in units of the largest residual.
 pub const REACH: f64 = 30.0;
-/// Nodes that one task works on, and tasks between two turns at writing the field.
+/// Nodes that one task works on, and tasks whose results are added to the field while the next find
+/// theirs.
 const BLOCK: usize = 2048;
 const BLOCKS: usize = 256;
 
@@ -78,20 +79,25 @@ impl<'a> Correction<'a> {
         if self.n_modes == 0 || self.largest_reach == 0.0 {
             return;
         }
-        let nodes = field.nodes.as_deref();
+        let Field { nodes, values, .. } = field;
+        let nodes = nodes.as_deref();
         let place = |row: usize| points[nodes.map_or(row, |nodes| nodes[row] as usize)];
         let within = self.surface.bounds().grown(self.largest_reach);
-        let order = curve::rough_order(field.values.len() / self.n_modes, place, &within);
+        let order = curve::rough_order(values.len() / self.n_modes, place, &within);
+        let mut found: Vec<Near> = Vec::new();
         for blocks in order.chunks(BLOCK * BLOCKS) {
-            let near: Vec<_> = blocks
-                .par_chunks(BLOCK)
-                .map(|rows| self.near(rows, place))
-                .collect();
-            for (row, added) in near.iter().flat_map(|near| near.rows(self.n_modes)) {
-                let values = &mut field.values[row as usize * self.n_modes..][..self.n_modes];
-                for (value, added) in values.iter_mut().zip(added) {
-                    *value += added;
-                }
+            let blocks = blocks.par_chunks(BLOCK);
+            let next = || blocks.map(|rows| self.near(rows, place)).collect();
+            (_, found) = rayon::join(|| self.add(&found, values), next);
+        }
+        self.add(&found, values);
+    }
+
+    fn add(&self, found: &[Near], values: &mut [f64]) {
+        for (row, added) in found.iter().flat_map(|near| near.rows(self.n_modes)) {
+            let values = &mut values[row as usize * self.n_modes..][..self.n_modes];
+            for (value, added) in values.iter_mut().zip(added) {
+                *value += added;
             }
         }
     }

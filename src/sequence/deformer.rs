@@ -363,7 +363,8 @@ impl Errors {
         let bodies = 0..plan.motion.bodies.len();
         let poses: Vec<Transform> = bodies.map(|body| plan.motion.pose(body, step)).collect();
         let error = |(at, x): (usize, &Vector)| {
-            let exact = plan.surface.body[at].map_or(*x, |body| poses[body].apply(*x));
+            let body = plan.surface.body[at];
+            let exact = body.map_or(*x, |body| poses[usize::from(body)].apply(*x));
             let layers = plan.layers.iter().zip(values);
             let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
                 let r = layer.modes.n_modes;

@@ -140,10 +140,10 @@ fn rotations(surface: RigidSurface<'_>, turns: &[&Turns]) -> Result<(Vec<Turning
     let mut all: Option<Modes> = None;
     let mut turning = Vec::new();
     for (body, turns) in turns.iter().enumerate() {
-        let own: Vec<Option<usize>> = surface
+        let own: Vec<Option<u16>> = surface
             .body
             .iter()
-            .map(|of| of.filter(|of| *of == body).map(|_| 0))
+            .map(|of| of.filter(|of| usize::from(*of) == body).map(|_| 0))
             .collect();
         let nodes = surface.points.iter().zip(&own);
         let reach = nodes
@@ -240,7 +240,7 @@ fn combine(row: &[f64], coefficients: &[f64]) -> Vector {
 pub fn bounds_of_body(surface: RigidSurface<'_>, body: usize) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for (point, of) in surface.points.iter().zip(surface.body) {
-        if *of == Some(body) {
+        if of.map(usize::from) == Some(body) {
             bounds.include(point);
         }
     }

@@ -11,7 +11,9 @@ use crate::geometry::vector::{Vector, distance};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
-use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Schedule, SelectionMethod, Step};
+use crate::motion::{
+    Interpolate, KernelName, Motion, Polynomial, Schedule, SelectionMethod, Step, SurfaceFaces,
+};
 use crate::rbf::select::Targets;
 use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
@@ -36,7 +38,7 @@ pub struct Plan {
     pub reference: Vec<Vector>,
     /// The schedule as read.
     pub schedule: Schedule,
-    /// The schedule on this mesh.
+    /// The schedule on this mesh, without the faces of its surface.
     pub motion: Motion,
     /// The surface nodes.
     pub surface: SurfacePoints,
@@ -66,6 +68,8 @@ impl Plan {
             zone::detach(&mut mesh, &mut motion)?;
         }
         let surface = SurfacePoints::new(&mesh, &motion)?;
+        // The facets between the surface points have taken their place.
+        motion.surface.faces = SurfaceFaces::default();
         let first_cells = FirstCells::find(&mesh, &motion);
         let mut choices = Vec::new();
         let moving = moving_bounds(&surface);
@@ -218,7 +222,8 @@ impl Plan {
         let bodies = 0..self.motion.bodies.len();
         let poses: Vec<Transform> = bodies.map(|body| self.motion.pose(body, step)).collect();
         let nodes = self.surface.points.par_iter().zip(&self.surface.body);
-        let moved = nodes.filter_map(|(x, body)| Some(distance(poses[(*body)?].apply(*x), *x)));
+        let moved = nodes
+            .filter_map(|(x, body)| Some(distance(poses[usize::from((*body)?)].apply(*x), *x)));
         moved.reduce(|| 0.0, f64::max)
     }
 

@@ -42,7 +42,7 @@ pub(super) fn compute(
     }
     Ok(Computed {
         summary: reference.map(|reference| quality::assess(mesh, points, reference)),
-        first_cell_ratio: plan.first_cells.smallest_ratio(points),
+        first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.reference),
         selection_error,
         surface_error: deformer.surface_error(step, points),
         largest_displacement: plan.largest_displacement(step.index),

@@ -19,7 +19,7 @@ pub struct SurfacePoints {
     /// Their places in the reference mesh.
     pub points: Vec<Vector>,
     /// The body each moves with; `None` stays.
-    pub body: Vec<Option<usize>>,
+    pub body: Vec<Option<u16>>,
     /// Triangles between the points; in the plane edges, with the second corner repeated.
     pub facets: Vec<[u32; 3]>,
     /// Surface nodes that lie where another does.
@@ -137,9 +137,9 @@ impl SurfacePoints {
     }
 }
 
-fn body_of(role: Role) -> Option<usize> {
+fn body_of(role: Role) -> Option<u16> {
     match role {
-        Role::Moving(body) => Some(usize::from(body)),
+        Role::Moving(body) => Some(body),
         Role::Fixed | Role::Sliding => None,
     }
 }

@@ -11,8 +11,10 @@ const CELLS: usize = 1 << 14;
 /// Edges that leave a moving wall, the shortest at each wall node.
 #[derive(Debug, Clone, Default)]
 pub struct FirstCells {
-    /// Wall node, its neighbour, and the length of the edge in the reference mesh.
-    edges: Vec<(u32, u32, f64)>,
+    /// Wall node and its neighbour.
+    edges: Vec<(u32, u32)>,
+    /// Length of the shortest edge in the reference mesh.
+    smallest: Option<f64>,
 }
 
 impl FirstCells {
@@ -45,34 +47,33 @@ impl FirstCells {
             let found: Vec<_> = tasks.map(edges).collect();
             found.into_iter().for_each(&mut shorten);
         }
-        let found = nodes
-            .iter()
-            .zip(shortest)
-            .filter(|(_, (off, _))| *off != u32::MAX);
+        let found = nodes.iter().zip(&shortest);
+        let found = found.filter(|(_, (off, _))| *off != u32::MAX);
         Self {
-            edges: found
-                .map(|(&on, (off, length))| (on, off, length))
-                .collect(),
+            edges: found.clone().map(|(&on, (off, _))| (on, *off)).collect(),
+            smallest: found.map(|(_, (_, length))| *length).min_by(f64::total_cmp),
         }
     }
 
     /// The smallest first-cell height, in mesh units.
     pub fn smallest(&self) -> Option<f64> {
-        self.edges.iter().map(|edge| edge.2).min_by(f64::total_cmp)
+        self.smallest
     }
 
     /// The smallest ratio of first-cell height to that in the reference mesh.
-    pub fn smallest_ratio(&self, points: &[Vector]) -> Option<f64> {
-        let ratio = |&(on, off, length): &(u32, u32, f64)| {
-            distance(points[on as usize], points[off as usize]) / length
+    pub fn smallest_ratio(&self, points: &[Vector], reference: &[Vector]) -> Option<f64> {
+        let length = |points: &[Vector], (on, off): (u32, u32)| {
+            distance(points[on as usize], points[off as usize])
         };
+        let ratio = |&edge: &(u32, u32)| length(points, edge) / length(reference, edge);
         self.edges.par_iter().map(ratio).min_by(f64::total_cmp)
     }
 
     /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.
     pub fn change_in_f32(&self, points: &[Vector]) -> f64 {
         let rounded = |node: u32| points[node as usize].map(|x| f64::from(x as f32));
-        let change = |&(on, off, length): &(u32, u32, f64)| {
+        let change = |&(on, off): &(u32, u32)| {
+            let length = distance(points[on as usize], points[off as usize]);
             (distance(rounded(on), rounded(off)) / length - 1.0).abs()
         };
         self.edges.par_iter().map(change).reduce(|| 0.0, f64::max)
