@@ -1,8 +1,10 @@
 //! Kernel evaluations a second and core, for each kernel and number of columns, beside the rate of
 //! plain square roots in the same run: each evaluation needs one, so that is the limit.
 //!
-//! Run with `cargo bench --bench evaluate`. Repetitions take a millisecond or two, alternate between all that
-//! is measured, and the best of many counts: other programs on the machine disturb it little.
+//! Run with `cargo bench --bench evaluate`. Repetitions take one to four milliseconds, alternate
+//! between all that is measured, and the best of many counts: other programs on the machine
+//! disturb one thread little. Two threads need both cores at once; the rate of roots on two
+//! threads, at the end of the line, tells whether they had them.
 
 #![allow(clippy::print_stdout)] // a benchmark prints its tables
 
@@ -28,7 +30,7 @@ fn main() {
         pool.expect("threads can be started")
     });
     println!(
-        "billions of evaluations a second and core, one and two threads; part of the rate of square roots"
+        "billions of evaluations a second and core, one and two threads; parts of the rate of square roots on as many"
     );
     println!("kernel          columns     one     two  scaling  of the limit  default target");
     for kernel in KERNELS {
