@@ -7,8 +7,8 @@ mod support;
 use azimesh::mesh::{CellKind, Group, Mesh};
 use std::fmt::Write as _;
 use std::path::Path;
-use support::sequence::{Sequence, distance, nodes_of, same, write};
-use support::{azimesh, succeed};
+use support::sequence::{Sequence, distance, nodes_of, same, testdata, write};
+use support::{azimesh, rewrite, succeed};
 
 const STEPS: &str = "[azimuth]\nstart = 0.0\nstop = 270.0\nstep = 30.0\n";
 
@@ -237,5 +237,23 @@ fn substeps_turn_a_body_once_round_to_where_it_was() {
     );
     for node in nodes_of(&out.reference, &["airfoil"]) {
         assert!(distance(points[node], out.reference.points[node]) < 1e-12);
+    }
+}
+
+#[test]
+fn a_wing_turns_on_its_symmetry_plane_and_the_plane_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::copy(testdata("wing_on_plane.toml"), path.join("w.toml")).unwrap();
+    let twist = ("[rbf]", "[rbf]\ninterpolate = \"twist\"");
+    let far = ("sin = 15.0", "sin = 60.0");
+    rewrite(path, "w.toml", "w.toml", &[twist, far]);
+    let mesh = testdata("wing_on_plane.vtu");
+    let wing = Sequence::of(path, &mesh, &path.join("w.toml"), "out");
+    wing.assert_sound();
+    let points = wing.points(2);
+    for node in nodes_of(&wing.reference, &["symmetry"]) {
+        let z = wing.reference.points[node][2];
+        assert_eq!(points[node][2].to_bits(), z.to_bits(), "node {node}");
     }
 }

@@ -45,6 +45,20 @@ impl Constraint {
         if span.n_columns == 3 { Self::ALL } else { span }
     }
 
+    /// The directions along which a rotation vector is held where a point keeps to a plane: a rotation
+    /// about the plane's normal leaves the plane where it is, any other does not. Of points that are
+    /// held in other ways, all directions.
+    pub fn of_rotation(&self) -> Self {
+        let [normal] = self.columns() else {
+            return Self::ALL;
+        };
+        let axes = Self::ALL.columns;
+        let beside = axes.map(|axis| sub(axis, scale(*normal, dot(axis, *normal))));
+        let mut two: Vec<Vector> = beside.to_vec();
+        two.sort_by(|a, b| norm(*b).total_cmp(&norm(*a)));
+        Self::of_normals(&two[..2])
+    }
+
     /// The orthonormal columns.
     #[inline]
     pub fn columns(&self) -> &[Vector] {
@@ -141,6 +155,21 @@ mod tests {
         assert_eq!(Constraint::of_normals(&corner), Constraint::ALL);
         assert_eq!(Constraint::ALL.hold([1.0; 3], [2.0; 3]), [1.0; 3]);
         assert_eq!(Constraint::of_normals(&[[0.0; 3]]).rank(), 0);
+    }
+
+    #[test]
+    fn a_rotation_about_the_normal_of_a_plane_is_free_and_no_other() {
+        for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.2, -0.5, 0.4]] {
+            let plane = Constraint::of_normals(&[normal]);
+            let held = plane.of_rotation();
+            assert_eq!(held.rank(), 2);
+            assert!(norm(held.project(normal)) < 1e-15);
+        }
+        let edge = Constraint::of_normals(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        assert_eq!(edge.of_rotation(), Constraint::ALL);
+        assert_eq!(Constraint::ALL.of_rotation(), Constraint::ALL);
+        let z = Constraint::of_normals(&[[0.0, 0.0, 1.0]]).of_rotation();
+        assert_eq!(z.columns(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     }
 
     #[test]

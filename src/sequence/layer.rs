@@ -79,7 +79,7 @@ pub struct Method {
     pub displacement: Space,
     /// The space of rotations.
     pub rotation: Space,
-    /// Scalar modes, or vector modes where the space couples the components.
+    /// Scalar modes of displacements, or vector modes where their space couples the components.
     pub form: Form,
     /// Displacement error allowed, in mesh units.
     pub tolerance: f64,
@@ -102,7 +102,11 @@ pub fn layers(
             method.tolerance,
         )?]);
     };
-    let (turning, rotation) = rotations(surface, &turns)?;
+    let form = match method.rotation.constraints {
+        Some(_) => Form::Vector,
+        None => Form::Scalar,
+    };
+    let (turning, rotation) = rotations(surface, &turns, form)?;
     let shifts: Vec<_> = turns
         .iter()
         .map(|turns| translations(turns.tau.iter().copied()))
@@ -135,7 +139,11 @@ fn translations(by: impl Iterator<Item = Vector>) -> Vec<Transform> {
 
 /// The rotations of all bodies as lengths; the modes of each body are its own, as each has its own
 /// centre.
-fn rotations(surface: RigidSurface<'_>, turns: &[&Turns]) -> Result<(Vec<Turning>, Modes)> {
+fn rotations(
+    surface: RigidSurface<'_>,
+    turns: &[&Turns],
+    form: Form,
+) -> Result<(Vec<Turning>, Modes)> {
     let n_steps = turns.first().map_or(0, |turns| turns.theta.len());
     let mut all: Option<Modes> = None;
     let mut turning = Vec::new();
@@ -155,7 +163,7 @@ fn rotations(surface: RigidSurface<'_>, turns: &[&Turns]) -> Result<(Vec<Turning
             points: surface.points,
             body: &own,
         };
-        let modes = Modes::of_rigid_bodies(own, &[lengths], Form::Scalar)?;
+        let modes = Modes::of_rigid_bodies(own, &[lengths], form)?;
         let first = all.as_ref().map_or(0, |all| all.n_modes);
         turning.push(Turning {
             centre: turns.centre,

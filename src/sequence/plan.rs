@@ -287,6 +287,7 @@ fn method(
         },
         rotation: Space {
             linear,
+            constraints: surface.rotation_constraints(),
             ..Space::radial(Basis { radius, ..basis })
         },
         form: match surface.sliding.is_none() && periodic.images.is_empty() {

@@ -111,6 +111,15 @@ impl SurfacePoints {
         Some(Arc::new(points.map(|i| sliding.constraint(i)).collect()))
     }
 
+    /// The directions in which the rotation vectors of the points are held; `None` for all of them.
+    pub fn rotation_constraints(&self) -> Option<Arc<Vec<Constraint>>> {
+        let sliding = self.sliding.as_ref()?;
+        let points = 0..self.points.len();
+        let held: Vec<Constraint> = points.map(|i| sliding.rotation_constraint(i)).collect();
+        let free = held.iter().any(|held| *held != Constraint::ALL);
+        free.then(|| Arc::new(held))
+    }
+
     /// The points with the body of each.
     pub fn rigid(&self) -> RigidSurface<'_> {
         RigidSurface {

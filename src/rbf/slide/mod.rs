@@ -33,6 +33,8 @@ pub struct Sliding {
     /// Curved patches and edges to project to.
     shapes: Vec<ClosestSurface<'static>>,
     n_patches: usize,
+    /// Whether all of it lies in a plane mesh.
+    in_plane: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -105,6 +107,7 @@ impl Sliding {
             points: sliding_points,
             shapes: build.shapes,
             n_patches: patches.planes.len(),
+            in_plane: patches.in_plane,
         }
     }
 
@@ -112,6 +115,18 @@ impl Sliding {
     pub fn constraint(&self, point: usize) -> Constraint {
         self.get(point)
             .map_or(Constraint::ALL, |point| point.constraint)
+    }
+
+    /// The directions in which the rotation vector of a surface point is held: where it slides on a
+    /// plane it may turn about the normal. In a plane mesh, which turns about nothing but the third
+    /// axis, always all.
+    pub fn rotation_constraint(&self, point: usize) -> Constraint {
+        match self.get(point) {
+            Some(point) if !self.in_plane && matches!(point.path, Path::Plane) => {
+                point.constraint.of_rotation()
+            }
+            _ => Constraint::ALL,
+        }
     }
 
     /// Where a sliding point goes that the interpolation has put at `x`. On planes and straight edges
