@@ -4,7 +4,7 @@
 //! | method | targets | ends |
 //! |---|---|---|
 //! | `sequence` | the modes over all steps | at the tolerance |
-//! | `real` | the modes at the first step of the stretch (Algorithm 1 of the paper) | at the tolerance |
+//! | `real` | the modes at the first step of the stretch that moves anything (Algorithm 1 of the paper) | at the tolerance |
 //! | `constant` | one vector on all that moves (Algorithm 2) | at the tolerance or at `max_points` |
 //! | `all` | none: every surface node | |
 
@@ -68,7 +68,7 @@ fn choose_for(
     match wanted.method {
         SelectionMethod::Sequence => in_rounds(plan, layer, targets, progress),
         SelectionMethod::Real => {
-            let criterion = layer.criterion.of_step(stretch.start)?;
+            let criterion = layer.criterion.of_step(first_that_moves(plan, stretch))?;
             let targets = Targets {
                 criterion: &criterion,
                 ..targets
@@ -88,6 +88,15 @@ fn choose_for(
             Ok(selection)
         }
     }
+}
+
+/// The first step of a stretch, or the first at which anything moves: base points for nothing would
+/// serve no other step.
+fn first_that_moves(plan: &Plan, stretch: &Range<usize>) -> usize {
+    let mut steps = stretch.clone();
+    steps
+        .find(|&step| plan.largest_displacement(step) > 0.0)
+        .unwrap_or(stretch.start)
 }
 
 fn measure(plan: &Plan) -> Measure {
