@@ -15,8 +15,13 @@ use std::time::Instant;
 
 fn timed(plan: &Plan, limits: Limits) -> (Selection, f64) {
     let start = Instant::now();
-    let selection =
-        select(plan.basis, plan.targets(), limits, &mut |_, _| {}).expect("it can be solved");
+    let selection = select(
+        &plan.layers[0].space,
+        plan.targets(&plan.layers[0]),
+        limits,
+        &mut |_, _| {},
+    )
+    .expect("it can be solved");
     (selection, start.elapsed().as_secs_f64())
 }
 
@@ -40,7 +45,7 @@ fn main() {
     println!(
         "{} surface nodes, {} modes, tolerance {tolerance:.2e}",
         plan.surface.nodes.len(),
-        plan.modes.n_modes
+        plan.n_modes()
     );
     let rounds = Limits::in_rounds(tolerance, 20_000, plan.surface.nodes.len());
     let (in_rounds, quick) = timed(&plan, rounds);

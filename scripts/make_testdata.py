@@ -15,7 +15,10 @@ from pathlib import Path
 import gmsh
 import numpy as np
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtk.util.numpy_support import numpy_to_vtk
+
+from gmsh_models import airfoil_hybrid, curved_plate, curved_solids, mixed_cells, shared_faces, sphere_in_box
+from gmsh_moving import body_in_duct, rotor_sector, wing_on_plane
 
 FOLDER = Path("testdata")
 AZIMESH = os.environ.get("AZIMESH", "target/release/azimesh")
@@ -28,166 +31,7 @@ def note(path, what, generator):
     made.append((path.name, what, generator))
 
 
-# ---------------------------------------------------------------- geometry, by gmsh
-
-
-def model(name):
-    """Starts an empty gmsh model."""
-    gmsh.clear()
-    gmsh.model.add(name)
-
-
-def group(dimension, entities, name):
-    """A physical group with a name."""
-    number = gmsh.model.addPhysicalGroup(dimension, entities)
-    gmsh.model.setPhysicalName(dimension, number, name)
-
-
-def naca0012(x):
-    """Half thickness of the NACA 0012 section with a closed trailing edge."""
-    return 0.6 * (0.2969 * np.sqrt(x) - 0.1260 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1036 * x**4)
-
-
-def airfoil_hybrid():
-    """A NACA 0012 in a circle: quadrilaterals along the wall, triangles beyond; two zones."""
-    model("airfoil_hybrid")
-    geo = gmsh.model.geo
-    n, layers = 40, 4
-    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
-    x = 0.5 * (1.0 + np.cos(angle))
-    y = np.where(angle <= np.pi, 1.0, -1.0) * naca0012(x)
-    wall = np.c_[x, y]
-    normal = np.c_[np.cos(angle), 1.2 * np.sin(angle)]
-    sheath = wall + 0.15 * normal
-    inner = [geo.addPoint(a, b, 0.0) for a, b in wall]
-    outer = [geo.addPoint(a, b, 0.0) for a, b in sheath]
-
-    def around(points):
-        return [geo.addLine(points[i], points[(i + 1) % n]) for i in range(n)]
-
-    airfoil, interface = around(inner), around(outer)
-    spokes = [geo.addLine(a, b) for a, b in zip(inner, outer)]
-    for line in airfoil + interface:
-        geo.mesh.setTransfiniteCurve(line, 2)
-    for line in spokes:
-        geo.mesh.setTransfiniteCurve(line, layers + 1, "Progression", 1.4)
-    layer = []
-    for i in range(n):
-        loop = geo.addCurveLoop([spokes[i], interface[i], -spokes[(i + 1) % n], -airfoil[i]])
-        layer.append(geo.addPlaneSurface([loop]))
-        geo.mesh.setTransfiniteSurface(layer[-1])
-        geo.mesh.setRecombine(2, layer[-1])
-    centre = geo.addPoint(0.5, 0.0, 0.0)
-    rim = [geo.addPoint(0.5 + 2.5 * c, 2.5 * s, 0.0, 0.5) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
-    circle = [geo.addCircleArc(rim[i], centre, rim[(i + 1) % 4]) for i in range(4)]
-    field = geo.addPlaneSurface([geo.addCurveLoop(circle), geo.addCurveLoop(interface)])
-    geo.synchronize()
-    group(1, airfoil, "airfoil")
-    group(1, circle, "farfield")
-    group(2, layer, "boundary layer")
-    group(2, [field], "field")
-    gmsh.model.mesh.generate(2)
-
-
-def sphere_in_box(size=1.0):
-    """Tetrahedra between a sphere and a box; the box has four tags."""
-    model("sphere_in_box")
-    occ = gmsh.model.occ
-    box = occ.addBox(-1.5, -1.5, -1.5, 3.0, 3.0, 3.0)
-    sphere = occ.addSphere(0.0, 0.0, 0.0, 0.5)
-    (_, volume), = occ.cut([(3, box)], [(3, sphere)])[0]
-    occ.synchronize()
-    named = {"sphere": [], "inlet": [], "outlet": [], "walls": []}
-    for _, face in gmsh.model.getEntities(2):
-        x, y, z = occ.getCenterOfMass(2, face)
-        side = "inlet" if x < -1.4 else "outlet" if x > 1.4 else "walls"
-        named["sphere" if max(abs(x), abs(y), abs(z)) < 1.0 else side].append(face)
-    for name, faces in named.items():
-        group(2, faces, name)
-    group(3, [volume], "fluid")
-    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-    poles = gmsh.model.getBoundary([(2, face) for face in named["sphere"]], recursive=True)
-    gmsh.model.mesh.setSize(poles, 0.4 * size)
-    gmsh.model.mesh.generate(3)
-
-
-def mixed_cells(cells=3, pyramids=True):
-    """All four linear solids: a block of hexahedra, wedges beside it, pyramids and tetrahedra above."""
-    model("mixed_cells")
-    geo = gmsh.model.geo
-    corner = [geo.addPoint(x, y, 0.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1), (1.7, 0), (1.7, 1))]
-    pairs = {"s": (0, 1), "e": (1, 2), "n": (2, 3), "w": (3, 0), "bs": (1, 4), "be": (4, 5), "bn": (5, 2)}
-    line = {name: geo.addLine(corner[a], corner[b]) for name, (a, b) in pairs.items()}
-    for tag in line.values():
-        geo.mesh.setTransfiniteCurve(tag, cells + 1)
-    floor = geo.addPlaneSurface([geo.addCurveLoop([line[k] for k in ("s", "e", "n", "w")])])
-    loop = geo.addCurveLoop([line["bs"], line["be"], line["bn"], -line["e"]])
-    beside = geo.addPlaneSurface([loop])
-    geo.mesh.setTransfiniteSurface(floor)
-    geo.mesh.setRecombine(2, floor)
-    block = geo.extrude([(2, floor)], 0.0, 0.0, 0.6, [cells], recombine=True)
-    wing = geo.extrude([(2, beside)], 0.0, 0.0, 0.6, [cells], recombine=True)
-    solids = {"hexahedra": block[1][1], "wedges": wing[1][1]}
-    if pyramids:
-        solids["above"] = geo.extrude([block[0]], 0.0, 0.0, 0.8)[1][1]
-    geo.synchronize()
-    gmsh.option.setNumber("Mesh.MeshSizeMax", 1.0 / cells)
-    named = {"floor": [], "roof": [], "sides": []}
-    outside = gmsh.model.getBoundary(gmsh.model.getEntities(3), oriented=False)
-    for face in sorted(face for _, face in outside):
-        low, high = (gmsh.model.getBoundingBox(2, face)[i] for i in (2, 5))
-        named["floor" if high < 0.1 else "roof" if low > 0.5 else "sides"].append(face)
-    for name, faces in named.items():
-        group(2, faces, name)
-    for name, solid in solids.items():
-        group(3, [solid], name)
-    gmsh.model.mesh.generate(3)
-
-
-def curved_plate(incomplete):
-    """Second-order triangles and quadrilaterals around a hole in a plate."""
-    model("curved_plate")
-    occ = gmsh.model.occ
-    plate = occ.addRectangle(-1.0, -1.0, 0.0, 2.0, 2.0)
-    hole = occ.addDisk(0.0, 0.0, 0.0, 0.4, 0.4)
-    occ.cut([(2, plate)], [(2, hole)])
-    beside = occ.addRectangle(1.0, -1.0, 0.0, 1.0, 2.0)
-    occ.fragment([(2, 1)], [(2, beside)])
-    occ.synchronize()
-    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
-    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", int(incomplete))
-    gmsh.model.mesh.setTransfiniteSurface(beside)
-    gmsh.model.mesh.setRecombine(2, beside)
-    lines = {"hole": [], "rim": []}
-    for _, line in gmsh.model.getBoundary(gmsh.model.getEntities(2), oriented=False):
-        x, y, _ = occ.getCenterOfMass(1, line)
-        lines["hole" if np.hypot(x, y) < 0.5 else "rim"].append(line)
-    for name, entities in lines.items():
-        group(1, entities, name)
-    group(2, [surface for _, surface in gmsh.model.getEntities(2)], "plate")
-    gmsh.model.mesh.generate(2)
-    gmsh.model.mesh.setOrder(2)
-
-
-def curved_solids(incomplete):
-    """Second-order solids: `mixed_cells` of one layer; no pyramids where they would have 14 nodes."""
-    mixed_cells(1, pyramids=incomplete)
-    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", int(incomplete))
-    gmsh.model.mesh.setOrder(2)
-
-
-def shared_faces():
-    """A box whose one side belongs to two boundary tags."""
-    model("shared_faces")
-    occ = gmsh.model.occ
-    box = occ.addBox(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
-    occ.synchronize()
-    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
-    faces = [face for _, face in gmsh.model.getEntities(2)]
-    group(2, faces, "all sides")
-    group(2, faces[:1], "monitored")
-    group(3, [box], "fluid")
-    gmsh.model.mesh.generate(3)
+# ---------------------------------------------------------------- MSH, by gmsh
 
 
 def write_msh(name, what, version=4.1, binary=False):
@@ -230,6 +74,9 @@ def gmsh_files():
     shared_faces()
     write_msh("shared_faces_v22", shared_faces.__doc__, 2.2)
     write_msh("shared_faces_v41", shared_faces.__doc__, 4.1)
+    for make in (wing_on_plane, rotor_sector, body_in_duct):
+        make()
+        yield make.__name__, current_grid()
     gmsh.finalize()
 
 
@@ -277,8 +124,8 @@ def add_names(grid, name, names):
     grid.GetFieldData().AddArray(array)
 
 
-def unstructured(points, cells, tag_names, zone_names):
-    """A VTK grid with tags, zones and their names as azimesh keeps them."""
+def unstructured(points, cells, tag_names, zone_names, arrays=True):
+    """A VTK grid with tags, zones and their names as azimesh keeps them; with `arrays` a point array too."""
     grid = vtk.vtkUnstructuredGrid()
     nodes = vtk.vtkPoints()
     nodes.SetData(numpy_to_vtk(points, deep=True))
@@ -290,7 +137,8 @@ def unstructured(points, cells, tag_names, zone_names):
     grid.SetCells(kinds, array)
     add_array(grid.GetCellData(), "BoundaryTag", np.array([tag for *_, tag, _ in cells], np.int32))
     add_array(grid.GetCellData(), "Zone", np.array([zone for *_, zone in cells], np.int32))
-    add_array(grid.GetPointData(), "radius", np.linalg.norm(points, axis=1))
+    if arrays:
+        add_array(grid.GetPointData(), "radius", np.linalg.norm(points, axis=1))
     add_names(grid, "BoundaryTagNames", tag_names)
     add_names(grid, "ZoneNames", zone_names)
     return grid
@@ -383,6 +231,9 @@ def vtk_files(grids):
     poly = polyhedral(*grids["mixed_cells_coarse"])
     write_vtu("polyhedra_raw_zlib", poly, "mixed_cells, coarser, as polyhedra", "raw", "ZLib")
     write_vtu("polyhedra_ascii", poly, "mixed_cells, coarser, as polyhedra", "ascii")
+    for make in (wing_on_plane, rotor_sector, body_in_duct):
+        grid = unstructured(*grids[make.__name__], arrays=False)
+        write_vtu(make.__name__, grid, make.__doc__, "raw", "ZLib")
 
 
 # ---------------------------------------------------------------- azimesh's own
@@ -397,12 +248,17 @@ def own_files():
     """The mesh of the README with its schedule, and the SU2 files."""
     version = subprocess.run([AZIMESH, "--version"], check=True, capture_output=True, text=True)
     version = version.stdout.strip()
-    naca = FOLDER / "naca0012.vtu"
-    for old in (naca, naca.with_suffix(".toml")):
-        old.unlink(missing_ok=True)
-    azimesh("sample", "naca0012", "--nodes", 1200, "-o", naca)
-    note(naca, "NACA 0012 O-grid, the README's first mesh", f"{version}: sample naca0012 --nodes 1200")
-    note(naca.with_suffix(".toml"), "its schedule", f"{version}: sample naca0012 --nodes 1200")
+    for name, options, what in (
+        ("naca0012", ["--nodes", 1200], "NACA 0012 O-grid, the README's first mesh"),
+        ("block", [], "a square with a block of 5 by 1 cells taken out"),
+    ):
+        mesh = FOLDER / f"{name}.vtu"
+        for old in (mesh, mesh.with_suffix(".toml")):
+            old.unlink(missing_ok=True)
+        azimesh("sample", name, *options, "-o", mesh)
+        generator = " ".join(map(str, [f"{version}: sample", name, *options]))
+        note(mesh, what, generator)
+        note(mesh.with_suffix(".toml"), "its schedule", generator)
     for source, name in (
         ("airfoil_hybrid_v41_binary.msh", "airfoil_hybrid.su2"),
         ("mixed_cells_v41_binary.msh", "mixed_cells.su2"),
@@ -413,17 +269,27 @@ def own_files():
         note(target, f"{source} as SU2", f"{version}: convert {source} {name}")
 
 
+BY_HAND = {
+    "wing_on_plane.toml": "the wing pitches; the symmetry plane slides",
+    "rotor_sector.toml": "the blade pitches and flaps between periodic sides",
+    "rotor_sector_sliding.toml": "the same with sliding planes below and above",
+    "body_in_duct.toml": "the sphere moves along the duct; the curved wall slides",
+    "block_sliding.toml": "the block turns by 60 degrees and moves; outer edges slide, twist, 10 substeps",
+}
+
+
 def readme():
     """testdata/README.md: each file, what it is, and what made it."""
     lines = [
         "# Small meshes for tests and for trying things",
         "",
-        "All are made by `scripts/make_testdata.py`; none holds anybody else's data.",
+        "Meshes are made by `scripts/make_testdata.py`; none holds anybody else's data.",
         "",
         "| file | bytes | what | made by |",
         "|---|---|---|---|",
     ]
-    for name, what, generator in sorted(made):
+    by_hand = [(name, f"schedule: {what}", "hand") for name, what in BY_HAND.items()]
+    for name, what, generator in sorted(made + by_hand):
         size = (FOLDER / name).stat().st_size
         assert size <= 100_000, f"{name} has {size} bytes; at most 100 kB"
         lines.append(f"| `{name}` | {size} | {what.replace('.;', ';')} | {generator} |")

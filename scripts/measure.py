@@ -1,24 +1,58 @@
 """Seconds, peak memory and alternating pairs, for the benchmark scripts."""
 
+import math
 import os
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
+from typing import NamedTuple
 
 PYTHON = sys.executable
 
 
+class Used(NamedTuple):
+    """What a command took and what it printed."""
+
+    seconds: float
+    megabytes: float
+    cpu_seconds: float
+    said: str
+
+
+def used(command):
+    """What a command that must succeed takes. The peak of a process counts that of its parent when it
+    was started: do not import numpy where this is called."""
+    with tempfile.TemporaryFile() as said:
+        started = time.monotonic()
+        process = subprocess.Popen(list(map(str, command)), stdout=said, stderr=subprocess.PIPE)
+        complaint = process.stderr.read().decode()
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.monotonic() - started
+        process.returncode = os.waitstatus_to_exitcode(status)
+        assert process.returncode == 0, f"{command}: exit code {process.returncode}\n{complaint}"
+        said.seek(0)
+        return Used(seconds, usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime, said.read().decode())
+
+
 def run(command):
     """(seconds, peak resident MB) of a command that must succeed."""
-    started = time.monotonic()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    said = process.stderr.read().decode()
-    _, status, usage = os.wait4(process.pid, 0)
-    seconds = time.monotonic() - started
-    process.returncode = os.waitstatus_to_exitcode(status)
-    assert process.returncode == 0, f"{command}: exit code {process.returncode}\n{said}"
-    return seconds, usage.ru_maxrss / 1024
+    return used(command)[:2]
+
+
+def machine():
+    """The processors and memory of this machine, as a phrase."""
+    model = next(line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name"))
+    gigabytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+    return f"{len(os.sched_getaffinity(0))} cores of an {model.split(':')[1].strip()}, {gigabytes:.0f} GB"
+
+
+def significant(value, digits=3):
+    """A number in as many digits, without an exponent, thousands set apart."""
+    places = max(0, digits - 1 - (math.floor(math.log10(abs(value))) if value else 0))
+    return f"{round(value, places):,.{places}f}"
 
 
 def alternating(jobs, rounds=3):

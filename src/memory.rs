@@ -8,6 +8,20 @@ use std::alloc::{GlobalAlloc, Layout, System};
 /// Arrays from this size on are worth huge pages.
 const LARGE: usize = 8 << 20;
 
+/// Arrays from this size on go back to the system as soon as they are freed.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const RETURNED: i32 = 8 << 20;
+
+/// Has the system's allocator keep no large array that is freed for later: left to itself it learns
+/// from the first of them to keep all up to 32 MB.
+pub fn return_large_arrays() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: a setting; a value that is refused changes nothing.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, RETURNED)
+    };
+}
+
 /// The system's allocator with huge pages for large arrays, where the system has them to give.
 pub struct HugePages;
 

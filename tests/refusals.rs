@@ -74,9 +74,21 @@ fn a_wrong_schedule_is_refused_at_its_line() {
 #[test]
 fn a_key_of_a_later_version_is_refused_and_not_ignored() {
     let folder = airfoil();
-    let slide = "fixed = [\"farfield\"]\nslide = [\"farfield\"]";
+    let parent = "tags = [\"airfoil\"]\nparent = \"wing\"";
+    let old = "tags = [\"airfoil\"]";
+    schedule_refused(folder.path(), old, parent, &["s.toml:15: ", "parent"]);
+}
+
+#[test]
+fn a_tag_with_two_roles_is_refused() {
+    let folder = airfoil();
     let old = "fixed = [\"farfield\"]";
-    schedule_refused(folder.path(), old, slide, &["s.toml:21: ", "slide"]);
+    let slide = "fixed = [\"farfield\"]\nslide = [\"farfield\"]";
+    let parts = ["s.toml:21: ", "\"farfield\" is fixed and sliding"];
+    schedule_refused(folder.path(), old, slide, &parts);
+    let periodic = "others = \"slide\"\nperiodic = [ { pair = [\"far*\", \"farfield\"] } ]";
+    let parts = ["s.toml:21: ", "both sides of a periodic pair"];
+    schedule_refused(folder.path(), old, periodic, &parts);
 }
 
 #[test]

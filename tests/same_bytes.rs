@@ -5,6 +5,7 @@
 mod support;
 
 use std::path::Path;
+use support::sequence::testdata;
 use support::{airfoil, files, rewrite, succeed};
 
 /// steps.csv without its last column, the seconds.
@@ -118,4 +119,37 @@ fn a_turning_zone_deforms_to_the_same_bytes_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     blade(folder.path(), "rotor");
     same_on_any_number_of_threads(folder.path(), "b.vtu", "b.toml");
+}
+
+#[test]
+fn sliding_and_periodic_boundaries_give_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    for (mesh, schedule) in [
+        ("wing_on_plane.vtu", "wing_on_plane.toml"),
+        ("body_in_duct.vtu", "body_in_duct.toml"),
+        ("rotor_sector.vtu", "rotor_sector_sliding.toml"),
+        ("block.vtu", "block_sliding.toml"),
+    ] {
+        for name in [mesh, schedule] {
+            std::fs::copy(testdata(name), folder.path().join(name)).unwrap();
+        }
+        same_on_any_number_of_threads(folder.path(), mesh, schedule);
+    }
+}
+
+#[test]
+fn a_twist_gives_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    blade(folder, "blade");
+    let twist = (
+        "[rbf]",
+        "[rbf]\ninterpolate = \"twist\"\nrotation_radius = 4.0",
+    );
+    rewrite(folder, "b.toml", "twist.toml", &[twist]);
+    same_on_any_number_of_threads(folder, "b.vtu", "twist.toml");
+    let more = ("[rbf]", "[rbf]\nsubsteps = 2\npolynomial = \"linear\"");
+    let coarse = ("tolerance = 1e-4", "tolerance = 1e-3");
+    rewrite(folder, "twist.toml", "more.toml", &[more, coarse]);
+    same_on_any_number_of_threads(folder, "b.vtu", "more.toml");
 }

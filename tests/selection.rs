@@ -4,15 +4,16 @@
 use azimesh::geometry::vector::{distance, sub};
 use azimesh::motion::{Role, Schedule};
 use azimesh::sample::{BladeOptions, Naca0012Options, SizeOptions, blade, naca0012};
-use azimesh::sequence::{Plan, Silent, select_base};
+use azimesh::sequence::{Plan, Silent, choose};
 use proptest::prelude::*;
 use std::path::Path;
 
 /// Largest distance between a prescribed displacement and the plain double sum over the base
 /// points, over all surface nodes and steps.
 fn true_error(plan: &Plan) -> (usize, f64) {
-    let selection = select_base(plan, &Silent).expect("it can be solved");
-    let r = plan.modes.n_modes;
+    let selection = &choose(plan, &plan.stretches()[0], &Silent).expect("it can be solved")[0];
+    let layer_modes = &plan.layers[0].modes;
+    let r = layer_modes.n_modes;
     let surface = &plan.motion.surface.nodes;
     let mut worst: f64 = 0.0;
     for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
@@ -20,7 +21,10 @@ fn true_error(plan: &Plan) -> (usize, f64) {
         let mut modes = vec![0.0; r];
         for (j, &at) in selection.base.iter().enumerate() {
             let phi = plan.basis.between(&x, &plan.surface.points[at]);
-            for (mode, weight) in modes.iter_mut().zip(&selection.weights[j * r..]) {
+            for (mode, weight) in modes
+                .iter_mut()
+                .zip(&selection.interpolant.weights[j * r..])
+            {
                 *mode += phi * weight;
             }
         }
@@ -34,7 +38,7 @@ fn true_error(plan: &Plan) -> (usize, f64) {
             };
             let mut interpolated = [0.0; 3];
             if r > 0 {
-                for (mode, c) in modes.iter().zip(plan.modes.at_step(step.index).chunks(3)) {
+                for (mode, c) in modes.iter().zip(layer_modes.at_step(step.index).chunks(3)) {
                     for axis in 0..3 {
                         interpolated[axis] += mode * c[axis];
                     }

@@ -2,7 +2,7 @@
 
 use super::{Context, Outcome};
 use crate::error::Result;
-use crate::motion::{Frame, Role, Schedule};
+use crate::motion::{Frame, Role, Schedule, TagRole};
 use crate::sequence::{Plan, estimate_bytes};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -30,25 +30,23 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     Ok(Outcome::Fine)
 }
 
-fn role_name(plan: &Plan, role: Option<Role>) -> String {
-    match role {
+fn role_name(plan: &Plan, tag: &TagRole) -> String {
+    match tag.role {
         Some(Role::Moving(body)) => {
             format!("moves with {}", plan.motion.bodies[usize::from(body)].name)
         }
         Some(Role::Fixed) => "fixed".into(),
         Some(Role::Sliding) => "slides".into(),
+        None if tag.periodic => "periodic".into(),
         None => "free".into(),
     }
 }
 
-/// Memory that a run holds at its peak: the mesh, two more sets of positions, the mode fields.
+/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode fields.
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    plan.mesh.memory_bytes()
-        + plan.mesh.cells.len()
-        + 48 * nodes
-        + 8 * plan.modes.n_modes * deforming
+    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + 8 * plan.n_modes() * deforming
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -56,7 +54,7 @@ fn memory_bytes(plan: &Plan) -> usize {
 fn seconds(plan: &Plan) -> f64 {
     let threads = rayon::current_num_threads() as f64;
     let evaluations = 1e3 * (plan.reference.len() + 10 * plan.surface.nodes.len()) as f64;
-    let bytes = estimate_bytes(&plan.mesh, plan.motion.steps.len()) as f64;
+    let bytes = estimate_bytes(plan) as f64;
     evaluations / (1e9 * threads) + bytes / 1e9
 }
 
@@ -96,18 +94,18 @@ fn as_json(plan: &Plan) -> Value {
         "nodes": plan.reference.len(),
         "surface_points": plan.surface.nodes.len(),
         "coincident_surface_nodes": plan.surface.n_coincident,
-        "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag.role) })).collect::<Vec<_>>(),
+        "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag) })).collect::<Vec<_>>(),
         "kernel": plan.basis.kernel.name(),
         "support_radius": plan.basis.radius,
         "tolerance": plan.tolerance,
         "chosen": plan.choices,
-        "modes": plan.modes.n_modes,
-        "mode_truncation": plan.modes.truncation,
+        "modes": plan.n_modes(),
+        "mode_truncation": plan.truncation(),
         "smallest_first_cell": plan.first_cells.smallest(),
         "memory_bytes": memory_bytes(plan),
         "conventions": conventions(plan),
         "seconds": seconds(plan),
-        "output_bytes": estimate_bytes(&plan.mesh, plan.motion.steps.len()),
+        "output_bytes": estimate_bytes(plan),
         "steps": steps.map(|step| json!({
             "step": step.index,
             "azimuth_deg": step.azimuth_deg,
@@ -133,7 +131,7 @@ fn as_text(plan: &Plan) -> String {
         ),
     );
     for tag in &plan.motion.surface.tags {
-        line("tag", format!("{}: {}", tag.tag, role_name(plan, tag.role)));
+        line("tag", format!("{}: {}", tag.tag, role_name(plan, tag)));
     }
     line(
         "kernel",
@@ -151,7 +149,8 @@ fn as_text(plan: &Plan) -> String {
         "modes",
         format!(
             "{}, off by {:.1e} at most",
-            plan.modes.n_modes, plan.modes.truncation
+            plan.n_modes(),
+            plan.truncation()
         ),
     );
     if let Some(height) = plan.first_cells.smallest() {
@@ -160,7 +159,7 @@ fn as_text(plan: &Plan) -> String {
     let n_steps = plan.motion.steps.len();
     line("steps", n_steps.to_string());
     line("memory", gigabytes(memory_bytes(plan) as u64));
-    line("meshes", gigabytes(estimate_bytes(&plan.mesh, n_steps)));
+    line("meshes", gigabytes(estimate_bytes(plan)));
     line("time", format!("about {:.1} s", seconds(plan)));
     for convention in conventions(plan) {
         line("convention", convention);

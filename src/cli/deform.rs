@@ -6,6 +6,7 @@ use crate::motion::Schedule;
 use crate::quality::Criterion;
 use crate::sequence::{Finished, Plan, Request, run};
 use serde_json::json;
+use std::ops::Range;
 use std::path::PathBuf;
 
 /// Warnings of one sort that are shown without `-v`.
@@ -24,6 +25,9 @@ pub struct DeformArgs {
     /// Base points chosen before by `azimesh select`
     #[arg(long, value_name = "BASE")]
     base: Option<PathBuf>,
+    /// Write steps A to B - 1 only, counted from 0; the meshes are those of the whole run
+    #[arg(long, value_name = "A..B", value_parser = step_range)]
+    steps: Option<Range<usize>>,
     /// Replace the files of an earlier run in the folder
     #[arg(long)]
     force: bool,
@@ -44,11 +48,23 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         mesh: args.mesh.clone(),
         folder: args.output.clone(),
         base: args.base.clone(),
+        steps: args.steps.clone(),
         force: args.force,
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&mut plan, &request, &*context.progress())?;
     report(args, &finished, context)
+}
+
+/// Reads `A..B`.
+fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
+    let ends = text.split_once("..").and_then(|(start, end)| {
+        let number = |text: &str| text.trim().parse::<usize>().ok();
+        Some(number(start)?..number(end)?)
+    });
+    ends.ok_or_else(|| {
+        format!("\"{text}\" is no range of steps; write A..B, as 0..90 for the first ninety")
+    })
 }
 
 fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<Outcome> {

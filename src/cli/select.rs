@@ -3,7 +3,8 @@
 use super::{Context, Outcome};
 use crate::error::{Error, Result};
 use crate::motion::Schedule;
-use crate::sequence::{Plan, base, select_base};
+use crate::rbf::select::Selection;
+use crate::sequence::{Kind, Plan, base, check_tolerance, choose};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -33,31 +34,67 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     for choice in &plan.choices {
         context.note(choice);
     }
-    let selection = select_base(&plan, &*context.progress())?;
-    base::save(&plan, &selection, &args.output)?;
-    let met = selection.error <= plan.tolerance;
+    let stretches = plan.stretches();
+    if stretches.len() > 1 {
+        return Err(Error::input(format!(
+            "method = \"real\" chooses base points {} times along this schedule, and `deform` does it as it goes; \
+             select is for methods that choose once",
+            stretches.len()
+        ))
+        .file(&args.schedule));
+    }
+    let selections = choose(&plan, &stretches[0], &*context.progress())?;
+    base::save(&plan, &selections, &args.output)?;
+    report(args, &plan, &selections, context)
+}
+
+fn report(
+    args: &SelectArgs,
+    plan: &Plan,
+    selections: &[Selection],
+    context: &Context,
+) -> Result<Outcome> {
+    let met = check_tolerance(plan, selections).is_ok();
+    let chosen = plan.layers.iter().zip(selections);
     if context.common.json {
-        let history = selection.history.iter();
+        let layers = chosen.map(|(layer, selection)| {
+            let history = selection.history.iter();
+            json!({
+                "of": layer.name(),
+                "base_points": selection.base.len(),
+                "modes": layer.modes.n_modes,
+                "support_radius": layer.space.basis.radius,
+                "tolerance": layer.tolerance,
+                "error": selection.error,
+                "measured": selection.measured,
+                "skipped": selection.skipped,
+                "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
+                "residuals": selection.picked,
+            })
+        });
         context.print_json(json!({
             "base": args.output.display().to_string(),
-            "base_points": selection.base.len(),
             "surface_points": plan.surface.nodes.len(),
-            "modes": plan.modes.n_modes,
             "support_radius": plan.basis.radius,
             "tolerance": plan.tolerance,
-            "error": selection.error,
             "tolerance_met": met,
-            "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
+            "layers": layers.collect::<Vec<_>>(),
         }))?;
     } else if !context.common.quiet {
-        context.print(&format!(
-            "{}: {} base points of {} surface nodes, error {:.3e} of {:.3e} allowed\n",
-            args.output.display(),
-            selection.base.len(),
-            plan.surface.nodes.len(),
-            selection.error,
-            plan.tolerance
-        ))?;
+        for (layer, selection) in chosen {
+            context.print(&format!(
+                "{}: {} {} of {} surface points, error {:.3e}, {:.3e} allowed\n",
+                args.output.display(),
+                selection.base.len(),
+                match layer.kind {
+                    Kind::Displacement => "base points",
+                    Kind::Rotation(_) => "base points of the rotation",
+                },
+                plan.surface.nodes.len(),
+                selection.measured,
+                layer.tolerance
+            ))?;
+        }
     }
     if !met {
         context.warn("the tolerance is not met; a smaller support_radius, another kernel or more max_points would help");

@@ -44,10 +44,32 @@ impl Bounds {
         self
     }
 
+    /// The box with `margin` more on every side.
+    #[must_use]
+    pub fn grown(&self, margin: f64) -> Self {
+        Self {
+            low: self.low.map(|x| x - margin),
+            high: self.high.map(|x| x + margin),
+        }
+    }
+
     /// Length of the diagonal; zero when empty.
     pub fn diagonal(&self) -> f64 {
         let squares = (0..3).map(|i| (self.high[i] - self.low[i]).max(0.0).powi(2));
         squares.sum::<f64>().sqrt()
+    }
+
+    /// The point of the box nearest to a point; the point itself when the box is empty.
+    pub fn nearest(&self, point: &Vector) -> Vector {
+        std::array::from_fn(|i| match self.low[i] <= self.high[i] {
+            true => point[i].clamp(self.low[i], self.high[i]),
+            false => point[i],
+        })
+    }
+
+    /// The middle of the box.
+    pub fn centre(&self) -> Vector {
+        std::array::from_fn(|i| 0.5 * self.low[i] + 0.5 * self.high[i])
     }
 
     /// Square of the distance from a point to the box; zero inside.

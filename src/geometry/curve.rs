@@ -5,10 +5,19 @@ use super::vector::Vector;
 use rayon::prelude::*;
 
 const BITS: u32 = 21;
+/// Bits an axis where the order may be rough.
+const FEW_BITS: u32 = 10;
 
 /// Indices of `points` in the order of a Morton curve over their bounding box; ties to the lowest
 /// index.
 pub fn order(points: &[Vector]) -> Vec<u32> {
+    let along = along(points);
+    along.into_par_iter().map(|(_, i)| i).collect()
+}
+
+/// Position along the curve and index of each of `points`, in the order of [`order`]. Equal points
+/// have equal positions.
+pub fn along(points: &[Vector]) -> Vec<(u64, u32)> {
     let bounds = Bounds::around(points);
     let mut keyed: Vec<(u64, u32)> = points
         .par_iter()
@@ -16,7 +25,20 @@ pub fn order(points: &[Vector]) -> Vec<u32> {
         .map(|(i, point)| (key(point, &bounds), i as u32))
         .collect();
     keyed.par_sort_unstable();
-    keyed.into_iter().map(|(_, i)| i).collect()
+    keyed
+}
+
+/// Indices of those of `n` points that lie in a box, in the order of a Morton curve over it with
+/// 1024 cells an axis; in one cell by index. `12` bytes a point on the way.
+pub fn rough_order(n: usize, point: impl Fn(usize) -> Vector + Sync, within: &Bounds) -> Vec<u32> {
+    let keyed = |i: usize| {
+        let point = point(i);
+        let inside = (0..3).all(|k| within.low[k] <= point[k] && point[k] <= within.high[k]);
+        inside.then(|| (key(&point, within) >> (3 * (BITS - FEW_BITS))) << 32 | i as u64)
+    };
+    let mut keyed: Vec<u64> = (0..n).into_par_iter().filter_map(keyed).collect();
+    keyed.par_sort_unstable();
+    keyed.into_par_iter().map(|key| key as u32).collect()
 }
 
 /// Position along the curve, 21 bits an axis.

@@ -1,10 +1,13 @@
-//! Vectors, rigid transforms, boxes and space-filling order. Knows nothing of meshes.
+//! Vectors, rigid transforms, rotation vectors, boxes and space-filling order. Knows nothing of meshes.
 
 pub mod bounds;
 pub mod closest;
 pub mod curve;
+pub mod oriented;
+pub mod rotation;
 pub mod transform;
 pub mod vector;
 
 pub use bounds::Bounds;
+pub use rotation::Twist;
 pub use transform::Transform;

@@ -175,13 +175,15 @@ pub(super) fn patterns(entry: &Entry<'_>, what: &str) -> Result<Vec<Pattern>> {
     if elements.is_empty() {
         return Err(entry.error(&format!("is empty; name the {what}, or leave the key out")));
     }
-    let pattern = |element: &Entry<'_>| {
-        Ok(Pattern {
-            text: element.string()?.to_owned(),
-            line: element.line(),
-        })
-    };
     elements.iter().map(pattern).collect()
+}
+
+/// A name or a glob.
+pub(super) fn pattern(element: &Entry<'_>) -> Result<Pattern> {
+    Ok(Pattern {
+        text: element.string()?.to_owned(),
+        line: element.line(),
+    })
 }
 
 impl Cyclic {

@@ -10,27 +10,35 @@
 //! interpolated into the volume.
 
 mod body;
+mod boundaries;
 mod names;
 mod options;
+mod output;
+pub mod periodic;
 mod pose;
 mod reader;
 mod rotor;
 mod schedule;
 mod steps;
 mod surface;
+mod tags;
+mod twist;
 mod zones;
 
 pub use body::{Body, Cyclic, Harmonic, Rigid, Series};
+pub use boundaries::{Boundaries, Others, PeriodicPair};
 pub use names::Pattern;
 pub use options::{
-    Boundaries, KernelName, OnInverted, Others, OutputOptions, QualityOutput, RbfOptions,
-    SelectionMethod, SelectionOptions,
+    Interpolate, KernelName, Polynomial, RbfOptions, Refresh, SelectionCriterion, SelectionMethod,
+    SelectionOptions,
 };
+pub use output::{OnInverted, OutputOptions, QualityOutput};
 pub use pose::Motion;
 pub use rotor::{Frame, Rotor, RotorAxes, Signs};
 pub use schedule::Schedule;
 pub use steps::{MAX_STEPS, Step};
-pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
+pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes};
+pub use tags::{PeriodicTags, TagRole};
 pub use zones::DeformingZone;
 
 #[cfg(test)]

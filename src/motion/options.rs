@@ -1,89 +1,35 @@
-//! What the schedule says of boundaries, interpolation, base points and output.
+//! What the schedule says of the interpolation and of base points.
 
-use super::body::patterns;
-use super::names::Pattern;
-use super::reader::{Entry, Keys, NOT_YET};
+use super::reader::{AngleUnit, Entry, Keys, Section};
 use crate::error::Result;
-use crate::formats::{self, Compression, Encoding, Precision};
+use crate::geometry::vector::Vector;
 
-const BOUNDARIES: Keys = Keys {
-    known: &["zones", "fixed", "others"],
-    later: &[("slide", NOT_YET), ("periodic", NOT_YET)],
-};
 const RBF: Keys = Keys {
     known: &[
         "kernel",
         "support_radius",
         "polynomial",
         "interpolate",
+        "rotation_radius",
         "substeps",
     ],
-    later: &[("rotation_radius", NOT_YET)],
+    later: &[],
 };
 const SELECTION: Keys = Keys {
     known: &[
         "method",
         "tolerance",
         "criterion",
+        "constant",
         "max_points",
+        "refresh",
         "correction",
-    ],
-    later: &[("constant", NOT_YET), ("refresh", NOT_YET)],
-};
-const OUTPUT: Keys = Keys {
-    known: &[
-        "format",
-        "precision",
-        "quality",
-        "displacement",
-        "velocity",
-        "encoding",
-        "compression",
-        "on_inverted",
     ],
     later: &[],
 };
 
-/// What becomes of boundary tags that are not named anywhere.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Others {
-    /// They stay where they are.
-    Fixed,
-    /// They follow the interpolation like the inside of the mesh.
-    Free,
-}
-
-/// `[boundaries]`: which zones deform and what the boundaries that belong to no body do.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Boundaries {
-    /// Zones that deform; all when empty.
-    pub zones: Vec<Pattern>,
-    /// Tags that stay where they are.
-    pub fixed: Vec<Pattern>,
-    /// Tags not named anywhere; an error when left out and there are any.
-    pub others: Option<Others>,
-    pub(super) line: Option<u64>,
-}
-
-impl Boundaries {
-    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[boundaries]", &BOUNDARIES)?;
-        let names = |key: &str, what: &str| {
-            let entry = section.get(key);
-            entry.map_or(Ok(Vec::new()), |entry| patterns(&entry, what))
-        };
-        let known = [("fixed", Others::Fixed), ("free", Others::Free)];
-        let others = section.get("others");
-        Ok(Self {
-            zones: names("zones", "zones")?,
-            fixed: names("fixed", "tags")?,
-            others: others
-                .map(|entry| entry.choice(&known, &["slide"]))
-                .transpose()?,
-            line: Some(section.line),
-        })
-    }
-}
+/// Substeps a step may be cut into at most.
+const MAX_SUBSTEPS: usize = 1000;
 
 /// Radial basis functions by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -110,13 +56,55 @@ impl KernelName {
     }
 }
 
+/// What is added to the radial basis functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Polynomial {
+    /// Nothing: the mesh is at rest where no base point reaches.
+    #[default]
+    None,
+    /// `p0 + p1 x + p2 y + p3 z`, so that an affine motion is reproduced everywhere.
+    Linear,
+}
+
+/// What is interpolated into the volume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Interpolate {
+    /// The displacement of surface nodes.
+    #[default]
+    Displacement,
+    /// The rotation vector and the translation of bodies.
+    Twist,
+}
+
 /// `[rbf]`: the interpolation.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RbfOptions {
     /// Radial basis function.
     pub kernel: KernelName,
     /// Support radius in mesh units; chosen by the program when `None`.
     pub support_radius: Option<f64>,
+    /// What is added to the radial basis functions.
+    pub polynomial: Polynomial,
+    /// What is interpolated.
+    pub interpolate: Interpolate,
+    /// Support radius of the rotation alone, in mesh units; that of everything else when `None`.
+    /// Only with [`Interpolate::Twist`].
+    pub rotation_radius: Option<f64>,
+    /// Parts that each step is cut into, at least one.
+    pub substeps: usize,
+}
+
+impl Default for RbfOptions {
+    fn default() -> Self {
+        Self {
+            kernel: KernelName::default(),
+            support_radius: None,
+            polynomial: Polynomial::None,
+            interpolate: Interpolate::Displacement,
+            rotation_radius: None,
+            substeps: 1,
+        }
+    }
 }
 
 impl RbfOptions {
@@ -130,15 +118,29 @@ impl RbfOptions {
             options.support_radius = Some(radius.positive()?);
         }
         if let Some(polynomial) = section.get("polynomial") {
-            polynomial.choice(&[("none", ())], &["linear"])?;
+            let known = [("none", Polynomial::None), ("linear", Polynomial::Linear)];
+            options.polynomial = polynomial.choice(&known, &[])?;
         }
         if let Some(interpolate) = section.get("interpolate") {
-            interpolate.choice(&[("displacement", ())], &["twist"])?;
+            let known = [
+                ("displacement", Interpolate::Displacement),
+                ("twist", Interpolate::Twist),
+            ];
+            options.interpolate = interpolate.choice(&known, &[])?;
+        }
+        if let Some(radius) = section.get("rotation_radius") {
+            if options.interpolate != Interpolate::Twist {
+                return Err(
+                    radius.error("needs interpolate = \"twist\"; set that, or leave the key out")
+                );
+            }
+            options.rotation_radius = Some(radius.positive()?);
         }
         if let Some(substeps) = section.get("substeps") {
-            let n = substeps.count()?;
-            if n != 1 {
-                return Err(substeps.error(&format!("= {n} {NOT_YET}; available: 1")));
+            options.substeps = substeps.count()?;
+            if options.substeps > MAX_SUBSTEPS {
+                let n = options.substeps;
+                return Err(substeps.error(&format!("is {n}; at most {MAX_SUBSTEPS} are possible")));
             }
         }
         Ok(options)
@@ -150,8 +152,31 @@ impl RbfOptions {
 pub enum SelectionMethod {
     /// Greedily, for all steps at once.
     Sequence,
+    /// Greedily, once, for one displacement that all moving nodes share.
+    Constant,
+    /// Greedily, for the displacements of one step, anew at every step or every few degrees.
+    Real,
     /// Every surface node.
     All,
+}
+
+/// Which error of the surface nodes is to meet the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SelectionCriterion {
+    /// The largest.
+    #[default]
+    Max,
+    /// The mean.
+    Mean,
+}
+
+/// An azimuth interval after which base points are chosen anew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refresh {
+    /// In radians, greater than 0.
+    pub azimuth: f64,
+    /// In degrees.
+    pub azimuth_deg: f64,
 }
 
 /// `[selection]`: the base points.
@@ -162,8 +187,15 @@ pub struct SelectionOptions {
     /// Displacement error allowed on any surface node at any step, in mesh units; chosen by the
     /// program when `None`.
     pub tolerance: Option<f64>,
+    /// Which error is to meet the tolerance.
+    pub criterion: SelectionCriterion,
+    /// The displacement of [`SelectionMethod::Constant`], in mesh units and not zero; that of the
+    /// motion when `None`.
+    pub constant: Option<Vector>,
     /// Base points at most.
     pub max_points: usize,
+    /// After which azimuth [`SelectionMethod::Real`] chooses anew; at every step when `None`.
+    pub refresh: Option<Refresh>,
     /// Whether surface nodes are put exactly where the motion takes them.
     pub correction: bool,
 }
@@ -173,32 +205,43 @@ impl Default for SelectionOptions {
         Self {
             method: SelectionMethod::Sequence,
             tolerance: None,
+            criterion: SelectionCriterion::Max,
+            constant: None,
             max_points: 5000,
+            refresh: None,
             correction: true,
         }
     }
 }
 
 impl SelectionOptions {
-    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
+    pub(super) fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
         let section = entry.section("[selection]", &SELECTION)?;
         let mut options = Self::default();
         if let Some(method) = section.get("method") {
             let known = [
                 ("sequence", SelectionMethod::Sequence),
+                ("constant", SelectionMethod::Constant),
+                ("real", SelectionMethod::Real),
                 ("all", SelectionMethod::All),
             ];
-            options.method = method.choice(&known, &["constant", "real"])?;
+            options.method = method.choice(&known, &[])?;
         }
         if let Some(tolerance) = section.get("tolerance") {
             options.tolerance = Some(tolerance.positive()?);
         }
         if let Some(criterion) = section.get("criterion") {
-            criterion.choice(&[("max", ())], &["mean"])?;
+            let known = [
+                ("max", SelectionCriterion::Max),
+                ("mean", SelectionCriterion::Mean),
+            ];
+            options.criterion = criterion.choice(&known, &[])?;
         }
+        options.constant = read_constant(&section, options.method)?;
         if let Some(max_points) = section.get("max_points") {
             options.max_points = max_points.count()?;
         }
+        options.refresh = read_refresh(&section, options.method, unit)?;
         if let Some(correction) = section.get("correction") {
             options.correction = correction.boolean()?;
         }
@@ -206,111 +249,37 @@ impl SelectionOptions {
     }
 }
 
-/// How much quality is worked out at each step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum QualityOutput {
-    /// A row of steps.csv.
-    Summary,
-    /// The row, and cell arrays in the mesh.
-    Cells,
-    /// Nothing.
-    None,
-}
-
-/// What happens when a step has inverted cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OnInverted {
-    /// Warn and go on; the exit code is 1.
-    Warn,
-    /// Stop there.
-    Stop,
-}
-
-/// `[output]`: what is written.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OutputOptions {
-    /// Name of a writable format.
-    pub format: String,
-    /// Precision of coordinates.
-    pub precision: Precision,
-    /// How much quality is worked out.
-    pub quality: QualityOutput,
-    /// Whether the displacement is added as a point array.
-    pub displacement: bool,
-    /// How numbers are stored.
-    pub encoding: Encoding,
-    /// Compression of binary data.
-    pub compression: Compression,
-    /// What happens when a step has inverted cells.
-    pub on_inverted: OnInverted,
-}
-
-impl Default for OutputOptions {
-    fn default() -> Self {
-        Self {
-            format: "vtu".into(),
-            precision: Precision::F64,
-            quality: QualityOutput::Summary,
-            displacement: false,
-            encoding: Encoding::Raw,
-            compression: Compression::None,
-            on_inverted: OnInverted::Warn,
-        }
+fn read_constant(section: &Section<'_>, method: SelectionMethod) -> Result<Option<Vector>> {
+    let Some(entry) = section.get("constant") else {
+        return Ok(None);
+    };
+    if method != SelectionMethod::Constant {
+        return Err(entry.error("needs method = \"constant\"; set that, or leave the key out"));
     }
+    let constant: Vector = entry.numbers()?;
+    if constant == [0.0; 3] {
+        return Err(entry.error(
+            "is zero, which every choice of base points reproduces; give a displacement such as \
+             [0.0, 0.0, 1.0], or leave the key out for that of the motion",
+        ));
+    }
+    Ok(Some(constant))
 }
 
-impl OutputOptions {
-    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[output]", &OUTPUT)?;
-        let mut options = Self::default();
-        if let Some(format) = section.get("format") {
-            let known: Vec<(&str, &str)> = formats::FORMATS
-                .iter()
-                .map(|format| (format.name(), format.name()))
-                .collect();
-            options.format = format.choice(&known, &["vtkhdf", "cgns"])?.to_owned();
-        }
-        if let Some(precision) = section.get("precision") {
-            let known = [("f64", Precision::F64), ("f32", Precision::F32)];
-            options.precision = precision.choice(&known, &[])?;
-        }
-        if let Some(quality) = section.get("quality") {
-            let known = [
-                ("summary", QualityOutput::Summary),
-                ("cells", QualityOutput::Cells),
-                ("none", QualityOutput::None),
-            ];
-            options.quality = quality.choice(&known, &[])?;
-        }
-        if let Some(displacement) = section.get("displacement") {
-            options.displacement = displacement.boolean()?;
-        }
-        if let Some(velocity) = section.get("velocity")
-            && velocity.boolean()?
-        {
-            return Err(velocity.error(&format!("= true {NOT_YET}; available: false")));
-        }
-        if let Some(encoding) = section.get("encoding") {
-            let known = [
-                ("raw", Encoding::Raw),
-                ("base64", Encoding::Base64),
-                ("ascii", Encoding::Ascii),
-            ];
-            options.encoding = encoding.choice(&known, &[])?;
-        }
-        if let Some(compression) = section.get("compression") {
-            let known = [
-                ("none", Compression::None),
-                ("zlib", Compression::Zlib),
-                ("lz4", Compression::Lz4),
-                ("lzma", Compression::Lzma),
-            ];
-            options.compression = compression.choice(&known, &[])?;
-        }
-        if let Some(on_inverted) = section.get("on_inverted") {
-            let known = [("warn", OnInverted::Warn), ("stop", OnInverted::Stop)];
-            options.on_inverted = on_inverted.choice(&known, &["substeps"])?;
-        }
-        Ok(options)
+fn read_refresh(
+    section: &Section<'_>,
+    method: SelectionMethod,
+    unit: AngleUnit,
+) -> Result<Option<Refresh>> {
+    let Some(entry) = section.get("refresh") else {
+        return Ok(None);
+    };
+    if method != SelectionMethod::Real {
+        return Err(entry.error("needs method = \"real\"; set that, or leave the key out"));
     }
+    let angle = entry.positive()?;
+    Ok(Some(Refresh {
+        azimuth: unit.to_radians(angle),
+        azimuth_deg: unit.to_degrees(angle),
+    }))
 }

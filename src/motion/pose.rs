@@ -1,14 +1,16 @@
 //! The exact rigid map of every body at every step.
 
-use super::body::{Body, Cyclic};
+use super::body::{Body, Cyclic, Rigid};
 use super::rotor::{Frame, RotorAxes};
 use super::schedule::Schedule;
 use super::steps::Step;
-use super::surface::Surface;
+use super::surface::{Surface, nodes_of_tags};
+use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
 use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
 use crate::geometry::{Bounds, Transform};
-use crate::mesh::Mesh;
+use crate::mesh::{Group, Mesh};
 
 /// Extent in z, relative to the diagonal, above which a mesh of 2D cells is not plane.
 const PLANE: f64 = 1e-6;
@@ -24,6 +26,8 @@ pub struct Motion {
     pub bodies: Vec<Body>,
     /// The surface nodes with their roles, and the faces between them.
     pub surface: Surface,
+    /// The periodic pairs, in the order of the schedule.
+    pub periodic: Vec<PeriodicTags>,
     /// The part of the mesh that deforms; the whole mesh when `None`.
     pub zone: Option<DeformingZone>,
 }
@@ -41,14 +45,28 @@ impl Motion {
         }
         let rotor = schedule.rotor.axes(dimension)?;
         let zone = DeformingZone::find(&schedule.boundaries.zones, mesh)?;
-        let surface = Surface::find(&schedule.bodies, &schedule.boundaries, zone.as_ref(), mesh)?;
+        let tags: Vec<&Group> = mesh.boundary_tags().collect();
+        let named = TagRoles::find(
+            &tags,
+            &schedule.bodies,
+            &schedule.boundaries,
+            zone.as_ref(),
+            mesh,
+        )?;
+        let surface = Surface::find(&tags, named.tags, zone.as_ref(), mesh);
         Ok(Self {
             steps: schedule.steps.clone(),
             rotor,
             bodies: schedule.bodies.clone(),
             surface,
+            periodic: named.periodic,
             zone,
         })
+    }
+
+    /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
+    pub fn periodic_nodes(&self, pair: &PeriodicTags, mesh: &Mesh) -> [Vec<u32>; 2] {
+        [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), mesh))
     }
 
     /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its rigid
@@ -57,23 +75,50 @@ impl Motion {
     /// # Panics
     /// When there is no such body.
     pub fn pose(&self, body: usize, step: &Step) -> Transform {
+        self.pose_part(body, step, 1.0)
+    }
+
+    /// The part, from 0 to 1, of a body's [`pose`](Self::pose): every angle and translation of its
+    /// motions times `part`. The whole is `pose`, bit for bit.
+    ///
+    /// # Panics
+    /// When there is no such body.
+    pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> Transform {
         let body = &self.bodies[body];
         let rigid = match &body.rigid {
-            Some(rigid) if rigid.ramp => rigid.part(self.progress(step)),
-            Some(rigid) => rigid.part(1.0),
+            Some(rigid) => rigid.part(part * self.reached(rigid, step)),
             None => Transform::IDENTITY,
         };
-        match &body.cyclic {
-            Some(cyclic) => {
-                let blade = self.rotor.blade(body.azimuth_offset);
-                rigid.then(&cyclic_pose(
-                    cyclic,
-                    &blade,
-                    step.azimuth + body.azimuth_offset,
-                ))
-            }
-            None => rigid,
-        }
+        let Some(turns) = self.cyclic_turns(body, step) else {
+            return rigid;
+        };
+        let [pitch, flap, lag] = turns.map(|turn| turn.part(part));
+        rigid.then(&pitch.then(&flap).then(&lag))
+    }
+
+    /// The rotations of a body at a step, in their order.
+    pub(super) fn turns(&self, body: usize, step: &Step) -> Vec<Turn> {
+        let body = &self.bodies[body];
+        let rigid = body.rigid.as_ref().and_then(|rigid| {
+            let (axis, origin, angle) = rigid.rotate?;
+            Some(Turn {
+                axis,
+                origin,
+                angle: angle * self.reached(rigid, step),
+            })
+        });
+        let cyclic = self.cyclic_turns(body, step);
+        rigid
+            .into_iter()
+            .chain(cyclic.into_iter().flatten())
+            .collect()
+    }
+
+    fn cyclic_turns(&self, body: &Body, step: &Step) -> Option<[Turn; 3]> {
+        let blade = self.rotor.blade(body.azimuth_offset);
+        let psi = step.azimuth + body.azimuth_offset;
+        let cyclic = body.cyclic.as_ref()?;
+        Some(cyclic_turns(cyclic, &blade, psi))
     }
 
     /// In the inertial frame, the azimuth rotation `Rz(psi)` that carries the whole deforming zone
@@ -82,9 +127,11 @@ impl Motion {
         (self.rotor.frame == Frame::Inertial).then(|| self.rotor.turn(step.azimuth))
     }
 
-    /// 0 at the first step, 1 at the last; 1 when there is one step.
-    fn progress(&self, step: &Step) -> f64 {
+    /// How much of a rigid motion a step has: a ramp goes from 0 at the first step to 1 at the last.
+    /// It is 1 when there is one step.
+    fn reached(&self, rigid: &Rigid, step: &Step) -> f64 {
         match self.steps.len() {
+            _ if !rigid.ramp => 1.0,
             0 | 1 => 1.0,
             n => step.index as f64 / (n - 1) as f64,
         }
@@ -98,8 +145,8 @@ impl Motion {
 /// x'  = O + h e_x + Rz(lag) Ry(-flap) (x_r + x_ref - O - h e_x)
 /// ```
 ///
-/// The pitch axis is parallel to the span, so that turning about it needs no station `r`.
-fn cyclic_pose(cyclic: &Cyclic, blade: &RotorAxes, psi: f64) -> Transform {
+/// Its turns, pitch first. The pitch axis is parallel to the span, so that turning about it needs no station `r`.
+fn cyclic_turns(cyclic: &Cyclic, blade: &RotorAxes, psi: f64) -> [Turn; 3] {
     let signs = &blade.signs;
     let pitch = signs.pitch * cyclic.pitch.at(psi, cyclic.phase);
     let flap = signs.flap * cyclic.flap.at(psi, cyclic.phase);
@@ -107,9 +154,33 @@ fn cyclic_pose(cyclic: &Cyclic, blade: &RotorAxes, psi: f64) -> Transform {
     let [chordwise, shaftwise] = cyclic.pitch_axis;
     let pitch_axis = blade.point(0.0, chordwise, shaftwise);
     let hinge = blade.point(cyclic.flap_hinge, 0.0, 0.0);
-    Transform::rotation(blade.e_x, pitch_axis, pitch)
-        .then(&Transform::rotation(blade.e_y, hinge, -flap))
-        .then(&Transform::rotation(blade.e_z, hinge, lag))
+    let turn = |axis, origin, angle| Turn {
+        axis,
+        origin,
+        angle,
+    };
+    [
+        turn(blade.e_x, pitch_axis, pitch),
+        turn(blade.e_y, hinge, -flap),
+        turn(blade.e_z, hinge, lag),
+    ]
+}
+
+/// A rotation about an axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turn {
+    /// Unit axis.
+    pub axis: Vector,
+    /// A point of the axis, in mesh units.
+    pub origin: Vector,
+    /// In radians.
+    pub angle: f64,
+}
+
+impl Turn {
+    fn part(&self, part: f64) -> Transform {
+        Transform::rotation(self.axis, self.origin, part * self.angle)
+    }
 }
 
 /// Refuses what would leave the plane of a 2D mesh.

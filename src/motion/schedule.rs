@@ -1,7 +1,9 @@
 //! The schedule: a TOML file, checked once into types.
 
 use super::body::Body;
-use super::options::{Boundaries, OutputOptions, RbfOptions, SelectionOptions};
+use super::boundaries::Boundaries;
+use super::options::{RbfOptions, SelectionOptions};
+use super::output::OutputOptions;
 use super::pose::Motion;
 use super::reader::{AngleUnit, Entry, Keys, Section, line_at};
 use super::rotor::Rotor;
@@ -93,7 +95,9 @@ impl Schedule {
             bodies: read_bodies(root, unit)?,
             boundaries: section(root, "boundaries", Boundaries::read)?,
             rbf: section(root, "rbf", RbfOptions::read)?,
-            selection: section(root, "selection", SelectionOptions::read)?,
+            selection: section(root, "selection", |entry| {
+                SelectionOptions::read(entry, unit)
+            })?,
             output: section(root, "output", OutputOptions::read)?,
         })
     }

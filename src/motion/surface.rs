@@ -1,11 +1,9 @@
 //! The role of every surface node: with which body it moves, or that it stays.
 
-use super::body::Body;
-use super::names::list;
-use super::options::{Boundaries, Others};
+use super::tags::TagRole;
 use super::zones::DeformingZone;
-use crate::error::{Error, Result};
 use crate::mesh::{Group, Mesh};
+use rayon::prelude::*;
 
 /// What a surface node does. In the order of strength: a node on two tags takes the first of their
 /// roles in this order, and on two bodies that of the body named first.
@@ -15,7 +13,7 @@ pub enum Role {
     Moving(u16),
     /// It stays where it is.
     Fixed,
-    /// It stays on its boundary.
+    /// It moves along its boundary and never leaves it.
     Sliding,
 }
 
@@ -35,16 +33,8 @@ pub struct SurfaceFaces {
     pub cells: Vec<u32>,
     /// Role of each.
     pub roles: Vec<Role>,
-}
-
-/// A tag with what the schedule makes of it; for `azimesh check`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TagRole {
-    /// Name of the tag.
-    pub tag: String,
-    /// What its nodes do; `None` when they are free, or when the tag is unnamed and lies outside
-    /// the zones that deform.
-    pub role: Option<Role>,
+    /// Tag of each, as its place in [`Surface::tags`]; of several tags with its role the first.
+    pub tags: Vec<u32>,
 }
 
 /// The surface of the deforming part of a mesh.
@@ -60,105 +50,22 @@ pub struct Surface {
 
 impl Surface {
     pub(super) fn find(
-        bodies: &[Body],
-        boundaries: &Boundaries,
+        tags: &[&Group],
+        named: Vec<TagRole>,
         zone: Option<&DeformingZone>,
         mesh: &Mesh,
-    ) -> Result<Self> {
-        let tags: Vec<&Group> = mesh.boundary_tags().collect();
-        if tags.is_empty() {
-            return Err(Error::input(
-                "the mesh has no boundary tags, so nothing says which nodes move; tag its boundary faces",
-            ));
+    ) -> Self {
+        let roles: Vec<Option<Role>> = named.iter().map(|tag| tag.role).collect();
+        Self {
+            nodes: surface_nodes(tags, &roles, zone, mesh),
+            faces: surface_faces(tags, &roles, zone, mesh),
+            tags: named,
         }
-        if bodies.len() > usize::from(u16::MAX) {
-            return Err(Error::input(format!(
-                "at most {} bodies are possible",
-                u16::MAX
-            )));
-        }
-        let roles = tag_roles(&tags, bodies, boundaries, zone, mesh)?;
-        check_bodies(&tags, &roles, bodies, zone, mesh)?;
-        let surface = Self {
-            nodes: surface_nodes(&tags, &roles, zone, mesh),
-            faces: surface_faces(&tags, &roles, zone, mesh),
-            tags: tags
-                .iter()
-                .zip(&roles)
-                .map(|(tag, &role)| TagRole {
-                    tag: tag.name.clone(),
-                    role,
-                })
-                .collect(),
-        };
-        Ok(surface)
-    }
-}
-
-/// What each tag does; `None` for a free one.
-fn tag_roles(
-    tags: &[&Group],
-    bodies: &[Body],
-    boundaries: &Boundaries,
-    zone: Option<&DeformingZone>,
-    mesh: &Mesh,
-) -> Result<Vec<Option<Role>>> {
-    let names: Vec<&str> = tags.iter().map(|tag| tag.name.as_str()).collect();
-    let mut roles: Vec<Option<Role>> = vec![None; tags.len()];
-    let moving = bodies.iter().enumerate().flat_map(|(i, body)| {
-        let role = Role::Moving(i as u16);
-        body.tags.iter().map(move |pattern| (pattern, role))
-    });
-    let fixed = boundaries
-        .fixed
-        .iter()
-        .map(|pattern| (pattern, Role::Fixed));
-    for (pattern, role) in moving.chain(fixed) {
-        for tag in pattern.find("tag", &names)? {
-            if let Some(before) = roles[tag].replace(role)
-                && before != role
-            {
-                return Err(Error::input(format!(
-                    "tag \"{}\" is {} and {}; a tag has one role",
-                    names[tag],
-                    role_name(before, bodies),
-                    role_name(role, bodies)
-                ))
-                .line(pattern.line));
-            }
-        }
-    }
-    let unnamed: Vec<usize> = (0..tags.len())
-        .filter(|&i| roles[i].is_none() && touches(tags[i], zone, mesh))
-        .collect();
-    match boundaries.others {
-        Some(Others::Free) => {}
-        Some(Others::Fixed) => unnamed.iter().for_each(|&i| roles[i] = Some(Role::Fixed)),
-        None if unnamed.is_empty() => {}
-        None => {
-            let error = Error::input(format!(
-                "the schedule does not say what these tags do: {}; name them under a body or `fixed`, or set others = \"fixed\" or \"free\" in [boundaries]",
-                list(unnamed.iter().map(|&i| names[i]))
-            ));
-            return Err(match boundaries.line {
-                Some(line) => error.line(line),
-                None => error,
-            });
-        }
-    }
-    Ok(roles)
-}
-
-fn role_name(role: Role, bodies: &[Body]) -> String {
-    match role {
-        Role::Moving(body) => format!("in body \"{}\"", bodies[usize::from(body)].name),
-        Role::Fixed => "fixed".into(),
-        Role::Sliding => "sliding".into(),
     }
 }
 
 /// Nodes of the faces of a tag, a node once for each face.
-fn nodes_of<'m>(tag: &'m Group, mesh: &'m Mesh) -> impl Iterator<Item = u32> + 'm {
+pub(super) fn nodes_of<'m>(tag: &'m Group, mesh: &'m Mesh) -> impl Iterator<Item = u32> + 'm {
     let runs = tag
         .cells
         .ranges()
@@ -166,53 +73,20 @@ fn nodes_of<'m>(tag: &'m Group, mesh: &'m Mesh) -> impl Iterator<Item = u32> + '
     runs.flat_map(|run| run.connectivity.iter().copied())
 }
 
-/// Whether a tag has a node in the zone that its interface does not hold fixed anyway.
-fn touches(tag: &Group, zone: Option<&DeformingZone>, mesh: &Mesh) -> bool {
-    nodes_of(tag, mesh)
-        .any(|node| zone.is_none_or(|zone| zone.nodes[node as usize] && !zone.is_interface(node)))
+/// Nodes of the boundary tags at these places in file order, ascending; with zones, those in the
+/// zones.
+pub(super) fn nodes_of_tags(tags: &[usize], zone: Option<&DeformingZone>, mesh: &Mesh) -> Vec<u32> {
+    let wanted = mesh.boundary_tags().enumerate();
+    let wanted = wanted.filter(|(i, _)| tags.contains(i));
+    let mut nodes: Vec<u32> = wanted.flat_map(|(_, tag)| nodes_of(tag, mesh)).collect();
+    nodes.retain(|&node| is_in(zone, node));
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
 }
 
 fn is_in(zone: Option<&DeformingZone>, node: u32) -> bool {
     zone.is_none_or(|zone| zone.nodes[node as usize])
-}
-
-/// Every body has faces, and none of its nodes is where it could not move.
-fn check_bodies(
-    tags: &[&Group],
-    roles: &[Option<Role>],
-    bodies: &[Body],
-    zone: Option<&DeformingZone>,
-    mesh: &Mesh,
-) -> Result<()> {
-    for (i, body) in bodies.iter().enumerate() {
-        let role = Some(Role::Moving(i as u16));
-        let own = || (0..tags.len()).filter(|&tag| roles[tag] == role);
-        if own().all(|tag| tags[tag].cells.is_empty()) {
-            return Err(Error::input(format!(
-                "the tags of body \"{}\" have no faces in the mesh; it needs at least one",
-                body.name
-            ))
-            .line(body.line));
-        }
-        let Some(zone) = zone else { continue };
-        for tag in own() {
-            let free_to_move = |node: u32| zone.nodes[node as usize] && !zone.is_interface(node);
-            if let Some(node) = nodes_of(tags[tag], mesh).find(|&node| !free_to_move(node)) {
-                let place = match zone.nodes[node as usize] {
-                    true => {
-                        "on the interface to the other zones, which stays fixed; name those zones as well"
-                    }
-                    false => "outside the zones that deform; name its zone as well",
-                };
-                return Err(Error::input(format!(
-                    "tag \"{}\" moves with body \"{}\", but its node {node} is {place}",
-                    tags[tag].name, body.name
-                ))
-                .line(body.line));
-            }
-        }
-    }
-    Ok(())
 }
 
 fn surface_nodes(
@@ -233,14 +107,11 @@ fn surface_nodes(
             *strongest = Some(strongest.map_or(role, |before| before.min(role)));
         }
     }
-    let mut surface = SurfaceNodes::default();
-    for (node, role) in strongest.into_iter().enumerate() {
-        if let Some(role) = role {
-            surface.nodes.push(node as u32);
-            surface.roles.push(role);
-        }
-    }
-    surface
+    let roles = strongest.into_par_iter().enumerate();
+    let (nodes, roles) = roles
+        .filter_map(|(node, role)| Some((node as u32, role?)))
+        .unzip();
+    SurfaceNodes { nodes, roles }
 }
 
 /// Faces of the tags with a role whose nodes are all in the zone.
@@ -250,18 +121,23 @@ fn surface_faces(
     zone: Option<&DeformingZone>,
     mesh: &Mesh,
 ) -> SurfaceFaces {
-    let mut faces: Vec<(u32, Role)> = Vec::new();
-    for (tag, role) in tags.iter().zip(roles) {
+    let mut faces: Vec<(u32, Role, u32)> = Vec::new();
+    for ((tag, role), index) in tags.iter().zip(roles).zip(0..) {
         let Some(role) = *role else { continue };
         for cell in tag.cells.iter() {
             let nodes = mesh.cells.get(cell).nodes;
             if nodes.iter().all(|&node| is_in(zone, node)) {
-                faces.push((cell as u32, role));
+                faces.push((cell as u32, role, index));
             }
         }
     }
     faces.sort_unstable();
     faces.dedup_by_key(|face| face.0);
-    let (cells, roles) = faces.into_iter().unzip();
-    SurfaceFaces { cells, roles }
+    let mut surface = SurfaceFaces::default();
+    for (cell, role, tag) in faces {
+        surface.cells.push(cell);
+        surface.roles.push(role);
+        surface.tags.push(tag);
+    }
+    surface
 }

@@ -2,11 +2,15 @@
 //!
 //! With `e (1, r)` the mode residual at a node, the displacement error at step `k` is `|e C_k|`.
 
+use super::select::arm;
 use crate::error::Result;
 use crate::linear::{Matrix, svd};
+use rayon::prelude::*;
 
 /// Steps looked at where an estimate serves; errors vary smoothly over a schedule.
 const SAMPLED: usize = 24;
+/// Nodes whose errors are summed before the sums of all are.
+const MEAN_CHUNK: usize = 4096;
 
 /// Coefficients of the modes at every step, and bounds on them.
 #[derive(Debug, Clone)]
@@ -38,6 +42,12 @@ impl Criterion {
             sampled: (0..norms.len()).step_by(stride).collect(),
             norms,
         })
+    }
+
+    /// The error at one step alone.
+    pub fn of_step(&self, step: usize) -> Result<Self> {
+        let size = 3 * self.n_modes;
+        Self::new(self.n_modes, &self.coefficients[step * size..][..size])
     }
 
     /// Number of steps.
@@ -86,25 +96,55 @@ impl Criterion {
         sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
     }
 
-    /// The largest error at each step over all nodes, from their residuals (N, r). Nodes are taken
-    /// by falling residual, so that few are looked at in each step.
-    pub fn largest_by_step(&self, residuals: &[f64]) -> Vec<f64> {
+    /// The mean error over all nodes, from their residuals (N, r) and arms, at the step where that is
+    /// largest.
+    pub fn largest_mean(&self, residuals: &[f64], arms: &[f64]) -> f64 {
+        let r = self.n_modes.max(1);
+        let n_nodes = residuals.len() / r;
+        let sums = residuals
+            .par_chunks(r * MEAN_CHUNK)
+            .enumerate()
+            .map(|(chunk, nodes)| {
+                let mut sums = vec![0.0; self.n_steps()];
+                for (i, residual) in nodes.chunks_exact(r).enumerate() {
+                    let arm = arm(arms, MEAN_CHUNK * chunk + i);
+                    for (step, sum) in sums.iter_mut().enumerate() {
+                        *sum += arm * self.at_step(residual, step);
+                    }
+                }
+                sums
+            })
+            .collect::<Vec<_>>();
+        let mean = |step: usize| {
+            let total: f64 = sums.iter().map(|sums| sums[step]).sum();
+            total / n_nodes.max(1) as f64
+        };
+        (0..self.n_steps()).map(mean).fold(0.0, f64::max)
+    }
+
+    /// The largest error at each step over all nodes, from their residuals (N, r) and arms. Nodes are
+    /// taken by falling residual, so that few are looked at in each step.
+    pub fn largest_by_step(&self, residuals: &[f64], arms: &[f64]) -> Vec<f64> {
         if self.n_modes == 0 {
             return vec![0.0; self.n_steps()];
         }
-        let mut nodes: Vec<(f64, &[f64])> = residuals
-            .chunks_exact(self.n_modes)
-            .map(|e| (squared_norm(e).sqrt(), e))
+        let mut nodes: Vec<(f64, f64, &[f64])> = residuals
+            .par_chunks_exact(self.n_modes)
+            .enumerate()
+            .map(|(node, e)| {
+                let arm = arm(arms, node);
+                (arm * squared_norm(e).sqrt(), arm, e)
+            })
             .collect();
-        nodes.sort_by(|a, b| b.0.total_cmp(&a.0));
+        nodes.par_sort_by(|a, b| b.0.total_cmp(&a.0));
         (0..self.n_steps())
             .map(|k| {
                 let mut largest = 0.0;
-                for (norm, residual) in &nodes {
+                for (norm, arm, residual) in &nodes {
                     if norm * self.norms[k] <= largest {
                         break;
                     }
-                    largest = f64::max(largest, self.at_step(residual, k));
+                    largest = f64::max(largest, arm * self.at_step(residual, k));
                 }
                 largest
             })
@@ -126,7 +166,7 @@ mod tests {
         let coefficients: Vec<f64> = (0..steps * r * 3).map(|i| (i as f64 * 0.7).sin()).collect();
         let residuals: Vec<f64> = (0..nodes * r).map(|i| (i as f64 * 1.3).cos()).collect();
         let criterion = Criterion::new(r, &coefficients).expect("it converges");
-        let by_step = criterion.largest_by_step(&residuals);
+        let by_step = criterion.largest_by_step(&residuals, &[]);
         for e in residuals.chunks(r) {
             assert!(criterion.exact(e) <= criterion.bound(e) * (1.0 + 1e-12));
             assert!(criterion.sampled(e) <= criterion.exact(e));

@@ -19,8 +19,14 @@ const BLOCK: usize = 256;
 const MOST_LANES: usize = 8;
 /// Above this many columns the kernel is evaluated once into a tile and multiplied as a matrix.
 const MOST_FUSED: usize = 8;
-/// Base points in a tile.
+/// Base points in a tile of that matrix.
 const TILE: usize = 128;
+/// Square roots under way or waiting for their kernel value.
+const ROOTS: usize = 8;
+/// Base points that have entered the pipeline when the first leaves it: two wait for their root.
+const DEPTH: usize = ROOTS + 2;
+/// Base points that all points of a block see before the next ones; they stay in the cache.
+const NEAR: usize = 50 * DEPTH;
 
 /// Base points with the weights of each, `r` columns.
 #[derive(Debug, Clone)]
@@ -45,6 +51,11 @@ impl WeightedBase<'_> {
     /// On all threads. `N n` kernel evaluations; base points out of reach of a block's bounding box
     /// are skipped, which pays when neighbours in memory are neighbours in space.
     pub fn add_at(&self, points: &[Vector], out: &mut [f64]) {
+        self.add_at_with(Arch::new(), points, out);
+    }
+
+    /// `add_at` with the instructions of `arch`, to measure them beside each other.
+    pub fn add_at_with(&self, arch: Arch, points: &[Vector], out: &mut [f64]) {
         assert_eq!(out.len(), points.len() * self.n_columns);
         if self.n_columns == 0 || self.points.is_empty() {
             return;
@@ -53,31 +64,37 @@ impl WeightedBase<'_> {
             .zip(points.par_chunks(BLOCK))
             .for_each_init(Reach::default, |reach, (out, points)| {
                 reach.gather(self, points);
-                self.add_block(reach, points, out);
+                self.add_block(arch, reach, points, out);
             });
     }
 
-    fn add_block(&self, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
+    fn add_block(&self, arch: Arch, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
         match self.basis.kernel {
-            Kernel::WendlandC0 => self.add_with::<C0>(reach, points, out),
-            Kernel::WendlandC2 => self.add_with::<C2>(reach, points, out),
-            Kernel::WendlandC4 => self.add_with::<C4>(reach, points, out),
-            Kernel::WendlandC6 => self.add_with::<C6>(reach, points, out),
+            Kernel::WendlandC0 => self.add_with::<C0>(arch, reach, points, out),
+            Kernel::WendlandC2 => self.add_with::<C2>(arch, reach, points, out),
+            Kernel::WendlandC4 => self.add_with::<C4>(arch, reach, points, out),
+            Kernel::WendlandC6 => self.add_with::<C6>(arch, reach, points, out),
         }
     }
 
-    fn add_with<K: Radial>(&self, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
+    fn add_with<K: Radial>(
+        &self,
+        arch: Arch,
+        reach: &mut Reach,
+        points: &[Vector],
+        out: &mut [f64],
+    ) {
         macro_rules! fused {
             ($($r:literal),*) => {
                 match self.n_columns {
-                    $($r => Arch::new().dispatch(Fused::<K, $r> {
+                    $($r => arch.dispatch(Fused::<K, $r> {
                         points,
                         base: reach,
                         inverse: 1.0 / self.basis.radius,
                         out,
                         kernel: PhantomData,
                     }),)*
-                    r => self.add_tiles::<K>(reach, points, r, out),
+                    r => self.add_tiles::<K>(arch, reach, points, r, out),
                 }
             };
         }
@@ -87,6 +104,7 @@ impl WeightedBase<'_> {
 
     fn add_tiles<K: Radial>(
         &self,
+        arch: Arch,
         reach: &mut Reach,
         points: &[Vector],
         n_columns: usize,
@@ -95,7 +113,7 @@ impl WeightedBase<'_> {
         let weights = reach.weights.chunks(TILE * n_columns);
         for (base, weights) in reach.points.chunks(TILE).zip(weights) {
             reach.tile.resize(points.len() * base.len(), 0.0);
-            Arch::new().dispatch(Tile::<K> {
+            arch.dispatch(Tile::<K> {
                 points,
                 base,
                 inverse: 1.0 / self.basis.radius,
@@ -107,7 +125,8 @@ impl WeightedBase<'_> {
     }
 }
 
-/// Base points within reach of a block, scaled by `1 / R`, with their weights.
+/// Base points within reach of a block, scaled by `1 / R`, with their weights; filled up to a
+/// multiple of `DEPTH` by points of weight zero.
 #[derive(Default)]
 struct Reach {
     points: Vec<Vector>,
@@ -129,6 +148,9 @@ impl Reach {
                 self.weights.extend_from_slice(&base.weights[j * r..][..r]);
             }
         }
+        let n_filled = self.points.len().next_multiple_of(DEPTH);
+        self.points.resize(n_filled, [0.0; 3]);
+        self.weights.resize(n_filled * r, 0.0);
     }
 }
 
@@ -143,13 +165,41 @@ fn load_points<S: Simd>(simd: S, points: &[Vector], inverse: f64) -> [S::f64s; 3
     })
 }
 
-/// The kernel between a register of points and a base point.
+/// Squared distances of a register of points from a base point.
 #[inline(always)]
-fn phi<K: Radial, S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
+fn squared_distance<S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
     let [dx, dy, dz] =
         std::array::from_fn(|axis| simd.sub_f64s(x[axis], simd.splat_f64s(base[axis])));
-    let squared = simd.mul_add_e_f64s(dz, dz, simd.mul_add_e_f64s(dy, dy, simd.mul_f64s(dx, dx)));
-    K::value(simd, simd.sqrt_f64s(squared))
+    simd.mul_add_e_f64s(dz, dz, simd.mul_add_e_f64s(dy, dy, simd.mul_f64s(dx, dx)))
+}
+
+/// Distances from base points, each delivered `DEPTH` base points after it was asked for.
+///
+/// The unit for square roots takes longer for each than all other work on a pair, so it must never
+/// wait. A processor looks only a few pairs ahead: did the kernel follow its root at once, work
+/// that waits for the root would fill that window, and the next root would start late. The roots
+/// lie in memory, indexed at run time, because a compiler that holds them in registers moves them
+/// together again.
+struct Pipeline<'a, S: Simd> {
+    squares: [S::f64s; 2],
+    roots: &'a mut CacheLines<[S::f64s; ROOTS]>,
+    oldest: usize,
+}
+
+/// Starts at a cache line, so that no register is stored across two of them.
+#[repr(align(64))]
+struct CacheLines<T>(T);
+
+impl<S: Simd> Pipeline<'_, S> {
+    /// Takes in the distances of `x` from `base` and gives those taken in `DEPTH` calls before.
+    #[inline(always)]
+    fn distance(&mut self, simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
+        let distance = self.roots.0[self.oldest];
+        self.roots.0[self.oldest] = simd.sqrt_f64s(self.squares[0]);
+        self.oldest = (self.oldest + 1) % ROOTS;
+        self.squares = [self.squares[1], squared_distance(simd, x, base)];
+        distance
+    }
 }
 
 /// Kernel and product with the weights in one go, for few columns.
@@ -165,26 +215,71 @@ impl<K: Radial, const R: usize> WithSimd for Fused<'_, K, R> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
         let (weights, _) = self.base.weights.as_chunks::<R>();
-        let groups = self.points.chunks(S::F64_LANES);
-        for (points, out) in groups.zip(self.out.chunks_mut(S::F64_LANES * R)) {
-            let x = load_points(simd, points, self.inverse);
-            let mut sums = [simd.splat_f64s(0.0); R];
-            for (base, weights) in self.base.points.iter().zip(weights) {
-                let phi = phi::<K, S>(simd, &x, base);
-                for column in 0..R {
-                    let weight = simd.splat_f64s(weights[column]);
-                    sums[column] = simd.mul_add_e_f64s(phi, weight, sums[column]);
-                }
+        let tiles = self.base.points.chunks(NEAR);
+        for (base, weights) in tiles.zip(weights.chunks(NEAR)) {
+            self.add_near(simd, base, weights);
+        }
+    }
+}
+
+impl<K: Radial, const R: usize> Fused<'_, K, R> {
+    /// Adds the part of some base points. At the end of a register of points the pipeline takes in
+    /// the first base points for the next register.
+    #[inline(always)]
+    fn add_near<S: Simd>(&mut self, simd: S, base: &[Vector], weights: &[[f64; R]]) {
+        let zero = simd.splat_f64s(0.0);
+        let mut pipeline = Pipeline {
+            squares: [zero; 2],
+            roots: &mut CacheLines([zero; ROOTS]),
+            oldest: 0,
+        };
+        let (first, later) = base.split_at(DEPTH);
+        let (early, late) = weights.split_at(later.len());
+        let mut x = load_points(simd, self.points, self.inverse);
+        for base in first {
+            pipeline.distance(simd, &x, base);
+        }
+        for (group, out) in self.out.chunks_mut(S::F64_LANES * R).enumerate() {
+            let mut sums = [zero; R];
+            for (base, weights) in later.iter().zip(early) {
+                let xi = pipeline.distance(simd, &x, base);
+                add_row(simd, K::value(simd, xi), weights, &mut sums);
             }
-            for column in 0..R {
-                let mut lanes = [0.0; MOST_LANES];
-                simd.partial_store_f64s(&mut lanes[..S::F64_LANES], sums[column]);
-                for (row, sum) in out.chunks_exact_mut(R).zip(lanes) {
-                    row[column] += sum;
-                }
+            let next = ((group + 1) * S::F64_LANES).min(self.points.len() - 1);
+            x = load_points(simd, &self.points[next..], self.inverse);
+            for (base, weights) in first.iter().zip(late) {
+                let xi = pipeline.distance(simd, &x, base);
+                add_row(simd, K::value(simd, xi), weights, &mut sums);
             }
+            add_to_rows(simd, &sums, out);
+        }
+    }
+}
+
+/// Adds the product of kernel values with the weights of one base point.
+#[inline(always)]
+fn add_row<S: Simd, const R: usize>(
+    simd: S,
+    phi: S::f64s,
+    weights: &[f64; R],
+    sums: &mut [S::f64s; R],
+) {
+    for column in 0..R {
+        let weight = simd.splat_f64s(weights[column]);
+        sums[column] = simd.mul_add_e_f64s(phi, weight, sums[column]);
+    }
+}
+
+/// Adds each lane of the sums to its row of `out`.
+#[inline(always)]
+fn add_to_rows<S: Simd, const R: usize>(simd: S, sums: &[S::f64s; R], out: &mut [f64]) {
+    for column in 0..R {
+        let mut lanes = [0.0; MOST_LANES];
+        simd.partial_store_f64s(&mut lanes[..S::F64_LANES], sums[column]);
+        for (row, sum) in out.chunks_exact_mut(R).zip(lanes) {
+            row[column] += sum;
         }
     }
 }
@@ -208,7 +303,8 @@ impl<K: Radial> WithSimd for Tile<'_, K> {
             let x = load_points(simd, points, self.inverse);
             let start = group * S::F64_LANES;
             for (base, column) in self.base.iter().zip(self.tile.chunks_exact_mut(n_points)) {
-                let phi = phi::<K, S>(simd, &x, base);
+                let xi = simd.sqrt_f64s(squared_distance(simd, &x, base));
+                let phi = K::value(simd, xi);
                 simd.partial_store_f64s(&mut column[start..start + points.len()], phi);
             }
         }
@@ -227,7 +323,7 @@ mod tests {
 
     #[test]
     fn evaluation_equals_the_double_sum_for_every_kernel_and_width() {
-        let (points, base) = (cloud(531, 0.1), cloud(300, 0.7));
+        let (points, base) = (cloud(531, 0.1), cloud(2 * NEAR + 3, 0.7));
         for kernel in [
             Kernel::WendlandC0,
             Kernel::WendlandC2,
@@ -257,6 +353,31 @@ mod tests {
                             .sum();
                         assert!((out[i * r + column] - sum).abs() < 1e-12, "{kernel:?} {r}");
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn fewer_base_points_than_the_pipeline_holds_and_one_point_more_than_a_register() {
+        for n_base in [1, DEPTH - 1, DEPTH, DEPTH + 1] {
+            for n_points in [1, 3, 9] {
+                let (points, base) = (cloud(n_points, 0.1), cloud(n_base, 0.7));
+                let basis = Basis {
+                    kernel: Kernel::WendlandC2,
+                    radius: 12.0,
+                };
+                let weighted = WeightedBase {
+                    basis,
+                    points: &base,
+                    weights: &vec![1.5; n_base],
+                    n_columns: 1,
+                };
+                let mut out = vec![0.25; n_points];
+                weighted.add_at(&points, &mut out);
+                for (value, x) in out.iter().zip(&points) {
+                    let sum: f64 = base.iter().map(|b| basis.between(x, b) * 1.5).sum();
+                    assert!((value - 0.25 - sum).abs() < 1e-12, "{n_base} {n_points}");
                 }
             }
         }

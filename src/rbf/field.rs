@@ -1,6 +1,6 @@
 //! The interpolant of every mode at the nodes that deform: `M = Phi_vb W`, one pass over the mesh.
 
-use super::evaluate::WeightedBase;
+use super::interpolant::Interpolant;
 use crate::geometry::vector::{Vector, add};
 use crate::geometry::{Bounds, curve};
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ impl Field {
     /// along a space-filling curve, so that a block of them sees few base points. `progress` hears of
     /// nodes done.
     pub fn evaluate(
-        base: &WeightedBase<'_>,
+        base: &Interpolant,
         points: &[Vector],
         nodes: Option<Vec<u32>>,
         progress: &dyn Fn(usize),
@@ -66,17 +66,50 @@ impl Field {
                     displace_block(values, coefficients, reference, out);
                 }),
             Some(nodes) => {
-                out.copy_from_slice(reference);
-                for (&node, values) in nodes.iter().zip(self.values.chunks_exact(self.n_modes)) {
-                    let at = node as usize;
-                    out[at] = add(reference[at], combine(values, coefficients));
-                }
+                let blocks = out.par_chunks_mut(4096).zip(reference.par_chunks(4096));
+                blocks.enumerate().for_each(|(block, (out, reference))| {
+                    out.copy_from_slice(reference);
+                    let first = block * 4096;
+                    let from = nodes.partition_point(|&node| (node as usize) < first);
+                    let to = nodes.partition_point(|&node| (node as usize) < first + out.len());
+                    for row in from..to {
+                        let at = nodes[row] as usize - first;
+                        let values = &self.values[row * self.n_modes..][..self.n_modes];
+                        out[at] = add(reference[at], combine(values, coefficients));
+                    }
+                });
             }
         }
     }
 }
 
+/// Loops over few modes are unrolled.
 fn displace_block(values: &[f64], c: &[[f64; 3]], reference: &[Vector], out: &mut [Vector]) {
+    match c.len() {
+        1 => displace_rows::<1>(values, c, reference, out),
+        2 => displace_rows::<2>(values, c, reference, out),
+        3 => displace_rows::<3>(values, c, reference, out),
+        4 => displace_rows::<4>(values, c, reference, out),
+        6 => displace_rows::<6>(values, c, reference, out),
+        8 => displace_rows::<8>(values, c, reference, out),
+        _ => displace_any(values, c, reference, out),
+    }
+}
+
+fn displace_rows<const R: usize>(
+    values: &[f64],
+    c: &[[f64; 3]],
+    reference: &[Vector],
+    out: &mut [Vector],
+) {
+    let (rows, _) = values.as_chunks::<R>();
+    let c: &[[f64; 3]; R] = c.try_into().expect("there is a coefficient for each mode");
+    for ((row, reference), out) in rows.iter().zip(reference).zip(out) {
+        *out = add(*reference, combine(row, c));
+    }
+}
+
+fn displace_any(values: &[f64], c: &[[f64; 3]], reference: &[Vector], out: &mut [Vector]) {
     let rows = values.chunks_exact(c.len());
     for ((values, reference), out) in rows.zip(reference).zip(out) {
         *out = add(*reference, combine(values, c));
@@ -94,14 +127,9 @@ fn combine(values: &[f64], coefficients: &[[f64; 3]]) -> Vector {
     sum
 }
 
-fn evaluate_at(
-    base: &WeightedBase<'_>,
-    points: &[Vector],
-    out: &mut [f64],
-    progress: &dyn Fn(usize),
-) {
+fn evaluate_at(base: &Interpolant, points: &[Vector], out: &mut [f64], progress: &dyn Fn(usize)) {
     let r = base.n_columns;
-    let everywhere = Bounds::around(points).union(&Bounds::around(base.points));
+    let everywhere = Bounds::around(points).union(&Bounds::around(&base.points));
     if base.basis.radius >= everywhere.diagonal() {
         for (points, out) in points.chunks(BATCH).zip(out.chunks_mut(BATCH * r)) {
             base.add_at(points, out);
@@ -109,7 +137,8 @@ fn evaluate_at(
         }
         return;
     }
-    let order = curve::order(points);
+    // Blocks much smaller than the support radius serve; a finer order would take twice the memory.
+    let order = curve::rough_order(points.len(), |i| points[i], &everywhere);
     let mut values = vec![0.0; BATCH.min(points.len()) * r];
     for batch in order.chunks(BATCH) {
         let near: Vec<Vector> = batch.iter().map(|&i| points[i as usize]).collect();
@@ -135,14 +164,15 @@ mod tests {
             .collect();
         let base: Vec<Vector> = points.iter().step_by(37).copied().collect();
         let weights: Vec<f64> = (0..base.len() * 2).map(|i| (i as f64).cos()).collect();
-        let weighted = WeightedBase {
+        let weighted = Interpolant {
             basis: Basis {
                 kernel: Kernel::WendlandC4,
                 radius: 1.1,
             },
-            points: &base,
-            weights: &weights,
+            points: base.clone(),
+            weights: weights.clone(),
             n_columns: 2,
+            polynomial: None,
         };
         let nodes: Vec<u32> = (0..3000).step_by(2).collect();
         let field = Field::evaluate(&weighted, &points, Some(nodes.clone()), &|_| {});

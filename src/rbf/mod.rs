@@ -2,13 +2,18 @@
 //!
 //! Knows surface nodes, mode values and distances; nothing of rotors, schedules or files.
 
+pub mod constrained;
+pub mod constraint;
 pub mod correct;
 pub mod criterion;
 pub mod evaluate;
 pub mod field;
+pub mod interpolant;
 pub mod kernel;
 mod newton;
 pub mod select;
+pub mod slide;
+pub mod space;
 pub mod system;
 
 pub use kernel::Kernel;

@@ -1,11 +1,13 @@
 //! The exact greedy on a few thousand candidates, by the Newton basis.
 //!
 //! The Newton basis function `v_n` is one at the n-th base point's place in the factor and zero at
-//! all base points before it; a new base point costs one new value at each candidate.
+//! all base points before it; a new base point costs one new value at each candidate. With sliding
+//! points, periodic images or a polynomial this is the greedy of the plain kernel, with residuals kept
+//! along the constraints: it decides which points are tried, not what they give.
 
-use super::Basis;
 use super::criterion::Criterion;
-use super::select::Targets;
+use super::select::{Chosen, Targets, arm};
+use super::space::Space;
 use crate::geometry::vector::Vector;
 use crate::linear::{GrowingCholesky, Matrix};
 use multiversion::multiversion;
@@ -18,7 +20,7 @@ const LEAST_POWER: f64 = 1e-13;
 
 /// The candidates of one round.
 pub struct Candidates<'a> {
-    basis: Basis,
+    space: &'a Space,
     criterion: &'a Criterion,
     chunks: Vec<Chunk>,
     skipped: usize,
@@ -34,6 +36,8 @@ struct Chunk {
     newton: Vec<f64>,
     /// Power function, squared.
     power: Vec<f64>,
+    /// Displacement that a residual of one makes.
+    arms: Vec<f64>,
     /// Chosen or passed over.
     done: Vec<bool>,
     worst: Worst,
@@ -60,16 +64,15 @@ struct NewPoint {
 impl<'a> Candidates<'a> {
     /// Candidates at `nodes`, with the base points that are chosen already.
     pub fn new(
-        basis: Basis,
+        space: &'a Space,
         targets: Targets<'a>,
-        base: &[usize],
-        factor: &GrowingCholesky,
+        chosen: &Chosen,
         residuals: &[f64],
         nodes: &[usize],
     ) -> Self {
         let criterion = targets.criterion;
         let r = criterion.n_modes();
-        let base: Vec<Vector> = base.iter().map(|&i| targets.points[i]).collect();
+        let base: Vec<Vector> = chosen.base.iter().map(|&i| targets.points[i]).collect();
         let chunks = nodes
             .par_chunks(CHUNK)
             .map(|nodes| {
@@ -78,14 +81,14 @@ impl<'a> Candidates<'a> {
                     .flat_map(|&i| &residuals[i * r..(i + 1) * r])
                     .copied()
                     .collect();
-                let mut chunk = Chunk::new(nodes, targets.points, residuals);
-                chunk.start(basis, &base, factor);
+                let mut chunk = Chunk::new(space, nodes, &targets, residuals);
+                chunk.start(space, &base, &chosen.factor);
                 chunk.find_worst(criterion);
                 chunk
             })
             .collect();
         Self {
-            basis,
+            space,
             criterion,
             chunks,
             skipped: 0,
@@ -94,14 +97,8 @@ impl<'a> Candidates<'a> {
 
     /// Adds the worst candidate to the base, again and again, until the worst error is at or below
     /// `stop`, the base has `max_points`, or no candidate is left.
-    pub fn pick(
-        &mut self,
-        stop: f64,
-        max_points: usize,
-        base: &mut Vec<usize>,
-        factor: &mut GrowingCholesky,
-    ) {
-        while base.len() < max_points {
+    pub fn pick(&mut self, stop: f64, max_points: usize, chosen: &mut Chosen) {
+        while chosen.base.len() < max_points {
             let Some((chunk, worst)) = self.worst().filter(|(_, worst)| worst.error > stop) else {
                 return;
             };
@@ -111,12 +108,14 @@ impl<'a> Candidates<'a> {
                 self.chunks[chunk].find_worst(self.criterion);
                 continue;
             }
-            let new = self.chunks[chunk].take(worst.at, factor.n(), self.criterion.n_modes());
-            base.push(self.chunks[chunk].nodes[worst.at]);
-            factor.push(&new.row, new.diagonal);
-            let (basis, criterion) = (self.basis, self.criterion);
+            let new =
+                self.chunks[chunk].take(worst.at, chosen.factor.n(), self.criterion.n_modes());
+            chosen.picked.push(worst.error);
+            chosen.base.push(self.chunks[chunk].nodes[worst.at]);
+            chosen.factor.push(&new.row, new.diagonal);
+            let (space, criterion) = (self.space, self.criterion);
             self.chunks.par_iter_mut().for_each(|chunk| {
-                chunk.add(basis, &new);
+                chunk.add(space, &new);
                 chunk.find_worst(criterion);
             });
         }
@@ -140,10 +139,13 @@ impl<'a> Candidates<'a> {
 }
 
 impl Chunk {
-    fn new(nodes: &[usize], points: &[Vector], residuals: Vec<f64>) -> Self {
+    fn new(space: &Space, nodes: &[usize], targets: &Targets<'_>, residuals: Vec<f64>) -> Self {
+        let points: Vec<Vector> = nodes.iter().map(|&i| targets.points[i]).collect();
         Self {
-            points: nodes.iter().map(|&i| points[i]).collect(),
-            power: vec![1.0; nodes.len()],
+            // One, but for the images.
+            power: points.iter().map(|x| space.between(x, x)).collect(),
+            points,
+            arms: nodes.iter().map(|&i| arm(targets.arms, i)).collect(),
             done: vec![false; nodes.len()],
             newton: Vec::new(),
             worst: Worst { error: 0.0, at: 0 },
@@ -153,9 +155,9 @@ impl Chunk {
     }
 
     /// The Newton basis of the base points chosen so far: `L v = phi`.
-    fn start(&mut self, basis: Basis, base: &[Vector], factor: &GrowingCholesky) {
+    fn start(&mut self, space: &Space, base: &[Vector], factor: &GrowingCholesky) {
         let (n, m) = (base.len(), self.points.len());
-        let mut columns = Matrix::from_fn(n, m, |i, j| basis.between(&base[i], &self.points[j]));
+        let mut columns = Matrix::from_fn(n, m, |i, j| space.between(&base[i], &self.points[j]));
         factor.solve_lower(&mut columns);
         self.newton.resize(n * m, 0.0);
         for j in 0..m {
@@ -169,9 +171,10 @@ impl Chunk {
     fn find_worst(&mut self, criterion: &Criterion) {
         let mut worst = Worst { error: 0.0, at: 0 };
         let residuals = self.residuals.chunks_exact(criterion.n_modes());
-        for (at, (residual, done)) in residuals.zip(&self.done).enumerate() {
-            if !done && criterion.bound(residual) > worst.error {
-                let error = criterion.sampled(residual);
+        let candidates = residuals.zip(&self.done).zip(&self.arms);
+        for (at, ((residual, done), arm)) in candidates.enumerate() {
+            if !done && arm * criterion.bound(residual) > worst.error {
+                let error = arm * criterion.sampled(residual);
                 if error > worst.error {
                     worst = Worst { error, at };
                 }
@@ -194,22 +197,24 @@ impl Chunk {
 
     /// Brings every candidate up to date with a new base point:
     /// `v(c) = (phi(c, p) - sum_j v_j(c) v_j(p)) / diagonal`.
-    fn add(&mut self, basis: Basis, new: &NewPoint) {
+    fn add(&mut self, space: &Space, new: &NewPoint) {
         let mut values: Vec<f64> = self
             .points
             .iter()
-            .map(|point| basis.between(point, &new.point))
+            .map(|point| space.between(point, &new.point))
             .collect();
         subtract_rows(&mut values, &self.newton, &new.row);
         let r = new.residual.len();
         let residuals = self.residuals.chunks_exact_mut(r);
-        for ((value, power), residual) in values.iter_mut().zip(&mut self.power).zip(residuals) {
+        let candidates = values.iter_mut().zip(&mut self.power).zip(residuals);
+        for (((value, power), residual), node) in candidates.zip(&self.nodes) {
             *value /= new.diagonal;
             *power -= *value * *value;
             let factor = *value / new.diagonal;
             for (e, at_new) in residual.iter_mut().zip(&new.residual) {
                 *e -= factor * at_new;
             }
+            space.project(*node, residual);
         }
         self.newton.extend_from_slice(&values);
     }

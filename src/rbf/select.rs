@@ -10,13 +10,14 @@
 //! beyond it.
 
 use super::criterion::Criterion;
-use super::evaluate::WeightedBase;
+use super::interpolant::Interpolant;
 use super::newton::Candidates;
-use super::{Basis, system};
+use super::space::Space;
 use crate::error::Result;
-use crate::geometry::vector::Vector;
+use crate::geometry::vector::{Vector, distance};
 use crate::linear::{GrowingCholesky, Matrix};
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// What the base points are to reproduce. Points are in the order of a space-filling curve, no two
 /// at the same place.
@@ -28,13 +29,34 @@ pub struct Targets<'a> {
     pub values: &'a [f64],
     /// The error over all steps.
     pub criterion: &'a Criterion,
+    /// Points that never become base points, as an image of each does; none when empty.
+    pub images: &'a [bool],
+    /// Displacement that a residual of one makes at each point; 1 at all when empty.
+    pub arms: &'a [f64],
+}
+
+/// The arm of a point among `arms`, which may be empty.
+#[inline]
+pub(super) fn arm(arms: &[f64], point: usize) -> f64 {
+    arms.get(point).copied().unwrap_or(1.0)
+}
+
+/// Which error has to come below the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// The largest at any node and step.
+    Max,
+    /// The mean over the nodes, at the step where that is largest.
+    Mean,
 }
 
 /// When the selection ends, and how many nodes a round looks at.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// Displacement error allowed at any node and step, in mesh units.
+    /// Displacement error allowed, in mesh units.
     pub tolerance: f64,
+    /// The error that is meant.
+    pub measure: Measure,
     /// Most base points.
     pub max_points: usize,
     /// Candidates of a round; 1 is the plain greedy, a sweep for every point.
@@ -49,6 +71,7 @@ impl Limits {
     pub fn in_rounds(tolerance: f64, max_points: usize, n_nodes: usize) -> Self {
         Self {
             tolerance,
+            measure: Measure::Max,
             max_points,
             candidates: (n_nodes / 16).clamp(512, 4096),
             fall: 0.4,
@@ -61,81 +84,160 @@ impl Limits {
 pub struct Selection {
     /// Indices into the targets' points, in the order chosen.
     pub base: Vec<usize>,
-    /// Weights (n, r), by rows.
-    pub weights: Vec<f64>,
+    /// The interpolant of the modes.
+    pub interpolant: Interpolant,
     /// Residual of the modes at every node (N, r), by rows.
     pub residuals: Vec<f64>,
     /// Largest error at any node and step, in mesh units.
     pub error: f64,
-    /// Number of base points and largest error at each sweep.
+    /// The error of the selection's measure, in mesh units.
+    pub measured: f64,
+    /// Number of base points and largest error at each sweep over all nodes.
     pub history: Vec<(usize, f64)>,
+    /// Error that each base point had when it was chosen: the largest among the candidates.
+    pub picked: Vec<f64>,
     /// Candidates passed over because they lie too close to base points.
     pub skipped: usize,
 }
 
-/// Chooses base points until the largest error is at or below the tolerance, `max_points` is
-/// reached or nothing is left to add; `Selection::error` tells.
+/// Chooses base points until the error is at or below the tolerance, `max_points` is reached or
+/// nothing is left to add; `Selection::measured` tells.
 ///
 /// Rounds x N n kernel evaluations, candidates x n^2 multiply-adds. `progress` hears of every sweep
 /// as (base points, error).
 pub fn select(
-    basis: Basis,
+    space: &Space,
     targets: Targets<'_>,
     limits: Limits,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<Selection> {
-    let mut base: Vec<usize> = Vec::new();
+    let mut chosen = Chosen::default();
     if targets.criterion.n_modes() == 0 {
-        return finish(basis, targets, base, vec![(0, 0.0)], 0);
+        return chosen.finish(space, targets, limits.measure);
     }
-    let mut factor = GrowingCholesky::default();
-    let mut history = Vec::new();
-    let mut skipped = 0;
     loop {
-        let weights = weights_from(&factor, &targets, &base);
-        let residuals = residuals(basis, targets, &base, &weights);
-        let error = largest_error(targets.criterion, &residuals, limits.tolerance);
-        history.push((base.len(), error));
-        progress(base.len(), error);
-        let before = base.len();
-        if error > limits.tolerance && before < limits.max_points {
-            let nodes = worst_of_runs(targets.criterion, &residuals, limits.candidates);
-            let mut round = Candidates::new(basis, targets, &base, &factor, &residuals, &nodes);
-            let stop = (error * limits.fall).max(0.95 * limits.tolerance);
-            round.pick(stop, limits.max_points, &mut base, &mut factor);
-            skipped += round.skipped();
+        let interpolant = chosen.interpolant(space, &targets)?;
+        let residuals = residuals(space, &interpolant, targets);
+        let (largest, measured) = errors(&targets, &residuals, &limits);
+        chosen.history.push((chosen.base.len(), largest));
+        progress(chosen.base.len(), measured);
+        let before = chosen.base.len();
+        if measured > limits.tolerance && before < limits.max_points {
+            let nodes = worst_of_runs(&targets, &residuals, limits.candidates);
+            let mut round = Candidates::new(space, targets, &chosen, &residuals, &nodes);
+            // What is left of the largest error when the measured one is just met.
+            let enough = 0.95 * limits.tolerance * largest / measured;
+            round.pick(
+                (largest * limits.fall).max(enough),
+                limits.max_points,
+                &mut chosen,
+            );
+            chosen.skipped += round.skipped();
         }
-        if base.len() == before {
-            return finish(basis, targets, base, history, skipped);
+        if chosen.base.len() == before {
+            return chosen.finish(space, targets, limits.measure);
         }
     }
-}
-
-/// The selection with weights solved as any later run from the same base points solves them.
-fn finish(
-    basis: Basis,
-    targets: Targets<'_>,
-    base: Vec<usize>,
-    history: Vec<(usize, f64)>,
-    skipped: usize,
-) -> Result<Selection> {
-    let points: Vec<Vector> = base.iter().map(|&i| targets.points[i]).collect();
-    let weights = system::weights(basis, &points, &targets.values_at(&base))?;
-    let residuals = residuals(basis, targets, &base, &weights);
-    let error = largest_error(targets.criterion, &residuals, 0.0);
-    Ok(Selection {
-        base,
-        weights,
-        residuals,
-        error,
-        history,
-        skipped,
-    })
 }
 
 /// The selection that given base points make: weights, residuals and error.
-pub fn from_base(basis: Basis, targets: Targets<'_>, base: Vec<usize>) -> Result<Selection> {
-    finish(basis, targets, base, Vec::new(), 0)
+pub fn from_base(
+    space: &Space,
+    targets: Targets<'_>,
+    base: Vec<usize>,
+    measure: Measure,
+) -> Result<Selection> {
+    let chosen = Chosen {
+        base,
+        ..Chosen::default()
+    };
+    chosen.finish(space, targets, measure)
+}
+
+/// The points, by position, but for images and for those that have one nearer than `apart` before
+/// them. `O(N)`.
+pub fn distinct(points: &[Vector], apart: f64, images: &[bool]) -> Vec<usize> {
+    let cell = |x: &Vector| x.map(|x| (x / apart).floor() as i64);
+    let mut kept: Vec<usize> = Vec::new();
+    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    for (at, point) in points.iter().enumerate() {
+        if images.get(at).is_some_and(|image| *image) {
+            continue;
+        }
+        let [i, j, k] = cell(point);
+        let around = (0..27).map(|n| {
+            [
+                i.saturating_add(n % 3 - 1),
+                j.saturating_add(n / 3 % 3 - 1),
+                k.saturating_add(n / 9 - 1),
+            ]
+        });
+        let near = around
+            .filter_map(|cell| cells.get(&cell))
+            .flatten()
+            .any(|&other| distance(*point, points[other]) < apart);
+        if !near {
+            cells.entry([i, j, k]).or_default().push(at);
+            kept.push(at);
+        }
+    }
+    kept
+}
+
+/// A selection under way.
+#[derive(Default)]
+pub(super) struct Chosen {
+    pub base: Vec<usize>,
+    pub picked: Vec<f64>,
+    /// Factor of the kernel matrix of the base points.
+    pub factor: GrowingCholesky,
+    history: Vec<(usize, f64)>,
+    skipped: usize,
+}
+
+impl Chosen {
+    /// The interpolant of the base points chosen so far, by the growing factor where that serves.
+    fn interpolant(&self, space: &Space, targets: &Targets<'_>) -> Result<Interpolant> {
+        let values = targets.values_at(&self.base);
+        if !space.is_plain() {
+            return space.interpolant(targets.points, &self.base, &values);
+        }
+        let r = targets.criterion.n_modes();
+        let mut solution = Matrix::from_fn(self.base.len(), r, |i, j| values[i * r + j]);
+        self.factor.solve_lower(&mut solution);
+        self.factor.solve_transposed(&mut solution);
+        Ok(Interpolant {
+            basis: space.basis,
+            points: self.base.iter().map(|&i| targets.points[i]).collect(),
+            weights: (0..values.len())
+                .map(|at| solution[(at / r, at % r)])
+                .collect(),
+            n_columns: r,
+            polynomial: None,
+        })
+    }
+
+    /// The selection with weights solved as any later run from the same base points solves them.
+    fn finish(self, space: &Space, targets: Targets<'_>, measure: Measure) -> Result<Selection> {
+        let values = targets.values_at(&self.base);
+        let interpolant = space.interpolant(targets.points, &self.base, &values)?;
+        let residuals = residuals(space, &interpolant, targets);
+        let error = largest_error(&targets, &residuals, 0.0);
+        let measured = match measure {
+            Measure::Max => error,
+            Measure::Mean => targets.criterion.largest_mean(&residuals, targets.arms),
+        };
+        Ok(Selection {
+            base: self.base,
+            interpolant,
+            residuals,
+            error,
+            measured,
+            history: self.history,
+            picked: self.picked,
+            skipped: self.skipped,
+        })
+    }
 }
 
 impl Targets<'_> {
@@ -149,42 +251,51 @@ impl Targets<'_> {
     }
 }
 
-fn weights_from(factor: &GrowingCholesky, targets: &Targets<'_>, base: &[usize]) -> Vec<f64> {
-    let r = targets.criterion.n_modes();
-    let values = targets.values_at(base);
-    let mut solution = Matrix::from_fn(base.len(), r, |i, j| values[i * r + j]);
-    factor.solve_lower(&mut solution);
-    factor.solve_transposed(&mut solution);
-    (0..values.len())
-        .map(|at| solution[(at / r, at % r)])
-        .collect()
+/// `U - Phi W` at every node (N, r); at sliding nodes the part along their normals.
+fn residuals(space: &Space, interpolant: &Interpolant, targets: Targets<'_>) -> Vec<f64> {
+    let mut residuals = targets.values.to_vec();
+    if interpolant.n_columns > 0 {
+        interpolant.negated().add_at(targets.points, &mut residuals);
+    }
+    if space.constraints.is_some() && interpolant.n_columns > 0 {
+        residuals
+            .par_chunks_mut(interpolant.n_columns)
+            .enumerate()
+            .for_each(|(point, residual)| space.project(point, residual));
+    }
+    residuals
 }
 
-/// `U - Phi W` at every node (N, r).
-fn residuals(basis: Basis, targets: Targets<'_>, base: &[usize], weights: &[f64]) -> Vec<f64> {
-    let points: Vec<Vector> = base.iter().map(|&i| targets.points[i]).collect();
-    let negative: Vec<f64> = weights.iter().map(|w| -w).collect();
-    let mut residuals = targets.values.to_vec();
-    WeightedBase {
-        basis,
-        points: &points,
-        weights: &negative,
-        n_columns: targets.criterion.n_modes(),
+/// The largest error and the one that is measured.
+fn errors(targets: &Targets<'_>, residuals: &[f64], limits: &Limits) -> (f64, f64) {
+    match limits.measure {
+        Measure::Max => {
+            let largest = largest_error(targets, residuals, limits.tolerance);
+            (largest, largest)
+        }
+        Measure::Mean => (
+            largest_error(targets, residuals, 0.0),
+            targets.criterion.largest_mean(residuals, targets.arms),
+        ),
     }
-    .add_at(targets.points, &mut residuals);
-    residuals
 }
 
 /// The largest error over all nodes and steps. Above `tolerance` an estimate over a sample of the
 /// steps serves; at or below it the value is exact.
-fn largest_error(criterion: &Criterion, residuals: &[f64], tolerance: f64) -> f64 {
+fn largest_error(targets: &Targets<'_>, residuals: &[f64], tolerance: f64) -> f64 {
+    const NODES: usize = 1024;
+    let criterion = targets.criterion;
     let r = criterion.n_modes().max(1);
     let largest = |error: fn(&Criterion, &[f64], f64) -> f64, floor: f64| {
         residuals
-            .par_chunks(r * 1024)
-            .map(|nodes| {
-                let errors = nodes.chunks_exact(r);
-                errors.fold(floor, |worst, e| error(criterion, e, worst).max(worst))
+            .par_chunks(r * NODES)
+            .enumerate()
+            .map(|(chunk, nodes)| {
+                let errors = nodes.chunks_exact(r).enumerate();
+                errors.fold(floor, |worst, (i, e)| {
+                    let arm = arm(targets.arms, NODES * chunk + i);
+                    f64::max(worst, arm * error(criterion, e, worst / arm))
+                })
             })
             .reduce(|| floor, f64::max)
     };
@@ -210,24 +321,27 @@ fn exact_above(criterion: &Criterion, residual: &[f64], worst: f64) -> f64 {
 }
 
 /// The worst node of each of about `runs` equal runs of nodes; ties to the lowest index.
-fn worst_of_runs(criterion: &Criterion, residuals: &[f64], runs: usize) -> Vec<usize> {
+fn worst_of_runs(targets: &Targets<'_>, residuals: &[f64], runs: usize) -> Vec<usize> {
+    let criterion = targets.criterion;
     let r = criterion.n_modes();
     let n = residuals.len() / r;
     let length = n.div_ceil(runs).max(1);
     residuals
         .par_chunks(length * r)
         .enumerate()
-        .map(|(run, residuals)| {
-            let mut worst = (0, -1.0);
+        .filter_map(|(run, residuals)| {
+            let mut worst = (usize::MAX, -1.0);
             for (i, e) in residuals.chunks_exact(r).enumerate() {
-                if criterion.bound(e) > worst.1 {
-                    let error = criterion.sampled(e);
+                let image = !targets.images.is_empty() && targets.images[run * length + i];
+                let arm = arm(targets.arms, run * length + i);
+                if !image && arm * criterion.bound(e) > worst.1 {
+                    let error = arm * criterion.sampled(e);
                     if error > worst.1 {
                         worst = (i, error);
                     }
                 }
             }
-            run * length + worst.0
+            (worst.1 >= 0.0).then_some(run * length + worst.0)
         })
         .collect()
 }

@@ -1,41 +1,121 @@
 //! The interpolation system: weights that reproduce values at the base points.
 
 use super::Basis;
+use super::interpolant::{Interpolant, LINEAR, Polynomial, PolynomialFrame};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::linear::{Cholesky, Matrix};
+use crate::linear::{Cholesky, Matrix, svd};
 use rayon::prelude::*;
 
-/// Weights (n, r), by rows, that reproduce `values (n, r)`, by rows, at the base points:
+/// Singular values of the polynomial's system below this part of the largest are left out: base
+/// points in one plane, or fewer than four of them.
+const RANK: f64 = 1e-10;
+
+/// The interpolant that reproduces `values (n, r)`, by rows, at the base points:
 ///
 /// ```text
 /// Phi (n, n) . weights (n, r) = values (n, r),   Phi(i, j) = phi(|b_i - b_j| / R)
 /// ```
 ///
 /// By Cholesky, as `Phi` is symmetric positive definite. `n^3 / 3 + 2 n^2 r` multiply-adds, `n^2`
-/// numbers of memory.
+/// numbers of memory. With `linear`, a polynomial is added (eq. 4 of the paper) and solved through
+/// the Schur complement of the same factor, with `P (n, 4)` the terms at the base points:
+///
+/// ```text
+/// (P^T Phi^-1 P) beta = P^T Phi^-1 values,   Phi weights = values - P beta,   P^T weights = 0
+/// ```
+///
+/// Where the base points do not determine all four terms, the smallest `beta` is taken.
 ///
 /// # Errors
 /// Where `Phi` is not positive definite to working precision: base points that nearly coincide
 /// against the support radius.
-pub fn weights(basis: Basis, base: &[Vector], values: &[f64]) -> Result<Vec<f64>> {
+pub fn interpolant(
+    basis: Basis,
+    base: &[Vector],
+    values: &[f64],
+    linear: bool,
+) -> Result<Interpolant> {
     let n = base.len();
+    let mut interpolant = Interpolant {
+        basis,
+        points: base.to_vec(),
+        weights: Vec::new(),
+        n_columns: values.len().checked_div(n).unwrap_or(0),
+        polynomial: None,
+    };
     if n == 0 {
-        return Ok(Vec::new());
+        return Ok(interpolant);
     }
-    let r = values.len() / n;
-    let factor = Cholesky::factor(kernel_matrix(basis, base)).map_err(|at| {
-        Error::check(format!(
-            "the base point {} of {n} is too close to another for a support radius of {} ({}); a \
-             smaller support radius, a kernel of lower order or selection by tolerance would help",
-            at.0,
-            basis.radius,
-            basis.kernel.name()
-        ))
-    })?;
+    let r = interpolant.n_columns;
+    let factor =
+        Cholesky::factor(kernel_matrix(basis, base)).map_err(|at| too_close(basis, at.0, n))?;
     let mut solution = Matrix::from_fn(n, r, |i, j| values[i * r + j]);
     factor.solve(&mut solution);
-    Ok((0..n * r).map(|at| solution[(at / r, at % r)]).collect())
+    if linear {
+        let (polynomial, weights) = with_polynomial(base, &factor, &solution)?;
+        interpolant.polynomial = Some(polynomial);
+        solution = weights;
+    }
+    interpolant.weights = by_rows(&solution);
+    Ok(interpolant)
+}
+
+/// The error of a kernel matrix that is not positive definite at base point `at` of `n`.
+pub(super) fn too_close(basis: Basis, at: usize, n: usize) -> Error {
+    Error::check(format!(
+        "the base point {at} of {n} is too close to another for a support radius of {} ({}); a \
+         smaller support radius, a kernel of lower order or selection by tolerance would help",
+        basis.radius,
+        basis.kernel.name()
+    ))
+}
+
+/// `beta`, and the weights beside it, from `Phi^-1 values`.
+fn with_polynomial(
+    base: &[Vector],
+    factor: &Cholesky,
+    solved: &Matrix,
+) -> Result<(Polynomial, Matrix)> {
+    let (n, r) = (base.len(), solved.n_cols());
+    let frame = PolynomialFrame::around(base);
+    let terms: Vec<[f64; LINEAR]> = base.iter().map(|b| frame.terms(b)).collect();
+    let mut inverse = Matrix::from_fn(n, LINEAR, |i, j| terms[i][j]);
+    factor.solve(&mut inverse);
+    let transposed = Matrix::from_fn(LINEAR, n, |i, j| terms[j][i]);
+    let beta = least(&transposed.times(&inverse), &transposed.times(solved))?;
+    let weights = Matrix::from_fn(n, r, |i, j| {
+        let polynomial: f64 = (0..LINEAR).map(|t| inverse[(i, t)] * beta[(t, j)]).sum();
+        solved[(i, j)] - polynomial
+    });
+    let polynomial = Polynomial {
+        frame,
+        coefficients: by_rows(&beta),
+    };
+    Ok((polynomial, weights))
+}
+
+/// The smallest solution of a symmetric system that may be singular.
+fn least(matrix: &Matrix, right: &Matrix) -> Result<Matrix> {
+    let (u, s, v) = svd(matrix)?;
+    let floor = RANK * s.first().copied().unwrap_or(0.0);
+    let n = matrix.n_rows();
+    Ok(Matrix::from_fn(n, right.n_cols(), |i, j| {
+        (0..s.len())
+            .filter(|&m| s[m] > floor)
+            .map(|m| {
+                let along: f64 = (0..n).map(|k| u[(k, m)] * right[(k, j)]).sum();
+                v[(i, m)] * along / s[m]
+            })
+            .sum()
+    }))
+}
+
+fn by_rows(matrix: &Matrix) -> Vec<f64> {
+    let r = matrix.n_cols();
+    (0..matrix.n_rows() * r)
+        .map(|at| matrix[(at / r, at % r)])
+        .collect()
 }
 
 /// `Phi (n, n)`.
@@ -55,41 +135,62 @@ fn kernel_matrix(basis: Basis, base: &[Vector]) -> Matrix {
 
 #[cfg(test)]
 mod tests {
-    use super::super::evaluate::WeightedBase;
     use super::super::kernel::Kernel;
     use super::*;
 
+    fn cloud(n: usize) -> Vec<Vector> {
+        (0..n)
+            .map(|i| std::array::from_fn(|k| (i as f64 * [78.233, 12.9898, 37.719][k]).sin()))
+            .collect()
+    }
+
+    const BASIS: Basis = Basis {
+        kernel: Kernel::WendlandC2,
+        radius: 1.5,
+    };
+
     #[test]
     fn weights_reproduce_base_point_displacements() {
-        let base: Vec<Vector> = (0..200)
-            .map(|i| std::array::from_fn(|k| ((i * 3 + k) as f64 * 78.233).sin()))
-            .collect();
+        let base = cloud(200);
         let values: Vec<f64> = (0..600).map(|i| (i as f64 * 0.37).cos()).collect();
-        let basis = Basis {
-            kernel: Kernel::WendlandC2,
-            radius: 1.5,
-        };
-        let weights = weights(basis, &base, &values).expect("positive definite");
-        let mut back = vec![0.0; 600];
-        let weighted = WeightedBase {
-            basis,
-            points: &base,
-            weights: &weights,
-            n_columns: 3,
-        };
-        weighted.add_at(&base, &mut back);
-        for (a, b) in back.iter().zip(&values) {
-            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        for linear in [false, true] {
+            let interpolant = interpolant(BASIS, &base, &values, linear).expect("definite");
+            let mut back = vec![0.0; 600];
+            interpolant.add_at(&base, &mut back);
+            for (a, b) in back.iter().zip(&values) {
+                assert!((a - b).abs() < 1e-9, "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_linear_polynomial_reproduces_linear_data_everywhere() {
+        let plane = |x: &Vector| 0.3 + 2.0 * x[0] - 0.7 * x[1] + 0.1 * x[2];
+        let flat: Vec<Vector> = cloud(60).into_iter().map(|x| [x[0], x[1], 2.0]).collect();
+        for (base, off) in [(cloud(60), 0.5), (flat, 0.0)] {
+            let values: Vec<f64> = base.iter().map(plane).collect();
+            let interpolant = interpolant(BASIS, &base, &values, true).expect("definite");
+            let far: Vec<Vector> = base
+                .iter()
+                .map(|x| [3.0 * x[0], x[1] - 5.0, x[2] + off])
+                .collect();
+            let mut found = vec![0.0; far.len()];
+            interpolant.add_at(&far, &mut found);
+            for (value, x) in found.iter().zip(&far) {
+                let off = (value - plane(x)).abs();
+                assert!(off < 1e-9, "{value} is off by {off:e}");
+            }
         }
     }
 
     #[test]
     fn coincident_base_points_are_an_error_that_names_the_remedy() {
         let basis = Basis {
-            kernel: Kernel::WendlandC2,
             radius: 1.0,
+            ..BASIS
         };
-        let error = weights(basis, &[[0.0; 3], [0.0; 3]], &[1.0, 1.0]).expect_err("singular");
+        let error =
+            interpolant(basis, &[[0.0; 3], [0.0; 3]], &[1.0, 1.0], false).expect_err("singular");
         assert!(error.message.contains("smaller support radius"));
     }
 }

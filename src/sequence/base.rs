@@ -1,10 +1,12 @@
 //! Base points on disk: base.toml to go on from, base.vtp to look at.
 
+use super::choose::with_bases;
+use super::layer::Kind;
 use super::plan::Plan;
 use crate::error::{Error, Result};
 use crate::formats::save_text;
 use crate::geometry::vector::Vector;
-use crate::rbf::select::{self, Selection};
+use crate::rbf::select::Selection;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -26,30 +28,47 @@ pub struct BaseFile {
     pub mesh_nodes: usize,
     /// Hash of the node positions of the mesh.
     pub mesh_points_blake3: String,
-    /// Mesh nodes that are base points, in the order chosen.
+    /// Mesh nodes that are base points, in the order chosen; with `twist` those of the translations.
     pub nodes: Vec<u32>,
+    /// With `twist`, those of the rotations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation_nodes: Option<Vec<u32>>,
+    /// Support radius of the rotations where it is another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation_radius: Option<f64>,
 }
 
 /// Writes `path` and the .vtp beside it.
-pub fn save(plan: &Plan, selection: &Selection, path: &Path) -> Result<()> {
+pub fn save(plan: &Plan, selections: &[Selection], path: &Path) -> Result<()> {
+    let nodes_of = |selection: &Selection| {
+        let base = selection.base.iter();
+        base.map(|&i| plan.surface.nodes[i]).collect::<Vec<u32>>()
+    };
+    let of = |wanted: &str| {
+        let mut layers = plan.layers.iter().zip(selections);
+        layers
+            .find(|(layer, _)| layer.name() == wanted)
+            .map(|(_, selection)| nodes_of(selection))
+    };
     let file = BaseFile {
         version: 1,
         kernel: plan.basis.kernel.name().to_owned(),
         support_radius: plan.basis.radius,
         tolerance: plan.tolerance,
-        error: selection.error,
+        error: selections
+            .iter()
+            .map(|selection| selection.error)
+            .fold(0.0, f64::max),
         mesh_nodes: plan.reference.len(),
         mesh_points_blake3: hash_of(&plan.reference),
-        nodes: selection
-            .base
-            .iter()
-            .map(|&i| plan.surface.nodes[i])
-            .collect(),
+        nodes: of("nodes").unwrap_or_default(),
+        rotation_nodes: of("rotation_nodes"),
+        rotation_radius: plan.schedule.rbf.rotation_radius,
     };
     let text = toml::to_string(&file)
         .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))?;
     save_text(&text, path)?;
-    save_text(&polydata(plan, selection), &picture_of(path))
+    save_text(&polydata(plan, selections), &picture_of(path))
 }
 
 /// The .vtp beside a base file.
@@ -58,7 +77,7 @@ pub fn picture_of(path: &Path) -> PathBuf {
 }
 
 /// Base points read from `path`, with weights for the plan's motion.
-pub fn load(plan: &Plan, path: &Path) -> Result<Selection> {
+pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
     let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
     let file: BaseFile = toml::from_str(&text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start);
@@ -68,11 +87,15 @@ pub fn load(plan: &Plan, path: &Path) -> Result<Selection> {
             .file(path)
     })?;
     check(plan, &file).map_err(|error| error.file(path))?;
-    let base = plan
-        .surface
-        .find(&file.nodes)
-        .map_err(|error| error.file(path))?;
-    select::from_base(plan.basis, plan.targets(), base)
+    let bases = plan.layers.iter().map(|layer| match layer.kind {
+        Kind::Displacement => plan.surface.find(&file.nodes),
+        Kind::Rotation(_) => plan
+            .surface
+            .find(file.rotation_nodes.as_deref().unwrap_or_default()),
+    });
+    let bases = bases.collect::<Result<Vec<_>>>();
+    let bases = bases.map_err(|error| error.file(path))?;
+    with_bases(plan, bases)
 }
 
 fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
@@ -98,7 +121,33 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.kernel, file.support_radius
         )));
     }
-    let mut sorted = file.nodes.clone();
+    let twist = plan
+        .layers
+        .iter()
+        .any(|layer| layer.kind != Kind::Displacement);
+    if twist != file.rotation_nodes.is_some()
+        || file.rotation_radius != plan.schedule.rbf.rotation_radius
+    {
+        return Err(Error::input(
+            "the base points were chosen with another `interpolate` or `rotation_radius` than the schedule has",
+        ));
+    }
+    if plan.stretches().len() > 1 {
+        return Err(Error::input(
+            "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
+        ));
+    }
+    for nodes in [Some(&file.nodes), file.rotation_nodes.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        check_distinct(nodes)?;
+    }
+    Ok(())
+}
+
+fn check_distinct(nodes: &[u32]) -> Result<()> {
+    let mut sorted = nodes.to_vec();
     sorted.sort_unstable();
     if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(Error::input(format!("node {} is listed twice", pair[0])));
@@ -114,8 +163,13 @@ fn hash_of(points: &[Vector]) -> String {
 
 /// The base points as VTK polydata: vertices in the order chosen, with that order, the mesh node and
 /// the body (-1 where the point stays).
-fn polydata(plan: &Plan, selection: &Selection) -> String {
-    let base = &selection.base;
+fn polydata(plan: &Plan, selections: &[Selection]) -> String {
+    let mut seen = vec![false; plan.surface.nodes.len()];
+    let all = selections.iter().flat_map(|selection| &selection.base);
+    let base: Vec<usize> = all
+        .copied()
+        .filter(|&i| !std::mem::replace(&mut seen[i], true))
+        .collect();
     let join = |values: Vec<String>| values.join(" ");
     let surface = &plan.surface;
     let points = join(

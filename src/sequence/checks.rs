@@ -7,7 +7,6 @@ use crate::error::{Error, Kind, Result};
 use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::quality::{Criterion, Summary};
-use crate::rbf::select::Selection;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
@@ -25,7 +24,7 @@ const EMPTY: [&str; 6] = [
 
 /// All that a run can be refused for before it starts; returns what the format cannot hold.
 pub(super) fn before_work(
-    plan: &Plan,
+    plan: &mut Plan,
     format: &dyn Format,
     fail_on: &[Criterion],
 ) -> Result<Vec<String>> {
@@ -65,8 +64,8 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 }
 
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
-fn format_holds(plan: &Plan, format: &dyn Format) -> Result<Vec<String>> {
-    let described = |error: Error| match error.kind {
+fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
+    let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
             format.name(),
@@ -80,15 +79,12 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<Vec<String>> {
         compression: Compression::None,
         ..write_options(plan)
     };
-    format
-        .write(&plan.mesh, &mut std::io::sink(), &options)
-        .map_err(described)
-        .map(|dropped| {
-            dropped
-                .into_iter()
-                .chain(dropped_arrays(plan, format))
-                .collect()
-        })
+    plan.mesh.points = std::mem::take(&mut plan.reference);
+    let dropped = format.write(&plan.mesh, &mut std::io::sink(), &options);
+    plan.reference = std::mem::take(&mut plan.mesh.points);
+    let mut dropped = dropped.map_err(|error| described(error, plan))?;
+    dropped.extend(dropped_arrays(plan, format));
+    Ok(dropped)
 }
 
 /// A sentence where arrays are asked for that only VTU holds.
@@ -113,25 +109,4 @@ fn check_precision(plan: &Plan) -> Result<()> {
         .file(&plan.schedule.path));
     }
     Ok(())
-}
-
-/// Fails a run whose base points miss the tolerance; they are saved, no mesh is written.
-pub(super) fn check_tolerance(plan: &Plan, selection: &Selection) -> Result<()> {
-    let selected = plan.schedule.selection.method != SelectionMethod::All;
-    if !selected || selection.error <= plan.tolerance {
-        return Ok(());
-    }
-    let reason = match selection.base.len() >= plan.schedule.selection.max_points {
-        true => "max_points is reached",
-        false => "no further surface node can be added",
-    };
-    Err(Error::check(format!(
-        "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
-         no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
-        plan.tolerance,
-        selection.base.len(),
-        selection.error,
-        plan.basis.radius
-    ))
-    .file(&plan.schedule.path))
 }

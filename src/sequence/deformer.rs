@@ -1,70 +1,157 @@
-//! Node positions at any step: the mode fields, the exact surface and the carrying round.
+//! Node positions at the steps of a stretch: fields of the layers, the exact surface and the carrying
+//! round.
 
+use super::fields::{Chosen, Fields, Frame};
+use super::glide;
+use super::layer;
 use super::plan::Plan;
-use super::progress::Progress;
+use super::progress::{Progress, Silent};
 use crate::error::Result;
-use crate::geometry::vector::{Vector, distance};
+use crate::geometry::Transform;
+use crate::geometry::vector::{Vector, add, distance, sub};
+use crate::modes::RigidSurface;
 use crate::motion::{Role, Step};
-use crate::rbf::correct::{Correction, REACH};
-use crate::rbf::evaluate::WeightedBase;
-use crate::rbf::field::Field;
-use crate::rbf::select::Selection;
+use crate::rbf::select::{self, Measure, Selection};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A gap between two surfaces under this many tolerances is warned of.
 const NARROW: f64 = 20.0;
+/// Nodes that one task places.
+const BLOCK: usize = 4096;
 
-/// The deformation of a mesh at every step of its plan.
+/// The deformation of a mesh at the steps of a stretch.
 pub struct Deformer<'a> {
-    plan: &'a Plan,
-    field: Field,
+    /// The plan it follows.
+    pub plan: &'a Plan,
+    way: Way,
+    deforming: Option<Vec<u32>>,
+    /// Distinct base points of all layers.
+    pub n_base: usize,
     /// Warnings about the surface, as sentences.
     pub warnings: Vec<String>,
 }
 
+/// How a step is reached.
+enum Way {
+    /// From the reference mesh at once, by fields that serve every step.
+    AtOnce { fields: Fields, errors: Errors },
+    /// Through `substeps` meshes, each interpolated anew from these base points.
+    Substeps { bases: Vec<Vec<usize>> },
+}
+
+/// The largest error before the correction at each step.
+enum Errors {
+    /// As measured over all steps.
+    ByStep(Vec<f64>),
+    /// From the values that the layers have at the surface points before the correction.
+    Uncorrected(Vec<Vec<f64>>),
+}
+
 impl<'a> Deformer<'a> {
-    /// Evaluates the modes at every node that deforms, and corrects them so that the surface is
+    /// Evaluates the layers at every node that deforms, and corrects them so that the surface is
     /// exact.
-    pub fn new(plan: &'a Plan, selection: &Selection, progress: &dyn Progress) -> Result<Self> {
-        let base: Vec<Vector> = selection
-            .base
-            .iter()
-            .map(|&i| plan.surface.points[i])
-            .collect();
-        let weighted = WeightedBase {
-            basis: plan.basis,
-            points: &base,
-            weights: &selection.weights,
-            n_columns: plan.modes.n_modes,
-        };
-        let nodes = plan.deforming_nodes();
-        let n_nodes = nodes.as_ref().map_or(plan.reference.len(), Vec::len);
-        progress.start("modes", Some(n_nodes as u64));
-        let report = |n: usize| progress.advance(n as u64);
-        let mut field = Field::evaluate(&weighted, &plan.reference, nodes, &report);
-        progress.finish();
-        let mut warnings = Vec::new();
-        if plan.schedule.selection.correction {
-            correct(plan, selection, &mut field, &mut warnings);
-        }
-        Ok(Self {
+    pub fn new(
+        plan: &'a Plan,
+        selections: Vec<Selection>,
+        stretch: &Range<usize>,
+        progress: &dyn Progress,
+    ) -> Self {
+        let mut deformer = Self {
             plan,
-            field,
-            warnings,
-        })
+            n_base: distinct_points(&selections),
+            deforming: plan.deforming_nodes(),
+            way: Way::Substeps { bases: Vec::new() },
+            warnings: Vec::new(),
+        };
+        deformer.way = match plan.schedule.rbf.substeps {
+            1 => deformer.at_once(selections, stretch, progress),
+            _ => Way::Substeps {
+                bases: selections.into_iter().map(|s| s.base).collect(),
+            },
+        };
+        deformer
     }
 
-    /// Writes the node positions at a step to `out`.
-    pub fn points_at(&self, step: &Step, out: &mut [Vector]) {
+    fn at_once(
+        &mut self,
+        selections: Vec<Selection>,
+        stretch: &Range<usize>,
+        progress: &dyn Progress,
+    ) -> Way {
         let plan = self.plan;
-        let coefficients = match plan.modes.n_modes {
-            0 => &[],
-            _ => plan.modes.at_step(step.index),
+        let by_step: Vec<Vec<f64>> = plan
+            .layers
+            .iter()
+            .zip(&selections)
+            .map(|(layer, selection)| match layer.modes.n_modes {
+                0 => vec![0.0; plan.motion.steps.len()],
+                _ => layer
+                    .criterion
+                    .largest_by_step(&selection.residuals, &layer.arms),
+            })
+            .collect();
+        let largest =
+            |errors: &Vec<f64>| errors[stretch.clone()].iter().copied().fold(0.0, f64::max);
+        let chosen: Vec<Chosen<'_>> = selections
+            .iter()
+            .zip(&by_step)
+            .map(|(selection, errors)| Chosen {
+                selection,
+                error: largest(errors),
+            })
+            .collect();
+        let frame = self.reference();
+        let n_nodes = frame.deforming.map_or(frame.nodes.len(), <[u32]>::len);
+        progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
+        let correct = plan.schedule.selection.correction;
+        let fields = Fields::new(frame, &plan.layers, &chosen, correct, progress);
+        progress.finish();
+        self.warn_of_narrow(&fields);
+        let errors = match by_step.len() {
+            1 => Errors::ByStep(by_step.concat()),
+            _ => Errors::Uncorrected(uncorrected(plan, &selections)),
         };
-        self.field.displace(coefficients, &plan.reference, out);
-        if plan.schedule.selection.correction {
-            self.set_surface(step, out);
+        Way::AtOnce { fields, errors }
+    }
+
+    fn reference(&self) -> Frame<'_> {
+        Frame {
+            nodes: &self.plan.reference,
+            deforming: self.deforming.as_deref(),
+            surface: &self.plan.surface.points,
+            facets: &self.plan.surface.facets,
         }
+    }
+
+    fn warn_of_narrow(&mut self, fields: &Fields) {
+        let plan = self.plan;
+        let narrow = fields
+            .narrow
+            .filter(|gap| gap.width < NARROW * plan.tolerance);
+        if let Some(gap) = narrow {
+            self.warnings.push(format!(
+                "two surfaces are {:.3e} apart at node {}, which is under {NARROW} tolerances; the correction \
+                 fades out over half of that instead of {:.3e}, so a smaller tolerance would serve the cells there",
+                gap.width, plan.surface.nodes[gap.point], gap.reach
+            ));
+        }
+    }
+
+    /// Writes the node positions at a step to `out`; gives the largest displacement error before the
+    /// correction.
+    pub fn points_at(&self, step: &Step, out: &mut [Vector]) -> Result<f64> {
+        let plan = self.plan;
+        let error = match &self.way {
+            Way::AtOnce { fields, errors } => {
+                fields.displace(&plan.layers, step.index, self.reference(), out);
+                if plan.schedule.selection.correction {
+                    self.set_surface(step, 1.0, self.reference(), out);
+                }
+                errors.at(plan, step)
+            }
+            Way::Substeps { bases } => self.through_substeps(bases, step, out)?,
+        };
         if let Some(carry) = plan.motion.carry(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
             out.par_iter_mut().enumerate().for_each(|(node, x)| {
@@ -73,79 +160,222 @@ impl<'a> Deformer<'a> {
                 }
             });
             if plan.schedule.selection.correction {
-                self.set_moving(step, out);
+                set_moving(plan, &plan.poses_at(step), out);
             }
         }
+        let carry = plan.motion.carry(step);
+        plan.periodic
+            .follow(&plan.motion, &plan.reference, carry.as_ref(), out);
+        Ok(error)
     }
 
-    /// Surface nodes where the motion puts them, in the rotating frame; fixed ones as they were.
-    fn set_surface(&self, step: &Step, out: &mut [Vector]) {
-        let surface = &self.plan.motion.surface.nodes;
-        for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-            if *role == Role::Fixed {
-                out[node as usize] = self.plan.reference[node as usize];
-            }
+    /// A step in as many parts as the schedule asks for, each interpolated on the mesh left by the
+    /// one before.
+    fn through_substeps(
+        &self,
+        bases: &[Vec<usize>],
+        step: &Step,
+        out: &mut [Vector],
+    ) -> Result<f64> {
+        let plan = self.plan;
+        let n = plan.schedule.rbf.substeps;
+        let mut nodes = plan.reference.clone();
+        let mut worst: f64 = 0.0;
+        for part in 1..=n {
+            let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
+            let error = self.substep(bases, step, (from, to), &nodes, out)?;
+            worst = worst.max(error);
+            plan.periodic
+                .follow(&plan.motion, &plan.reference, None, out);
+            nodes.copy_from_slice(out);
         }
-        if self.plan.motion.carry(step).is_none() {
-            self.set_moving(step, out);
-        }
+        Ok(worst)
     }
 
-    /// Moving nodes at their exact places, the carrying round included.
-    fn set_moving(&self, step: &Step, out: &mut [Vector]) {
-        let poses = self.plan.poses_at(step);
-        let surface = &self.plan.motion.surface.nodes;
-        for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-            if let Role::Moving(body) = role {
-                let pose = &poses[usize::from(*body)];
-                out[node as usize] = pose.apply(self.plan.reference[node as usize]);
-            }
+    fn substep(
+        &self,
+        bases: &[Vec<usize>],
+        step: &Step,
+        (from, to): (f64, f64),
+        nodes: &[Vector],
+        out: &mut [Vector],
+    ) -> Result<f64> {
+        let plan = self.plan;
+        let surface: Vec<Vector> = plan
+            .surface
+            .nodes
+            .par_iter()
+            .map(|&node| nodes[node as usize])
+            .collect();
+        let rigid = RigidSurface {
+            points: &surface,
+            body: &plan.surface.body,
+        };
+        let paths = plan.paths_between(std::slice::from_ref(step), from, to);
+        let mut method = plan.method.clone();
+        if let Some(sliding) = glide::on_moved_surface(&plan.motion, &plan.surface, &surface) {
+            method.displacement.constraints = plan.surface.constraints(Some(&sliding));
         }
+        let layers = layer::layers(rigid, &paths, &method)?;
+        let selections = layers
+            .iter()
+            .zip(bases)
+            .map(|(layer, base)| {
+                let targets = select::Targets {
+                    points: &surface,
+                    values: &layer.modes.values,
+                    criterion: &layer.criterion,
+                    images: &plan.periodic.is_image,
+                    arms: &layer.arms,
+                };
+                select::from_base(&layer.space, targets, base.clone(), Measure::Max)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let chosen: Vec<Chosen<'_>> = selections
+            .iter()
+            .map(|selection| Chosen {
+                selection,
+                error: selection.error,
+            })
+            .collect();
+        let frame = Frame {
+            nodes,
+            surface: &surface,
+            ..self.reference()
+        };
+        let correct = plan.schedule.selection.correction;
+        let fields = Fields::new(frame, &layers, &chosen, correct, &Silent);
+        fields.displace(&layers, 0, frame, out);
+        if correct {
+            self.set_surface(step, to, frame, out);
+        }
+        Ok(selections.iter().map(|selection| selection.error).sum())
+    }
+
+    /// Surface nodes where the motion puts them at a part of a step, in the rotating frame; fixed
+    /// ones as they were, sliding ones on their boundary. `frame` is the mesh that was deformed.
+    fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
+        let plan = self.plan;
+        glide::place(&plan.motion, &plan.surface, frame, out);
+        let poses: Vec<Transform> = (0..plan.motion.bodies.len())
+            .map(|body| plan.motion.pose_part(body, step, part))
+            .collect();
+        set_nodes(plan, out, |role, x| match role {
+            Role::Fixed => Some(x),
+            Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+            Role::Sliding => None,
+        });
     }
 
     /// Largest and root-mean-square distance of the surface nodes in `points` from where the motion
     /// puts them.
     pub fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
-        let poses = self.plan.poses_at(step);
-        let carry = self.plan.motion.carry(step);
-        let surface = &self.plan.motion.surface.nodes;
-        let (mut largest, mut squares) = (0.0, 0.0);
-        for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-            let x = self.plan.reference[node as usize];
+        let plan = self.plan;
+        let poses = plan.poses_at(step);
+        let carry = plan.motion.carry(step);
+        let off = |(node, role): (&u32, &Role)| {
+            let x = plan.reference[*node as usize];
             let exact = match (role, &carry) {
+                (Role::Sliding, _) => return None,
                 (Role::Moving(body), _) => poses[usize::from(*body)].apply(x),
                 (_, Some(carry)) => carry.apply(x),
                 (_, None) => x,
             };
-            let error = distance(points[node as usize], exact);
-            largest = f64::max(largest, error);
-            squares += error * error;
-        }
+            Some(distance(points[*node as usize], exact))
+        };
+        let surface = &plan.motion.surface.nodes;
+        let chunks = surface.nodes.par_chunks(BLOCK);
+        let chunks = chunks.zip(surface.roles.par_chunks(BLOCK));
+        let errors: Vec<(f64, f64)> = chunks
+            .map(|(nodes, roles)| {
+                let errors = nodes.iter().zip(roles).filter_map(off);
+                errors.fold((0.0, 0.0), |sum, error| {
+                    combined(sum, (error, error * error))
+                })
+            })
+            .collect();
+        let sliding = glide::off_boundary(&plan.motion, &plan.surface, carry.as_ref(), points);
+        let (largest, squares) = errors.into_iter().fold(sliding, combined);
         let n = surface.nodes.len().max(1) as f64;
         (largest, (squares / n).sqrt())
     }
 }
 
-fn correct(plan: &Plan, selection: &Selection, field: &mut Field, warnings: &mut Vec<String>) {
-    let surface = &plan.surface;
-    let correction = Correction::new(
-        &surface.points,
-        &surface.facets,
-        &selection.residuals,
-        plan.modes.n_modes,
-        selection.error,
-    );
-    correction.add_to(field, &plan.reference);
-    let narrow = correction
-        .narrowest_gap
-        .filter(|gap| gap.width < NARROW * plan.tolerance);
-    if let Some(gap) = narrow {
-        warnings.push(format!(
-            "two surfaces are {:.3e} apart at node {}, which is under {NARROW} tolerances; the correction \
-             fades out over half of that instead of {:.3e}, so a smaller tolerance would serve the cells there",
-            gap.width,
-            surface.nodes[gap.node],
-            REACH * selection.error
-        ));
+/// The largest error and the sum of squares over both.
+fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0.max(b.0), a.1 + b.1)
+}
+
+/// Moving nodes at their exact places.
+fn set_moving(plan: &Plan, poses: &[Transform], out: &mut [Vector]) {
+    set_nodes(plan, out, |role, x| match role {
+        Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+        Role::Fixed | Role::Sliding => None,
+    });
+}
+
+/// Puts surface nodes in `out` where `place` says for a node of that role at that place of the
+/// reference mesh; `None` leaves it as it is.
+fn set_nodes(
+    plan: &Plan,
+    out: &mut [Vector],
+    place: impl Fn(Role, Vector) -> Option<Vector> + Sync,
+) {
+    let surface = &plan.motion.surface.nodes;
+    let blocks = out.par_chunks_mut(BLOCK).enumerate();
+    blocks.for_each(|(block, out)| {
+        let first = block * BLOCK;
+        let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
+        for at in before(first)..before(first + out.len()) {
+            let node = surface.nodes[at] as usize;
+            if let Some(x) = place(surface.roles[at], plan.reference[node]) {
+                out[node - first] = x;
+            }
+        }
+    });
+}
+
+/// Base points of all selections, each counted once.
+fn distinct_points(selections: &[Selection]) -> usize {
+    let mut all: Vec<usize> = selections.iter().flat_map(|s| s.base.clone()).collect();
+    all.sort_unstable();
+    all.dedup();
+    all.len()
+}
+
+/// Values of the layers at the surface points as the base points give them.
+fn uncorrected(plan: &Plan, selections: &[Selection]) -> Vec<Vec<f64>> {
+    let layers = plan.layers.iter().zip(selections);
+    layers
+        .map(|(layer, selection)| {
+            let values = layer.modes.values.par_iter().zip(&selection.residuals);
+            values.map(|(value, residual)| value - residual).collect()
+        })
+        .collect()
+}
+
+impl Errors {
+    fn at(&self, plan: &Plan, step: &Step) -> f64 {
+        let values = match self {
+            Self::ByStep(errors) => return errors[step.index],
+            Self::Uncorrected(values) => values,
+        };
+        let bodies = 0..plan.motion.bodies.len();
+        let poses: Vec<Transform> = bodies.map(|body| plan.motion.pose(body, step)).collect();
+        let error = |(at, x): (usize, &Vector)| {
+            let body = plan.surface.body[at];
+            let exact = body.map_or(*x, |body| poses[usize::from(body)].apply(*x));
+            let layers = plan.layers.iter().zip(values);
+            let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
+                let r = layer.modes.n_modes;
+                add(
+                    sum,
+                    layer.displacement(*x, &values[at * r..(at + 1) * r], step.index),
+                )
+            });
+            distance(sub(exact, *x), moved)
+        };
+        let points = plan.surface.points.par_iter().enumerate();
+        points.map(error).reduce(|| 0.0, f64::max)
     }
 }

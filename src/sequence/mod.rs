@@ -9,20 +9,28 @@
 
 pub mod base;
 mod checks;
+mod choose;
 mod deformer;
+mod fields;
+mod glide;
+mod layer;
 mod output;
+mod periodic;
 mod plan;
 mod progress;
 mod record;
 mod run;
 mod step;
+mod stretches;
 mod surface;
 mod wall;
 mod zone;
 
+pub use choose::{check_tolerance, choose, constant};
 pub use deformer::Deformer;
+pub use layer::{Kind, Layer};
 pub use plan::Plan;
 pub use progress::{Progress, Silent};
-pub use run::{Finished, Request, estimate_bytes, run, select_base};
+pub use run::{Finished, Request, estimate_bytes, run};
 pub use surface::SurfacePoints;
 pub use wall::FirstCells;

@@ -6,6 +6,7 @@ use crate::mesh::Mesh;
 use crate::motion::Step;
 use std::fs::File;
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Columns of steps.csv, in order.
@@ -36,6 +37,30 @@ pub const COLUMNS: [&str; 24] = [
     "seconds",
 ];
 
+/// The steps that a run writes: all, or one part of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    steps: Range<usize>,
+    whole: bool,
+}
+
+impl Part {
+    /// The part of a sequence of `n_steps` that was asked for; all of it when none was.
+    pub fn new(steps: Option<Range<usize>>, n_steps: usize) -> Result<Self> {
+        let whole = steps.is_none();
+        let steps = steps.unwrap_or(0..n_steps);
+        if steps.is_empty() || steps.end > n_steps {
+            return Err(Error::input(format!(
+                "--steps {}..{}: the schedule has steps 0 to {}; A..B needs A < B and B at most {n_steps}",
+                steps.start,
+                steps.end,
+                n_steps.saturating_sub(1)
+            )));
+        }
+        Ok(Self { steps, whole })
+    }
+}
+
 /// Names of the files of one sequence.
 #[derive(Debug, Clone)]
 pub struct Names {
@@ -44,11 +69,18 @@ pub struct Names {
     stem: String,
     extension: &'static str,
     digits: usize,
+    part: Part,
 }
 
 impl Names {
     /// For a mesh of this name, in a format, with so many steps.
-    pub fn new(folder: &Path, mesh: &Path, format: &dyn Format, n_steps: usize) -> Self {
+    pub fn new(
+        folder: &Path,
+        mesh: &Path,
+        format: &dyn Format,
+        n_steps: usize,
+        part: Part,
+    ) -> Self {
         // "wing.su2.gz" gives wing_0000.
         let name = mesh
             .file_stem()
@@ -64,6 +96,7 @@ impl Names {
             stem,
             extension: format.extensions()[0],
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
+            part,
         }
     }
 
@@ -87,14 +120,79 @@ impl Names {
         self.folder.join(name)
     }
 
+    /// The steps that this run writes.
+    pub fn steps(&self) -> Range<usize> {
+        self.part.steps.clone()
+    }
+
+    /// Whether it writes some of the steps only.
+    pub fn is_part(&self) -> bool {
+        !self.part.whole
+    }
+
+    /// Path of the table of steps.
+    pub fn table(&self) -> PathBuf {
+        self.path(&self.of_part("steps", "csv"))
+    }
+
+    /// Path of the record of the run.
+    pub fn record(&self) -> PathBuf {
+        self.path(&self.of_part("run", "json"))
+    }
+
+    /// Path of the base points; of those chosen at a step where there are several choices.
+    pub fn base(&self, step: Option<usize>) -> PathBuf {
+        self.path(&match step {
+            None => "base.toml".to_owned(),
+            Some(step) => format!("base_{step:0digits$}.toml", digits = self.digits),
+        })
+    }
+
+    fn of_part(&self, stem: &str, extension: &str) -> String {
+        match self.part.whole {
+            true => format!("{stem}.{extension}"),
+            false => {
+                let Range { start, end } = &self.part.steps;
+                format!("{stem}_{start}-{end}.{extension}")
+            }
+        }
+    }
+
+    /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
-        let fixed = ["steps.csv", "run.json", "base.toml", "base.vtp"];
-        let numbered = |name: &str| {
-            let rest = name.strip_prefix(&self.stem)?.strip_prefix('_')?;
-            let digits = rest.strip_suffix(self.extension)?.strip_suffix('.')?;
-            (digits.len() >= 4 && digits.bytes().all(|b| b.is_ascii_digit())).then_some(())
+        let parts = |stem: &str, extension: &str| {
+            let rest = name.strip_prefix(stem)?.strip_suffix(extension)?;
+            let rest = rest.strip_suffix('.')?;
+            let numbers = rest.is_empty()
+                || rest.starts_with('_')
+                    && rest
+                        .bytes()
+                        .all(|b| b.is_ascii_digit() || matches!(b, b'_' | b'-'));
+            numbers.then_some(())
         };
-        fixed.contains(&name) || name == format!("{}.pvd", self.stem) || numbered(name).is_some()
+        let numbered = |stem: &str, extension: &str| {
+            let rest = name.strip_prefix(stem)?.strip_prefix('_')?;
+            let digits = rest.strip_suffix(extension)?.strip_suffix('.')?;
+            let is_number = digits.len() >= 4 && digits.bytes().all(|b| b.is_ascii_digit());
+            is_number.then(|| digits.parse::<usize>().ok()).flatten()
+        };
+        let mesh = numbered(&self.stem, self.extension);
+        if self.is_part() {
+            return mesh.is_some_and(|step| self.part.steps.contains(&step))
+                || name == self.of_part("steps", "csv")
+                || name == self.of_part("run", "json");
+        }
+        let whole = [
+            ("steps", "csv"),
+            ("run", "json"),
+            ("base", "toml"),
+            ("base", "vtp"),
+        ];
+        mesh.is_some()
+            || name == format!("{}.pvd", self.stem)
+            || whole
+                .iter()
+                .any(|(stem, extension)| parts(stem, extension).is_some())
     }
 }
 
@@ -244,7 +342,10 @@ mod tests {
     #[test]
     fn a_mesh_is_named_without_its_endings() {
         let vtu = crate::formats::by_name("vtu").expect("it is known");
-        let name = |mesh: &str, n| Names::new(Path::new("d"), Path::new(mesh), vtu, n).mesh(7);
+        let name = |mesh: &str, n| {
+            let part = Part::new(None, n).expect("all of it");
+            Names::new(Path::new("d"), Path::new(mesh), vtu, n, part).mesh(7)
+        };
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
         assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
         assert_eq!(name("-", 1), "mesh_0007.vtu");

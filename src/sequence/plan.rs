@@ -1,6 +1,8 @@
-//! Everything that is decided before work starts: a mesh, what the schedule means on it, the modes,
-//! the support radius and the tolerance.
+//! Everything that is decided before work starts: a mesh, what the schedule means on it, the layers
+//! that are interpolated, the support radius and the tolerance.
 
+use super::layer::{self, BodyPath, Layer, Method, Turns};
+use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
 use super::wall::FirstCells;
 use super::zone;
@@ -8,11 +10,15 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, distance};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
-use crate::modes::{Modes, RigidSurface};
-use crate::motion::{KernelName, Motion, Schedule, SelectionMethod, Step};
-use crate::rbf::criterion::Criterion;
+use crate::modes::{Form, RigidSurface};
+use crate::motion::{
+    Interpolate, KernelName, Motion, Polynomial, Schedule, SelectionMethod, Step, SurfaceFaces,
+};
 use crate::rbf::select::Targets;
+use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// The tolerance left out of a schedule, in diagonals of the moving bodies.
 const DEFAULT_TOLERANCE: f64 = 1e-4;
@@ -20,27 +26,34 @@ const DEFAULT_TOLERANCE: f64 = 1e-4;
 const DEFAULT_RADIUS: f64 = 10.0;
 /// The modes may be off by this part of the tolerance, and of the smallest first cell.
 const TRUNCATION: f64 = 0.01;
+/// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
+const SELECTED: f64 = 0.99;
 
 /// A mesh, a schedule and what follows from both.
 pub struct Plan {
-    /// The mesh as it is written; where a zone turns, its interface nodes are duplicated.
+    /// The mesh as it is written, without its node positions; where a zone turns, its interface nodes
+    /// are duplicated.
     pub mesh: Mesh,
     /// Node positions of the reference mesh.
     pub reference: Vec<Vector>,
     /// The schedule as read.
     pub schedule: Schedule,
-    /// The schedule on this mesh.
+    /// The schedule on this mesh, without the faces of its surface.
     pub motion: Motion,
     /// The surface nodes.
     pub surface: SurfacePoints,
     /// First cells at the moving walls.
     pub first_cells: FirstCells,
-    /// The motion at the surface as modes.
-    pub modes: Modes,
-    /// The error of a residual over all steps.
-    pub criterion: Criterion,
-    /// Kernel and support radius.
+    /// Kernel and support radius of displacements.
     pub basis: Basis,
+    /// How the layers are interpolated.
+    pub method: Method,
+    /// Nodes that follow their periodic partners.
+    pub periodic: PeriodicNodes,
+    /// What is interpolated, over all steps of the schedule.
+    pub layers: Vec<Layer>,
+    /// The point each body turns about, in the reference mesh.
+    pub centres: Vec<Vector>,
     /// Displacement error allowed before the correction, in mesh units.
     pub tolerance: f64,
     /// What was chosen where the schedule says nothing, as sentences.
@@ -55,31 +68,35 @@ impl Plan {
             zone::detach(&mut mesh, &mut motion)?;
         }
         let surface = SurfacePoints::new(&mesh, &motion)?;
+        // The facets between the surface points have taken their place.
+        motion.surface.faces = SurfaceFaces::default();
         let first_cells = FirstCells::find(&mesh, &motion);
         let mut choices = Vec::new();
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
-        let modes = Modes::of_rigid_bodies(
-            RigidSurface {
-                points: &surface.points,
-                body: &surface.body,
-            },
-            &poses(&motion),
-        )?;
-        let plan = Self {
-            criterion: Criterion::new(modes.n_modes, &modes.coefficients)?,
-            reference: mesh.points.clone(),
+        let periodic = PeriodicNodes::find(&mesh, &motion, &surface, basis.radius)
+            .map_err(|error| error.file(&schedule.path))?;
+        choices.extend(periodic.found.iter().cloned());
+        check_combination(&schedule, &surface, &periodic)
+            .map_err(|error| error.file(&schedule.path))?;
+        let method = method(&schedule, &surface, &periodic, basis, tolerance);
+        let mut plan = Self {
+            centres: centres(&motion, surface.rigid()),
+            layers: Vec::new(),
+            reference: std::mem::take(&mut mesh.points),
             mesh,
             schedule,
             motion,
             surface,
             first_cells,
-            modes,
             basis,
+            method,
+            periodic,
             tolerance,
             choices,
         };
+        plan.layers = layer::layers(plan.surface.rigid(), &plan.paths(), &plan.method)?;
         plan.check_truncation()?;
         Ok(plan)
     }
@@ -87,23 +104,108 @@ impl Plan {
     fn check_truncation(&self) -> Result<()> {
         let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
         let limit = TRUNCATION * self.tolerance.min(cell);
-        if self.modes.truncation > limit {
+        if self.truncation() > limit {
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
                  or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
-                self.modes.truncation, self.tolerance
+                self.truncation(),
+                self.tolerance
             )));
         }
         Ok(())
     }
 
-    /// What the base points are to reproduce.
-    pub fn targets(&self) -> Targets<'_> {
+    /// What the base points of a layer are to reproduce.
+    pub fn targets<'a>(&'a self, layer: &'a Layer) -> Targets<'a> {
         Targets {
             points: &self.surface.points,
-            values: &self.modes.values,
-            criterion: &self.criterion,
+            values: &layer.modes.values,
+            criterion: &layer.criterion,
+            images: &self.periodic.is_image,
+            arms: &layer.arms,
         }
+    }
+
+    /// Number of modes, all layers together.
+    pub fn n_modes(&self) -> usize {
+        self.layers.iter().map(|layer| layer.modes.n_modes).sum()
+    }
+
+    /// Largest error of the modes at any node and step, in mesh units.
+    pub fn truncation(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.modes.truncation).sum()
+    }
+
+    /// The motion of every body over all steps, from the reference mesh.
+    pub fn paths(&self) -> Vec<BodyPath> {
+        self.paths_between(&self.motion.steps, 0.0, 1.0)
+    }
+
+    /// The motion of every body from where it is at part `from` of each step to where it is at part
+    /// `to`.
+    pub fn paths_between(&self, steps: &[Step], from: f64, to: f64) -> Vec<BodyPath> {
+        let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
+        let path = |body: usize| BodyPath {
+            poses: steps
+                .iter()
+                .map(|step| self.pose_between(body, step, from, to))
+                .collect(),
+            turns: twist.then(|| self.turns(body, steps, from, to)),
+        };
+        (0..self.motion.bodies.len()).map(path).collect()
+    }
+
+    fn pose_between(&self, body: usize, step: &Step, from: f64, to: f64) -> Transform {
+        let after = self.motion.pose_part(body, step, to);
+        match from {
+            0.0 => after,
+            _ => {
+                let before = self.motion.pose_part(body, step, from);
+                before.inverse().then(&after)
+            }
+        }
+    }
+
+    fn turns(&self, body: usize, steps: &[Step], from: f64, to: f64) -> Turns {
+        let centre = self.centres[body];
+        let twists = steps
+            .iter()
+            .map(|step| self.motion.twist(body, step, centre, from, to));
+        let (theta, tau) = twists.map(|twist| (twist.theta, twist.tau)).unzip();
+        let start = match (from, steps.first()) {
+            (0.0, _) | (_, None) => centre,
+            (_, Some(step)) => self.motion.pose_part(body, step, from).apply(centre),
+        };
+        Turns {
+            centre: start,
+            theta,
+            tau,
+        }
+    }
+
+    /// The steps that share base points, in order: all of them, or with method `real` those between
+    /// two refreshes, counted from the start of the schedule.
+    pub fn stretches(&self) -> Vec<Range<usize>> {
+        let steps = &self.motion.steps;
+        let selection = &self.schedule.selection;
+        let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
+        let span = |step: &Step| match refresh {
+            _ if selection.method != SelectionMethod::Real => 0,
+            // A step on the border belongs to the stretch that begins there.
+            Some(refresh) => {
+                let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
+                (turned / refresh + 1e-9).floor() as usize
+            }
+            None => step.index,
+        };
+        let mut stretches: Vec<Range<usize>> = Vec::new();
+        for step in steps {
+            match stretches.last_mut() {
+                Some(last) if span(&steps[last.start]) == span(step) => last.end += 1,
+                _ => stretches.push(step.index..step.index + 1),
+            }
+        }
+        stretches
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
@@ -119,9 +221,10 @@ impl Plan {
         let step = &self.motion.steps[step];
         let bodies = 0..self.motion.bodies.len();
         let poses: Vec<Transform> = bodies.map(|body| self.motion.pose(body, step)).collect();
-        let nodes = self.surface.points.iter().zip(&self.surface.body);
-        let moved = nodes.filter_map(|(x, body)| Some(distance(poses[(*body)?].apply(*x), *x)));
-        moved.fold(0.0, f64::max)
+        let nodes = self.surface.points.par_iter().zip(&self.surface.body);
+        let moved = nodes
+            .filter_map(|(x, body)| Some(distance(poses[usize::from((*body)?)].apply(*x), *x)));
+        moved.reduce(|| 0.0, f64::max)
     }
 
     /// The nodes that deform, ascending; `None` for all.
@@ -137,17 +240,63 @@ impl Plan {
     }
 }
 
-fn poses(motion: &Motion) -> Vec<Vec<Transform>> {
-    let of_body = |body| {
-        motion
-            .steps
-            .iter()
-            .map(|step| motion.pose(body, step))
-            .collect()
-    };
-    (0..motion.bodies.len()).map(of_body).collect()
+/// The point that each body turns about: its centre of rotation where that is on or near it.
+fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
+    (0..motion.bodies.len())
+        .map(|body| motion.twist_centre(body, &layer::bounds_of_body(surface, body)))
+        .collect()
 }
 
+/// Refuses what does not go together.
+fn check_combination(
+    schedule: &Schedule,
+    surface: &SurfacePoints,
+    periodic: &PeriodicNodes,
+) -> Result<()> {
+    let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
+    if coupled && schedule.rbf.polynomial == Polynomial::Linear {
+        return Err(Error::input(
+            "polynomial = \"linear\" does not go with sliding or periodic boundaries, which it would leave; \
+             use \"none\"",
+        ));
+    }
+    if !periodic.images.is_empty() && schedule.rbf.interpolate == Interpolate::Twist {
+        return Err(Error::input(
+            "interpolate = \"twist\" does not go with periodic boundaries, as the images turn about centres of \
+             their own; use \"displacement\", with substeps where it folds",
+        ));
+    }
+    Ok(())
+}
+
+fn method(
+    schedule: &Schedule,
+    surface: &SurfacePoints,
+    periodic: &PeriodicNodes,
+    basis: Basis,
+    tolerance: f64,
+) -> Method {
+    let radius = schedule.rbf.rotation_radius.unwrap_or(basis.radius);
+    let linear = schedule.rbf.polynomial == Polynomial::Linear;
+    Method {
+        displacement: Space {
+            linear,
+            constraints: surface.constraints(surface.sliding.as_ref()),
+            images: periodic.images.clone(),
+            ..Space::radial(basis)
+        },
+        rotation: Space {
+            linear,
+            constraints: surface.rotation_constraints(),
+            ..Space::radial(Basis { radius, ..basis })
+        },
+        form: match surface.sliding.is_none() && periodic.images.is_empty() {
+            true => Form::Scalar,
+            false => Form::Vector,
+        },
+        tolerance: SELECTED * tolerance,
+    }
+}
 fn moving_bounds(surface: &SurfacePoints) -> Bounds {
     let nodes = surface.points.iter().zip(&surface.body);
     let moving: Vec<Vector> = nodes

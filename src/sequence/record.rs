@@ -5,8 +5,14 @@ use crate::error::{Error, Result};
 use crate::formats::save_text;
 use crate::rbf::select::Selection;
 use serde_json::{Value, json};
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Bytes that are read at once.
+const PIECE: usize = 4 << 20;
 
 /// The record of a run; written at its start and completed at its end.
 pub struct Record {
@@ -66,21 +72,10 @@ impl Record {
             "surface_points": plan.surface.nodes.len(),
             "coincident_surface_nodes": plan.surface.n_coincident,
             "steps": plan.motion.steps.len(),
-            "modes": plan.modes.n_modes,
-            "mode_truncation": plan.modes.truncation,
+            "modes": plan.n_modes(),
+            "mode_truncation": plan.truncation(),
         });
         Ok(Self { path, content })
-    }
-
-    /// Adds what the selection came to.
-    pub fn selection(&mut self, selection: &Selection) {
-        let history = selection.history.iter();
-        self.content["selection"] = json!({
-            "base_points": selection.base.len(),
-            "error": selection.error,
-            "skipped": selection.skipped,
-            "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
-        });
     }
 
     /// Adds a value.
@@ -106,15 +101,54 @@ impl Record {
 }
 
 fn input(path: &Path) -> Result<Value> {
-    let mut hasher = blake3::Hasher::new();
     if path.as_os_str() == "-" {
         return Ok(json!({ "file": "-" }));
     }
-    hasher
-        .update_mmap_rayon(path)
-        .map_err(|error| Error::io(path, &error))?;
+    let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
     Ok(json!({
         "file": path.display().to_string(),
-        "blake3": hasher.finalize().to_string(),
+        "blake3": hash.to_string(),
     }))
+}
+
+/// The hash of a file, read piece by piece: a mapped file would count as memory of the run.
+fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
+    let mut file = File::open(path)?;
+    let mut hasher = blake3::Hasher::new();
+    let mut piece = Vec::with_capacity(PIECE);
+    loop {
+        piece.clear();
+        if file.by_ref().take(PIECE as u64).read_to_end(&mut piece)? == 0 {
+            return Ok(hasher.finalize());
+        }
+        hasher.update_rayon(&piece);
+    }
+}
+
+/// What the selections of a stretch came to. `history` holds pairs of base points and the largest
+/// error over all nodes, a pair a sweep; `residuals` the error of each base point when it was chosen.
+pub(super) fn selection_record(
+    plan: &Plan,
+    stretch: &Range<usize>,
+    selections: &[Selection],
+) -> Value {
+    let layers = plan.layers.iter().zip(selections);
+    let layers = layers.map(|(layer, selection)| {
+        let history = selection.history.iter();
+        json!({
+            "of": layer.name(),
+            "base_points": selection.base.len(),
+            "tolerance": layer.tolerance,
+            "error": selection.error,
+            "measured": selection.measured,
+            "skipped": selection.skipped,
+            "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
+            "residuals": selection.picked,
+        })
+    });
+    json!({
+        "first_step": stretch.start,
+        "steps": stretch.len(),
+        "layers": layers.collect::<Vec<_>>(),
+    })
 }

@@ -1,26 +1,22 @@
-//! The run: plan, base points, mode fields, then step after step; a step is written while the next
-//! one is computed.
+//! The run: plan, base points once a stretch, mode fields, then step after step; a step is written
+//! while the next one is computed.
 
 use super::base;
-use super::checks::{before_work, check_dense, check_tolerance};
-use super::deformer::Deformer;
-use super::output::{self, COLUMNS, Names, Table};
+use super::checks::before_work;
+use super::output::{self, COLUMNS, Names, Part, Table};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::record::{Clock, Record, Timings};
 use super::step::{Computed, add_arrays, compute, row, set};
+use super::stretches::Stretches;
 use crate::error::{Error, Result};
 use crate::formats::{self, Format, WriteOptions};
-use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
-use crate::motion::{OnInverted, QualityOutput, SelectionMethod, Step};
+use crate::motion::{OnInverted, QualityOutput, Step};
 use crate::quality::{Criterion, Reference};
-use crate::rbf::select::{self, Limits, Selection};
 use serde_json::json;
+use std::ops::Range;
 use std::path::PathBuf;
-
-/// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
-const SELECTED: f64 = 0.99;
 
 /// What a run is asked for.
 #[derive(Debug, Clone)]
@@ -31,6 +27,8 @@ pub struct Request {
     pub folder: PathBuf,
     /// Base points chosen before.
     pub base: Option<PathBuf>,
+    /// The steps to write, counted from 0; all when left out.
+    pub steps: Option<Range<usize>>,
     /// Whether files of an earlier run are replaced.
     pub force: bool,
     /// Conditions that fail the run.
@@ -42,7 +40,7 @@ pub struct Request {
 pub struct Finished {
     /// Steps written.
     pub n_steps: usize,
-    /// Base points used.
+    /// Base points used, the most at any step.
     pub n_base: usize,
     /// Largest displacement error before the correction, in mesh units.
     pub selection_error: f64,
@@ -64,39 +62,13 @@ pub struct Finished {
     pub timings: Timings,
 }
 
-/// Chooses base points for a plan, or takes those of its method that need no choice.
-pub fn select_base(plan: &Plan, progress: &dyn Progress) -> Result<Selection> {
-    let targets = plan.targets();
-    check_dense(plan)?;
-    if plan.schedule.selection.method == SelectionMethod::All {
-        let n = plan.surface.nodes.len();
-        progress.start("solving", None);
-        let selection = select::from_base(plan.basis, targets, (0..n).collect());
-        progress.finish();
-        return selection.map_err(|error| error.file(&plan.schedule.path));
-    }
-    progress.start("selection", None);
-    let limits = Limits::in_rounds(
-        SELECTED * plan.tolerance,
-        plan.schedule.selection.max_points,
-        plan.surface.nodes.len(),
-    );
-    let selection = select::select(plan.basis, targets, limits, &mut |n, error| {
-        progress.say(&format!(
-            "{n} base points, error {error:.2e} of {:.2e}",
-            plan.tolerance
-        ));
-    });
-    progress.finish();
-    selection.map_err(|error| error.file(&plan.schedule.path))
-}
-
 /// Bytes that the meshes of a sequence take: an estimate from nodes and cells.
-pub fn estimate_bytes(mesh: &Mesh, n_steps: usize) -> u64 {
+pub fn estimate_bytes(plan: &Plan) -> u64 {
+    let mesh = &plan.mesh;
     let cells = mesh.cells.connectivity().len() * 4 + mesh.cells.len() * 9;
     let arrays = mesh.point_arrays.iter().chain(&mesh.cell_arrays);
     let arrays: usize = arrays.map(|array| array.values.memory_bytes()).sum();
-    ((mesh.points.len() * 24 + cells + arrays) * n_steps) as u64
+    ((plan.reference.len() * 24 + cells + arrays) * plan.motion.steps.len()) as u64
 }
 
 /// Runs a plan: base points, mode fields, and one mesh a step in the request's folder.
@@ -107,19 +79,17 @@ pub fn estimate_bytes(mesh: &Mesh, n_steps: usize) -> u64 {
 pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Result<Finished> {
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let dropped = before_work(plan, format, &request.fail_on)?;
+    let mut warnings = before_work(plan, format, &request.fail_on)?;
+    warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
+    let part = Part::new(request.steps.clone(), plan.motion.steps.len())?;
     let names = Names::new(
         &request.folder,
         &request.mesh,
         format,
         plan.motion.steps.len(),
+        part,
     );
-    let record = Record::new(
-        names.path("run.json"),
-        plan,
-        &request.mesh,
-        &plan.schedule.path,
-    )?;
+    let record = Record::new(names.record(), plan, &request.mesh, &plan.schedule.path)?;
     let loaded = request
         .base
         .as_deref()
@@ -127,18 +97,22 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
         .transpose()?;
     output::prepare(&names, request.force)?;
     record.save()?;
+    let mut mesh = std::mem::take(&mut plan.mesh);
+    let mut stretches = Stretches::new(plan, &names, loaded, progress);
     let mut run = Run {
-        names,
+        plan,
+        names: &names,
         format,
         record,
         finished: Finished {
-            warnings: dropped,
+            warnings,
             ..Finished::default()
         },
         written: Vec::new(),
         fail_on: request.fail_on.clone(),
     };
-    let result = run.all(plan, loaded, progress, &clock);
+    let result = run.steps(&mut stretches, &mut mesh, progress);
+    run.prepared(stretches);
     run.close(result, &clock)
 }
 
@@ -154,8 +128,9 @@ pub(super) fn write_options(plan: &Plan) -> WriteOptions {
 }
 
 /// A run under way.
-struct Run {
-    names: Names,
+struct Run<'a> {
+    plan: &'a Plan,
+    names: &'a Names,
     format: &'static dyn Format,
     record: Record,
     finished: Finished,
@@ -163,104 +138,98 @@ struct Run {
     fail_on: Vec<Criterion>,
 }
 
-impl Run {
-    fn all(
-        &mut self,
-        plan: &mut Plan,
-        loaded: Option<Selection>,
-        progress: &dyn Progress,
-        clock: &Clock,
-    ) -> Result<()> {
-        let selection = match loaded {
-            Some(selection) => selection,
-            None => select_base(plan, progress)?,
-        };
-        self.finished.timings.selection = clock.seconds();
-        self.record.selection(&selection);
-        base::save(plan, &selection, &self.names.path("base.toml"))?;
-        self.finished.n_base = selection.base.len();
-        self.finished.selection_error = selection.error;
-        check_tolerance(plan, &selection)?;
-        let mut mesh = std::mem::take(&mut plan.mesh);
-        let deformer = Deformer::new(plan, &selection, progress)?;
-        self.finished
-            .warnings
-            .extend(deformer.warnings.iter().cloned());
-        self.finished.timings.modes = clock.seconds() - self.finished.timings.selection;
-        let errors = plan.criterion.largest_by_step(&selection.residuals);
-        drop(selection);
-        self.steps(plan, &deformer, &mut mesh, &errors, progress)
-    }
-
+impl Run<'_> {
     fn steps(
         &mut self,
-        plan: &Plan,
-        deformer: &Deformer<'_>,
+        stretches: &mut Stretches<'_>,
         mesh: &mut Mesh,
-        selection_errors: &[f64],
         progress: &dyn Progress,
     ) -> Result<()> {
+        let plan = self.plan;
+        let steps = &plan.motion.steps[self.names.steps()];
+        stretches.enter(&steps[0])?;
+        mesh.points.clone_from(&plan.reference);
         let wanted = plan.schedule.output.quality != QualityOutput::None;
         let reference = wanted.then(|| Reference::new(mesh));
-        let mut table = Table::create(self.names.path("steps.csv"))?;
-        let steps = &plan.motion.steps;
+        let mut table = Table::create(self.names.table())?;
         progress.start("steps", Some(steps.len() as u64));
         let mut next = vec![[0.0; 3]; mesh.points.len()];
-        let compute = |mesh: &Mesh, step: &Step, points: &mut [Vector]| {
-            compute(plan, deformer, reference.as_ref(), mesh, step, points)
-        };
-        let mut computed = compute(mesh, &steps[0], &mut next);
+        let mut computed = compute(stretches, reference.as_ref(), mesh, &steps[0], &mut next)?;
         for (i, step) in steps.iter().enumerate() {
             std::mem::swap(&mut mesh.points, &mut next);
-            self.judge(plan, step, &computed)?;
+            self.judge(step, &computed)?;
             add_arrays(plan, mesh, reference.as_ref());
             let (written, following) = rayon::join(
-                || self.write(mesh, step, plan),
+                || self.write(mesh, step),
                 || {
                     let following = steps.get(i + 1)?;
-                    Some(compute(mesh, following, &mut next))
+                    Some(compute(
+                        stretches,
+                        reference.as_ref(),
+                        mesh,
+                        following,
+                        &mut next,
+                    ))
                 },
             );
-            let (file, hash, seconds) = written?;
-            self.finished.timings.steps += computed.seconds;
-            self.finished.timings.writing += seconds;
-            let mut row = row(
-                plan,
-                step,
-                &computed,
-                selection_errors[step.index],
-                self.finished.n_base,
-            );
-            set(&mut row, "file", file.clone());
-            set(&mut row, "blake3", hash.to_string());
-            set(
-                &mut row,
-                "seconds",
-                format!("{:.3}", computed.seconds + seconds),
-            );
-            self.check_conditions(step, &row)?;
-            table.row(&row)?;
-            self.written.push((*step, file));
-            self.finished.n_steps += 1;
+            let written = written?;
+            self.finish_step(step, &computed, written, &mut table)?;
             progress.advance(1);
             if let Some(following) = following {
-                computed = following;
+                computed = following?;
             }
         }
         progress.finish();
         Ok(())
     }
 
-    fn write(&self, mesh: &Mesh, step: &Step, plan: &Plan) -> Result<(String, blake3::Hash, f64)> {
+    fn write(&self, mesh: &Mesh, step: &Step) -> Result<Written> {
         let clock = Clock::start();
         let file = self.names.mesh(step.index);
         let path = self.names.path(&file);
-        let hash = output::write_mesh(mesh, &path, self.format, &write_options(plan))?;
-        Ok((file, hash, clock.seconds()))
+        let hash = output::write_mesh(mesh, &path, self.format, &write_options(self.plan))?;
+        Ok(Written {
+            file,
+            hash,
+            seconds: clock.seconds(),
+        })
+    }
+
+    /// The row of a step that is written, and what it adds to the run.
+    fn finish_step(
+        &mut self,
+        step: &Step,
+        computed: &Computed,
+        written: Written,
+        table: &mut Table,
+    ) -> Result<()> {
+        let finished = &mut self.finished;
+        finished.timings.steps += computed.seconds;
+        finished.timings.writing += written.seconds;
+        finished.n_base = finished.n_base.max(computed.n_base);
+        finished.selection_error = finished.selection_error.max(computed.selection_error);
+        finished.n_steps += 1;
+        let mut row = row(step, computed);
+        let seconds = computed.seconds + written.seconds;
+        set(&mut row, "file", written.file.clone());
+        set(&mut row, "blake3", written.hash.to_string());
+        set(&mut row, "seconds", format!("{seconds:.3}"));
+        self.check_conditions(step, &row)?;
+        table.row(&row)?;
+        self.written.push((*step, written.file));
+        Ok(())
+    }
+
+    /// Takes over what choosing base points and evaluating them came to.
+    fn prepared(&mut self, stretches: Stretches<'_>) {
+        self.record.set("selections", json!(stretches.selections));
+        self.finished.warnings.extend(stretches.warnings);
+        self.finished.timings.selection = stretches.seconds_selection;
+        self.finished.timings.modes = stretches.seconds_modes;
     }
 
     /// Counts what is wrong with a step; stops where the schedule says so.
-    fn judge(&mut self, plan: &Plan, step: &Step, computed: &Computed) -> Result<()> {
+    fn judge(&mut self, step: &Step, computed: &Computed) -> Result<()> {
         let finished = &mut self.finished;
         finished.surface_error = finished.surface_error.max(computed.surface_error.0);
         let Some(summary) = &computed.summary else {
@@ -282,7 +251,7 @@ impl Run {
             summary.inverted,
             summary.inverted_cells.first().copied().unwrap_or_default()
         );
-        match plan.schedule.output.on_inverted {
+        match self.plan.schedule.output.on_inverted {
             OnInverted::Stop => Err(Error::check(format!(
                 "{sentence}; stopped before writing it"
             ))),
@@ -330,7 +299,7 @@ impl Run {
         self.record.set("warnings", json!(self.finished.warnings));
         self.record.set("failures", json!(self.finished.failures));
         self.record.timings(&self.finished.timings);
-        let series = match self.written.is_empty() {
+        let series = match self.written.is_empty() || self.names.is_part() {
             true => Ok(()),
             false => formats::save_text(&output::series(&self.written), &self.names.series()),
         };
@@ -338,4 +307,11 @@ impl Run {
         // The first failure is the one to tell of.
         result.and(saved).map(|()| self.finished)
     }
+}
+
+/// A mesh that stands in the folder.
+struct Written {
+    file: String,
+    hash: blake3::Hash,
+    seconds: f64,
 }

@@ -1,55 +1,63 @@
 //! One step: its node positions, its quality, its arrays and its row of steps.csv.
 
-use super::deformer::Deformer;
 use super::output::{COLUMNS, number};
 use super::plan::Plan;
 use super::record::Clock;
+use super::stretches::Stretches;
+use crate::error::Result;
 use crate::formats::Precision;
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{DataArray, Mesh, Values};
 use crate::motion::{QualityOutput, Step};
 use crate::quality::{self, Reference, Summary};
+use rayon::prelude::*;
 
 /// A step that is computed and waits to be written.
 pub(super) struct Computed {
     pub summary: Option<Summary>,
     pub first_cell_ratio: Option<f64>,
+    pub selection_error: f64,
     pub surface_error: (f64, f64),
+    pub largest_displacement: f64,
+    pub n_base: usize,
     pub seconds: f64,
 }
 
 /// Positions and quality of one step; coordinates as they will be written.
 pub(super) fn compute(
-    plan: &Plan,
-    deformer: &Deformer<'_>,
+    stretches: &mut Stretches<'_>,
     reference: Option<&Reference>,
     mesh: &Mesh,
     step: &Step,
     points: &mut [Vector],
-) -> Computed {
+) -> Result<Computed> {
+    let deformer = stretches.enter(step)?;
     let clock = Clock::start();
-    deformer.points_at(step, points);
+    let plan = deformer.plan;
+    let selection_error = deformer.points_at(step, points)?;
     if plan.schedule.output.precision == Precision::F32 {
         points
-            .iter_mut()
+            .par_iter_mut()
             .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
     }
-    Computed {
+    Ok(Computed {
         summary: reference.map(|reference| quality::assess(mesh, points, reference)),
-        first_cell_ratio: plan.first_cells.smallest_ratio(points),
+        first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.reference),
+        selection_error,
         surface_error: deformer.surface_error(step, points),
+        largest_displacement: plan.largest_displacement(step.index),
+        n_base: deformer.n_base,
         seconds: clock.seconds(),
-    }
+    })
 }
 
 /// Adds the arrays of a step that the schedule asks for, in place of the last step's.
 pub(super) fn add_arrays(plan: &Plan, mesh: &mut Mesh, reference: Option<&Reference>) {
     if plan.schedule.output.displacement {
-        let moved = mesh.points.iter().zip(&plan.reference);
-        let values = moved
-            .flat_map(|(x, reference)| sub(*x, *reference))
-            .collect();
-        let array = DataArray::tuples("Displacement", 3, Values::F64(values));
+        let moved = mesh.points.par_iter().zip(&plan.reference);
+        let moved: Vec<Vector> = moved.map(|(x, reference)| sub(*x, *reference)).collect();
+        let values = Values::F64(moved.into_flattened());
+        let array = DataArray::tuples("Displacement", 3, values);
         replace(&mut mesh.point_arrays, array);
     }
     if let (QualityOutput::Cells, Some(reference)) = (plan.schedule.output.quality, reference) {
@@ -66,13 +74,8 @@ fn replace(arrays: &mut Vec<DataArray>, array: DataArray) {
     }
 }
 
-pub(super) fn row(
-    plan: &Plan,
-    step: &Step,
-    computed: &Computed,
-    selection_error: f64,
-    n_base: usize,
-) -> Vec<String> {
+/// The row of a step but for what writing it tells.
+pub(super) fn row(step: &Step, computed: &Computed) -> Vec<String> {
     let mut row = vec![String::new(); COLUMNS.len()];
     set(&mut row, "step", step.index.to_string());
     set(&mut row, "azimuth_deg", step.azimuth_deg.to_string());
@@ -81,13 +84,17 @@ pub(super) fn row(
         "time_s",
         step.time_s.map_or(String::new(), |t| t.to_string()),
     );
-    set(&mut row, "base_points", n_base.to_string());
+    set(&mut row, "base_points", computed.n_base.to_string());
     set(
         &mut row,
         "max_displacement",
-        number(plan.largest_displacement(step.index)),
+        number(computed.largest_displacement),
     );
-    set(&mut row, "selection_error", number(selection_error));
+    set(
+        &mut row,
+        "selection_error",
+        number(computed.selection_error),
+    );
     set(
         &mut row,
         "max_surface_error",

@@ -3,8 +3,13 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::{curve, vector::Vector};
-use crate::mesh::{CellKind, Cells, Mesh};
+use crate::mesh::{CellKind, CellRef, Mesh};
+use crate::modes::RigidSurface;
 use crate::motion::{Motion, Role};
+use crate::rbf::constraint::Constraint;
+use crate::rbf::slide::Sliding;
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Distinct surface points with the body each moves with.
 #[derive(Debug, Clone, Default)]
@@ -14,63 +19,112 @@ pub struct SurfacePoints {
     /// Their places in the reference mesh.
     pub points: Vec<Vector>,
     /// The body each moves with; `None` stays.
-    pub body: Vec<Option<usize>>,
+    pub body: Vec<Option<u16>>,
     /// Triangles between the points; in the plane edges, with the second corner repeated.
     pub facets: Vec<[u32; 3]>,
     /// Surface nodes that lie where another does.
     pub n_coincident: usize,
+    /// For each surface node of the motion its point.
+    pub point_of: Vec<u32>,
+    /// Facets of sliding boundaries, and the tag of each.
+    pub sliding_facets: (Vec<[u32; 3]>, Vec<u32>),
+    /// Where sliding points may go; `None` when none slides.
+    pub sliding: Option<Sliding>,
 }
 
 impl SurfacePoints {
     /// The surface of a motion on its mesh.
     pub fn new(mesh: &Mesh, motion: &Motion) -> Result<Self> {
         let nodes = &motion.surface.nodes.nodes;
-        let places: Vec<Vector> = nodes.iter().map(|&i| mesh.points[i as usize]).collect();
-        let same = first_at_each_place(&places);
-        check_roles(nodes, &motion.surface.nodes.roles, &same)?;
-        let mut surface = Self::default();
+        let roles = &motion.surface.nodes.roles;
+        let place = |&node: &u32| mesh.points[node as usize];
+        let places: Vec<Vector> = nodes.par_iter().map(place).collect();
+        let along = curve::along(&places);
+        let same = first_at_each_place(&places, &along);
+        check_roles(nodes, roles, &same)?;
+        let along = along.into_par_iter().map(|(_, at)| at);
+        let kept: Vec<u32> = along.filter(|&at| same[at as usize] == at).collect();
         let mut point_of = vec![u32::MAX; nodes.len()];
-        for at in curve::order(&places) {
-            let at = at as usize;
-            if same[at] != at {
-                continue;
-            }
-            point_of[at] = surface.nodes.len() as u32;
-            surface.nodes.push(nodes[at]);
-            surface.points.push(places[at]);
-            surface.body.push(match motion.surface.nodes.roles[at] {
-                Role::Moving(body) => Some(usize::from(body)),
-                Role::Fixed | Role::Sliding => None,
-            });
+        for (&at, point) in kept.iter().zip(0..) {
+            point_of[at as usize] = point;
         }
-        surface.n_coincident = nodes.len() - surface.nodes.len();
-        let point = |node: u32| {
-            let at = nodes.binary_search(&node).ok()?;
-            Some(point_of[same[at]])
+        let kept = kept.par_iter().map(|&at| at as usize);
+        let mut surface = Self {
+            nodes: kept.clone().map(|at| nodes[at]).collect(),
+            points: kept.clone().map(|at| places[at]).collect(),
+            body: kept.map(|at| body_of(roles[at])).collect(),
+            point_of: same.par_iter().map(|&i| point_of[i as usize]).collect(),
+            ..Self::default()
         };
-        surface.add_facets(mesh, motion, point);
+        surface.n_coincident = nodes.len() - surface.nodes.len();
+        surface.add_facets(mesh, motion);
+        surface.sliding = surface.find_sliding(motion, &surface.points);
         Ok(surface)
     }
 
-    fn add_facets(&mut self, mesh: &Mesh, motion: &Motion, point: impl Fn(u32) -> Option<u32>) {
-        let mut add = |kind: CellKind, nodes: &[u32]| {
-            for triangle in triangles(kind, nodes) {
-                if let [Some(a), Some(b), Some(c)] = triangle.map(&point) {
-                    self.facets.push([a, b, c]);
+    /// The sliding points with the surface points at given places; `None` when none slides.
+    pub fn find_sliding(&self, motion: &Motion, points: &[Vector]) -> Option<Sliding> {
+        let mut slides = vec![false; points.len()];
+        for (role, &point) in motion.surface.nodes.roles.iter().zip(&self.point_of) {
+            slides[point as usize] |= *role == Role::Sliding;
+        }
+        let (facets, tags) = &self.sliding_facets;
+        slides
+            .contains(&true)
+            .then(|| Sliding::new(points, facets, tags, &slides))
+    }
+
+    fn add_facets(&mut self, mesh: &Mesh, motion: &Motion) {
+        let mut point_at = vec![u32::MAX; mesh.points.len()];
+        for (&node, &point) in motion.surface.nodes.nodes.iter().zip(&self.point_of) {
+            point_at[node as usize] = point;
+        }
+        let facets = |face: CellRef<'_>| {
+            let facet = |triangle: [u32; 3]| triangle.map(|node| point_at[node as usize]);
+            let facets = triangles(face.kind, face.nodes).map(facet);
+            facets
+                .filter(|facet| !facet.contains(&u32::MAX))
+                .collect::<Vec<_>>()
+        };
+        let faces = &motion.surface.faces;
+        let cells = faces.cells.par_iter();
+        let cells = cells.flat_map_iter(|&cell| facets(mesh.cells.get(cell as usize)));
+        self.facets = cells.collect();
+        for ((&cell, role), &tag) in faces.cells.iter().zip(&faces.roles).zip(&faces.tags) {
+            if *role == Role::Sliding {
+                for facet in facets(mesh.cells.get(cell as usize)) {
+                    self.sliding_facets.0.push(facet);
+                    self.sliding_facets.1.push(tag);
                 }
             }
-        };
-        for &cell in &motion.surface.faces.cells {
-            let face = mesh.cells.get(cell as usize);
-            add(face.kind, face.nodes);
         }
-        let none = Cells::new();
-        let interface = motion
-            .zone
-            .as_ref()
-            .map_or(&none, |zone| &zone.interface_faces);
-        for face in interface.iter() {
-            add(face.kind, face.nodes);
+        if let Some(zone) = &motion.zone {
+            let interface = zone.interface_faces.iter();
+            self.facets.extend(interface.flat_map(facets));
+        }
+    }
+
+    /// The directions in which each point is held; `None` when none slides.
+    pub fn constraints(&self, sliding: Option<&Sliding>) -> Option<Arc<Vec<Constraint>>> {
+        let sliding = sliding?;
+        let points = 0..self.points.len();
+        Some(Arc::new(points.map(|i| sliding.constraint(i)).collect()))
+    }
+
+    /// The directions in which the rotation vectors of the points are held; `None` for all of them.
+    pub fn rotation_constraints(&self) -> Option<Arc<Vec<Constraint>>> {
+        let sliding = self.sliding.as_ref()?;
+        let points = 0..self.points.len();
+        let held: Vec<Constraint> = points.map(|i| sliding.rotation_constraint(i)).collect();
+        let free = held.iter().any(|held| *held != Constraint::ALL);
+        free.then(|| Arc::new(held))
+    }
+
+    /// The points with the body of each.
+    pub fn rigid(&self) -> RigidSurface<'_> {
+        RigidSurface {
+            points: &self.points,
+            body: &self.body,
         }
     }
 
@@ -92,22 +146,38 @@ impl SurfacePoints {
     }
 }
 
-/// For each place the first of the places that equals it.
-fn first_at_each_place(places: &[Vector]) -> Vec<usize> {
-    let key = |i: usize| places[i].map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_unstable_by_key(|&i| (key(i), i));
-    let mut first: Vec<usize> = (0..places.len()).collect();
-    for group in order.chunk_by(|&a, &b| key(a) == key(b)) {
-        for &i in group {
-            first[i] = group[0];
+fn body_of(role: Role) -> Option<u16> {
+    match role {
+        Role::Moving(body) => Some(body),
+        Role::Fixed | Role::Sliding => None,
+    }
+}
+
+/// For each place the first of the places that equals it; `along` has them along the curve, where
+/// equal places have equal positions.
+fn first_at_each_place(places: &[Vector], along: &[(u64, u32)]) -> Vec<u32> {
+    let bits = |i: u32| places[i as usize].map(|x| (x + 0.0).to_bits());
+    let mut first: Vec<u32> = (0..places.len() as u32).collect();
+    let mut near: Vec<u32> = Vec::new();
+    for cell in along.chunk_by(|a, b| a.0 == b.0) {
+        if cell.len() == 1 {
+            continue;
+        }
+        near.clear();
+        near.extend(cell.iter().map(|(_, i)| *i));
+        near.sort_unstable_by_key(|&i| (bits(i), i));
+        for group in near.chunk_by(|&a, &b| bits(a) == bits(b)) {
+            for &i in group {
+                first[i as usize] = group[0];
+            }
         }
     }
     first
 }
 
-fn check_roles(nodes: &[u32], roles: &[Role], same: &[usize]) -> Result<()> {
+fn check_roles(nodes: &[u32], roles: &[Role], same: &[u32]) -> Result<()> {
     for (i, &first) in same.iter().enumerate() {
+        let first = first as usize;
         if roles[i] != roles[first] {
             return Err(Error::input(format!(
                 "nodes {} and {} lie at the same place, but one moves otherwise than the other; the \
@@ -120,7 +190,7 @@ fn check_roles(nodes: &[u32], roles: &[Role], same: &[usize]) -> Result<()> {
 }
 
 /// The triangles of a boundary face through all of its nodes; an edge has its second node twice.
-fn triangles(kind: CellKind, nodes: &[u32]) -> Vec<[u32; 3]> {
+fn triangles(kind: CellKind, nodes: &[u32]) -> impl Iterator<Item = [u32; 3]> {
     let split: &[[usize; 3]] = match kind {
         CellKind::Line => &[[0, 1, 1]],
         CellKind::Line3 => &[[0, 2, 2], [2, 1, 1]],
@@ -145,17 +215,14 @@ fn triangles(kind: CellKind, nodes: &[u32]) -> Vec<[u32; 3]> {
             [7, 8, 6],
             [7, 6, 3],
         ],
-        CellKind::Polygon => {
-            return (2..nodes.len())
-                .map(|i| [nodes[0], nodes[i - 1], nodes[i]])
-                .collect();
-        }
         _ => &[],
     };
-    split
-        .iter()
-        .map(|corners| corners.map(|i| nodes[i]))
-        .collect()
+    let fan = match kind {
+        CellKind::Polygon => 2..nodes.len(),
+        _ => 0..0,
+    };
+    let split = split.iter().map(|corners| corners.map(|i| nodes[i]));
+    split.chain(fan.map(|i| [nodes[0], nodes[i - 1], nodes[i]]))
 }
 
 #[cfg(test)]
@@ -165,7 +232,10 @@ mod tests {
     #[test]
     fn nodes_at_one_place_are_found_whatever_the_sign_of_zero() {
         let places = [[0.0, 1.0, 2.0], [5.0, 0.0, 0.0], [-0.0, 1.0, 2.0]];
-        assert_eq!(first_at_each_place(&places), [0, 1, 0]);
+        assert_eq!(
+            first_at_each_place(&places, &curve::along(&places)),
+            [0, 1, 0]
+        );
     }
 
     #[test]
@@ -175,7 +245,7 @@ mod tests {
                 continue;
             };
             let nodes: Vec<u32> = (0..n as u32).collect();
-            let used = triangles(kind, &nodes).concat();
+            let used = triangles(kind, &nodes).collect::<Vec<_>>().concat();
             assert!(nodes.iter().all(|node| used.contains(node)), "{kind:?}");
         }
     }

@@ -1,15 +1,20 @@
 //! First cells at moving walls: each wall node with its nearest neighbour off the wall.
 
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::Mesh;
+use crate::mesh::{CellRun, Mesh};
 use crate::motion::{Motion, Role};
 use rayon::prelude::*;
+
+/// Cells that one task looks at.
+const CELLS: usize = 1 << 14;
 
 /// Edges that leave a moving wall, the shortest at each wall node.
 #[derive(Debug, Clone, Default)]
 pub struct FirstCells {
-    /// Wall node, its neighbour, and the length of the edge in the reference mesh.
-    edges: Vec<(u32, u32, f64)>,
+    /// Wall node and its neighbour.
+    edges: Vec<(u32, u32)>,
+    /// Length of the shortest edge in the reference mesh.
+    smallest: Option<f64>,
 }
 
 impl FirstCells {
@@ -24,54 +29,80 @@ impl FirstCells {
             wall[node as usize] = at as u32;
         }
         let mut shortest = vec![(u32::MAX, f64::INFINITY); nodes.len()];
-        for run in mesh.volume_runs() {
-            let edges = run.kind.edges();
-            for cell in run.cells() {
-                for &[a, b] in edges {
-                    let (a, b) = (cell[a as usize], cell[b as usize]);
-                    for (on, off) in [(a, b), (b, a)] {
-                        if wall[on as usize] != u32::MAX && wall[off as usize] == u32::MAX {
-                            let length =
-                                distance(mesh.points[on as usize], mesh.points[off as usize]);
-                            let entry = &mut shortest[wall[on as usize] as usize];
-                            if (length, off) < (entry.1, entry.0) {
-                                *entry = (off, length);
-                            }
-                        }
-                    }
+        let mut shorten = |edges: Vec<(u32, u32, f64)>| {
+            for (at, off, length) in edges {
+                let entry: &mut (u32, f64) = &mut shortest[at as usize];
+                if (length, off) < (entry.1, entry.0) {
+                    *entry = (off, length);
                 }
             }
+        };
+        for run in mesh.volume_runs() {
+            let edges = |cells: &[u32]| edges_off(&run, cells, &wall, &mesh.points);
+            if run.n_cells() <= CELLS {
+                shorten(edges(run.connectivity));
+                continue;
+            }
+            let tasks = run.connectivity.par_chunks(CELLS * run.n_nodes);
+            let found: Vec<_> = tasks.map(edges).collect();
+            found.into_iter().for_each(&mut shorten);
         }
-        let found = nodes
-            .iter()
-            .zip(shortest)
-            .filter(|(_, (off, _))| *off != u32::MAX);
+        let found = nodes.iter().zip(&shortest);
+        let found = found.filter(|(_, (off, _))| *off != u32::MAX);
         Self {
-            edges: found
-                .map(|(&on, (off, length))| (on, off, length))
-                .collect(),
+            edges: found.clone().map(|(&on, (off, _))| (on, *off)).collect(),
+            smallest: found.map(|(_, (_, length))| *length).min_by(f64::total_cmp),
         }
     }
 
     /// The smallest first-cell height, in mesh units.
     pub fn smallest(&self) -> Option<f64> {
-        self.edges.iter().map(|edge| edge.2).min_by(f64::total_cmp)
+        self.smallest
     }
 
     /// The smallest ratio of first-cell height to that in the reference mesh.
-    pub fn smallest_ratio(&self, points: &[Vector]) -> Option<f64> {
-        let ratio = |&(on, off, length): &(u32, u32, f64)| {
-            distance(points[on as usize], points[off as usize]) / length
+    pub fn smallest_ratio(&self, points: &[Vector], reference: &[Vector]) -> Option<f64> {
+        let length = |points: &[Vector], (on, off): (u32, u32)| {
+            distance(points[on as usize], points[off as usize])
         };
+        let ratio = |&edge: &(u32, u32)| length(points, edge) / length(reference, edge);
         self.edges.par_iter().map(ratio).min_by(f64::total_cmp)
     }
 
     /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.
     pub fn change_in_f32(&self, points: &[Vector]) -> f64 {
         let rounded = |node: u32| points[node as usize].map(|x| f64::from(x as f32));
-        let change = |&(on, off, length): &(u32, u32, f64)| {
+        let change = |&(on, off): &(u32, u32)| {
+            let length = distance(points[on as usize], points[off as usize]);
             (distance(rounded(on), rounded(off)) / length - 1.0).abs()
         };
         self.edges.par_iter().map(change).reduce(|| 0.0, f64::max)
     }
+}
+
+/// The edges of some cells of a run that leave the wall, which `wall` numbers: place on the wall,
+/// node off it, length.
+fn edges_off(
+    run: &CellRun<'_>,
+    cells: &[u32],
+    wall: &[u32],
+    points: &[Vector],
+) -> Vec<(u32, u32, f64)> {
+    let place = |node: u32| wall[node as usize];
+    let mut found = Vec::new();
+    for cell in cells.chunks_exact(run.n_nodes) {
+        if cell.iter().all(|&node| place(node) == u32::MAX) {
+            continue;
+        }
+        for &[a, b] in run.kind.edges() {
+            let (a, b) = (cell[a as usize], cell[b as usize]);
+            for (on, off) in [(a, b), (b, a)] {
+                if place(on) != u32::MAX && place(off) == u32::MAX {
+                    let length = distance(points[on as usize], points[off as usize]);
+                    found.push((place(on), off, length));
+                }
+            }
+        }
+    }
+    found
 }

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, dead_code)] // each test crate uses a part
 
+pub mod sequence;
+
 use assert_cmd::Command;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -37,13 +37,16 @@ pub(super) fn write(
 }
 
 fn check_precision(mesh: &Mesh, options: &WriteOptions) -> Result<()> {
+    if options.precision == Precision::F64 {
+        return Ok(());
+    }
     let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
     match mesh.points.iter().position(too_large) {
-        Some(node) if options.precision == Precision::F32 => Err(Error::input(format!(
+        Some(node) => Err(Error::input(format!(
             "node {node} has coordinates {:?}, too large for 32 bits; write 64",
             mesh.points[node]
         ))),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 

@@ -1,9 +1,11 @@
 //! Tests of the whole room: schedules as a user writes them, on small meshes.
 
+mod options;
 mod poses;
 mod refusals;
 mod schedule;
 mod surface;
+mod twist;
 
 use super::Schedule;
 use crate::error::Result;

@@ -3,7 +3,7 @@
 use super::parse;
 
 /// A good schedule with one line, `WRONG`, put in place of the marker of its section.
-fn told(section: &str, wrong: &str) -> String {
+pub(super) fn told(section: &str, wrong: &str) -> String {
     let mut text = String::new();
     for line in GOOD.lines() {
         let here = line.strip_prefix('#') == Some(section);
@@ -69,80 +69,6 @@ fn features_of_later_versions_are_refused_in_one_sentence() {
             "`parent` is not available in this version".into(),
         ),
         (
-            "boundaries",
-            11,
-            "slide = [\"symmetry\"]",
-            "`slide` is not available in this version".into(),
-        ),
-        (
-            "boundaries",
-            11,
-            "periodic = []",
-            "`periodic` is not available in this version".into(),
-        ),
-        (
-            "boundaries",
-            11,
-            "others = \"slide\"",
-            "`others` = \"slide\" is not available in this version; available: fixed, free".into(),
-        ),
-        (
-            "rbf",
-            13,
-            "polynomial = \"linear\"",
-            "`polynomial` = \"linear\" is not available in this version; available: none".into(),
-        ),
-        (
-            "rbf",
-            13,
-            "interpolate = \"twist\"",
-            "`interpolate` = \"twist\" is not available in this version; available: displacement"
-                .into(),
-        ),
-        (
-            "rbf",
-            13,
-            "rotation_radius = 1.0",
-            "`rotation_radius` is not available in this version".into(),
-        ),
-        (
-            "rbf",
-            13,
-            "substeps = 4",
-            "`substeps` = 4 is not available in this version; available: 1".into(),
-        ),
-        (
-            "selection",
-            15,
-            "method = \"constant\"",
-            "`method` = \"constant\" is not available in this version; available: sequence, all"
-                .into(),
-        ),
-        (
-            "selection",
-            15,
-            "method = \"real\"",
-            "`method` = \"real\" is not available in this version; available: sequence, all".into(),
-        ),
-        (
-            "selection",
-            15,
-            "criterion = \"mean\"",
-            "`criterion` = \"mean\" is not available in this version; available: max".into(),
-        ),
-        (
-            "selection",
-            15,
-            "constant = [0, 0, 1]",
-            "`constant` is not available in this version".into(),
-        ),
-        (
-            "selection",
-            15,
-            "refresh = 30.0",
-            "`refresh` is not available in this version".into(),
-        ),
-        (
             "output",
             17,
             "velocity = true",
@@ -195,7 +121,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "rbf:zzz = 1",
-            "13: unknown key `zzz` in [rbf]; known: kernel, support_radius, polynomial, interpolate, substeps",
+            "13: unknown key `zzz` in [rbf]; known: kernel, support_radius, polynomial, interpolate, rotation_radius, substeps",
         ),
         (
             "rbf:kernel = \"wendlandc2\"",
@@ -203,7 +129,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "selection:method = \"al\"",
-            "15: unknown method \"al\"; did you mean `all`? known: sequence, all",
+            "15: unknown method \"al\"; did you mean `all`? known: sequence, constant, real, all",
         ),
         (
             "rotor:frame = \"rotation\"",

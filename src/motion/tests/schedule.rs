@@ -112,7 +112,8 @@ fn every_key_of_this_version_is_read() {
         schedule.rbf,
         RbfOptions {
             kernel: KernelName::WendlandC4,
-            support_radius: Some(5.625)
+            support_radius: Some(5.625),
+            ..RbfOptions::default()
         }
     );
     assert_eq!(
@@ -122,6 +123,7 @@ fn every_key_of_this_version_is_read() {
             tolerance: Some(1e-4),
             max_points: 500,
             correction: false,
+            ..SelectionOptions::default()
         }
     );
     assert_eq!(

@@ -3,7 +3,7 @@
 use super::{group, parse, two_cubes, two_squares};
 use crate::mesh::{CellKind, Mesh};
 use crate::motion::{Motion, Role};
-use Role::{Fixed, Moving};
+use Role::{Fixed, Moving, Sliding};
 
 fn resolve(mesh: &Mesh, tail: &str) -> Result<Motion, String> {
     let text = format!("[azimuth]\nvalues = [0]\n{tail}");
@@ -72,6 +72,135 @@ fn a_face_in_two_tags_takes_the_stronger_role_once() {
     let motion = resolve(&mesh, &tail).expect("it fits");
     assert_eq!(motion.surface.faces.cells, [2, 5]);
     assert_eq!(motion.surface.faces.roles, [Moving(0), Fixed]);
+}
+
+#[test]
+fn sliding_nodes_give_way_to_moving_and_fixed_ones() {
+    let tail = format!("{BLADE}[boundaries]\nslide = [\"hub\", \"side\"]\nfixed = [\"farfield\"]");
+    let motion = resolve(&two_cubes(), &tail).expect("it fits");
+    let moving = (0..4).map(|node| (node, Moving(0)));
+    let sliding = [4, 7].map(|node| (node, Sliding));
+    let fixed = (8..12).map(|node| (node, Fixed));
+    assert_eq!(
+        roles(&motion),
+        moving.chain(sliding).chain(fixed).collect::<Vec<_>>()
+    );
+    let faces = &motion.surface.faces;
+    assert_eq!(faces.cells, [2, 3, 4, 5]);
+    assert_eq!(faces.roles, [Moving(0), Sliding, Sliding, Fixed]);
+    assert_eq!(faces.tags, [0, 1, 2, 3]);
+    let tail = format!("{BLADE}[boundaries]\nothers = \"slide\"");
+    let others = resolve(&two_cubes(), &tail).expect("it fits");
+    assert_eq!(
+        others.surface.faces.roles,
+        [Moving(0), Sliding, Sliding, Sliding]
+    );
+    assert_eq!(others.surface.tags[3].role, Some(Sliding));
+}
+
+#[test]
+fn a_face_in_two_tags_of_one_role_belongs_to_the_first() {
+    let mut mesh = two_cubes();
+    mesh.groups.insert(2, group(2, "all_sides", &[3, 4]));
+    let tail = format!("{BLADE}[boundaries]\nothers = \"slide\"");
+    let motion = resolve(&mesh, &tail).expect("it fits");
+    assert_eq!(motion.surface.faces.tags, [1, 0, 0, 3 + 1]);
+}
+
+#[test]
+fn an_interface_holds_sliding_nodes() {
+    let tail = format!("{BLADE}[boundaries]\nzones = [\"rotor\"]\nslide = [\"hub\"]");
+    let motion = resolve(&two_cubes(), &tail).expect("it fits");
+    let expected = (0..8).map(|node| (node, if node < 4 { Moving(0) } else { Fixed }));
+    assert_eq!(roles(&motion), expected.collect::<Vec<_>>());
+    assert_eq!(motion.surface.faces.roles, [Moving(0), Sliding]);
+}
+
+/// The two cubes with a tag on each side x = 1, images of hub and side.
+fn periodic_cubes() -> Mesh {
+    let mut mesh = two_cubes();
+    mesh.cells.push(CellKind::Quadrilateral, &[1, 2, 6, 5]);
+    mesh.cells.push(CellKind::Quadrilateral, &[5, 6, 10, 9]);
+    mesh.groups.push(group(2, "hub_image", &[6]));
+    mesh.groups.push(group(2, "side_image", &[7]));
+    mesh
+}
+
+#[test]
+fn periodic_tags_have_no_role_and_know_their_nodes() {
+    let mesh = periodic_cubes();
+    let pair = |a: &str, b: &str| {
+        format!(
+            "{BLADE}[boundaries]\nothers = \"fixed\"\nperiodic = [ {{ pair = [\"{a}\", \"{b}\"] }} ]"
+        )
+    };
+    let motion = resolve(&mesh, &pair("hub", "hub_image")).expect("it fits");
+    assert_eq!(
+        (&motion.periodic[0].a, &motion.periodic[0].b),
+        (&vec![1], &vec![4])
+    );
+    assert_eq!(motion.periodic[0].line, 9);
+    let periodic: Vec<bool> = motion.surface.tags.iter().map(|tag| tag.periodic).collect();
+    assert_eq!(periodic, [false, true, false, false, true, false]);
+    assert_eq!(motion.surface.tags[1].role, None);
+    assert_eq!(motion.surface.faces.cells, [2, 4, 5, 7]);
+    let [a, b] = motion.periodic_nodes(&motion.periodic[0], &mesh);
+    assert_eq!((a, b), (vec![0, 3, 4, 7], vec![1, 2, 5, 6]));
+    let several = resolve(&mesh, &pair("side", "*_image")).expect("several tags on a side");
+    assert_eq!(several.periodic[0].b, [4, 5]);
+    let [_, b] = several.periodic_nodes(&several.periodic[0], &mesh);
+    assert_eq!(b, [1, 2, 5, 6, 9, 10]);
+}
+
+#[test]
+fn periodic_nodes_are_those_of_the_zones_that_deform() {
+    let mesh = periodic_cubes();
+    let tail = format!(
+        "{BLADE}[boundaries]\nzones = [\"rotor\"]\nfixed = [\"hub\", \"hub_image\"]\nperiodic = [ {{ pair = [\"side\", \"side_image\"] }} ]"
+    );
+    let motion = resolve(&mesh, &tail).expect("it fits");
+    let [a, b] = motion.periodic_nodes(&motion.periodic[0], &mesh);
+    assert_eq!((a, b), (vec![4, 7], vec![5, 6]));
+}
+
+#[test]
+fn a_periodic_tag_has_no_other_part() {
+    let cases = [
+        (
+            "fixed = [\"hub\"]\nperiodic = [ { pair = [\"hub\", \"side\"] } ]",
+            "9: tag \"hub\" is fixed and periodic; a tag has one role",
+        ),
+        (
+            "slide = [\"side\"]\nperiodic = [ { pair = [\"hub\", \"side\"] } ]",
+            "9: tag \"side\" is sliding and periodic; a tag has one role",
+        ),
+        (
+            "periodic = [ { pair = [\"blade_1\", \"side\"] } ]",
+            "8: tag \"blade_1\" is in body \"blade\" and periodic; a tag has one role",
+        ),
+        (
+            "periodic = [ { pair = [\"hub\", \"h*\"] } ]",
+            "8: tag \"hub\" is on both sides of a periodic pair; each side needs tags of its own",
+        ),
+        (
+            "periodic = [ { pair = [\"hub\", \"side\"] },\n{ pair = [\"farfield\", \"hub\"] } ]",
+            "9: tag \"hub\" is in two periodic pairs; a tag is in one at most",
+        ),
+        (
+            "periodic = [ { pair = [\"hub\",\n\"hup\"] } ]",
+            "9: tag \"hup\" is not in the mesh; it has: blade_1, hub, side, farfield",
+        ),
+        (
+            "slide = [\"farfield\"]\nfixed = [\"far*\"]",
+            "8: tag \"farfield\" is fixed and sliding; a tag has one role",
+        ),
+    ];
+    for (lines, expected) in cases {
+        let tail = format!("{BLADE}[boundaries]\n{lines}");
+        let found = resolve(&two_cubes(), &tail).err();
+        let expected = format!("hover.toml:{expected}");
+        assert_eq!(found.as_deref(), Some(expected.as_str()), "{lines}");
+    }
 }
 
 #[test]
@@ -155,11 +284,11 @@ fn what_does_not_fit_the_mesh_is_said_in_one_sentence() {
         ),
         (
             format!("{BLADE}[boundaries]\nfixed = [\"hub\"]"),
-            "hover.toml:7: the schedule does not say what these tags do: side, farfield; name them under a body or `fixed`, or set others = \"fixed\" or \"free\" in [boundaries]",
+            "hover.toml:7: the schedule does not say what these tags do: side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         ),
         (
             BLADE.to_owned(),
-            "hover.toml: the schedule does not say what these tags do: hub, side, farfield; name them under a body or `fixed`, or set others = \"fixed\" or \"free\" in [boundaries]",
+            "hover.toml: the schedule does not say what these tags do: hub, side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         ),
         (
             format!("{BLADE}[boundaries]\nfixed = [\"*\"]"),

@@ -1,0 +1,124 @@
+"""Large rotations: an airfoil in a fixed circle turned by 120, 180 and 270 degrees in one step.
+
+The mesh is made here, and its quadrilaterals are judged here.
+"""
+
+import numpy as np
+import pyvista
+
+import outputs
+from program import report, scratch
+
+AROUND, OUTER = 256, 2.5
+FIRST, GROWTH, LARGEST = 1e-5, 1.2, 0.03  # heights of the cells, in chords
+ANGLES = [20, 40, 60, 90, 120, 180, 270]
+
+SCHEDULE = """
+[azimuth]
+start = 0.0
+stop = 270.0
+step = 10.0
+
+[[body]]
+name = "airfoil"
+tags = ["airfoil"]
+rigid = {{ rotate = {{ axis = [0.0, 0.0, 1.0], origin = [0.25, 0.0, 0.0], angle = 270.0 }}, ramp = true }}
+
+[boundaries]
+fixed = ["farfield"]
+
+[rbf]
+support_radius = 10.0
+interpolate = "{interpolate}"
+
+[selection]
+tolerance = 1e-4
+"""
+
+
+def heights():
+    """Distances from the wall: growing from the first cell to the largest, then even; scaled to end on the circle."""
+    steps = [FIRST]
+    while sum(steps) < OUTER:
+        steps.append(min(steps[-1] * GROWTH, LARGEST))
+    total = np.concatenate([[0.0], np.cumsum(steps)])
+    return total * OUTER / total[-1]
+
+
+def ogrid():
+    """Nodes (layers, around, 2) of an O-grid: a NACA 0012 with its quarter chord in the middle of a circle."""
+    angle = 2 * np.pi * np.arange(AROUND) / AROUND
+    x = 0.5 * (1 + np.cos(angle))
+    half = 0.6 * (0.2969 * np.sqrt(x) - 0.1260 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1036 * x**4)
+    wall = np.c_[x - 0.25, np.where(angle <= np.pi, half, -half)]
+    along = np.roll(wall, -1, axis=0) - np.roll(wall, 1, axis=0)
+    normal = np.c_[along[:, 1], -along[:, 0]] / np.linalg.norm(along, axis=1)[:, None]
+    circle = OUTER * np.c_[np.cos(angle), np.sin(angle)]
+    layers = []
+    for height in heights():
+        # Along the normal through the boundary layer, then straight to the circle.
+        away = 0.02 * -np.expm1(-height / 0.02)
+        part = (height - away) / (OUTER - 0.02)
+        layers.append((1 - part) * (wall + away * normal) + part * circle)
+    layers[-1] = circle
+    return np.array(layers)
+
+
+def write_su2(nodes, path):
+    """The O-grid as SU2, with the tags airfoil and farfield."""
+    layers, around, _ = nodes.shape
+    index = np.arange(layers * around).reshape(layers, around)
+    after = np.roll(index, -1, axis=1)
+    cells = np.stack([index[:-1], index[1:], after[1:], after[:-1]], axis=-1).reshape(-1, 4)
+    lines = ["NDIME= 2", f"NELEM= {len(cells)}"]
+    lines += [f"9 {a} {b} {c} {d}" for a, b, c, d in cells]
+    lines += [f"NPOIN= {index.size}"] + [f"{x!r} {y!r}" for x, y in nodes.reshape(-1, 2).tolist()]
+    lines += ["NMARK= 2"]
+    for tag, layer in (("airfoil", 0), ("farfield", -1)):
+        lines += [f"MARKER_TAG= {tag}", f"MARKER_ELEMS= {around}"]
+        lines += [f"3 {a} {b}" for a, b in zip(index[layer], after[layer])]
+    path.write_text("\n".join(lines) + "\n")
+    return cells
+
+
+def scaled_jacobian(points, quads):
+    """Least sine of a corner of each quadrilateral, counter-clockwise ones positive."""
+    x = points[quads]
+    ahead, back = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
+    cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+    return (cross / (np.linalg.norm(ahead, axis=2) * np.linalg.norm(back, axis=2))).min(axis=1)
+
+
+def turned(folder, interpolate):
+    """Rows of steps.csv by angle, each with the least scaled Jacobian and the inverted cells found here."""
+    mesh, schedule = folder / "ogrid.su2", folder / f"{interpolate}.toml"
+    quads = write_su2(ogrid(), mesh)
+    schedule.write_text(SCHEDULE.format(interpolate=interpolate))
+    rows = outputs.deform(mesh, schedule, folder / interpolate, expect=(0, 1))
+    found = {}
+    for row in rows:
+        angle = round(float(row["azimuth_deg"]))
+        if angle in [0, *ANGLES]:
+            quality = scaled_jacobian(np.array(pyvista.read(folder / interpolate / row["file"]).points), quads)
+            found[angle] = row | {"least": quality.min(), "folded": int((quality <= 0).sum())}
+    return found
+
+
+def main():
+    """Twist leaves no cell inverted, displacement many, and azimesh counts them alike."""
+    with scratch() as folder:
+        twist, displacement = turned(folder, "twist"), turned(folder, "displacement")
+    off = 0.0
+    for row in [*twist.values(), *displacement.values()]:
+        assert row["folded"] == int(row["inverted"]), f"{row['inverted']} inverted cells, here {row['folded']}"
+        if row["folded"] == 0:  # of folded cells VTK's definition, which azimesh follows, is another one
+            off = max(off, abs(row["least"] - float(row["min_scaled_jacobian"])))
+    least = ", ".join(f"{angle}: {twist[angle]['least']:.3f}" for angle in ANGLES)
+    report("twist", len(twist) + len(displacement), off, "steps", f"least scaled Jacobian by degrees: {least}")
+    assert off <= 1e-9
+    assert all(row["folded"] == 0 for row in twist.values()), "twist has folded cells"
+    assert displacement[120]["folded"] > 0 and displacement[180]["folded"] > 0
+
+
+if __name__ == "__main__":
+    main()

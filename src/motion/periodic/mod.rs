@@ -1,0 +1,333 @@
+//! Periodic pairs of sides: the rigid map from one side to the other, the partner of every node, and
+//! the images that the interpolation needs.
+//!
+//! The map is a translation, a rotation about a given axis, or a rotation about an axis found from
+//! the nodes, whichever first brings every node of the one side to a node of the other. Leaves to
+//! others to move paired nodes alike.
+
+mod fit;
+mod followers;
+mod images;
+
+pub use followers::{Follower, followers};
+pub use images::images;
+
+use crate::error::{Error, Result};
+use crate::geometry::closest::ClosestSurface;
+use crate::geometry::vector::{Vector, add, scale, sub};
+use crate::geometry::{Bounds, Transform};
+
+/// Partners may be this part of the extent of both sides apart.
+const TOLERANCE: f64 = 1e-6;
+/// Components of a translation or an axis below this part are round-off of the file.
+const SNAP: f64 = 1e-7;
+
+/// A side of a pair: its tag, and the nodes of its faces.
+#[derive(Debug, Clone, Copy)]
+pub struct Side<'a> {
+    /// Name of the tag, for messages.
+    pub name: &'a str,
+    /// Nodes of the mesh, in any order; one may be named more than once.
+    pub nodes: &'a [u32],
+}
+
+/// A line about which a side may turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// A point on it.
+    pub origin: Vector,
+    /// Its direction, of unit length.
+    pub direction: Vector,
+}
+
+/// What takes one side to the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Symmetry {
+    /// A translation by this vector.
+    Translation(Vector),
+    /// A right-handed rotation.
+    Rotation {
+        /// About this axis.
+        axis: Axis,
+        /// By this angle, in radians.
+        angle: f64,
+    },
+}
+
+impl Symmetry {
+    /// The map itself.
+    pub fn transform(&self) -> Transform {
+        self.power(1)
+    }
+
+    /// The map applied `times` times, backwards when negative. Quarter and half turns about the
+    /// coordinate axes have exact entries.
+    pub fn power(&self, times: i32) -> Transform {
+        match self {
+            Self::Translation(by) => Transform::translation(scale(*by, f64::from(times))),
+            Self::Rotation { axis, angle } => {
+                let turn = Transform::rotation(axis.direction, [0.0; 3], angle * f64::from(times));
+                let rotation = turn.rotation.map(|row| row.map(snapped));
+                let turn = Transform { rotation, ..turn };
+                Transform {
+                    translation: sub(axis.origin, turn.turn(axis.origin)),
+                    ..turn
+                }
+            }
+        }
+    }
+}
+
+/// An entry of a rotation, with -1, 0 and 1 exact.
+fn snapped(entry: f64) -> f64 {
+    let whole = entry.round() + 0.0;
+    if (entry - whole).abs() < 1e-14 {
+        whole
+    } else {
+        entry
+    }
+}
+
+/// Two sides that are the same but for a rigid map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Periodic {
+    /// Nodes of the first side with their partners on the second, ascending. A node on the axis of a
+    /// rotation is its own partner. Of several nodes at one place each is in a pair.
+    pub pairs: Vec<(u32, u32)>,
+    /// What takes the first side to the second.
+    pub symmetry: Symmetry,
+    /// Its map.
+    pub transform: Transform,
+    /// Largest distance between the image of a node and its partner, in mesh units.
+    pub mismatch: f64,
+}
+
+impl Periodic {
+    /// Pairs the nodes of side `a` with those of side `b`. `axis` is tried before an axis found from
+    /// the nodes.
+    ///
+    /// # Errors
+    /// Where a side has no nodes, the sides differ in their number, lie at the same place, or no map
+    /// brings every node of `a` within 1e-6 of the extent of a node of `b`.
+    pub fn find(points: &[Vector], a: Side<'_>, b: Side<'_>, axis: Option<Axis>) -> Result<Self> {
+        let (places_a, places_b) = (Places::new(points, a.nodes), Places::new(points, b.nodes));
+        let sides = Sides {
+            tolerance: TOLERANCE
+                * Bounds::around(places_a.at.iter().chain(&places_b.at)).diagonal(),
+            target: target(&places_b.at),
+            a: places_a,
+            b: places_b,
+        };
+        sides.check(&a, &b)?;
+        let mut nearest: Option<(Match, Symmetry)> = None;
+        for rough in sides.candidates(axis) {
+            let (found, symmetry) = sides.refined(rough);
+            if found.n_apart == 0 {
+                return Ok(Self {
+                    pairs: sides.node_pairs(&found),
+                    symmetry,
+                    transform: symmetry.transform(),
+                    mismatch: found.mismatch,
+                });
+            }
+            let better = |(best, _): &(Match, Symmetry)| found.n_apart < best.n_apart;
+            if nearest.as_ref().is_none_or(better) {
+                nearest = Some((found, symmetry));
+            }
+        }
+        Err(sides.no_map(&a, &b, nearest))
+    }
+}
+
+/// The distinct places of a side.
+struct Places {
+    at: Vec<Vector>,
+    /// Nodes of each, ascending.
+    nodes: Vec<Vec<u32>>,
+}
+
+impl Places {
+    fn new(points: &[Vector], nodes: &[u32]) -> Self {
+        let key = |node: u32| points[node as usize].map(|x| (x + 0.0).to_bits());
+        let mut sorted = nodes.to_vec();
+        sorted.sort_unstable_by_key(|&node| (key(node), node));
+        sorted.dedup();
+        let mut groups: Vec<Vec<u32>> = sorted
+            .chunk_by(|&a, &b| key(a) == key(b))
+            .map(<[u32]>::to_vec)
+            .collect();
+        groups.sort_unstable();
+        Self {
+            at: groups
+                .iter()
+                .map(|nodes| points[nodes[0] as usize])
+                .collect(),
+            nodes: groups,
+        }
+    }
+
+    fn centre(&self) -> Vector {
+        let sum = self.at.iter().fold([0.0; 3], |sum, x| add(sum, *x));
+        scale(sum, 1.0 / self.at.len().max(1) as f64)
+    }
+}
+
+/// Points as facets of one corner each.
+fn target(at: &[Vector]) -> ClosestSurface<'static> {
+    let facets: Vec<[u32; 3]> = (0..at.len() as u32).map(|i| [i; 3]).collect();
+    ClosestSurface::new(at.to_vec(), &facets)
+}
+
+/// Both sides, ready to be compared.
+struct Sides {
+    a: Places,
+    b: Places,
+    target: ClosestSurface<'static>,
+    tolerance: f64,
+}
+
+/// How a map brings the places of `a` to those of `b`.
+struct Match {
+    /// The nearest place of `b` to the image of each of `a`, and how far it is.
+    partners: Vec<(u32, f64)>,
+    /// Places without a partner, or with one that is taken.
+    n_apart: usize,
+    /// The first of them.
+    first_apart: Option<usize>,
+    mismatch: f64,
+}
+
+impl Sides {
+    fn check(&self, a: &Side<'_>, b: &Side<'_>) -> Result<()> {
+        for (side, places) in [(a, &self.a), (b, &self.b)] {
+            if places.at.is_empty() {
+                return Err(Error::input(format!(
+                    "the periodic side \"{}\" has no nodes",
+                    side.name
+                )));
+            }
+        }
+        let (n_a, n_b) = (self.a.at.len(), self.b.at.len());
+        if n_a != n_b {
+            return Err(Error::input(format!(
+                "the periodic sides \"{}\" and \"{}\" have {n_a} and {n_b} nodes; they must be the same \
+                 but for a translation or a rotation",
+                a.name, b.name
+            )));
+        }
+        if self.a.nodes == self.b.nodes {
+            return Err(Error::input(format!(
+                "the periodic sides \"{}\" and \"{}\" have the same nodes; name two different sides",
+                a.name, b.name
+            )));
+        }
+        Ok(())
+    }
+
+    fn pair(&self, symmetry: &Symmetry) -> Match {
+        let map = symmetry.transform();
+        let mut taken = vec![false; self.b.at.len()];
+        let mut found = Match {
+            partners: Vec::with_capacity(self.a.at.len()),
+            n_apart: 0,
+            first_apart: None,
+            mismatch: 0.0,
+        };
+        for (i, x) in self.a.at.iter().enumerate() {
+            let foot = self.target.nearest(&map.apply(*x), f64::INFINITY);
+            let foot = foot.expect("the second side has nodes");
+            let (partner, away) = (foot.corners[0], foot.distance_squared.sqrt());
+            let taken = &mut taken[partner as usize];
+            if away > self.tolerance || *taken {
+                found.n_apart += 1;
+                found.first_apart.get_or_insert(i);
+            }
+            *taken = true;
+            found.mismatch = f64::max(found.mismatch, away);
+            found.partners.push((partner, away));
+        }
+        found
+    }
+
+    /// A map with the median translation or angle of the partners, on which nodes without a partner
+    /// have no influence, if it serves no less than the map itself; and how it pairs the sides.
+    fn refined(&self, rough: Symmetry) -> (Match, Symmetry) {
+        let first = self.pair(&rough);
+        let symmetry = self.median(&first, rough);
+        let second = self.pair(&symmetry);
+        match second.n_apart == 0 || second.n_apart < first.n_apart {
+            true => (second, symmetry),
+            false => (first, rough),
+        }
+    }
+
+    fn median(&self, found: &Match, rough: Symmetry) -> Symmetry {
+        let partner = |i: usize| self.b.at[found.partners[i].0 as usize];
+        let median = |of: &dyn Fn(Vector, Vector) -> f64| {
+            let nodes = self.a.at.iter().enumerate();
+            let mut values: Vec<f64> = nodes.map(|(i, x)| of(*x, partner(i))).collect();
+            let middle = values.len() / 2;
+            *values.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        match rough {
+            Symmetry::Translation(by) => {
+                let component = |k: usize| match by[k] == 0.0 {
+                    true => 0.0,
+                    false => median(&|x, y| y[k] - x[k]),
+                };
+                Symmetry::Translation(std::array::from_fn(component))
+            }
+            Symmetry::Rotation { axis, angle } => {
+                let map = rough.transform();
+                let rest = median(&|x, y| fit::angle_about(&axis, map.apply(x), y));
+                let angle = fit::part_of_circle(angle + rest);
+                Symmetry::Rotation { axis, angle }
+            }
+        }
+    }
+
+    fn node_pairs(&self, found: &Match) -> Vec<(u32, u32)> {
+        let mut pairs = Vec::new();
+        for (own, (partner, _)) in self.a.nodes.iter().zip(&found.partners) {
+            let theirs = &self.b.nodes[*partner as usize];
+            for i in 0..own.len().max(theirs.len()) {
+                let node = |of: &[u32]| of[i.min(of.len() - 1)];
+                pairs.push((node(own), node(theirs)));
+            }
+        }
+        pairs.sort_unstable();
+        pairs
+    }
+
+    fn no_map(&self, a: &Side<'_>, b: &Side<'_>, nearest: Option<(Match, Symmetry)>) -> Error {
+        let Some((found, symmetry)) = nearest else {
+            return Error::input(format!(
+                "the periodic sides \"{}\" and \"{}\" are not the same but for a translation or a \
+                 rotation",
+                a.name, b.name
+            ));
+        };
+        let apart = found.first_apart.unwrap_or(0);
+        let (partner, away) = found.partners[apart];
+        let map = match symmetry {
+            Symmetry::Translation(by) => format!("moved by {by:?}"),
+            Symmetry::Rotation { angle, .. } => format!("turned by {} degrees", angle.to_degrees()),
+        };
+        let taken = match away <= self.tolerance {
+            true => ", which is the partner of another node",
+            false => "",
+        };
+        Error::input(format!(
+            "node {} of the periodic side \"{}\" has no partner on \"{}\": {map} it is {away:.3e} from \
+             the nearest node there, {}{taken}; at most {:.3e} is allowed",
+            self.a.nodes[apart][0],
+            a.name,
+            b.name,
+            self.b.nodes[partner as usize][0],
+            self.tolerance
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests;

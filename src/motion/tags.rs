@@ -1,0 +1,236 @@
+//! What the schedule makes of every boundary tag of a mesh: each has one role.
+
+use super::body::Body;
+use super::boundaries::{Boundaries, Others};
+use super::names::{Pattern, list};
+use super::surface::{Role, nodes_of};
+use super::zones::DeformingZone;
+use crate::error::{Error, Result};
+use crate::mesh::{Group, Mesh};
+
+/// A tag with what the schedule makes of it; for `azimesh check`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TagRole {
+    /// Name of the tag.
+    pub tag: String,
+    /// What its nodes do; `None` when they are free or periodic, or when the tag is unnamed and
+    /// lies outside the zones that deform.
+    pub role: Option<Role>,
+    /// Whether it is a side of a periodic pair.
+    pub periodic: bool,
+}
+
+/// A periodic pair on a mesh: the tags of its sides, as places in
+/// [`Surface::tags`](super::Surface::tags), ascending and at least one on each side.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PeriodicTags {
+    /// Tags of the one side.
+    pub a: Vec<usize>,
+    /// Tags of the other side.
+    pub b: Vec<usize>,
+    /// Line in the schedule.
+    pub line: u64,
+}
+
+/// Every boundary tag of a mesh, in file order, and the periodic pairs.
+pub(super) struct TagRoles {
+    pub tags: Vec<TagRole>,
+    pub periodic: Vec<PeriodicTags>,
+}
+
+/// What the schedule calls a tag.
+#[derive(Clone, Copy, PartialEq)]
+enum Named {
+    Role(Role),
+    /// A side, 0 or 1, of the periodic pair of this index.
+    Periodic(usize, u8),
+}
+
+impl TagRoles {
+    pub(super) fn find(
+        tags: &[&Group],
+        bodies: &[Body],
+        boundaries: &Boundaries,
+        zone: Option<&DeformingZone>,
+        mesh: &Mesh,
+    ) -> Result<Self> {
+        if tags.is_empty() {
+            return Err(Error::input(
+                "the mesh has no boundary tags, so nothing says which nodes move; tag its boundary faces",
+            ));
+        }
+        if bodies.len() > usize::from(u16::MAX) {
+            return Err(Error::input(format!(
+                "at most {} bodies are possible",
+                u16::MAX
+            )));
+        }
+        let names: Vec<&str> = tags.iter().map(|tag| tag.name.as_str()).collect();
+        let mut named = named_tags(&names, bodies, boundaries)?;
+        let unnamed: Vec<usize> = (0..tags.len())
+            .filter(|&i| named[i].is_none() && touches(tags[i], zone, mesh))
+            .collect();
+        let others = match boundaries.others {
+            Some(Others::Free) => None,
+            Some(Others::Fixed) => Some(Named::Role(Role::Fixed)),
+            Some(Others::Slide) => Some(Named::Role(Role::Sliding)),
+            None if unnamed.is_empty() => None,
+            None => return Err(not_named(&names, &unnamed, boundaries.line)),
+        };
+        unnamed.iter().for_each(|&i| named[i] = others);
+        let role = |i: usize| match named[i] {
+            Some(Named::Role(role)) => Some(role),
+            Some(Named::Periodic(..)) | None => None,
+        };
+        let roles = (0..tags.len()).map(|i| TagRole {
+            tag: names[i].to_owned(),
+            role: role(i),
+            periodic: matches!(named[i], Some(Named::Periodic(..))),
+        });
+        let roles: Vec<TagRole> = roles.collect();
+        check_bodies(tags, &roles, bodies, zone, mesh)?;
+        Ok(Self {
+            tags: roles,
+            periodic: periodic_tags(&named, boundaries),
+        })
+    }
+}
+
+/// What the schedule calls each tag; `None` where it is silent.
+fn named_tags(
+    names: &[&str],
+    bodies: &[Body],
+    boundaries: &Boundaries,
+) -> Result<Vec<Option<Named>>> {
+    let mut named: Vec<Option<Named>> = vec![None; names.len()];
+    for (pattern, what) in all_named(bodies, boundaries) {
+        for tag in pattern.find("tag", names)? {
+            if let Some(before) = named[tag].replace(what)
+                && before != what
+            {
+                let (name, line) = (names[tag], pattern.line);
+                return Err(two_roles(name, before, what, bodies).line(line));
+            }
+        }
+    }
+    Ok(named)
+}
+
+/// Every name of the schedule with what it says of it.
+fn all_named<'s>(
+    bodies: &'s [Body],
+    boundaries: &'s Boundaries,
+) -> impl Iterator<Item = (&'s Pattern, Named)> {
+    let moving = bodies.iter().enumerate().flat_map(|(i, body)| {
+        let role = Role::Moving(i as u16);
+        body.tags.iter().map(move |tag| (tag, Named::Role(role)))
+    });
+    let fixed = boundaries.fixed.iter();
+    let slide = boundaries.slide.iter();
+    let periodic = boundaries.periodic.iter().enumerate();
+    moving
+        .chain(fixed.map(|tag| (tag, Named::Role(Role::Fixed))))
+        .chain(slide.map(|tag| (tag, Named::Role(Role::Sliding))))
+        .chain(periodic.flat_map(|(i, pair)| {
+            [
+                (&pair.a, Named::Periodic(i, 0)),
+                (&pair.b, Named::Periodic(i, 1)),
+            ]
+        }))
+}
+
+fn two_roles(tag: &str, before: Named, after: Named, bodies: &[Body]) -> Error {
+    let name = |named| match named {
+        Named::Role(Role::Moving(body)) => {
+            format!("in body \"{}\"", bodies[usize::from(body)].name)
+        }
+        Named::Role(Role::Fixed) => "fixed".into(),
+        Named::Role(Role::Sliding) => "sliding".into(),
+        Named::Periodic(..) => "periodic".into(),
+    };
+    Error::input(match (before, after) {
+        (Named::Periodic(one, _), Named::Periodic(other, _)) if one == other => format!(
+            "tag \"{tag}\" is on both sides of a periodic pair; each side needs tags of its own"
+        ),
+        (Named::Periodic(..), Named::Periodic(..)) => {
+            format!("tag \"{tag}\" is in two periodic pairs; a tag is in one at most")
+        }
+        _ => format!(
+            "tag \"{tag}\" is {} and {}; a tag has one role",
+            name(before),
+            name(after)
+        ),
+    })
+}
+
+fn not_named(names: &[&str], unnamed: &[usize], line: Option<u64>) -> Error {
+    let error = Error::input(format!(
+        "the schedule does not say what these tags do: {}; name them under a body, `fixed`, `slide` or \
+         `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
+        list(unnamed.iter().map(|&i| names[i]))
+    ));
+    match line {
+        Some(line) => error.line(line),
+        None => error,
+    }
+}
+
+fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<PeriodicTags> {
+    let of_side = |pair: usize, side: u8| {
+        let what = Some(Named::Periodic(pair, side));
+        (0..named.len()).filter(|&i| named[i] == what).collect()
+    };
+    let pairs = boundaries.periodic.iter().enumerate();
+    pairs
+        .map(|(i, pair)| PeriodicTags {
+            a: of_side(i, 0),
+            b: of_side(i, 1),
+            line: pair.line,
+        })
+        .collect()
+}
+
+/// Whether a tag has a node in the zone that its interface does not hold fixed anyway.
+fn touches(tag: &Group, zone: Option<&DeformingZone>, mesh: &Mesh) -> bool {
+    nodes_of(tag, mesh)
+        .any(|node| zone.is_none_or(|zone| zone.nodes[node as usize] && !zone.is_interface(node)))
+}
+
+/// Every body has faces, and none of its nodes is where it could not move.
+fn check_bodies(
+    tags: &[&Group],
+    roles: &[TagRole],
+    bodies: &[Body],
+    zone: Option<&DeformingZone>,
+    mesh: &Mesh,
+) -> Result<()> {
+    for (i, body) in bodies.iter().enumerate() {
+        let role = Some(Role::Moving(i as u16));
+        let own = || (0..tags.len()).filter(|&tag| roles[tag].role == role);
+        if own().all(|tag| tags[tag].cells.is_empty()) {
+            return Err(Error::input(format!(
+                "the tags of body \"{}\" have no faces in the mesh; it needs at least one",
+                body.name
+            ))
+            .line(body.line));
+        }
+        let Some(zone) = zone else { continue };
+        for tag in own() {
+            let free_to_move = |node: u32| zone.nodes[node as usize] && !zone.is_interface(node);
+            if let Some(node) = nodes_of(tags[tag], mesh).find(|&node| !free_to_move(node)) {
+                let place = match zone.nodes[node as usize] {
+                    true => {
+                        "on the interface to the other zones, which stays fixed; name those zones as well"
+                    }
+                    false => "outside the zones that deform; name its zone as well",
+                };
+                return Err(Error::input(format!(
+                    "tag \"{}\" moves with body \"{}\", but its node {node} is {place}",
+                    tags[tag].name, body.name
+                ))
+                .line(body.line));
+            }
+        }
+    }
+    Ok(())
+}

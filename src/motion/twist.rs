@@ -1,0 +1,151 @@
+//! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
+//! "twist"` interpolates.
+
+use super::options::{Interpolate, RbfOptions};
+use super::pose::{Motion, Turn};
+use super::steps::Step;
+use crate::geometry::rotation::Quaternion;
+use crate::geometry::vector::{Vector, add, cross, norm, scale, sub};
+use crate::geometry::{Bounds, Twist};
+use std::f64::consts::PI;
+
+/// Largest rotation between two points at which the path of a body is looked at.
+const INCREMENT: f64 = PI / 9.0;
+/// The path is looked at in at most this many points.
+const MAX_INCREMENTS: f64 = 1e5;
+/// Rotation in degrees past which an interpolated twist folds cells.
+const FOLDS: f64 = 300.0;
+/// Rotation in degrees of a part that serves.
+const SERVES: f64 = 180.0;
+
+impl Motion {
+    /// The point of a body about which its motion is split into rotation and translation: the
+    /// origin of its rigid rotation, else the pitch axis at the hub, else the middle of the body;
+    /// moved to the nearest point of the box `bounds` around the body's nodes.
+    ///
+    /// # Panics
+    /// When there is no such body.
+    pub fn twist_centre(&self, body: usize, bounds: &Bounds) -> Vector {
+        let body = &self.bodies[body];
+        let rigid = body.rigid.as_ref().and_then(|rigid| rigid.rotate);
+        let cyclic = body.cyclic.as_ref();
+        let centre = match (rigid, cyclic) {
+            (Some((_, origin, angle)), _) if angle != 0.0 => origin,
+            (_, Some(cyclic)) => {
+                let [chordwise, shaftwise] = cyclic.pitch_axis;
+                let blade = self.rotor.blade(body.azimuth_offset);
+                blade.point(0.0, chordwise, shaftwise)
+            }
+            (_, None) => bounds.centre(),
+        };
+        bounds.nearest(&centre)
+    }
+
+    /// The motion of a body between two parts of its [`pose_part`](Self::pose_part) at a step; the
+    /// whole step is from 0 to 1.
+    ///
+    /// With `c` the place of `centre` (a point of the reference mesh) at `from`, a point `x` of the
+    /// body at `from` is at
+    ///
+    /// ```text
+    /// x' = c + tau + exp(theta) (x - c)
+    /// ```
+    ///
+    /// at `to`, to round-off. `theta` is unwrapped, see [`rotation`](Self::rotation).
+    ///
+    /// # Panics
+    /// When there is no such body.
+    pub fn twist(&self, body: usize, step: &Step, centre: Vector, from: f64, to: f64) -> Twist {
+        let [before, after] = [from, to].map(|part| self.pose_part(body, step, part));
+        Twist {
+            theta: self.rotation(body, step, from, to),
+            tau: sub(after.apply(centre), before.apply(centre)),
+        }
+    }
+
+    /// The rotation vector (radians) of a body between two parts of its pose at a step, unwrapped:
+    /// three quarters of a turn about an axis have 270 degrees, not -90.
+    ///
+    /// Rotations about one axis add up, exactly. Of others the path of parts is followed in
+    /// increments of at most 20 degrees, and of all rotation vectors of a pose the one nearest to
+    /// that of the increment before is taken. At a whole turn, where every axis gives the same
+    /// rotation, the direction of the path is kept. A path about several axes that passes beside a
+    /// whole turn has a vector whose direction changes fast there; substeps avoid it.
+    ///
+    /// # Panics
+    /// When there is no such body.
+    pub fn rotation(&self, body: usize, step: &Step, from: f64, to: f64) -> Vector {
+        let mut turns = self.turns(body, step);
+        turns.retain(|turn| turn.angle != 0.0);
+        match about_one_axis(&turns) {
+            Some(theta) => scale(theta, to - from),
+            None => followed(&turns, from, to),
+        }
+    }
+
+    /// What the user should know of the motion before it is interpolated, as sentences.
+    pub fn warnings(&self, rbf: &RbfOptions) -> Vec<String> {
+        if rbf.interpolate != Interpolate::Twist {
+            return Vec::new();
+        }
+        let bodies = 0..self.bodies.len();
+        bodies
+            .filter_map(|body| self.turns_far(body, rbf.substeps))
+            .collect()
+    }
+
+    /// A sentence where a body turns so far in a substep that cells would fold.
+    fn turns_far(&self, body: usize, substeps: usize) -> Option<String> {
+        let angle = |step: &Step| norm(self.rotation(body, step, 0.0, 1.0)).to_degrees();
+        let far = |angle: f64| angle / substeps as f64 > FOLDS;
+        let angles = self.steps.iter().map(|step| (step, angle(step)));
+        let (step, angle) = angles
+            .filter(|(_, angle)| far(*angle))
+            .reduce(|most, next| if next.1 > most.1 { next } else { most })?;
+        let cut = match substeps {
+            1 => String::new(),
+            n => format!(" in {n} substeps"),
+        };
+        Some(format!(
+            "body \"{}\" turns by {angle:.0} degrees{cut} at step {} (azimuth {} degrees); past about \
+             {FOLDS} degrees in one go interpolate = \"twist\" folds cells: set rbf.substeps = {:.0}",
+            self.bodies[body].name,
+            step.index,
+            step.azimuth_deg,
+            (angle / SERVES).ceil()
+        ))
+    }
+}
+
+/// The sum of rotations whose axes are parallel; `None` where they are not.
+fn about_one_axis(turns: &[Turn]) -> Option<Vector> {
+    let Some(first) = turns.first() else {
+        return Some([0.0; 3]);
+    };
+    let parallel = |turn: &Turn| cross(first.axis, turn.axis) == [0.0; 3];
+    turns.iter().all(parallel).then(|| {
+        let vectors = turns.iter().map(|turn| scale(turn.axis, turn.angle));
+        vectors.fold([0.0; 3], add)
+    })
+}
+
+fn followed(turns: &[Turn], from: f64, to: f64) -> Vector {
+    let at = |part: f64| {
+        let parts = turns
+            .iter()
+            .map(|turn| Quaternion::rotation(turn.axis, part * turn.angle));
+        parts.fold(Quaternion::IDENTITY, Quaternion::then)
+    };
+    let whole: f64 = turns.iter().map(|turn| turn.angle.abs()).sum();
+    let increments = whole * (to - from).abs() / INCREMENT;
+    let increments = increments.clamp(1.0, MAX_INCREMENTS);
+    // Of two ends on one path the shorter is looked at in the points of the longer, then at its end.
+    let inner =
+        (1..increments.ceil() as u32).map(|i| from + (to - from) * f64::from(i) / increments);
+    let back = at(from).inverse();
+    let mut theta = [0.0; 3];
+    for part in inner.chain([to]) {
+        theta = back.then(at(part)).rotation_vector_near(theta);
+    }
+    theta
+}

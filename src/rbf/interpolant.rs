@@ -1,0 +1,113 @@
+//! The interpolant: weighted base points, and a linear polynomial where one is asked for.
+//!
+//! ```text
+//! s(x) = sum_j phi(|x - b_j| / R) w_j + P(x) beta,   P(x) = (1, x, y, z)
+//! ```
+
+use super::Basis;
+use super::evaluate::WeightedBase;
+use crate::geometry::Bounds;
+use crate::geometry::vector::{Vector, scale, sub};
+use rayon::prelude::*;
+
+/// Terms of a linear polynomial.
+pub const LINEAR: usize = 4;
+
+/// Base points with the weights of each, `r` columns, ready to be evaluated anywhere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interpolant {
+    /// Kernel and support radius.
+    pub basis: Basis,
+    /// Base points, with their periodic images where there are any.
+    pub points: Vec<Vector>,
+    /// Weights (n, r), by rows.
+    pub weights: Vec<f64>,
+    /// Number of columns, r.
+    pub n_columns: usize,
+    /// The polynomial beside them.
+    pub polynomial: Option<Polynomial>,
+}
+
+/// A linear polynomial of each column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial {
+    /// Where its terms are centred and by what they are scaled.
+    pub frame: PolynomialFrame,
+    /// `beta (4, r)`, by rows.
+    pub coefficients: Vec<f64>,
+}
+
+/// The place and size that make the terms of a polynomial of order one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PolynomialFrame {
+    centre: Vector,
+    size: f64,
+}
+
+impl PolynomialFrame {
+    /// The frame of a set of points.
+    pub fn around(points: &[Vector]) -> Self {
+        let bounds = Bounds::around(points);
+        let size = 0.5 * bounds.diagonal();
+        Self {
+            centre: std::array::from_fn(|i| 0.5 * (bounds.low[i] + bounds.high[i])),
+            size: if size > 0.0 { size } else { 1.0 },
+        }
+    }
+
+    /// `P(x)` in this frame.
+    #[inline]
+    pub fn terms(&self, x: &Vector) -> [f64; LINEAR] {
+        let [x, y, z] = scale(sub(*x, self.centre), 1.0 / self.size);
+        [1.0, x, y, z]
+    }
+}
+
+impl Interpolant {
+    /// Adds the interpolant at `points (N)` to `out (N, r)`, by rows. `N n` kernel evaluations.
+    pub fn add_at(&self, points: &[Vector], out: &mut [f64]) {
+        WeightedBase {
+            basis: self.basis,
+            points: &self.points,
+            weights: &self.weights,
+            n_columns: self.n_columns,
+        }
+        .add_at(points, out);
+        if let Some(polynomial) = &self.polynomial {
+            polynomial.add_at(points, out, self.n_columns);
+        }
+    }
+
+    /// The interpolant with the sign of every weight turned, for residuals.
+    pub fn negated(&self) -> Self {
+        let negated = |values: &[f64]| values.iter().map(|v| -v).collect();
+        Self {
+            basis: self.basis,
+            points: self.points.clone(),
+            weights: negated(&self.weights),
+            n_columns: self.n_columns,
+            polynomial: self.polynomial.as_ref().map(|polynomial| Polynomial {
+                frame: polynomial.frame,
+                coefficients: negated(&polynomial.coefficients),
+            }),
+        }
+    }
+}
+
+impl Polynomial {
+    fn add_at(&self, points: &[Vector], out: &mut [f64], r: usize) {
+        if r == 0 {
+            return;
+        }
+        out.par_chunks_exact_mut(r)
+            .zip(points)
+            .for_each(|(row, point)| {
+                let terms = self.frame.terms(point);
+                for (term, beta) in terms.iter().zip(self.coefficients.chunks_exact(r)) {
+                    for (value, b) in row.iter_mut().zip(beta) {
+                        *value += term * b;
+                    }
+                }
+            });
+    }
+}

@@ -1,0 +1,115 @@
+//! Sliding nodes on their boundary. On planes and straight edges the interpolant keeps them there and
+//! only round-off is taken off; on curved boundaries they are projected, and the change fades into the
+//! mesh as the correction of the surface does.
+
+use super::fields::Frame;
+use super::surface::SurfacePoints;
+use crate::geometry::Transform;
+use crate::geometry::vector::{Vector, add, distance, norm, sub};
+use crate::motion::{Motion, Role};
+use crate::rbf::correct::Correction;
+use crate::rbf::field::Field;
+use crate::rbf::slide::Sliding;
+use rayon::prelude::*;
+
+/// Mesh nodes that slide, with the surface point of each.
+fn sliding_nodes<'a>(
+    motion: &'a Motion,
+    surface: &'a SurfacePoints,
+) -> impl ParallelIterator<Item = (usize, usize)> + 'a {
+    let nodes = &motion.surface.nodes;
+    let all = nodes.nodes.par_iter().zip(&nodes.roles);
+    let all = all.zip(&surface.point_of);
+    all.filter(|((_, role), _)| **role == Role::Sliding)
+        .map(|((&node, _), &point)| (node as usize, point as usize))
+}
+
+/// Puts the sliding nodes in `out` on their boundary. `frame` is the mesh that has been deformed.
+pub(super) fn place(
+    motion: &Motion,
+    surface: &SurfacePoints,
+    frame: Frame<'_>,
+    out: &mut [Vector],
+) {
+    let Some(sliding) = &surface.sliding else {
+        return;
+    };
+    let placed: Vec<(usize, usize, Vector)> = sliding_nodes(motion, surface)
+        .map(|(node, point)| (node, point, sliding.place(point, out[node])))
+        .collect();
+    if sliding.has_curved() {
+        let mut changes = vec![0.0; 3 * surface.nodes.len()];
+        let mut largest: f64 = 0.0;
+        for (node, point, x) in &placed {
+            let change = sub(*x, out[*node]);
+            largest = largest.max(norm(change));
+            changes[3 * point..3 * point + 3].copy_from_slice(&change);
+        }
+        carry_inward(frame, &changes, largest, out);
+    }
+    for (node, _, x) in placed {
+        out[node] = x;
+    }
+}
+
+/// Adds to the nodes in `out` the changes (N_s, 3) of the surface, fading out.
+fn carry_inward(frame: Frame<'_>, changes: &[f64], largest: f64, out: &mut [Vector]) {
+    let deforming = frame.deforming.map(<[u32]>::to_vec);
+    let n_nodes = deforming.as_ref().map_or(frame.nodes.len(), Vec::len);
+    let mut field = Field {
+        nodes: deforming,
+        n_modes: 3,
+        values: vec![0.0; 3 * n_nodes],
+    };
+    let correction = Correction::new(frame.surface, frame.facets, changes, 3, largest);
+    correction.add_to(&mut field, frame.nodes);
+    let (rows, _) = field.values.as_chunks::<3>();
+    match &field.nodes {
+        None => out
+            .par_iter_mut()
+            .zip(rows)
+            .for_each(|(x, row)| *x = add(*x, *row)),
+        Some(nodes) => {
+            for (&node, row) in nodes.iter().zip(rows) {
+                out[node as usize] = add(out[node as usize], *row);
+            }
+        }
+    }
+}
+
+/// Largest distance of the sliding nodes in `points` from their boundary, which `carry` has turned
+/// with the zone, and the sum of its squares.
+pub(super) fn off_boundary(
+    motion: &Motion,
+    surface: &SurfacePoints,
+    carry: Option<&Transform>,
+    points: &[Vector],
+) -> (f64, f64) {
+    let Some(sliding) = &surface.sliding else {
+        return (0.0, 0.0);
+    };
+    let back = carry.map(Transform::inverse);
+    let errors = sliding_nodes(motion, surface).map(|(node, point)| {
+        let x = back.map_or(points[node], |back| back.apply(points[node]));
+        distance(x, sliding.place(point, x))
+    });
+    let errors: Vec<f64> = errors.collect();
+    errors
+        .into_iter()
+        .fold((0.0, 0.0), |(largest, squares): (f64, f64), error| {
+            (largest.max(error), squares + error * error)
+        })
+}
+
+/// The sliding points of a deformed mesh, where their normals have turned on the way.
+pub(super) fn on_moved_surface(
+    motion: &Motion,
+    surface: &SurfacePoints,
+    points: &[Vector],
+) -> Option<Sliding> {
+    let sliding = surface.sliding.as_ref()?;
+    match sliding.has_curved() {
+        true => surface.find_sliding(motion, points),
+        false => None,
+    }
+}

@@ -1,0 +1,256 @@
+//! What is interpolated: displacements, or with `twist` rotations and the translations beside them,
+//! each as modes at the surface with the space its interpolant is sought in.
+//!
+//! ```text
+//! displacement   x' = x + d(x)
+//! twist          x' = x + tau(x) + sum_b [ exp(theta_b(x)) (x - c_b) - (x - c_b) ]
+//! ```
+
+use crate::error::Result;
+use crate::geometry::rotation::rotate_by;
+use crate::geometry::vector::{Vector, add, distance, scale, sub};
+use crate::geometry::{Bounds, Transform};
+use crate::modes::{Form, Modes, RigidSurface};
+use crate::rbf::criterion::Criterion;
+use crate::rbf::space::Space;
+use std::ops::Range;
+
+/// The motion of one body over some steps, from the mesh that is deformed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyPath {
+    /// Its exact map at each step.
+    pub poses: Vec<Transform>,
+    /// The same as rotations about a point; present with `twist`.
+    pub turns: Option<Turns>,
+}
+
+/// Unwrapped rotation vectors about one point of a body, with the displacements of that point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turns {
+    /// The point, in the mesh that is deformed.
+    pub centre: Vector,
+    /// `theta` at each step, in radians.
+    pub theta: Vec<Vector>,
+    /// `tau` at each step, in mesh units.
+    pub tau: Vec<Vector>,
+}
+
+/// One field that is interpolated.
+#[derive(Debug, Clone)]
+pub struct Layer {
+    /// What its values are.
+    pub kind: Kind,
+    /// The space of its interpolant.
+    pub space: Space,
+    /// Its data at the surface.
+    pub modes: Modes,
+    /// The error of a residual over all steps, as a displacement.
+    pub criterion: Criterion,
+    /// Displacement that an error of one makes at each surface point; 1 at all when empty.
+    pub arms: Vec<f64>,
+    /// The part of the tolerance that is left to it.
+    pub tolerance: f64,
+}
+
+/// What a layer's values are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Kind {
+    /// Displacements.
+    Displacement,
+    /// Rotation vectors of the bodies, each times the body's reach, so that they are lengths.
+    Rotation(Vec<Turning>),
+}
+
+/// The rotation of one body among the modes of a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turning {
+    /// The point it turns about.
+    pub centre: Vector,
+    /// Largest distance of its surface points from there.
+    pub reach: f64,
+    /// Its modes.
+    pub modes: Range<usize>,
+}
+
+/// How the fields are interpolated.
+#[derive(Debug, Clone)]
+pub struct Method {
+    /// The space of displacements.
+    pub displacement: Space,
+    /// The space of rotations.
+    pub rotation: Space,
+    /// Scalar modes of displacements, or vector modes where their space couples the components.
+    pub form: Form,
+    /// Displacement error allowed, in mesh units.
+    pub tolerance: f64,
+}
+
+/// The layers of a motion: displacements, or rotations and then translations.
+pub fn layers(
+    surface: RigidSurface<'_>,
+    paths: &[BodyPath],
+    method: &Method,
+) -> Result<Vec<Layer>> {
+    let turns: Option<Vec<&Turns>> = paths.iter().map(|path| path.turns.as_ref()).collect();
+    let Some(turns) = turns else {
+        let poses: Vec<_> = paths.iter().map(|path| path.poses.clone()).collect();
+        let modes = Modes::of_rigid_bodies(surface, &poses, method.form)?;
+        return Ok(vec![Layer::new(
+            Kind::Displacement,
+            method.displacement.clone(),
+            modes,
+            method.tolerance,
+        )?]);
+    };
+    let form = match method.rotation.constraints {
+        Some(_) => Form::Vector,
+        None => Form::Scalar,
+    };
+    let (turning, rotation) = rotations(surface, &turns, form)?;
+    let shifts: Vec<_> = turns
+        .iter()
+        .map(|turns| translations(turns.tau.iter().copied()))
+        .collect();
+    let translation = Modes::of_rigid_bodies(surface, &shifts, method.form)?;
+    let both = rotation.n_modes > 0 && translation.n_modes > 0;
+    let tolerance = method.tolerance * if both { 0.5 } else { 1.0 };
+    Ok(vec![
+        Layer {
+            arms: arms(surface.points, &turning),
+            ..Layer::new(
+                Kind::Rotation(turning),
+                method.rotation.clone(),
+                rotation,
+                tolerance,
+            )?
+        },
+        Layer::new(
+            Kind::Displacement,
+            method.displacement.clone(),
+            translation,
+            tolerance,
+        )?,
+    ])
+}
+
+fn translations(by: impl Iterator<Item = Vector>) -> Vec<Transform> {
+    by.map(Transform::translation).collect()
+}
+
+/// The rotations of all bodies as lengths; the modes of each body are its own, as each has its own
+/// centre.
+fn rotations(
+    surface: RigidSurface<'_>,
+    turns: &[&Turns],
+    form: Form,
+) -> Result<(Vec<Turning>, Modes)> {
+    let n_steps = turns.first().map_or(0, |turns| turns.theta.len());
+    let mut all: Option<Modes> = None;
+    let mut turning = Vec::new();
+    for (body, turns) in turns.iter().enumerate() {
+        let own: Vec<Option<u16>> = surface
+            .body
+            .iter()
+            .map(|of| of.filter(|of| usize::from(*of) == body).map(|_| 0))
+            .collect();
+        let nodes = surface.points.iter().zip(&own);
+        let reach = nodes
+            .filter(|(_, own)| own.is_some())
+            .map(|(point, _)| distance(*point, turns.centre))
+            .fold(0.0, f64::max);
+        let lengths = translations(turns.theta.iter().map(|theta| scale(*theta, reach)));
+        let own = RigidSurface {
+            points: surface.points,
+            body: &own,
+        };
+        let modes = Modes::of_rigid_bodies(own, &[lengths], form)?;
+        let first = all.as_ref().map_or(0, |all| all.n_modes);
+        turning.push(Turning {
+            centre: turns.centre,
+            reach,
+            modes: first..first + modes.n_modes,
+        });
+        all = Some(match all {
+            Some(all) => all.beside(modes, n_steps),
+            None => modes,
+        });
+    }
+    Ok((turning, all.unwrap_or_default()))
+}
+
+/// How far each point is from the centres of the bodies, in the reaches of these; the largest.
+fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
+    let arm = |point: &Vector| {
+        let arms = bodies
+            .iter()
+            .filter(|body| !body.modes.is_empty())
+            .map(|body| distance(*point, body.centre) / body.reach);
+        arms.fold(0.0, f64::max).max(f64::MIN_POSITIVE)
+    };
+    points.iter().map(arm).collect()
+}
+
+impl Layer {
+    fn new(kind: Kind, space: Space, modes: Modes, tolerance: f64) -> Result<Self> {
+        Ok(Self {
+            criterion: Criterion::new(modes.n_modes, &modes.coefficients)?,
+            kind,
+            space,
+            modes,
+            arms: Vec::new(),
+            tolerance,
+        })
+    }
+
+    /// What it adds to the position of a node at `x` whose values of the modes are `row`, at a step.
+    #[inline]
+    pub fn displacement(&self, x: Vector, row: &[f64], step: usize) -> Vector {
+        let coefficients = self.modes.at_step(step);
+        match &self.kind {
+            Kind::Displacement => combine(row, coefficients),
+            Kind::Rotation(bodies) => bodies.iter().fold([0.0; 3], |sum, body| {
+                let range = body.modes.clone();
+                if range.is_empty() {
+                    return sum;
+                }
+                let length = combine(
+                    &row[range.clone()],
+                    &coefficients[3 * range.start..3 * range.end],
+                );
+                let arm = sub(x, body.centre);
+                let turned = rotate_by(scale(length, 1.0 / body.reach), arm);
+                add(sum, sub(turned, arm))
+            }),
+        }
+    }
+
+    /// The name of its base points in base.toml.
+    pub fn name(&self) -> &'static str {
+        match self.kind {
+            Kind::Displacement => "nodes",
+            Kind::Rotation(_) => "rotation_nodes",
+        }
+    }
+}
+
+#[inline]
+fn combine(row: &[f64], coefficients: &[f64]) -> Vector {
+    let mut sum = [0.0; 3];
+    for (value, c) in row.iter().zip(coefficients.as_chunks::<3>().0) {
+        for axis in 0..3 {
+            sum[axis] += value * c[axis];
+        }
+    }
+    sum
+}
+
+/// Bounds of the points of one body.
+pub fn bounds_of_body(surface: RigidSurface<'_>, body: usize) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    for (point, of) in surface.points.iter().zip(surface.body) {
+        if of.map(usize::from) == Some(body) {
+            bounds.include(point);
+        }
+    }
+    bounds
+}

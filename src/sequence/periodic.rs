@@ -1,0 +1,176 @@
+//! Periodic pairs of a mesh: the images that base points have, and nodes that follow their partners to
+//! the last bit.
+
+use super::surface::SurfacePoints;
+use crate::error::{Error, Result};
+use crate::geometry::vector::{Vector, add, distance, sub};
+use crate::geometry::{Bounds, Transform};
+use crate::mesh::Mesh;
+use crate::motion::periodic::{Axis, Follower, Periodic, Side, Symmetry, followers, images};
+use crate::motion::{Motion, Role};
+use std::sync::Arc;
+
+/// A body on both sides of a pair may be this part of the extent off at any step.
+const EQUIVARIANT: f64 = 1e-9;
+
+/// What periodic pairs make of a mesh. Without pairs nothing.
+#[derive(Debug, Clone, Default)]
+pub struct PeriodicNodes {
+    /// Images of the base points, the identity left out.
+    pub images: Arc<Vec<Transform>>,
+    /// Nodes that follow others, ascending.
+    followers: Vec<Follower>,
+    /// For each surface point whether the point of another is its image; empty when there are none.
+    pub is_image: Vec<bool>,
+    /// A sentence for each pair.
+    pub found: Vec<String>,
+}
+
+impl PeriodicNodes {
+    /// Finds the pairs of a motion on its mesh, with the images within `radius`.
+    pub fn find(
+        mesh: &Mesh,
+        motion: &Motion,
+        surface: &SurfacePoints,
+        radius: f64,
+    ) -> Result<Self> {
+        let tags = &motion.periodic;
+        if tags.is_empty() {
+            return Ok(Self::default());
+        }
+        let bounds = Bounds::around(&mesh.points);
+        let axis = Axis {
+            origin: motion.rotor.hub,
+            direction: motion.rotor.e_z,
+        };
+        let mut pairs = Vec::new();
+        let mut found = Vec::new();
+        for pair in tags {
+            let [nodes_a, nodes_b] = motion.periodic_nodes(pair, mesh);
+            let [name_a, name_b] = [&pair.a, &pair.b].map(|tags| names(motion, tags));
+            let [a, b] = [(&name_a, &nodes_a), (&name_b, &nodes_b)]
+                .map(|(name, nodes)| Side { name, nodes });
+            let periodic = Periodic::find(&mesh.points, a, b, Some(axis))
+                .map_err(|error| error.line(pair.line))?;
+            found.push(format!(
+                "{name_a} and {name_b}: {} pairs of nodes by {}, {:.1e} apart at most",
+                periodic.pairs.len(),
+                in_words(&periodic.symmetry),
+                periodic.mismatch
+            ));
+            pairs.push(periodic);
+        }
+        let line = tags[0].line;
+        let followers = followers(&pairs, &bounds).map_err(|error| error.line(line))?;
+        let images = images(&pairs, radius, &bounds).map_err(|error| error.line(line))?;
+        let nodes = Self {
+            is_image: is_image(motion, surface, &followers),
+            images: Arc::new(images),
+            followers,
+            found,
+        };
+        nodes.check(mesh, motion, &bounds)?;
+        Ok(nodes)
+    }
+
+    /// Paired nodes have one role, and bodies on both sides move alike.
+    fn check(&self, mesh: &Mesh, motion: &Motion, bounds: &Bounds) -> Result<()> {
+        let limit = EQUIVARIANT * bounds.diagonal();
+        for follower in &self.followers {
+            let roles = [follower.leader, follower.node].map(|node| role(motion, node));
+            if roles[0] != roles[1] {
+                return Err(Error::input(format!(
+                    "nodes {} and {} are a periodic pair, but one moves otherwise than the other; give the \
+                     tags at both sides one role",
+                    follower.leader, follower.node
+                )));
+            }
+            let Some(Role::Moving(body)) = roles[0] else {
+                continue;
+            };
+            let body = usize::from(body);
+            let [leader, node] = [follower.leader, follower.node].map(|i| mesh.points[i as usize]);
+            let offset = sub(node, follower.map.apply(leader));
+            for step in &motion.steps {
+                let pose = motion.pose(body, step);
+                let followed = add(follower.map.apply(pose.apply(leader)), offset);
+                if distance(followed, pose.apply(node)) > limit {
+                    return Err(Error::input(format!(
+                        "body \"{}\" is on both sides of a periodic pair, but at step {} its motion is not the \
+                         same on both",
+                        motion.bodies[body].name, step.index
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts every follower where its leader's image is. Where the reference mesh has them in the same
+    /// relation to the last bit, so has `out`.
+    pub fn follow(
+        &self,
+        motion: &Motion,
+        reference: &[Vector],
+        carry: Option<&Transform>,
+        out: &mut [Vector],
+    ) {
+        for follower in &self.followers {
+            if role(motion, follower.node) == Some(Role::Fixed) {
+                continue;
+            }
+            let [leader, node] = [follower.leader, follower.node].map(|i| i as usize);
+            let offset = sub(reference[node], follower.map.apply(reference[leader]));
+            out[node] = match carry {
+                None => add(follower.map.apply(out[leader]), offset),
+                Some(carry) => {
+                    let back = carry.inverse().apply(out[leader]);
+                    carry.apply(add(follower.map.apply(back), offset))
+                }
+            };
+        }
+    }
+}
+
+fn in_words(symmetry: &Symmetry) -> String {
+    match symmetry {
+        Symmetry::Translation(by) => format!("a translation by {by:?}"),
+        Symmetry::Rotation { axis, angle } => format!(
+            "a rotation of {} degrees about {:?} through {:?}",
+            angle.to_degrees(),
+            axis.direction,
+            axis.origin
+        ),
+    }
+}
+
+fn names(motion: &Motion, tags: &[usize]) -> String {
+    let names = tags
+        .iter()
+        .map(|&tag| motion.surface.tags[tag].tag.as_str());
+    names.collect::<Vec<_>>().join(", ")
+}
+
+fn role(motion: &Motion, node: u32) -> Option<Role> {
+    let surface = &motion.surface.nodes;
+    let at = surface.nodes.binary_search(&node).ok()?;
+    Some(surface.roles[at])
+}
+
+/// Marks the surface points whose leader is a surface point too.
+fn is_image(motion: &Motion, surface: &SurfacePoints, followers: &[Follower]) -> Vec<bool> {
+    let nodes = &motion.surface.nodes.nodes;
+    let point = |node: u32| {
+        let at = nodes.binary_search(&node).ok()?;
+        Some(surface.point_of[at] as usize)
+    };
+    let mut is_image = vec![false; surface.nodes.len()];
+    for follower in followers {
+        if let (Some(image), Some(leader)) = (point(follower.node), point(follower.leader))
+            && image != leader
+        {
+            is_image[image] = true;
+        }
+    }
+    is_image
+}

@@ -1,0 +1,100 @@
+//! Base points and fields for the step at hand: chosen when a step enters a new stretch, kept while
+//! it lasts.
+
+use super::base;
+use super::choose::{check_tolerance, choose};
+use super::deformer::Deformer;
+use super::output::Names;
+use super::plan::Plan;
+use super::progress::{Progress, Silent};
+use super::record::{Clock, selection_record};
+use crate::error::Result;
+use crate::motion::Step;
+use crate::rbf::select::Selection;
+use serde_json::Value;
+use std::ops::Range;
+
+/// The stretches of a run, with the deformer of the one that it is in.
+pub(super) struct Stretches<'a> {
+    plan: &'a Plan,
+    names: &'a Names,
+    ranges: Vec<Range<usize>>,
+    /// Base points chosen before the run.
+    loaded: Option<Vec<Selection>>,
+    progress: &'a dyn Progress,
+    current: Option<(Range<usize>, Deformer<'a>)>,
+    /// What each selection came to, for run.json.
+    pub selections: Vec<Value>,
+    /// Sentences about what the user should know.
+    pub warnings: Vec<String>,
+    /// Seconds of choosing base points.
+    pub seconds_selection: f64,
+    /// Seconds of evaluating them at the nodes.
+    pub seconds_modes: f64,
+}
+
+impl<'a> Stretches<'a> {
+    pub fn new(
+        plan: &'a Plan,
+        names: &'a Names,
+        loaded: Option<Vec<Selection>>,
+        progress: &'a dyn Progress,
+    ) -> Self {
+        Self {
+            plan,
+            names,
+            ranges: plan.stretches(),
+            loaded,
+            progress,
+            current: None,
+            selections: Vec::new(),
+            warnings: Vec::new(),
+            seconds_selection: 0.0,
+            seconds_modes: 0.0,
+        }
+    }
+
+    /// The deformer of a step.
+    pub fn enter(&mut self, step: &Step) -> Result<&Deformer<'a>> {
+        let inside = |(range, _): &(Range<usize>, Deformer<'_>)| range.contains(&step.index);
+        if !self.current.as_ref().is_some_and(inside) {
+            self.current = None;
+            let deformer = self.prepare(step)?;
+            self.current = Some(deformer);
+        }
+        let (_, deformer) = self.current.as_ref().expect("it has been prepared");
+        Ok(deformer)
+    }
+
+    /// Base points for the stretch of a step, saved, and their fields.
+    fn prepare(&mut self, step: &Step) -> Result<(Range<usize>, Deformer<'a>)> {
+        let clock = Clock::start();
+        let plan = self.plan;
+        let stretch = self
+            .ranges
+            .iter()
+            .find(|range| range.contains(&step.index))
+            .expect("every step is in a stretch")
+            .clone();
+        // The steps have a line of their own once they run.
+        let progress = match self.selections.is_empty() {
+            true => self.progress,
+            false => &Silent,
+        };
+        let selections = match self.loaded.take() {
+            Some(loaded) => loaded,
+            None => choose(plan, &stretch, progress)?,
+        };
+        self.selections
+            .push(selection_record(plan, &stretch, &selections));
+        let first = (self.ranges.len() > 1).then_some(stretch.start);
+        base::save(plan, &selections, &self.names.base(first))?;
+        check_tolerance(plan, &selections)?;
+        self.seconds_selection += clock.seconds();
+        let clock = Clock::start();
+        let deformer = Deformer::new(plan, selections, &stretch, progress);
+        self.warnings.extend(deformer.warnings.iter().cloned());
+        self.seconds_modes += clock.seconds();
+        Ok((stretch, deformer))
+    }
+}
