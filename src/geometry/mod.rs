@@ -3,6 +3,7 @@
 pub mod bounds;
 pub mod closest;
 pub mod curve;
+mod facet;
 pub mod oriented;
 pub mod rotation;
 pub mod transform;

@@ -66,14 +66,14 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// A candidate for every 16 of `n_nodes`, 512 to 4096 of them; rounds that end at 0.4 of their
+    /// A candidate for every 16 of `n_nodes`, 512 to 2048 of them; rounds that end at 0.4 of their
     /// first error.
     pub fn in_rounds(tolerance: f64, max_points: usize, n_nodes: usize) -> Self {
         Self {
             tolerance,
             measure: Measure::Max,
             max_points,
-            candidates: (n_nodes / 16).clamp(512, 4096),
+            candidates: (n_nodes / 16).clamp(512, 2048),
             fall: 0.4,
         }
     }
