@@ -115,8 +115,14 @@ pub fn select(
     if targets.criterion.n_modes() == 0 {
         return chosen.finish(space, targets, limits.measure);
     }
+    let mut nearly_done = false;
     loop {
-        let interpolant = chosen.interpolant(space, &targets)?;
+        // The last sweep is that of the final weights, so that it need not be made twice.
+        let is_final = nearly_done;
+        let interpolant = match is_final {
+            true => chosen.final_interpolant(space, &targets)?,
+            false => chosen.interpolant(space, &targets)?,
+        };
         let residuals = residuals(space, &interpolant, targets);
         let (largest, measured) = errors(&targets, &residuals, &limits);
         chosen.history.push((chosen.base.len(), largest));
@@ -127,15 +133,16 @@ pub fn select(
             let mut round = Candidates::new(space, targets, &chosen, &residuals, &nodes);
             // What is left of the largest error when the measured one is just met.
             let enough = 0.95 * limits.tolerance * largest / measured;
-            round.pick(
-                (largest * limits.fall).max(enough),
-                limits.max_points,
-                &mut chosen,
-            );
+            nearly_done = largest * limits.fall <= enough;
+            let stop = (largest * limits.fall).max(enough);
+            round.pick(stop, limits.max_points, &mut chosen);
             chosen.skipped += round.skipped();
         }
         if chosen.base.len() == before {
-            return chosen.finish(space, targets, limits.measure);
+            return match is_final {
+                true => Ok(chosen.end(targets, limits.measure, interpolant, residuals)),
+                false => chosen.finish(space, targets, limits.measure),
+            };
         }
     }
 }
@@ -217,17 +224,31 @@ impl Chosen {
         })
     }
 
-    /// The selection with weights solved as any later run from the same base points solves them.
+    /// The interpolant as any later run from the same base points solves it.
+    fn final_interpolant(&self, space: &Space, targets: &Targets<'_>) -> Result<Interpolant> {
+        space.interpolant(targets.points, &self.base, &targets.values_at(&self.base))
+    }
+
+    /// The selection with its final weights.
     fn finish(self, space: &Space, targets: Targets<'_>, measure: Measure) -> Result<Selection> {
-        let values = targets.values_at(&self.base);
-        let interpolant = space.interpolant(targets.points, &self.base, &values)?;
+        let interpolant = self.final_interpolant(space, &targets)?;
         let residuals = residuals(space, &interpolant, targets);
+        Ok(self.end(targets, measure, interpolant, residuals))
+    }
+
+    fn end(
+        self,
+        targets: Targets<'_>,
+        measure: Measure,
+        interpolant: Interpolant,
+        residuals: Vec<f64>,
+    ) -> Selection {
         let error = largest_error(&targets, &residuals, 0.0);
         let measured = match measure {
             Measure::Max => error,
             Measure::Mean => targets.criterion.largest_mean(&residuals, targets.arms),
         };
-        Ok(Selection {
+        Selection {
             base: self.base,
             interpolant,
             residuals,
@@ -236,7 +257,7 @@ impl Chosen {
             history: self.history,
             picked: self.picked,
             skipped: self.skipped,
-        })
+        }
     }
 }
 
