@@ -247,6 +247,7 @@ inverted. Times of a step are from a run of a few steps beside, which is never s
 def markdown(results):
     """A table with a column a run, beside the paper's."""
     rows = [
+        ("steps, evenly over the revolution", "360", lambda r: f"{r['steps']}"),
         ("base points", "1,003 (592 with Algorithm 1)", lambda r: f"{r['base_points']:,.0f}"),
         ("largest error before the correction, m", "", lambda r: f"{r['error']:.2e}"),
         ("selection, s", "512 (9,637 with Algorithm 1)", lambda r: f"{r['seconds']['selection']:.2f}"),

@@ -272,8 +272,8 @@ def m427(whole):
     return f"""
 ## The M427 blade at the paper's size (table 4)
 
-`scripts/m427.py`: {made["nodes"]:,} nodes, {made["surface_points"]:,} of them on boundaries, {made["steps"]} steps of
-{360 / made["steps"]:g} degree, the motion above, support radius one blade radius, tolerance {made["tolerance"]:g} m,
+`scripts/m427.py`: {made["nodes"]:,} nodes, {made["surface_points"]:,} of them on boundaries, one revolution, the
+motion above, support radius one blade radius, tolerance {made["tolerance"]:g} m,
 method `sequence`.
 
 {script.markdown(whole)}
