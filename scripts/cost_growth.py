@@ -205,7 +205,7 @@ Markers are measurements, dashed lines the formulas of [the method](method.md), 
 
 | part of a run | formula | what the slopes say |
 |---|---|---|
-| selection | sweeps x N_s n + candidates x n^2 + n^3 / 3 | candidates: one for every 16 surface nodes, 512 to 4,096 |
+| selection | sweeps x N_s n + candidates x n^2 + n^3 / 3 | candidates: one for every 16 surface nodes, 512 to 2,048 |
 | modes | N_v n | once for all steps |
 | correction | | reaches from the surface in proportion to the error that it takes away: falls with n |
 | steps | K N_v | positions, and their error at the surface |
