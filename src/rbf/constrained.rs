@@ -93,45 +93,6 @@ pub fn constrained_weights(
     Ok(system.expand(&own, n_columns))
 }
 
-/// Weights (n, r), by rows, for values (n, r) of scalar modes that repeat under translations: every
-/// image of a base point has the weights of the point itself.
-///
-/// ```text
-/// sum_j [sum_g phi(|x_i - g x_j| / R)] w_j = d_i
-/// ```
-///
-/// # Errors
-/// As [`constrained_weights`].
-pub fn translated_weights(
-    basis: Basis,
-    base: &[Vector],
-    images: &[Transform],
-    values: &[f64],
-) -> Result<Expanded> {
-    let n = base.len();
-    if n == 0 {
-        return Ok(Expanded::default());
-    }
-    let system = System::new(basis, base, images)?;
-    let n_columns = values.len() / n;
-    let mut rhs = Matrix::from_fn(n, n_columns, |i, j| values[i * n_columns + j]);
-    let along_x = Constraint::of_normals(&[[1.0, 0.0, 0.0]]);
-    let block = Block::new(0b001, &vec![along_x; n]);
-    system.factor(&block)?.solve(&mut rhs);
-    let own: Vec<f64> = (0..values.len())
-        .map(|at| rhs[(at / n_columns, at % n_columns)])
-        .collect();
-    let points = system
-        .group
-        .iter()
-        .flat_map(|g| base.iter().map(|x| g.apply(*x)));
-    Ok(Expanded {
-        points: points.collect(),
-        weights: own.repeat(system.group.len()),
-        n_columns,
-    })
-}
-
 /// Axes, as bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Axes(u8);

@@ -9,7 +9,7 @@
 //! | `all` | none: every surface node | |
 
 use super::layer::Layer;
-use super::plan::Plan;
+use super::plan::{Plan, SELECTED};
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
@@ -106,20 +106,21 @@ fn measure(plan: &Plan) -> Measure {
     }
 }
 
+fn limits(plan: &Plan, layer: &Layer) -> Limits {
+    let most = plan.schedule.selection.max_points;
+    Limits {
+        measure: measure(plan),
+        ..Limits::in_rounds(layer.tolerance, most, plan.surface.nodes.len())
+    }
+}
+
 fn in_rounds(
     plan: &Plan,
     layer: &Layer,
     targets: Targets<'_>,
     progress: &dyn Progress,
 ) -> Result<Selection> {
-    let limits = Limits {
-        measure: measure(plan),
-        ..Limits::in_rounds(
-            layer.tolerance,
-            plan.schedule.selection.max_points,
-            plan.surface.nodes.len(),
-        )
-    };
+    let limits = limits(plan, layer);
     select::select(&layer.space, targets, limits, &mut |n, error| {
         progress.say(&format!(
             "{n} base points, error {error:.2e} of {:.2e}",
@@ -139,14 +140,7 @@ fn by_constant(
     let Some(field) = constant_field(plan, layer)? else {
         return select::from_base(&layer.space, targets, Vec::new(), measure(plan));
     };
-    let limits = Limits {
-        measure: measure(plan),
-        ..Limits::in_rounds(
-            layer.tolerance,
-            plan.schedule.selection.max_points,
-            plan.surface.nodes.len(),
-        )
-    };
+    let limits = limits(plan, layer);
     let chosen = select::select(
         &field.space,
         field.targets(targets),
@@ -237,7 +231,7 @@ pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
         let ends_there = wanted.method == SelectionMethod::Constant && full;
         if wanted.method == SelectionMethod::All
             || ends_there
-            || selection.measured <= layer.tolerance.max(plan.tolerance)
+            || selection.measured <= layer.tolerance / SELECTED
         {
             continue;
         }

@@ -27,7 +27,7 @@ const DEFAULT_RADIUS: f64 = 10.0;
 /// The modes may be off by this part of the tolerance, and of the smallest first cell.
 const TRUNCATION: f64 = 0.01;
 /// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
-const SELECTED: f64 = 0.99;
+pub(super) const SELECTED: f64 = 0.99;
 
 /// A mesh, a schedule and what follows from both.
 pub struct Plan {
