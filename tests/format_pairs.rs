@@ -12,7 +12,9 @@ use support::{azimesh, succeed};
 const EXTENSIONS: [&str; 4] = ["vtu", "msh", "msh2", "su2"];
 
 fn read(path: &Path) -> Mesh {
-    formats::read(&Source::open(path).unwrap(), &ReadOptions::default()).unwrap()
+    formats::read(&Source::open(path).unwrap(), &ReadOptions::default())
+        .unwrap()
+        .mesh
 }
 
 fn save(mesh: &Mesh, path: &Path) {
@@ -55,6 +57,7 @@ fn mixed(zones: bool) -> Mesh {
             dimension,
             name: name.into(),
             number: None,
+            condition: None,
             cells: cells.collect(),
         });
     };

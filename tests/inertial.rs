@@ -12,7 +12,9 @@ use support::{rewrite, succeed};
 use tempfile::TempDir;
 
 fn read(path: &Path) -> Mesh {
-    formats::read(&Source::open(path).unwrap(), &ReadOptions::default()).unwrap()
+    formats::read(&Source::open(path).unwrap(), &ReadOptions::default())
+        .unwrap()
+        .mesh
 }
 
 /// Nodes of a zone's cells.

@@ -1,7 +1,7 @@
 //! Damaged MSH files: always an error with a place or a mesh, never a panic, a hang or a huge
 //! allocation.
 
-use azimesh::formats::{Encoding, Format, ReadOptions, WriteOptions, gmsh};
+use azimesh::formats::{Encoding, Format, ReadOptions, WriteOptions, gmsh, parse};
 use azimesh::mesh::{CellKind, Group, Mesh};
 use proptest::prelude::*;
 
@@ -22,6 +22,7 @@ fn small_mesh() -> Mesh {
             dimension,
             name: name.into(),
             number: None,
+            condition: None,
             cells: cells.collect(),
         });
     }
@@ -49,7 +50,7 @@ fn flavours() -> Vec<Vec<u8>> {
 }
 
 fn read(bytes: &[u8]) -> azimesh::error::Result<Mesh> {
-    gmsh::Msh.read(bytes, &ReadOptions::default())
+    parse(&gmsh::Msh, bytes, &ReadOptions::default())
 }
 
 /// Reads; an error must say where.

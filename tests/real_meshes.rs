@@ -62,7 +62,9 @@ fn testdata() -> Option<PathBuf> {
 
 fn read(path: &Path) -> Mesh {
     let source = Source::open(path).unwrap();
-    formats::read(&source, &ReadOptions::default()).unwrap()
+    formats::read(&source, &ReadOptions::default())
+        .unwrap()
+        .mesh
 }
 
 /// The nodes of boundary tags.

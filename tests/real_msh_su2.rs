@@ -32,7 +32,7 @@ fn real_meshes() -> Vec<(PathBuf, Mesh)> {
     for path in files {
         let source = Source::open(&path).expect("a readable file");
         match formats::read(&source, &ReadOptions::default()) {
-            Ok(mesh) => meshes.push((path, mesh)),
+            Ok(loaded) => meshes.push((path, loaded.mesh)),
             Err(error) => assert!(
                 error.position.is_some()
                     || error.message.contains("no known mesh format")
@@ -45,7 +45,7 @@ fn real_meshes() -> Vec<(PathBuf, Mesh)> {
     meshes
 }
 
-fn back(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Option<Mesh> {
+fn back(format: &'static dyn Format, mesh: &Mesh, encoding: Encoding) -> Option<Mesh> {
     let options = WriteOptions {
         encoding,
         ..WriteOptions::default()
@@ -53,7 +53,8 @@ fn back(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Option<Mesh> {
     let mut file = Vec::new();
     format.write(mesh, &mut file, &options).ok()?;
     let source = Source::from_bytes(Path::new("written"), file);
-    Some(formats::read_as(format, &source, &ReadOptions::default()).expect("what was written"))
+    let loaded = formats::read_as(format, &source, &ReadOptions::default());
+    Some(loaded.expect("what was written").mesh)
 }
 
 /// Groups without their numbers, which a group that comes without one is given.
@@ -69,7 +70,7 @@ fn named(groups: &[Group]) -> Vec<Group> {
 #[test]
 fn real_meshes_come_back_from_every_flavour_of_msh() {
     for (path, mesh) in real_meshes() {
-        for format in [&gmsh::Msh as &dyn Format, &gmsh::Msh22] {
+        for format in [&gmsh::Msh as &'static dyn Format, &gmsh::Msh22] {
             for encoding in [Encoding::Raw, Encoding::Ascii] {
                 let back = back(format, &mesh, encoding).expect("MSH holds it");
                 let place = path.display();

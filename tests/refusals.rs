@@ -227,6 +227,7 @@ fn polyhedra() -> Mesh {
             dimension: 2,
             name: name.into(),
             number: None,
+            condition: None,
             cells: (first..first + 4).collect(),
         });
     }

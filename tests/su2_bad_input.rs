@@ -2,7 +2,7 @@
 //! allocation.
 
 use azimesh::error::Result;
-use azimesh::formats::{Format, ReadOptions, su2};
+use azimesh::formats::{ReadOptions, parse, su2};
 use azimesh::mesh::Mesh;
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ const GOOD: &str = "% a plane mesh\nNDIME= 2\nNELEM= 2\n5 0 1 2 0\n9 1 3 4 2 1\n
                     MARKER_ELEMS= 2\n3 0 1\n3 1 3\nMARKER_TAG= far\nMARKER_ELEMS= 0\n";
 
 fn read(bytes: &[u8]) -> Result<Mesh> {
-    su2::Su2.read(bytes, &ReadOptions::default())
+    parse(&su2::Su2, bytes, &ReadOptions::default())
 }
 
 fn read_or_place(bytes: &[u8]) {

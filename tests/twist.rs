@@ -84,6 +84,7 @@ fn ogrid(around: usize) -> Mesh {
             dimension: 1,
             name: name.into(),
             number: None,
+            condition: None,
             cells: (first..mesh.cells.len()).collect(),
         });
     }

@@ -2,11 +2,11 @@
 
 #![no_main]
 
-use azimesh::formats::{su2::Su2, Format, ReadOptions, WriteOptions};
+use azimesh::formats::{parse, su2::Su2, Format, ReadOptions, WriteOptions};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    match Su2.read(bytes, &ReadOptions::default()) {
+    match parse(&Su2, bytes, &ReadOptions::default()) {
         Ok(mut mesh) => {
             if mesh.validate().is_ok() {
                 mesh.merge_repeated_faces();

@@ -2,11 +2,11 @@
 
 #![no_main]
 
-use azimesh::formats::{vtu::Vtu, Format, ReadOptions, WriteOptions};
+use azimesh::formats::{parse, vtu::Vtu, Format, ReadOptions, WriteOptions};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    match Vtu.read(bytes, &ReadOptions::default()) {
+    match parse(&Vtu, bytes, &ReadOptions::default()) {
         Ok(mut mesh) => {
             if mesh.validate().is_ok() {
                 mesh.merge_repeated_faces();

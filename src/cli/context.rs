@@ -2,7 +2,7 @@
 
 use super::Common;
 use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, Source};
+use crate::formats::{self, Loaded, ReadOptions, Source};
 use crate::mesh::Mesh;
 use std::io::Write;
 use std::path::Path;
@@ -38,16 +38,21 @@ impl Context {
             return self.read_any(path);
         };
         let format = formats::by_name(name)?;
-        self.stage("reading", || {
-            formats::read_as(format, &Source::open(path)?, &self.read_options())
-        })
+        let read = |source: &Source| formats::read_as(format, source, &self.read_options());
+        self.load(path, read)
     }
 
     /// Reads a mesh in the format that its content says, where `--format` is about the output.
     pub fn read_any(&self, path: &Path) -> Result<Mesh> {
-        self.stage("reading", || {
-            formats::read(&Source::open(path)?, &self.read_options())
-        })
+        self.load(path, |source| formats::read(source, &self.read_options()))
+    }
+
+    fn load(&self, path: &Path, read: impl FnOnce(&Source) -> Result<Loaded>) -> Result<Mesh> {
+        let loaded = self.stage("reading", || read(&Source::open(path)?))?;
+        for note in loaded.notes.iter() {
+            self.note(&format!("{}: {note}", path.display()));
+        }
+        Ok(loaded.mesh)
     }
 
     /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.
@@ -65,6 +70,7 @@ impl Context {
     fn read_options(&self) -> ReadOptions {
         ReadOptions {
             tag_array: self.common.tag_array.clone(),
+            step: None,
         }
     }
 

@@ -17,7 +17,7 @@ pub use source::Source;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
 pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2];
@@ -28,12 +28,17 @@ pub trait Format: Sync {
     fn name(&self) -> &'static str;
     /// What it is, in a few words.
     fn title(&self) -> &'static str;
-    /// Extensions without the dot; the first is the one written.
+    /// Extensions without the first dot; the first one is written. The longest that a file's name
+    /// ends with decides.
     fn extensions(&self) -> &'static [&'static str];
     /// Whether a file that starts like this is of this format.
     fn recognizes(&self, head: &[u8]) -> bool;
-    /// The mesh in these bytes.
-    fn read(&self, bytes: &[u8], options: &ReadOptions) -> Result<Mesh>;
+    /// The mesh in a file; a note for each kind of data that it cannot keep.
+    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh>;
+    /// Times of the steps of a sequence kept in one file; empty where it holds one mesh.
+    fn steps(&self, _source: &Source) -> Result<Vec<f64>> {
+        Ok(Vec::new())
+    }
     /// Writes the mesh; returns a sentence for each thing that the format cannot hold.
     fn write(
         &self,
@@ -41,6 +46,44 @@ pub trait Format: Sync {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>>;
+    /// Small files that belong beside a mesh written to `path`, with their content.
+    fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+        Vec::new()
+    }
+}
+
+/// Sentences on data of a file that a mesh cannot hold.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Notes(Vec<String>);
+
+impl Notes {
+    /// Adds a sentence, once.
+    pub fn push(&mut self, sentence: impl Into<String>) {
+        let sentence = sentence.into();
+        if !self.0.contains(&sentence) {
+            self.0.push(sentence);
+        }
+    }
+
+    /// The sentences, in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.0.iter().map(String::as_str)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+/// A mesh as it was read.
+pub struct Loaded {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// What the file held beyond it.
+    pub notes: Notes,
+    /// The file's format.
+    pub format: &'static dyn Format,
 }
 
 /// What a reader is told.
@@ -48,6 +91,8 @@ pub trait Format: Sync {
 pub struct ReadOptions {
     /// VTK cell array that holds boundary tags, when it is not one of the known names.
     pub tag_array: Option<String>,
+    /// Which step of a sequence in one file; the last when none is given.
+    pub step: Option<usize>,
 }
 
 /// What a writer is told.
@@ -138,36 +183,67 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
 }
 
 fn with_extension(path: &Path) -> Option<&'static dyn Format> {
-    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-    let has = |format: &&dyn Format| format.extensions().contains(&extension.as_str());
-    FORMATS.iter().copied().find(has)
+    let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+    let matches = |extension: &&&str| {
+        let stem = name.strip_suffix(**extension);
+        stem.is_some_and(|stem| stem.ends_with('.'))
+    };
+    let length = |format: &&dyn Format| {
+        let extensions = format.extensions().iter();
+        extensions.filter(matches).map(|e| e.len()).max()
+    };
+    let (_, format) = FORMATS
+        .iter()
+        .filter_map(|format| Some((length(format)?, *format)))
+        .rev()
+        .max_by_key(|(length, _)| *length)?;
+    Some(format)
 }
 
-/// Reads the mesh in a file, by its content or, where that does not tell, by its name.
-pub fn read(source: &Source, options: &ReadOptions) -> Result<Mesh> {
-    let format = FORMATS
+/// The format of a file, by its content or, where that does not tell, by its name.
+pub fn of(source: &Source) -> Result<&'static dyn Format> {
+    FORMATS
         .iter()
         .copied()
         .find(|format| format.recognizes(source.bytes()))
         .or_else(|| with_extension(source.path()))
-        .ok_or_else(|| unknown_content(source))?;
-    read_as(format, source, options)
+        .ok_or_else(|| unknown_content(source))
+}
+
+/// Reads the mesh in a file, by its content or, where that does not tell, by its name.
+pub fn read(source: &Source, options: &ReadOptions) -> Result<Loaded> {
+    read_as(of(source)?, source, options)
 }
 
 /// Reads the mesh in a file of a known format.
-pub fn read_as(format: &dyn Format, source: &Source, options: &ReadOptions) -> Result<Mesh> {
+pub fn read_as(
+    format: &'static dyn Format,
+    source: &Source,
+    options: &ReadOptions,
+) -> Result<Loaded> {
     if source.bytes().is_empty() {
         return Err(Error::input("the file is empty; it should hold a mesh").file(source.path()));
     }
+    let mut notes = Notes::default();
     let mesh = format
-        .read(source.bytes(), options)
+        .read(source, options, &mut notes)
         .and_then(|mut mesh| {
             mesh.validate()?;
             mesh.merge_repeated_faces();
             Ok(mesh)
         })
         .map_err(|error| error.file(source.path()))?;
-    Ok(mesh)
+    Ok(Loaded {
+        mesh,
+        notes,
+        format,
+    })
+}
+
+/// The mesh in bytes of a known format, as the format gives it, without the checks of [`read`].
+pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
+    let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
+    format.read(&source, options, &mut Notes::default())
 }
 
 fn unknown_content(source: &Source) -> Error {

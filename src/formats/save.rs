@@ -22,7 +22,14 @@ pub fn save(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
-    write_whole(path, |out| format.write(mesh, out, options))
+    let notes = write_whole(path, |out| format.write(mesh, out, options))?;
+    for (companion, content) in format.companions(mesh, path) {
+        write_whole(&companion, |out| {
+            out.write_all(&content)
+                .map_err(|error| Error::io(&companion, &error))
+        })?;
+    }
+    Ok(notes)
 }
 
 /// Writes text to `path` in the same way.

@@ -103,8 +103,8 @@ impl Cells {
     /// # Panics
     /// When the number of nodes is not the kind's; the caller has checked its input.
     pub fn push(&mut self, kind: CellKind, nodes: &[u32]) {
-        assert!(kind != CellKind::Polyhedron && !nodes.is_empty());
-        assert!(kind.n_nodes().is_none_or(|n| n == nodes.len()));
+        assert!(kind != CellKind::Polyhedron);
+        assert!(kind.can_have(nodes.len()));
         self.extend_run(kind, nodes.len(), 1);
         self.connectivity.extend_from_slice(nodes);
     }
@@ -115,7 +115,7 @@ impl Cells {
     /// When the length of `connectivity` is no multiple of `n_nodes`.
     pub fn push_run(&mut self, kind: CellKind, n_nodes: usize, connectivity: &[u32]) {
         assert!(kind != CellKind::Polyhedron && n_nodes > 0);
-        assert!(kind.n_nodes().is_none_or(|n| n == n_nodes));
+        assert!(kind.can_have(n_nodes));
         assert!(connectivity.len().is_multiple_of(n_nodes));
         if !connectivity.is_empty() {
             self.extend_run(kind, n_nodes, connectivity.len() / n_nodes);
@@ -132,7 +132,7 @@ impl Cells {
         let mut cells = Self::new();
         let mut n_entries = 0;
         for (kind, n_nodes, n_cells) in kinds {
-            assert!(kind != CellKind::Polyhedron && n_nodes > 0);
+            assert!(kind != CellKind::Polyhedron && kind.can_have(n_nodes));
             if n_cells > 0 {
                 cells.extend_run_at(kind, n_nodes, n_cells, n_entries);
                 n_entries += n_nodes * n_cells;

@@ -401,6 +401,7 @@ mod tests {
             dimension: 1,
             name: "wall".into(),
             number: None,
+            condition: None,
             cells: [first, first + 1].into_iter().collect(),
         });
         let ids = if faces_first {

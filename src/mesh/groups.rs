@@ -12,6 +12,9 @@ pub struct Group {
     pub name: String,
     /// The number the file gives it, for formats that number their groups.
     pub number: Option<i32>,
+    /// Type of the boundary condition where the file gives one, in the words of CGNS
+    /// (`BCWallViscous`).
+    pub condition: Option<String>,
     /// Its cells.
     pub cells: CellSet,
 }

@@ -14,6 +14,8 @@ pub enum CellKind {
     Hexahedron = 12,
     Wedge = 13,
     Pyramid = 14,
+    PentagonalPrism = 15,
+    HexagonalPrism = 16,
     Line3 = 21,
     Triangle6 = 22,
     Quadrilateral8 = 23,
@@ -23,15 +25,36 @@ pub enum CellKind {
     Pyramid13 = 27,
     Quadrilateral9 = 28,
     Hexahedron27 = 29,
+    QuadraticLinearQuadrilateral = 30,
+    QuadraticLinearWedge = 31,
     Wedge18 = 32,
+    Hexahedron24 = 33,
+    Triangle7 = 34,
+    CubicLine = 35,
+    QuadraticPolygon = 36,
+    Pyramid19 = 37,
     Polyhedron = 42,
+    LagrangeCurve = 68,
+    LagrangeTriangle = 69,
+    LagrangeQuadrilateral = 70,
+    LagrangeTetrahedron = 71,
+    LagrangeHexahedron = 72,
+    LagrangeWedge = 73,
+    LagrangePyramid = 74,
+    BezierCurve = 75,
+    BezierTriangle = 76,
+    BezierQuadrilateral = 77,
+    BezierTetrahedron = 78,
+    BezierHexahedron = 79,
+    BezierWedge = 80,
+    BezierPyramid = 81,
 }
 
 use CellKind::*;
 
 impl CellKind {
     /// Every kind, in the order of VTK's numbers.
-    pub const ALL: [CellKind; 20] = [
+    pub const ALL: [CellKind; 43] = [
         Vertex,
         Line,
         Triangle,
@@ -41,6 +64,8 @@ impl CellKind {
         Hexahedron,
         Wedge,
         Pyramid,
+        PentagonalPrism,
+        HexagonalPrism,
         Line3,
         Triangle6,
         Quadrilateral8,
@@ -50,8 +75,29 @@ impl CellKind {
         Pyramid13,
         Quadrilateral9,
         Hexahedron27,
+        QuadraticLinearQuadrilateral,
+        QuadraticLinearWedge,
         Wedge18,
+        Hexahedron24,
+        Triangle7,
+        CubicLine,
+        QuadraticPolygon,
+        Pyramid19,
         Polyhedron,
+        LagrangeCurve,
+        LagrangeTriangle,
+        LagrangeQuadrilateral,
+        LagrangeTetrahedron,
+        LagrangeHexahedron,
+        LagrangeWedge,
+        LagrangePyramid,
+        BezierCurve,
+        BezierTriangle,
+        BezierQuadrilateral,
+        BezierTetrahedron,
+        BezierHexahedron,
+        BezierWedge,
+        BezierPyramid,
     ];
 
     /// The kind with this VTK cell type.
@@ -76,6 +122,8 @@ impl CellKind {
             Hexahedron => "hexahedron",
             Wedge => "wedge",
             Pyramid => "pyramid",
+            PentagonalPrism => "pentagonal_prism",
+            HexagonalPrism => "hexagonal_prism",
             Line3 => "line3",
             Triangle6 => "triangle6",
             Quadrilateral8 => "quadrilateral8",
@@ -85,8 +133,29 @@ impl CellKind {
             Pyramid13 => "pyramid13",
             Quadrilateral9 => "quadrilateral9",
             Hexahedron27 => "hexahedron27",
+            QuadraticLinearQuadrilateral => "quadratic_linear_quadrilateral",
+            QuadraticLinearWedge => "quadratic_linear_wedge",
             Wedge18 => "wedge18",
+            Hexahedron24 => "hexahedron24",
+            Triangle7 => "triangle7",
+            CubicLine => "cubic_line",
+            QuadraticPolygon => "quadratic_polygon",
+            Pyramid19 => "pyramid19",
             Polyhedron => "polyhedron",
+            LagrangeCurve => "lagrange_curve",
+            LagrangeTriangle => "lagrange_triangle",
+            LagrangeQuadrilateral => "lagrange_quadrilateral",
+            LagrangeTetrahedron => "lagrange_tetrahedron",
+            LagrangeHexahedron => "lagrange_hexahedron",
+            LagrangeWedge => "lagrange_wedge",
+            LagrangePyramid => "lagrange_pyramid",
+            BezierCurve => "bezier_curve",
+            BezierTriangle => "bezier_triangle",
+            BezierQuadrilateral => "bezier_quadrilateral",
+            BezierTetrahedron => "bezier_tetrahedron",
+            BezierHexahedron => "bezier_hexahedron",
+            BezierWedge => "bezier_wedge",
+            BezierPyramid => "bezier_pyramid",
         }
     }
 
@@ -100,37 +169,75 @@ impl CellKind {
         }
     }
 
-    /// Nodes of one cell; `None` for polygons and polyhedra, which have any number.
+    /// Nodes of one cell; `None` for kinds that have any number: polygons, polyhedra, and the
+    /// Lagrange and Bezier cells of any order.
     pub fn n_nodes(self) -> Option<usize> {
         Some(match self {
             Vertex => 1,
             Line => 2,
             Triangle | Line3 => 3,
-            Quadrilateral | Tetrahedron => 4,
+            Quadrilateral | Tetrahedron | CubicLine => 4,
             Pyramid => 5,
-            Wedge | Triangle6 => 6,
+            Wedge | Triangle6 | QuadraticLinearQuadrilateral => 6,
+            Triangle7 => 7,
             Hexahedron | Quadrilateral8 => 8,
             Quadrilateral9 => 9,
-            Tetrahedron10 => 10,
+            Tetrahedron10 | PentagonalPrism => 10,
+            HexagonalPrism | QuadraticLinearWedge => 12,
             Pyramid13 => 13,
             Wedge15 => 15,
             Wedge18 => 18,
+            Pyramid19 => 19,
             Hexahedron20 => 20,
+            Hexahedron24 => 24,
             Hexahedron27 => 27,
-            Polygon | Polyhedron => return None,
+            _ => return None,
         })
+    }
+
+    /// Whether one cell can have `n` nodes.
+    pub fn can_have(self, n: usize) -> bool {
+        match self {
+            Polygon => n >= 3,
+            QuadraticPolygon => n >= 6 && n.is_multiple_of(2),
+            Polyhedron => n >= 1,
+            kind => match kind.n_nodes() {
+                Some(expected) => n == expected,
+                None => n >= kind.n_corners(n),
+            },
+        }
+    }
+
+    /// Corners of a cell with `n_nodes` nodes: its first nodes.
+    pub fn n_corners(self, n_nodes: usize) -> usize {
+        match self {
+            QuadraticPolygon => n_nodes / 2,
+            kind => kind.linear().n_nodes().unwrap_or(n_nodes),
+        }
+    }
+
+    /// Whether it has more nodes than its corners.
+    pub fn is_curved(self) -> bool {
+        self.linear() != self
     }
 
     /// The kind of the corner nodes alone; a cell's first nodes are its corners.
     pub fn linear(self) -> Self {
         match self {
-            Line3 => Line,
-            Triangle6 => Triangle,
-            Quadrilateral8 | Quadrilateral9 => Quadrilateral,
-            Tetrahedron10 => Tetrahedron,
-            Hexahedron20 | Hexahedron27 => Hexahedron,
-            Wedge15 | Wedge18 => Wedge,
-            Pyramid13 => Pyramid,
+            Line3 | CubicLine | LagrangeCurve | BezierCurve => Line,
+            Triangle6 | Triangle7 | LagrangeTriangle | BezierTriangle => Triangle,
+            Quadrilateral8
+            | Quadrilateral9
+            | QuadraticLinearQuadrilateral
+            | LagrangeQuadrilateral
+            | BezierQuadrilateral => Quadrilateral,
+            QuadraticPolygon => Polygon,
+            Tetrahedron10 | LagrangeTetrahedron | BezierTetrahedron => Tetrahedron,
+            Hexahedron20 | Hexahedron24 | Hexahedron27 | LagrangeHexahedron | BezierHexahedron => {
+                Hexahedron
+            }
+            Wedge15 | Wedge18 | QuadraticLinearWedge | LagrangeWedge | BezierWedge => Wedge,
+            Pyramid13 | Pyramid19 | LagrangePyramid | BezierPyramid => Pyramid,
             linear => linear,
         }
     }
@@ -164,6 +271,25 @@ impl CellKind {
                 &[1, 2, 4],
                 &[2, 3, 4],
                 &[3, 0, 4],
+            ],
+            PentagonalPrism => &[
+                &[0, 4, 3, 2, 1],
+                &[5, 6, 7, 8, 9],
+                &[0, 1, 6, 5],
+                &[1, 2, 7, 6],
+                &[2, 3, 8, 7],
+                &[3, 4, 9, 8],
+                &[4, 0, 5, 9],
+            ],
+            HexagonalPrism => &[
+                &[0, 5, 4, 3, 2, 1],
+                &[6, 7, 8, 9, 10, 11],
+                &[0, 1, 7, 6],
+                &[1, 2, 8, 7],
+                &[2, 3, 9, 8],
+                &[3, 4, 10, 9],
+                &[4, 5, 11, 10],
+                &[5, 0, 6, 11],
             ],
             _ => &[],
         }
@@ -211,6 +337,43 @@ impl CellKind {
                 [2, 4],
                 [3, 4],
             ],
+            PentagonalPrism => &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [3, 4],
+                [4, 0],
+                [5, 6],
+                [6, 7],
+                [7, 8],
+                [8, 9],
+                [9, 5],
+                [0, 5],
+                [1, 6],
+                [2, 7],
+                [3, 8],
+                [4, 9],
+            ],
+            HexagonalPrism => &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [3, 4],
+                [4, 5],
+                [5, 0],
+                [6, 7],
+                [7, 8],
+                [8, 9],
+                [9, 10],
+                [10, 11],
+                [11, 6],
+                [0, 6],
+                [1, 7],
+                [2, 8],
+                [3, 9],
+                [4, 10],
+                [5, 11],
+            ],
             _ => &[],
         }
     }
@@ -229,8 +392,21 @@ mod tests {
     }
 
     #[test]
+    fn a_kind_is_named_as_before() {
+        assert_eq!(Hexahedron27.name(), "hexahedron27");
+        assert_eq!(LagrangeWedge.name(), "lagrange_wedge");
+    }
+
+    #[test]
     fn every_edge_of_a_solid_is_shared_by_two_of_its_faces() {
-        for kind in [Tetrahedron, Hexahedron, Wedge, Pyramid] {
+        for kind in [
+            Tetrahedron,
+            Hexahedron,
+            Wedge,
+            Pyramid,
+            PentagonalPrism,
+            HexagonalPrism,
+        ] {
             for edge in kind.edges() {
                 let holds = |face: &&&[u8]| edge.iter().all(|node| face.contains(node));
                 assert_eq!(kind.faces().iter().filter(holds).count(), 2, "{kind:?}");

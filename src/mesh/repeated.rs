@@ -106,6 +106,7 @@ mod tests {
                 dimension: 1,
                 name: name.into(),
                 number: None,
+                condition: None,
                 cells: cells.into_iter().collect(),
             });
         }

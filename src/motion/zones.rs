@@ -117,9 +117,11 @@ fn faces_of(mesh: &Mesh, cell: &CellRef<'_>) -> Vec<Vec<u32>> {
             .polyhedron_faces(cell.index)
             .map(<[u32]>::to_vec)
             .collect(),
-        CellKind::Polygon => (0..cell.nodes.len())
-            .map(|i| vec![cell.nodes[i], cell.nodes[(i + 1) % cell.nodes.len()]])
-            .collect(),
+        CellKind::Polygon | CellKind::QuadraticPolygon => {
+            let n = cell.kind.n_corners(cell.nodes.len());
+            let side = |i| vec![cell.nodes[i], cell.nodes[(i + 1) % n]];
+            (0..n).map(side).collect()
+        }
         kind => {
             let corners = |face: &&[u8]| face.iter().map(|&i| cell.nodes[i as usize]).collect();
             kind.faces().iter().map(corners).collect()

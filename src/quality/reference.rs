@@ -120,7 +120,7 @@ fn facing(mesh: &Mesh) -> Facing {
     }
     let mut normals = vec![[0.0f32; 3]; mesh.cells.len()];
     for run in mesh.volume_runs() {
-        let n_corners = run.kind.linear().n_nodes().unwrap_or(run.n_nodes);
+        let n_corners = run.kind.n_corners(run.n_nodes);
         for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
             let area = vector_area(n_corners, |i| mesh.points[nodes[i] as usize]);
             normals[cell] = unit(area).unwrap_or_default().map(|x| x as f32);

@@ -302,20 +302,23 @@ fn hexahedron_volume(p: &[Vector; 8]) -> f64 {
 /// A polyhedron: its volume alone, by the divergence theorem with each face a fan of triangles
 /// around the mean of its nodes. Faces are taken in the orientation of the file, which must be
 /// the same for all (all outward, or all inward: then the volume is negative).
-pub(super) fn polyhedron<'a>(
-    faces: impl Iterator<Item = &'a [u32]>,
+pub(super) fn polyhedron<F>(
+    faces: impl Iterator<Item = F>,
     points: &[Vector],
     origin: Vector,
-) -> Metrics {
+) -> Metrics
+where
+    F: ExactSizeIterator<Item = u32> + Clone,
+{
     let at = |node: u32| sub(points[node as usize], origin);
     let volume = faces
         .map(|face| {
-            let sum = face.iter().fold([0.0; 3], |s, &node| add(s, at(node)));
-            let centre = scale(sum, 1.0 / face.len() as f64);
-            let fan = (0..face.len()).map(|i| {
-                let (a, b) = (at(face[i]), at(face[(i + 1) % face.len()]));
-                det(centre, a, b) / 6.0
-            });
+            let n = face.len();
+            let sum = face.clone().fold([0.0; 3], |s, node| add(s, at(node)));
+            let centre = scale(sum, 1.0 / n as f64);
+            let next = face.clone().cycle().skip(1);
+            let sides = face.zip(next).take(n);
+            let fan = sides.map(|(a, b)| det(centre, at(a), at(b)) / 6.0);
             fan.sum::<f64>()
         })
         .sum();

@@ -67,8 +67,8 @@ pub(super) fn volume_cells(
             CellKind::Pyramid => walk.measure::<Pyramid, 5>(&run, &mut visit),
             CellKind::Wedge => walk.measure::<Wedge, 6>(&run, &mut visit),
             CellKind::Hexahedron => walk.measure::<Hexahedron, 8>(&run, &mut visit),
-            CellKind::Polygon | CellKind::Polyhedron => walk.one_by_one(&run, &mut visit),
-            _ => {} // a mesh of lines or vertices has no quality
+            CellKind::Vertex | CellKind::Line => {} // a mesh of lines or vertices has no quality
+            _ => walk.one_by_one(&run, &mut visit),
         }
     }
 }
@@ -103,16 +103,26 @@ impl Walk<'_> {
         }
     }
 
-    /// Polygons or polyhedra.
+    /// Polygons, polyhedra, and prisms on five or six corners, which are measured as polyhedra.
     fn one_by_one(&mut self, run: &CellRun, visit: &mut impl FnMut(usize, &Block)) {
         let points = self.points;
         for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
-            let metrics = if run.kind == CellKind::Polygon {
-                let corner = |k: usize| points[nodes[k] as usize];
-                plane::polygon(nodes.len(), corner, self.facing.of(cell))
-            } else {
-                let faces = self.mesh.cells.polyhedron_faces(cell);
-                solid::polyhedron(faces, points, points[nodes[0] as usize])
+            let origin = points[nodes[0] as usize];
+            let metrics = match run.kind.linear() {
+                CellKind::Polygon => {
+                    let corner = |k: usize| points[nodes[k] as usize];
+                    let n_corners = run.kind.n_corners(nodes.len());
+                    plane::polygon(n_corners, corner, self.facing.of(cell))
+                }
+                CellKind::Polyhedron => {
+                    let faces = self.mesh.cells.polyhedron_faces(cell);
+                    solid::polyhedron(faces.map(|face| face.iter().copied()), points, origin)
+                }
+                prism => {
+                    let faces = prism.faces().iter();
+                    let faces = faces.map(|face| face.iter().map(|&k| nodes[usize::from(k)]));
+                    solid::polyhedron(faces, points, origin)
+                }
             };
             self.block.n = 1;
             self.block.set(0, &metrics);

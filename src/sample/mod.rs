@@ -39,6 +39,7 @@ fn tag(name: &str, dimension: u8, range: Range<usize>) -> Group {
         dimension,
         name: name.to_owned(),
         number: None,
+        condition: None,
         cells,
     }
 }

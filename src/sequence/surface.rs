@@ -194,9 +194,19 @@ fn triangles(kind: CellKind, nodes: &[u32]) -> impl Iterator<Item = [u32; 3]> {
     let split: &[[usize; 3]] = match kind {
         CellKind::Line => &[[0, 1, 1]],
         CellKind::Line3 => &[[0, 2, 2], [2, 1, 1]],
+        CellKind::CubicLine => &[[0, 2, 2], [2, 3, 3], [3, 1, 1]],
         CellKind::Triangle => &[[0, 1, 2]],
         CellKind::Triangle6 => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+        CellKind::Triangle7 => &[
+            [0, 3, 6],
+            [3, 1, 6],
+            [1, 4, 6],
+            [4, 2, 6],
+            [2, 5, 6],
+            [5, 0, 6],
+        ],
         CellKind::Quadrilateral => &[[0, 1, 2], [0, 2, 3]],
+        CellKind::QuadraticLinearQuadrilateral => &[[0, 4, 5], [0, 5, 3], [4, 1, 2], [4, 2, 5]],
         CellKind::Quadrilateral8 => &[
             [0, 4, 7],
             [4, 1, 5],

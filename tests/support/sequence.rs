@@ -20,7 +20,9 @@ pub struct Sequence {
 }
 
 pub fn read(path: &Path) -> Mesh {
-    formats::read(&Source::open(path).unwrap(), &ReadOptions::default()).unwrap()
+    formats::read(&Source::open(path).unwrap(), &ReadOptions::default())
+        .unwrap()
+        .mesh
 }
 
 /// Writes a mesh as VTU.

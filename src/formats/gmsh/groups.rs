@@ -138,6 +138,7 @@ pub(super) fn groups(
                 dimension: of,
                 name: name.name.clone(),
                 number: Some(name.number),
+                condition: None,
                 cells: cells.unwrap_or_default(),
             });
         }
@@ -146,6 +147,7 @@ pub(super) fn groups(
         dimension,
         name: number.to_string(),
         number: Some(number),
+        condition: None,
         cells,
     };
     groups.extend(left.into_iter().map(nameless));

@@ -15,7 +15,7 @@ mod write22;
 mod write41;
 mod written;
 
-use super::{Format, ReadOptions, WriteOptions};
+use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -39,8 +39,8 @@ impl Format for Msh {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
-    fn read(&self, bytes: &[u8], _options: &ReadOptions) -> Result<Mesh> {
-        read::read(bytes)
+    fn read(&self, source: &Source, _options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes())
     }
     fn write(
         &self,
@@ -65,8 +65,8 @@ impl Format for Msh22 {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
-    fn read(&self, bytes: &[u8], _options: &ReadOptions) -> Result<Mesh> {
-        read::read(bytes)
+    fn read(&self, source: &Source, _options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes())
     }
     fn write(
         &self,

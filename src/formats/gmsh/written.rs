@@ -250,6 +250,7 @@ mod tests {
             dimension: 2,
             name: name.into(),
             number,
+            condition: None,
             cells: cells.collect(),
         }
     }

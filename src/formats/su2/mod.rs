@@ -3,7 +3,7 @@
 mod read;
 mod write;
 
-use super::{Format, ReadOptions, WriteOptions};
+use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::{CellKind, Mesh};
 use std::io::Write;
@@ -24,8 +24,8 @@ impl Format for Su2 {
     fn recognizes(&self, head: &[u8]) -> bool {
         read::recognizes(head)
     }
-    fn read(&self, bytes: &[u8], _options: &ReadOptions) -> Result<Mesh> {
-        read::read(bytes)
+    fn read(&self, source: &Source, _options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes())
     }
     fn write(
         &self,

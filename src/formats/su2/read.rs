@@ -273,6 +273,7 @@ fn add_marker(mesh: &mut Mesh, name: &str, first: usize, boundary: u8) {
                 dimension,
                 name: name.to_owned(),
                 number: None,
+                condition: None,
                 cells: cells.collect(),
             }),
         }

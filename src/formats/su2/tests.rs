@@ -2,13 +2,12 @@
 
 use super::super::{Format, ReadOptions, WriteOptions};
 use super::Su2;
+use crate::formats::parse;
 use crate::mesh::{CellKind, Group, Mesh};
 
 fn read(text: &str) -> Mesh {
     assert!(Su2.recognizes(text.as_bytes()));
-    let mesh = Su2
-        .read(text.as_bytes(), &ReadOptions::default())
-        .expect("a good file");
+    let mesh = parse(&Su2, text.as_bytes(), &ReadOptions::default()).expect("a good file");
     mesh.validate().expect("a good mesh");
     mesh
 }
@@ -26,6 +25,7 @@ fn tag(dimension: u8, name: &str, cells: std::ops::Range<usize>) -> Group {
         dimension,
         name: name.into(),
         number: None,
+        condition: None,
         cells: cells.collect(),
     }
 }

@@ -241,12 +241,7 @@ fn extend(runs: &mut Vec<TypeRun>, run: TypeRun) {
 
 /// Whether a cell of this type and number of nodes is one that can be held.
 fn fits(vtk: u8, n_nodes: usize) -> bool {
-    match kind(vtk, n_nodes).map(|kind| (kind, kind.n_nodes())) {
-        Some((CellKind::Polyhedron, _)) => n_nodes >= 1,
-        Some((_, None)) => n_nodes >= 3,
-        Some((_, Some(n))) => n == n_nodes,
-        None => false,
-    }
+    kind(vtk, n_nodes).is_some_and(|kind| kind.can_have(n_nodes))
 }
 
 /// The kind of a VTK type. Collections of one point, one line or one triangle count as it.
@@ -269,8 +264,6 @@ fn type_name(vtk: u8) -> &'static str {
         6 => "triangle strip",
         PIXEL => "pixel",
         VOXEL => "voxel",
-        15 => "pentagonal prism",
-        16 => "hexagonal prism",
         _ => CellKind::from_vtk(vtk).map_or("cell of another type", CellKind::name),
     }
 }

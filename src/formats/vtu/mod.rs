@@ -26,7 +26,7 @@ mod tags;
 mod write;
 mod xml;
 
-use super::{Format, ReadOptions, WriteOptions};
+use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -53,8 +53,8 @@ impl Format for Vtu {
         memchr::memmem::find(head, b"<VTKFile").is_some()
     }
 
-    fn read(&self, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
-        read::read(bytes, options)
+    fn read(&self, source: &Source, options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes(), options)
     }
 
     fn write(

@@ -134,6 +134,7 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> b
                     .cloned()
                     .unwrap_or_else(|| number.to_string()),
                 number: i32::try_from(number).ok(),
+                condition: None,
                 cells,
             }
         }));

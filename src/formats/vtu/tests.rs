@@ -1,5 +1,5 @@
 use super::*;
-use crate::formats::{Compression, Encoding, Precision};
+use crate::formats::{Compression, Encoding, Precision, parse};
 use crate::mesh::{CellKind, CellSet, DataArray, Group, Values};
 
 /// Every kind of thing that a mesh can hold: mixed cells, a polyhedron, a face in two tags, zones,
@@ -34,6 +34,7 @@ fn rich_mesh() -> Mesh {
         dimension,
         name: name.into(),
         number: Some(number),
+        condition: None,
         cells: cells.iter().copied().collect(),
     };
     mesh.groups = vec![
@@ -94,9 +95,7 @@ fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Vec<String>) {
 }
 
 fn read(bytes: &[u8]) -> Mesh {
-    let mut mesh = Vtu
-        .read(bytes, &ReadOptions::default())
-        .expect("it can be read");
+    let mut mesh = parse(&Vtu, bytes, &ReadOptions::default()).expect("it can be read");
     mesh.validate().expect("it is a good mesh");
     mesh.merge_repeated_faces();
     mesh
@@ -224,8 +223,9 @@ fn square(cell_data: &str) -> String {
 fn error(text: &str, tag_array: Option<&str>) -> String {
     let options = ReadOptions {
         tag_array: tag_array.map(str::to_owned),
+        ..ReadOptions::default()
     };
-    let result = Vtu.read(text.as_bytes(), &options);
+    let result = parse(&Vtu, text.as_bytes(), &options);
     result.expect_err("it cannot be read").to_string()
 }
 
@@ -256,8 +256,9 @@ fn the_users_tag_array_is_taken_and_a_missing_one_is_named() {
     let text = square(array);
     let options = ReadOptions {
         tag_array: Some("wall id".into()),
+        ..ReadOptions::default()
     };
-    let mesh = Vtu.read(text.as_bytes(), &options).expect("it can be read");
+    let mesh = parse(&Vtu, text.as_bytes(), &options).expect("it can be read");
     assert_eq!(mesh.boundary_tags().count(), 2);
     let message = error(&text, Some("wall_id"));
     assert!(message.contains("did you mean wall id") && message.contains("cell arrays: wall id"));

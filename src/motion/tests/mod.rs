@@ -36,6 +36,7 @@ fn group(dimension: u8, name: &str, cells: &[usize]) -> Group {
         dimension,
         name: name.into(),
         number: None,
+        condition: None,
         cells: cells.iter().copied().collect(),
     }
 }
