@@ -9,6 +9,7 @@ mod records;
 mod save;
 mod source;
 pub mod su2;
+pub mod ugrid;
 pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
@@ -20,7 +21,39 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
-pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2];
+pub static FORMATS: &[&dyn Format] = &[
+    &vtu::Vtu,
+    &gmsh::Msh,
+    &gmsh::Msh22,
+    &su2::Su2,
+    &ugrid::TEXT,
+    &ugrid::B8,
+    &ugrid::LB8,
+    &ugrid::B4,
+    &ugrid::LB4,
+    &ugrid::R8,
+    &ugrid::LR8,
+    &ugrid::R4,
+    &ugrid::LR4,
+    &ugrid::B8L,
+    &ugrid::LB8L,
+];
+
+/// Endings of packed files, which are unpacked as they are read.
+const PACKED: &[&str] = &[".gz", ".xz", ".zst"];
+
+/// A file name without the ending of a packed file.
+fn without_packing(name: &str) -> &str {
+    let ending = |packing: &&&str| {
+        let from = name.len().checked_sub(packing.len());
+        let end = from.and_then(|from| name.get(from..));
+        end.is_some_and(|end| end.eq_ignore_ascii_case(packing))
+    };
+    match PACKED.iter().find(ending) {
+        Some(packing) => &name[..name.len() - packing.len()],
+        None => name,
+    }
+}
 
 /// A mesh file format.
 pub trait Format: Sync {
