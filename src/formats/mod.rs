@@ -5,6 +5,7 @@
 
 pub mod gmsh;
 mod lexer;
+mod packed;
 mod records;
 mod save;
 mod source;
@@ -17,6 +18,7 @@ pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -38,22 +40,6 @@ pub static FORMATS: &[&dyn Format] = &[
     &ugrid::B8L,
     &ugrid::LB8L,
 ];
-
-/// Endings of packed files, which are unpacked as they are read.
-const PACKED: &[&str] = &[".gz", ".xz", ".zst"];
-
-/// A file name without the ending of a packed file.
-fn without_packing(name: &str) -> &str {
-    let ending = |packing: &&&str| {
-        let from = name.len().checked_sub(packing.len());
-        let end = from.and_then(|from| name.get(from..));
-        end.is_some_and(|end| end.eq_ignore_ascii_case(packing))
-    };
-    match PACKED.iter().find(ending) {
-        Some(packing) => &name[..name.len() - packing.len()],
-        None => name,
-    }
-}
 
 /// A mesh file format.
 pub trait Format: Sync {
@@ -202,7 +188,16 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
-    with_extension(path).ok_or_else(|| {
+    let name = file_name(path);
+    let inside = without_packing(&name);
+    let format = with_extension(&name);
+    format.ok_or_else(|| {
+        if inside != name && with_extension(inside).is_some() {
+            return Error::input(format!(
+                "packed files are read, not written; write {inside} and pack it"
+            ))
+            .file(path);
+        }
         let known = FORMATS
             .iter()
             .map(|format| format!(".{}", format.extensions()[0]))
@@ -215,8 +210,15 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     })
 }
 
-fn with_extension(path: &Path) -> Option<&'static dyn Format> {
-    let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn with_extension(name: &str) -> Option<&'static dyn Format> {
+    let name = name.to_ascii_lowercase();
     let matches = |extension: &&&str| {
         let stem = name.strip_suffix(**extension);
         stem.is_some_and(|stem| stem.ends_with('.'))
@@ -239,7 +241,7 @@ pub fn of(source: &Source) -> Result<&'static dyn Format> {
         .iter()
         .copied()
         .find(|format| format.recognizes(source.bytes()))
-        .or_else(|| with_extension(source.path()))
+        .or_else(|| with_extension(without_packing(&file_name(source.path()))))
         .ok_or_else(|| unknown_content(source))
 }
 

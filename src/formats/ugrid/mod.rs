@@ -104,7 +104,7 @@ impl Ugrid {
 /// The path without the endings of compression and flavour: what the files of a case share.
 fn case(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let packed = super::without_packing(&name);
+    let packed = super::packed::without_packing(&name);
     let mut shortest = packed;
     for extension in FLAVOURS.iter().flat_map(|flavour| flavour.extensions) {
         let from = packed.len().saturating_sub(extension.len() + 1);
