@@ -11,6 +11,7 @@ mod records;
 mod save;
 mod source;
 pub mod su2;
+mod vtk;
 pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
