@@ -3,6 +3,7 @@
 //! A format is one file or folder here and one line in [`FORMATS`]. A reader sees bytes and gives
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
+pub mod cgns;
 pub mod gmsh;
 #[allow(dead_code)] // until CGNS uses the rest
 mod hdf5;
@@ -25,7 +26,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
-pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2];
+pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2, &cgns::Cgns];
 
 /// A mesh file format.
 pub trait Format: Sync {
