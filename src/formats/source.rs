@@ -5,16 +5,35 @@ use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The bytes of one input file and the name it goes by in messages.
 pub struct Source {
     path: PathBuf,
-    bytes: Bytes,
+    bytes: Arc<Bytes>,
 }
 
 enum Bytes {
     Mapped(memmap2::Mmap),
     Owned(Vec<u8>),
+}
+
+impl AsRef<[u8]> for Bytes {
+    fn as_ref(&self) -> &[u8] {
+        match self {
+            Bytes::Mapped(map) => map,
+            Bytes::Owned(bytes) => bytes,
+        }
+    }
+}
+
+/// A handle on the bytes of a [`Source`] that may outlive it.
+pub(super) struct Shared(Arc<Bytes>);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        (*self.0).as_ref()
+    }
 }
 
 impl Source {
@@ -32,6 +51,7 @@ impl Source {
             Some(map) => Bytes::Mapped(map),
             None => Bytes::Owned(std::fs::read(path).map_err(io)?),
         };
+        let bytes = Arc::new(bytes);
         let path = path.to_path_buf();
         Self { path, bytes }.unpacked()
     }
@@ -42,7 +62,7 @@ impl Source {
         if let Some(map) = map_standard_input() {
             return Ok(Self {
                 path: name.to_path_buf(),
-                bytes: Bytes::Mapped(map),
+                bytes: Arc::new(Bytes::Mapped(map)),
             });
         }
         let mut bytes = Vec::new();
@@ -56,7 +76,7 @@ impl Source {
     pub fn from_bytes(name: &Path, bytes: Vec<u8>) -> Self {
         Self {
             path: name.to_path_buf(),
-            bytes: Bytes::Owned(bytes),
+            bytes: Arc::new(Bytes::Owned(bytes)),
         }
     }
 
@@ -64,7 +84,7 @@ impl Source {
         match packed::unpack(self.bytes()) {
             None => Ok(self),
             Some(Ok(bytes)) => Ok(Self {
-                bytes: Bytes::Owned(bytes),
+                bytes: Arc::new(Bytes::Owned(bytes)),
                 path: self.path,
             }),
             Some(Err(error)) => Err(error.file(&self.path)),
@@ -78,10 +98,12 @@ impl Source {
 
     /// Its bytes.
     pub fn bytes(&self) -> &[u8] {
-        match &self.bytes {
-            Bytes::Mapped(map) => map,
-            Bytes::Owned(bytes) => bytes,
-        }
+        (*self.bytes).as_ref()
+    }
+
+    /// Its bytes, for a reader that wants to own them; nothing is copied.
+    pub(super) fn shared(&self) -> Shared {
+        Shared(Arc::clone(&self.bytes))
     }
 }
 

@@ -22,11 +22,16 @@ pub(super) fn write(
     let counts = counts(mesh, layout)?;
     let tags = faces::tags(mesh);
     let numbers = FaceNumbers::of(mesh, &tags);
+    let precision = options.precision;
     let options = WriteOptions {
         precision: Precision::F64,
         ..options.clone()
     };
     let mut notes = left_out_but("UGRID", mesh, &options, faces::KEPT);
+    let is_single = matches!(layout, Layout::Binary(binary) if binary.real == 4);
+    if precision == Precision::F32 && !is_single {
+        notes.push("coordinates are written in 64 bits; ugrid-b4 has 32".into());
+    }
     notes.extend(rounding(mesh, layout)?);
     notes.extend(dropped(mesh));
     notes.extend(about_faces(&numbers));
