@@ -24,10 +24,11 @@ mod structured;
 mod tags;
 mod time;
 mod unstructured;
+mod write;
 mod zone;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
 
@@ -57,7 +58,7 @@ impl Format for Cgns {
         let start = &head[..head.len().min(NEAR)];
         let end = &head[head.len().saturating_sub(NEAR)..];
         let speaks = |bytes| memchr::memmem::find(bytes, b"CGNSLibraryVersion").is_some();
-        head.starts_with(b"@(#)ADF Database")
+        node::is_adf(head)
             || (head.starts_with(b"\x89HDF\r\n\x1a\n") && (speaks(start) || speaks(end)))
     }
 
@@ -71,10 +72,10 @@ impl Format for Cgns {
 
     fn write(
         &self,
-        _mesh: &Mesh,
-        _out: &mut dyn Write,
-        _options: &WriteOptions,
+        mesh: &Mesh,
+        out: &mut dyn Write,
+        options: &WriteOptions,
     ) -> Result<Vec<String>> {
-        Err(Error::input("CGNS is not written"))
+        write::write(mesh, out, options)
     }
 }

@@ -22,7 +22,7 @@ pub(super) struct Node {
 impl Node {
     /// The node above all bases.
     pub fn root(source: &Source) -> Result<Self> {
-        if source.bytes().starts_with(b"@(#)ADF Database") {
+        if is_adf(source.bytes()) {
             return Err(Error::input(
                 "this is a CGNS file in the old ADF format; convert it with \"adf2hdf\", a tool of CGNS, \
                  and read the result",
@@ -165,6 +165,11 @@ impl Node {
         let dataset = self.dataset()?;
         Ok(dataset.shape().iter().rev().copied().collect())
     }
+}
+
+/// Whether a file is of the old format: four bytes of any kind, then its name.
+pub(super) fn is_adf(head: &[u8]) -> bool {
+    head.get(4..16) == Some(b"ADF Database")
 }
 
 fn text_of(group: &Group, attribute: &str, path: &str) -> Result<Option<String>> {

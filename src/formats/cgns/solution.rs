@@ -16,10 +16,9 @@ pub(super) fn read(
     found: &mut Found,
 ) -> Result<()> {
     for label in ["FlowSolution_t", "DiscreteData_t"] {
-        for solution in zone.node.labelled(label)? {
-            if !step.is_of_other_steps(zone.node, solution.name())? {
-                read_solution(zone, solution, cells, found)?;
-            }
+        let all = zone.node.labelled(label)?.collect();
+        for solution in step.solutions(zone.node, all)? {
+            read_solution(zone, solution, cells, found)?;
         }
     }
     Ok(())
