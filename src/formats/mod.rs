@@ -13,6 +13,7 @@ mod sequence;
 mod source;
 pub mod su2;
 mod vtk;
+pub mod vtkhdf;
 pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
@@ -25,7 +26,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
-pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2];
+pub static FORMATS: &[&dyn Format] = &[
+    &vtu::Vtu,
+    &vtkhdf::VtkHdf,
+    &gmsh::Msh,
+    &gmsh::Msh22,
+    &su2::Su2,
+];
 
 /// A mesh file format.
 pub trait Format: Sync {
