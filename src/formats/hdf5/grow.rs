@@ -5,18 +5,35 @@
 //! page, by ones that point to the new headers. Whoever opens the file before that sees the steps
 //! before; so does whoever opens it after the program was killed at any moment.
 
+use super::element::Element;
 use super::header::{self, NOWHERE, Place, SUPERBLOCK};
 use super::tree::{Data, Sink, Tree};
 use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_values};
 use crate::error::Result;
+use crate::formats::save::Emerging;
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
 
 /// Bytes gathered before they are handed on.
 const BUFFER: usize = 1 << 20;
 
+/// What a growing file is written to.
+pub(in crate::formats) trait Grows: Write + Seek {
+    /// Called when all that was written makes a whole file.
+    fn is_whole(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Grows for Emerging {
+    fn is_whole(&mut self) -> std::io::Result<()> {
+        self.appear()
+    }
+}
+
 /// A file under work.
-pub(in crate::formats) struct Growing<F: Write> {
+pub(in crate::formats) struct Growing<F: Grows = Emerging> {
     out: Counted<BufWriter<F>>,
     hasher: blake3::Hasher,
     headers: Known,
@@ -31,7 +48,23 @@ pub(in crate::formats) struct Stored {
     address: u64,
 }
 
-impl<F: Write + Seek> Growing<F> {
+impl Stored {
+    /// The values from a number of bytes on.
+    pub fn from_byte(self, n_bytes: u64) -> Self {
+        Self {
+            address: self.address + n_bytes,
+        }
+    }
+}
+
+impl Growing {
+    /// A new file, which takes its name with the first [`Growing::finish_step`].
+    pub fn create(path: &Path) -> Result<Self> {
+        Self::start(Emerging::create(path)?)
+    }
+}
+
+impl<F: Grows> Growing<F> {
     /// Starts in an empty file. It is no HDF5 file before the first [`Growing::finish_step`].
     pub fn start(file: F) -> Result<Self> {
         let mut out = Counted {
@@ -54,6 +87,20 @@ impl<F: Write + Seek> Growing<F> {
         Ok(Stored { address })
     }
 
+    /// Appends bytes right behind the values stored last.
+    pub fn continue_with(&mut self, bytes: &[u8]) -> Result<()> {
+        self.append(bytes)
+    }
+
+    /// Appends strings, for a dataset of [`Element::String`].
+    pub fn store_strings(&mut self, strings: &[String]) -> Result<Stored> {
+        let at = self.align()? + strings.len() as u64 * Element::String.size();
+        let (heap, references) = header::heap(at, strings);
+        let stored = self.store(|sink| sink(&references))?;
+        self.append(&heap)?;
+        Ok(stored)
+    }
+
     /// Makes `tree` the content of the file; gives the hash of the bytes appended since the last
     /// time. Values of the tree that were not stored before are appended now and belong to this
     /// step alone.
@@ -69,6 +116,7 @@ impl<F: Write + Seek> Growing<F> {
         file.seek(SeekFrom::Start(0)).map_err(failed)?;
         file.write_all(&superblock).map_err(failed)?;
         file.seek(SeekFrom::Start(self.out.at)).map_err(failed)?;
+        file.is_whole().map_err(failed)?;
         let hash = self.hasher.finalize();
         self.hasher.reset();
         Ok(hash)

@@ -18,7 +18,7 @@
 //! that hands over bytes. A file that grows step by step and is whole after each:
 //!
 //! ```text
-//! let mut file = Growing::start(file)?;
+//! let mut file = Growing::create(path)?;                                // hidden until the first step is whole
 //! let x = file.store(|sink| sink(bytemuck::cast_slice(&x)))?;           // keep `x` for later steps
 //! let mut tree = ...;                                                   // all that is in the file now
 //! tree.dataset(group, "CoordinateX", Element::F64, &[n], Data::Stored(x));
@@ -48,6 +48,15 @@ pub(super) use self::{
     read::{Dataset, File, Group},
     tree::{Data, Id, Sink, Tree},
 };
+
+/// Whether these are the bytes of an HDF5 file, also behind a block of another program's.
+pub(super) fn is_hdf5(bytes: &[u8]) -> bool {
+    let doubling = std::iter::successors(Some(512_usize), |at| at.checked_mul(2));
+    std::iter::once(0)
+        .chain(doubling)
+        .take_while(|at| *at < bytes.len())
+        .any(|at| bytes[at..].starts_with(b"\x89HDF\r\n\x1a\n"))
+}
 
 #[cfg(test)]
 mod tests;

@@ -115,6 +115,8 @@ fn many_children_and_many_strings_fit() {
     assert_eq!(values(&root, "strings"), Values::Text(strings));
 }
 
+impl super::grow::Grows for Cursor<Vec<u8>> {}
+
 /// A sequence of `n` steps; the bytes of the file after each.
 fn grown(n: usize) -> Vec<Vec<u8>> {
     let mut file = Growing::start(Cursor::new(Vec::new())).expect("it starts");
