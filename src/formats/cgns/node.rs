@@ -167,6 +167,12 @@ impl Node {
     }
 }
 
+/// Whether an HDF5 file holds what every CGNS file does.
+pub(super) fn has_bases(source: &Source) -> bool {
+    let names = File::open(source).and_then(|file| file.root()?.names());
+    names.is_ok_and(|(groups, _)| groups.iter().any(|name| name == "CGNSLibraryVersion"))
+}
+
 /// Whether a file is of the old format: four bytes of any kind, then its name.
 pub(super) fn is_adf(head: &[u8]) -> bool {
     head.get(4..16) == Some(b"ADF Database")

@@ -62,7 +62,9 @@ fn read_solution(
                 Some("CellCenter") => &mut found.cell_arrays,
                 _ => &mut found.point_arrays,
             };
-            let names = [solution.name(), array.name()];
+            let full_name = array.child_text(super::FULL_NAME)?;
+            let name = full_name.as_deref().unwrap_or(array.name());
+            let names = [solution.name(), name];
             arrays.add(zone.number, names, places.clone(), values);
         }
     }

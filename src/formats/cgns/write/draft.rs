@@ -3,12 +3,13 @@
 
 use crate::error::Result;
 use crate::formats::hdf5::{Data, Element, Growing, Id, Sink, Stored, Tree};
-use std::io::{Seek, Write};
 
 /// Nodes in the order in which they are added; children after parents.
 #[derive(Default)]
 pub(super) struct Draft<'a> {
     nodes: Vec<Node<'a>>,
+    /// Place of the first: how many nodes of another draft come before.
+    first: Place,
 }
 
 /// Position of a node in a [`Draft`].
@@ -37,7 +38,7 @@ pub(super) enum Kind {
 }
 
 /// Makes bytes as they are written.
-pub(super) type Make<'a> = Box<dyn Fn(Sink) -> Result<()> + 'a>;
+pub(super) type Make<'a> = Box<dyn Fn(Sink) -> Result<()> + Send + Sync + 'a>;
 
 enum Payload<'a> {
     Bytes(Vec<u8>),
@@ -79,6 +80,14 @@ impl Kind {
 }
 
 impl<'a> Draft<'a> {
+    /// A draft whose nodes follow those of another, and may be children of them.
+    pub fn after(other: &Draft) -> Self {
+        Self {
+            nodes: Vec::new(),
+            first: other.first + other.nodes.len(),
+        }
+    }
+
     fn add(
         &mut self,
         parent: Option<Place>,
@@ -92,7 +101,7 @@ impl<'a> Draft<'a> {
             label,
             data,
         });
-        self.nodes.len() - 1
+        self.first + self.nodes.len() - 1
     }
 
     /// Adds a node without data.
@@ -174,7 +183,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Puts all that is streamed into a growing file: the draft no longer needs the mesh.
-    pub fn store<F: Write + Seek>(self, file: &mut Growing<F>) -> Result<Draft<'static>> {
+    pub fn store(self, file: &mut Growing) -> Result<Draft<'static>> {
         let mut nodes = Vec::with_capacity(self.nodes.len());
         for node in self.nodes {
             let data = match node.data {
@@ -195,11 +204,13 @@ impl<'a> Draft<'a> {
                 data,
             });
         }
-        Ok(Draft { nodes })
+        Ok(Draft {
+            nodes,
+            first: self.first,
+        })
     }
 
-    /// The groups and datasets of HDF5, of these nodes and those of `more`, whose places go on where
-    /// these end.
+    /// The groups and datasets of HDF5, of these nodes and of those of a draft after this one.
     pub fn tree<'t>(&'t self, more: Option<&'t Draft<'a>>) -> Tree<'t> {
         let mut tree = Tree::new();
         describe(&mut tree, Tree::ROOT, ("HDF5 MotherNode", "Root Node of HDF5 File", "MT"));
@@ -225,11 +236,6 @@ impl<'a> Draft<'a> {
             }
         }
         tree
-    }
-
-    /// How many nodes there are: the place of the next.
-    pub fn len(&self) -> usize {
-        self.nodes.len()
     }
 }
 

@@ -113,7 +113,10 @@ fn n_faces(mesh: &Mesh, cell: usize) -> usize {
     stream.and_then(|stream| stream.first()).map_or(0, |&n| n as usize)
 }
 
-fn offsets<'a>(kind: Kind, sizes: impl Fn(&mut dyn FnMut(usize)) + 'a) -> Make<'a> {
+fn offsets<'a>(
+    kind: Kind,
+    sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a,
+) -> Make<'a> {
     Box::new(move |sink| {
         let mut buffer = Buffer::new(kind, sink);
         buffer.push(0)?;
