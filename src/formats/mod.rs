@@ -16,6 +16,7 @@ mod source;
 pub mod su2;
 pub mod ugrid;
 mod vtk;
+pub mod vtkhdf;
 pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
@@ -31,6 +32,7 @@ use std::path::{Path, PathBuf};
 /// Every format, in the order in which their content is tried.
 pub static FORMATS: &[&dyn Format] = &[
     &vtu::Vtu,
+    &vtkhdf::VtkHdf,
     &gmsh::Msh,
     &gmsh::Msh22,
     &su2::Su2,
