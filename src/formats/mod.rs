@@ -4,6 +4,7 @@
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
 pub mod gmsh;
+pub mod legacy;
 mod lexer;
 mod records;
 mod save;
@@ -21,7 +22,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
-pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2];
+pub static FORMATS: &[&dyn Format] = &[
+    &vtu::Vtu,
+    &legacy::Legacy,
+    &legacy::Legacy42,
+    &gmsh::Msh,
+    &gmsh::Msh22,
+    &su2::Su2,
+];
 
 /// A mesh file format.
 pub trait Format: Sync {
