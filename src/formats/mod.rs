@@ -7,6 +7,7 @@ pub mod cgns;
 pub mod gmsh;
 #[allow(dead_code)] // until CGNS uses the rest
 mod hdf5;
+pub mod legacy;
 mod lexer;
 mod packed;
 mod records;
@@ -48,6 +49,11 @@ pub static FORMATS: &[&dyn Format] = &[
     &ugrid::LR4,
     &ugrid::B8L,
     &ugrid::LB8L,
+    &legacy::Legacy,
+    &legacy::Legacy42,
+    &gmsh::Msh,
+    &gmsh::Msh22,
+    &su2::Su2,
 ];
 
 /// A mesh file format.
