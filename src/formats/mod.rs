@@ -3,15 +3,21 @@
 //! A format is one file or folder here and one line in [`FORMATS`]. A reader sees bytes and gives
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
+pub mod cgns;
 pub mod gmsh;
+#[allow(dead_code)] // until CGNS uses the rest
+mod hdf5;
 mod lexer;
 mod records;
 mod save;
+mod sequence;
 mod source;
 pub mod su2;
+mod vtk;
 pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
+pub use sequence::{CreateSequence, SequenceFile};
 pub use source::Source;
 
 use crate::error::{Error, Result};
@@ -20,7 +26,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
-pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2];
+pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2, &cgns::Cgns];
 
 /// A mesh file format.
 pub trait Format: Sync {
@@ -33,6 +39,10 @@ pub trait Format: Sync {
     fn extensions(&self) -> &'static [&'static str];
     /// Whether a file that starts like this is of this format.
     fn recognizes(&self, head: &[u8]) -> bool;
+    /// Whether a file is of this format, for those that its start alone does not tell.
+    fn recognizes_file(&self, source: &Source) -> bool {
+        self.recognizes(source.bytes())
+    }
     /// The mesh in a file; a note for each kind of data that it cannot keep.
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh>;
     /// Times of the steps of a sequence kept in one file; empty where it holds one mesh.
@@ -46,6 +56,10 @@ pub trait Format: Sync {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>>;
+    /// How a whole sequence is written into one file, where the format has that.
+    fn sequence(&self) -> Option<CreateSequence> {
+        None
+    }
     /// Small files that belong beside a mesh written to `path`, with their content.
     fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         Vec::new()
@@ -205,7 +219,7 @@ pub fn of(source: &Source) -> Result<&'static dyn Format> {
     FORMATS
         .iter()
         .copied()
-        .find(|format| format.recognizes(source.bytes()))
+        .find(|format| format.recognizes_file(source))
         .or_else(|| with_extension(source.path()))
         .ok_or_else(|| unknown_content(source))
 }

@@ -4,16 +4,35 @@ use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The bytes of one input file and the name it goes by in messages.
 pub struct Source {
     path: PathBuf,
-    bytes: Bytes,
+    bytes: Arc<Bytes>,
 }
 
 enum Bytes {
     Mapped(memmap2::Mmap),
     Owned(Vec<u8>),
+}
+
+impl AsRef<[u8]> for Bytes {
+    fn as_ref(&self) -> &[u8] {
+        match self {
+            Bytes::Mapped(map) => map,
+            Bytes::Owned(bytes) => bytes,
+        }
+    }
+}
+
+/// A handle on the bytes of a [`Source`] that may outlive it.
+pub(super) struct Shared(Arc<Bytes>);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        (*self.0).as_ref()
+    }
 }
 
 impl Source {
@@ -39,6 +58,7 @@ impl Source {
             Ok(map) => Bytes::Mapped(map),
             Err(_) => Bytes::Owned(std::fs::read(path).map_err(io)?),
         };
+        let bytes = Arc::new(bytes);
         let path = path.to_path_buf();
         Self { path, bytes }.unpacked()
     }
@@ -47,7 +67,7 @@ impl Source {
     pub fn from_bytes(name: &Path, bytes: Vec<u8>) -> Self {
         Self {
             path: name.to_path_buf(),
-            bytes: Bytes::Owned(bytes),
+            bytes: Arc::new(Bytes::Owned(bytes)),
         }
     }
 
@@ -62,7 +82,7 @@ impl Source {
                 Error::input(format!("the gzip data is damaged: {error}")).file(&self.path)
             })?;
         Ok(Self {
-            bytes: Bytes::Owned(unpacked),
+            bytes: Arc::new(Bytes::Owned(unpacked)),
             path: self.path,
         })
     }
@@ -74,9 +94,11 @@ impl Source {
 
     /// Its bytes.
     pub fn bytes(&self) -> &[u8] {
-        match &self.bytes {
-            Bytes::Mapped(map) => map,
-            Bytes::Owned(bytes) => bytes,
-        }
+        (*self.bytes).as_ref()
+    }
+
+    /// Its bytes, for a reader that wants to own them; nothing is copied.
+    pub(super) fn shared(&self) -> Shared {
+        Shared(Arc::clone(&self.bytes))
     }
 }

@@ -1,8 +1,8 @@
 //! Bytes of one array as a file stores them: text, base64, raw, compressed blocks.
 
 use super::super::Compression;
-use super::content::Content;
-use super::number::{Element, Number, with_type};
+use super::super::vtk::content::Content;
+use super::super::vtk::number::{Element, Number, with_type};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 use std::io::{self, Write};

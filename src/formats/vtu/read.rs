@@ -1,29 +1,51 @@
 //! A .vtu file as a mesh: nodes and arrays of all pieces, one after another.
 
-use super::number::{Chunk, Element, Number, with_type};
+use super::super::vtk::cells::repeat_tuples;
+use super::super::vtk::number::{Chunk, Element, Number, with_type};
+use super::super::vtk::{order, tags};
+use super::cells;
 use super::stored::Stored;
 use super::xml::{self, Array, Layout, Piece};
-use super::{cells, tags};
+
 use crate::error::{Error, Result};
-use crate::formats::ReadOptions;
+use crate::formats::{Notes, ReadOptions};
 use crate::mesh::{DataArray, Mesh, Values};
 
+/// XML of this version on has hexahedra of high order in VTK's present order of nodes.
+const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
+
 /// Reads a mesh. Pieces keep nodes of their own; arrays that not all of them have are left out.
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let document = xml::parse(bytes)?;
     let (pieces, layout) = (&document.pieces, &document.layout);
+    let points = points(pieces, layout)?;
+    let built = cells::read(pieces, layout, notes)?;
     let mut mesh = Mesh {
-        points: points(pieces, layout)?,
-        cells: cells::read(pieces, layout)?,
+        points,
+        cells: built.cells,
         ..Mesh::default()
     };
-    mesh.point_arrays = data(pieces, layout, |piece| (piece.n_points, &piece.point_data))?;
-    mesh.cell_arrays = data(pieces, layout, |piece| (piece.n_cells, &piece.cell_data))?;
+    mesh.point_arrays = data(pieces, layout, "point", point_data, notes)?;
+    mesh.cell_arrays = data(pieces, layout, "cell", cell_data, notes)?;
     for array in &document.field_data {
         mesh.field_arrays.push(field(array, layout)?);
     }
+    if let Some(origin) = &built.origin {
+        repeat_tuples(&mut mesh.cell_arrays, origin);
+    }
+    if document.version < FIRST_WITH_PRESENT_ORDER {
+        order::swap(&mut mesh, notes);
+    }
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
+}
+
+fn point_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
+    (piece.n_points, &piece.point_data)
+}
+
+fn cell_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
+    (piece.n_cells, &piece.cell_data)
 }
 
 fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>> {
@@ -140,17 +162,19 @@ fn grow<U: Copy + Default>(out: &mut Vec<U>, n: usize, total: usize) {
     out.resize(out.len() + n, U::default());
 }
 
-/// The arrays that all pieces with nodes (or cells) have, of one type.
+/// The arrays that all pieces with nodes (or cells) have, of one type; a note on others.
 fn data<'d, 'a: 'd>(
     pieces: &'d [Piece<'a>],
     layout: &Layout,
+    what: &str,
     of: impl Fn(&'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>),
+    notes: &mut Notes,
 ) -> Result<Vec<DataArray>> {
     let parts: Vec<_> = pieces.iter().map(of).filter(|(n, _)| *n > 0).collect();
     let Some(((_, first), rest)) = parts.split_first() else {
         return Ok(Vec::new());
     };
-    let mut arrays = Vec::new();
+    let mut arrays: Vec<DataArray> = Vec::new();
     for array in first.iter() {
         let same = |other: &&Array| {
             (&other.name, other.element, other.n_components)
@@ -170,6 +194,14 @@ fn data<'d, 'a: 'd>(
             append(&mut all.values, array, layout, Some(n))?;
         }
         arrays.push(all);
+    }
+    for array in parts.iter().flat_map(|(_, part)| part.iter()) {
+        if !arrays.iter().any(|kept| kept.name == array.name) {
+            let name = &array.name;
+            notes.push(format!(
+                "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
+            ));
+        }
     }
     Ok(arrays)
 }

@@ -3,7 +3,7 @@
 //! Knows elements and attributes; nothing of how values are stored or of what they mean.
 
 use super::super::Compression;
-use super::number::Element;
+use super::super::vtk::number::Element;
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
 use quick_xml::events::attributes::Attribute;
@@ -12,6 +12,8 @@ use quick_xml::reader::Reader;
 
 /// What a file holds.
 pub(super) struct Document<'a> {
+    /// Version of the file, major and minor.
+    pub version: (u32, u32),
     /// How binary values are laid out.
     pub layout: Layout,
     /// Arrays of the mesh as a whole.
@@ -165,6 +167,7 @@ impl<'a> Parser<'a> {
             )));
         }
         let mut document = Document {
+            version: self.version(&root)?,
             layout: self.layout(&root)?,
             field_data: Vec::new(),
             pieces: Vec::new(),
@@ -183,6 +186,12 @@ impl<'a> Parser<'a> {
             return Err(self.error("there is no element UnstructuredGrid"));
         }
         Ok(document)
+    }
+
+    fn version(&self, root: &BytesStart) -> Result<(u32, u32)> {
+        let version = self.attribute(root, "version")?.unwrap_or_default();
+        let mut numbers = version.trim().split('.').map(|n| n.parse().unwrap_or(0));
+        Ok((numbers.next().unwrap_or(0), numbers.next().unwrap_or(0)))
     }
 
     fn layout(&self, root: &BytesStart) -> Result<Layout> {

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 const CHUNK: usize = 1 << 19;
 
 /// One array of the file.
-pub(super) struct Content<'a> {
+pub struct Content<'a> {
     pub name: &'a str,
     pub element: Element,
     pub n_components: usize,
@@ -20,7 +20,7 @@ pub(super) struct Content<'a> {
 }
 
 /// Some of an array's values, in the byte order of this machine.
-pub(super) enum Part<'a> {
+pub enum Part<'a> {
     Bytes(Cow<'a, [u8]>),
     /// Coordinates in 32 bits.
     Singles(&'a [f64]),
@@ -97,17 +97,17 @@ impl From<Vec<u8>> for Part<'_> {
 }
 
 /// Numbers in memory as they are.
-pub(super) fn slice<T: bytemuck::NoUninit>(values: &[T]) -> Part<'_> {
+pub fn slice<T: bytemuck::NoUninit>(values: &[T]) -> Part<'_> {
     Part::Bytes(Cow::Borrowed(bytemuck::cast_slice(values)))
 }
 
 /// Numbers that live no longer than this call.
-pub(super) fn owned<T: bytemuck::NoUninit>(values: &[T]) -> Part<'static> {
+pub fn owned<T: bytemuck::NoUninit>(values: &[T]) -> Part<'static> {
     bytemuck::cast_slice(values).to_vec().into()
 }
 
 /// VTK's type of the values and their bytes.
-pub(super) fn of_values(values: &Values) -> (Element, Part<'_>) {
+pub fn of_values(values: &Values) -> (Element, Part<'_>) {
     let element = match values {
         Values::I8(_) => Element::Int8,
         Values::U8(_) => Element::UInt8,

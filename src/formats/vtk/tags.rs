@@ -9,7 +9,7 @@ use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
 use std::collections::BTreeMap;
 
 /// One of our own pairs of arrays.
-pub(super) struct Labels {
+pub struct Labels {
     /// Name of the integer cell array.
     pub array: &'static str,
     /// Name of the string array.
@@ -17,17 +17,17 @@ pub(super) struct Labels {
 }
 
 /// Tags of boundary faces.
-pub(super) const BOUNDARY: Labels = Labels {
+pub const BOUNDARY: Labels = Labels {
     array: "BoundaryTag",
     names: "BoundaryTagNames",
 };
 /// Zones.
-pub(super) const ZONE: Labels = Labels {
+pub const ZONE: Labels = Labels {
     array: "Zone",
     names: "ZoneNames",
 };
 /// Groups of cells of lower dimension than boundary faces. Read only with its names.
-pub(super) const LOWER: Labels = Labels {
+pub const LOWER: Labels = Labels {
     array: "Group",
     names: "GroupNames",
 };
@@ -36,7 +36,7 @@ pub(super) const LOWER: Labels = Labels {
 const FOREIGN: [&str; 3] = ["gmsh:physical", "CellEntityIds", "medit:ref"];
 
 /// Turns arrays that number groups into groups. `chosen` is the user's array of boundary tags.
-pub(super) fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
+pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
     let dimension = mesh.dimension();
     if let Some(name) = chosen {
         take_chosen(mesh, name)?;
@@ -176,7 +176,7 @@ fn is_integer(mesh: &Mesh, name: &str) -> bool {
 }
 
 /// The numbers of one pair of arrays for all cells, and what one number a cell cannot say.
-pub(super) struct Numbers {
+pub struct Numbers {
     /// One number a cell; 0 for none.
     pub of_cells: CellNumbers,
     /// Further (cell, number) of cells in several groups, ascending.
@@ -186,7 +186,7 @@ pub(super) struct Numbers {
 }
 
 /// One number a cell, in the smallest type that holds them all.
-pub(super) enum CellNumbers {
+pub enum CellNumbers {
     /// Up to 255.
     Narrow(Vec<u8>),
     /// Any.
@@ -195,7 +195,7 @@ pub(super) enum CellNumbers {
 
 impl CellNumbers {
     /// The number of a cell.
-    pub(super) fn get(&self, cell: usize) -> i32 {
+    pub fn get(&self, cell: usize) -> i32 {
         match self {
             CellNumbers::Narrow(numbers) => numbers[cell].into(),
             CellNumbers::Wide(numbers) => numbers[cell],
@@ -205,7 +205,7 @@ impl CellNumbers {
 
 /// Numbers groups from 1. With `keep_numbers` they keep their own where those are all different
 /// and above 0, and no names are given.
-pub(super) fn number(groups: &[&Group], n_cells: usize, keep_numbers: bool) -> Numbers {
+pub fn number(groups: &[&Group], n_cells: usize, keep_numbers: bool) -> Numbers {
     let mut own: Vec<i32> = groups
         .iter()
         .filter_map(|g| g.number)

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 /// Type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)] // VTK's names
-pub(super) enum Element {
+pub enum Element {
     Int8,
     UInt8,
     Int16,
@@ -121,10 +121,10 @@ macro_rules! with_type {
         }
     };
 }
-pub(super) use with_type;
+pub(in crate::formats) use with_type;
 
 /// A number as a file holds it.
-pub(super) trait Number: bytemuck::Pod + Send + Sync {
+pub trait Number: bytemuck::Pod + Send + Sync {
     /// From bytes in the byte order of this machine. `bytes` has its size.
     fn from_bytes(bytes: &[u8]) -> Self;
     /// With its bytes reversed.
@@ -213,7 +213,7 @@ const PER_TASK: usize = 1 << 16;
 
 /// Bytes of an array, a whole number of values of them.
 #[derive(Clone, Copy)]
-pub(super) struct Chunk<'a> {
+pub struct Chunk<'a> {
     pub bytes: &'a [u8],
     /// Whether their order is the other one.
     pub swap: bool,
@@ -287,7 +287,7 @@ impl Chunk<'_> {
 }
 
 /// The numbers in `text`, separated by white space.
-pub(super) fn parse_words<T: Number>(
+pub fn parse_words<T: Number>(
     text: &[u8],
     element: Element,
 ) -> std::result::Result<Vec<T>, (usize, String)> {
@@ -315,7 +315,7 @@ pub(super) fn parse_words<T: Number>(
 }
 
 /// An error about an array that must hold integers.
-pub(super) fn need_integers(name: &str, element: Element) -> Result<()> {
+pub fn need_integers(name: &str, element: Element) -> Result<()> {
     if element.is_integer() {
         return Ok(());
     }

@@ -1,21 +1,29 @@
 //! Faces of polyhedra, in VTK's old and new layout.
 //!
-//! Old: `faces` holds `n_faces, (n_nodes, node...)...` for one polyhedron after another and
-//! `faceoffsets` where each ends, -1 for other cells. Version 2.3: `face_connectivity` and
-//! `face_offsets` list faces, `polyhedron_to_faces` and `polyhedron_offsets` those of each cell.
+//! Old: a stream `n_faces, (n_nodes, node...)...` for each polyhedron and where each ends. New: a
+//! list of faces, and the faces of each cell.
 
-use super::cells::{Nodes, indices, named};
-use super::number::{Element, Number, with_type};
-use super::read::collect;
-use super::xml::{Array, Layout};
+use super::cells::Nodes;
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, cells::face_stream};
 
 /// Face streams `n_faces, (n_nodes, node...)...` of all polyhedra.
 #[derive(Debug, Default)]
-pub(super) struct Streams {
+pub struct Streams {
     entries: Vec<u32>,
     ends: Vec<usize>,
+}
+
+/// Faces and the polyhedra that they belong to.
+pub struct SharedFaces<'a> {
+    /// Nodes of one face after another.
+    pub face_nodes: &'a [u32],
+    /// Where the nodes of each face end.
+    pub face_ends: &'a [i64],
+    /// Faces of one polyhedron after another.
+    pub cell_faces: &'a [u32],
+    /// Where the faces of each cell end; a cell of another kind has none.
+    pub cell_ends: &'a [i64],
 }
 
 impl Streams {
@@ -32,41 +40,14 @@ impl Streams {
             .map(|(start, &end)| &self.entries[start..end])
     }
 
-    /// Appends the polyhedra of one piece, whose cells have these types.
-    pub fn read(
+    /// Appends polyhedra whose streams lie in `faces`; `ends` has where that of each cell ends.
+    pub fn read_streams(
         &mut self,
-        arrays: &[Array],
-        layout: &Layout,
+        faces: &[u32],
+        ends: &[i64],
         nodes: Nodes,
         types: &[u8],
     ) -> Result<()> {
-        if arrays
-            .iter()
-            .any(|array| array.name == "polyhedron_offsets")
-        {
-            self.read_shared(arrays, layout, nodes, types)
-        } else {
-            self.read_streams(arrays, layout, nodes, types)
-        }
-    }
-
-    fn read_streams(
-        &mut self,
-        arrays: &[Array],
-        layout: &Layout,
-        nodes: Nodes,
-        types: &[u8],
-    ) -> Result<()> {
-        let mut faces = Vec::new();
-        indices(
-            named(arrays, "faces")?,
-            layout,
-            0,
-            u32::MAX.into(),
-            None,
-            &mut faces,
-        )?;
-        let ends = integers(named(arrays, "faceoffsets")?, layout, Some(types.len()))?;
         let mut start = 0;
         for (cell, &vtk) in types.iter().enumerate() {
             let end = usize::try_from(ends[cell]).ok();
@@ -89,8 +70,8 @@ impl Streams {
         Ok(())
     }
 
-    /// Appends a stream with the node numbers of its piece.
-    fn push(&mut self, stream: &[u32], nodes: Nodes, cell: usize) -> Result<()> {
+    /// Appends one stream, with the node numbers of its piece.
+    pub fn push(&mut self, stream: &[u32], nodes: Nodes, cell: usize) -> Result<()> {
         let wrong =
             |error: Error| Error::input(format!("cell {cell}: {}", error.message)).dataset("faces");
         self.entries.push(stream.first().copied().unwrap_or(0));
@@ -114,28 +95,11 @@ impl Streams {
         Ok(())
     }
 
-    fn read_shared(
-        &mut self,
-        arrays: &[Array],
-        layout: &Layout,
-        nodes: Nodes,
-        types: &[u8],
-    ) -> Result<()> {
-        let mut face_nodes = Vec::new();
-        let array = named(arrays, "face_connectivity")?;
-        indices(array, layout, 0, nodes.limit, None, &mut face_nodes)?;
-        let face_ends = integers(named(arrays, "face_offsets")?, layout, None)?;
-        let face_ends = ends_within(&face_ends, face_nodes.len(), "face_offsets")?;
-        let mut cell_faces = Vec::new();
-        let array = named(arrays, "polyhedron_to_faces")?;
-        let n_faces = face_ends.len();
-        indices(array, layout, 0, n_faces as u64, None, &mut cell_faces)?;
-        let ends = integers(
-            named(arrays, "polyhedron_offsets")?,
-            layout,
-            Some(types.len()),
-        )?;
-        let ends = ends_within(&ends, cell_faces.len(), "polyhedron_offsets")?;
+    /// Appends the polyhedra among cells of these types.
+    pub fn read_shared(&mut self, faces: &SharedFaces, nodes: Nodes, types: &[u8]) -> Result<()> {
+        let (face_nodes, cell_faces) = (faces.face_nodes, faces.cell_faces);
+        let face_ends = ends_within(faces.face_ends, face_nodes.len(), "face_offsets")?;
+        let ends = ends_within(faces.cell_ends, cell_faces.len(), "polyhedron_offsets")?;
         // A face lies between two cells; the room for more is for repeated cells.
         let most = self.entries.len() + 8 * (face_nodes.len() + cell_faces.len() + types.len());
         for cell in polyhedra(types) {
@@ -143,10 +107,8 @@ impl Streams {
             self.entries.push(faces.len() as u32);
             for &face in faces {
                 let face = face as usize;
-                self.push_face(
-                    &face_nodes[start_of(&face_ends, face)..face_ends[face]],
-                    nodes,
-                )?;
+                let start = start_of(&face_ends, face);
+                self.push_face(&face_nodes[start..face_ends[face]], nodes)?;
                 if self.entries.len() > most {
                     let message = "faces are shared by more than two polyhedra";
                     return Err(Error::input(message).dataset("polyhedron_to_faces"));
@@ -181,13 +143,4 @@ fn ends_within(offsets: &[i64], n: usize, name: &str) -> Result<Vec<usize>> {
         Ok(before)
     };
     offsets.iter().map(check).collect()
-}
-
-fn integers(array: &Array, layout: &Layout, expected: Option<usize>) -> Result<Vec<i64>> {
-    let mut out = Vec::new();
-    with_type!(array.element, T => collect(array, layout, 1, expected, &mut out, |chunk, out| {
-        chunk.convert::<T, i64>(out, |x| x.as_index() as i64);
-        Ok(())
-    })?);
-    Ok(out)
 }
