@@ -211,6 +211,11 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
+    if path.as_os_str() == "-" {
+        return Err(Error::input(
+            "standard output has no name that says the format; give --format",
+        ));
+    }
     let name = file_name(path);
     let inside = without_packing(&name);
     let format = with_extension(&name);

@@ -22,8 +22,16 @@ pub fn save(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
+    let companions = format.companions(mesh, path);
+    if path.as_os_str() == "-" && !companions.is_empty() {
+        return Err(Error::input(format!(
+            "{} keeps names and conditions of tags in a file beside it, for which standard output \
+             has no place; write to a file",
+            format.name()
+        )));
+    }
     let notes = write_whole(path, |out| format.write(mesh, out, options))?;
-    for (companion, content) in format.companions(mesh, path) {
+    for (companion, content) in companions {
         write_whole(&companion, |out| {
             out.write_all(&content)
                 .map_err(|error| Error::io(&companion, &error))

@@ -312,7 +312,7 @@ fn a_large_text_is_read_as_a_small_one() {
     let wrong = text.replace("\n79999 80000 80001 80002\n", "\n79999 90001 80001 80002\n");
     let line = 1 + wrong
         .lines()
-        .position(|line| line.contains("90001"))
+        .position(|line| line.contains(" 90001 "))
         .expect("it is there");
     let message = read(&TEXT, wrong.as_bytes())
         .expect_err("it is wrong")
