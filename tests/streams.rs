@@ -57,7 +57,10 @@ fn a_mesh_goes_through_a_pipe_from_one_format_into_another() {
 #[test]
 fn binary_ugrid_in_a_pipe_is_known_by_its_counts() {
     for flavour in ["ugrid-b8", "ugrid-lb4", "ugrid-lr8", "ugrid-b8l"] {
-        let binary = piped(&["convert", "-", "-", "--format", flavour], SOLID.as_bytes());
+        let binary = piped(
+            &["convert", "-", "-", "--format", flavour],
+            SOLID.as_bytes(),
+        );
         assert!(binary.status.success(), "{binary:?}");
         let text = piped(&["convert", "-", "-", "--format", "ugrid"], &binary.stdout);
         assert_eq!(String::from_utf8(text.stdout).unwrap(), SOLID, "{flavour}");
@@ -67,12 +70,23 @@ fn binary_ugrid_in_a_pipe_is_known_by_its_counts() {
 #[test]
 fn what_needs_a_file_beside_it_is_refused_on_standard_output() {
     let named = SOLID.replace("4 4 0 1 0 0 0", "4 4 0 1 0 0 0");
-    let args = ["convert", "-", "-", "--format", "ugrid", "--rename-tag", "1=wing"];
+    let args = [
+        "convert",
+        "-",
+        "-",
+        "--format",
+        "ugrid",
+        "--rename-tag",
+        "1=wing",
+    ];
     let run = piped(&args, named.as_bytes());
     assert_eq!(run.status.code(), Some(2));
     assert!(run.stdout.is_empty());
     let message = String::from_utf8(run.stderr).unwrap();
-    assert!(message.contains("standard output has no place"), "{message}");
+    assert!(
+        message.contains("standard output has no place"),
+        "{message}"
+    );
     let run = piped(&["convert", "-", "-"], PLANE.as_bytes());
     assert_eq!(run.status.code(), Some(2));
     let message = String::from_utf8(run.stderr).unwrap();

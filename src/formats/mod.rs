@@ -20,7 +20,7 @@ mod vtk;
 pub mod vtkhdf;
 pub mod vtu;
 
-pub use save::{save, save_text, write_whole};
+pub use save::{save, save_text, write_companions, write_whole};
 pub use sequence::{CreateSequence, SequenceFile};
 pub use source::Source;
 
@@ -258,6 +258,20 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
         .rev()
         .max_by_key(|(length, _)| *length)?;
     Some(format)
+}
+
+/// A file name without the endings of packing and format: what files of one case share. The whole
+/// name where its ending is none of a format.
+pub fn case_name(name: &str) -> &str {
+    let inside = without_packing(name);
+    let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
+    let extensions = FORMATS.iter().flat_map(|format| format.extensions());
+    let starts = extensions.filter_map(|extension| {
+        let start = from(extension)?;
+        let ending = inside.get(start..)?.strip_prefix('.')?;
+        ending.eq_ignore_ascii_case(extension).then_some(start)
+    });
+    starts.min().map_or(name, |start| &inside[..start])
 }
 
 /// The format of a file, by its content or, where that does not tell, by its name.

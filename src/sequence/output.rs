@@ -1,7 +1,7 @@
 //! The folder of a sequence: names of its files, whole files with their hashes, the time series.
 
 use crate::error::{Error, Result};
-use crate::formats::{Format, WriteOptions, by_extension, write_whole};
+use crate::formats::{Format, WriteOptions, case_name, write_companions, write_whole};
 use crate::mesh::Mesh;
 use crate::motion::Step;
 use std::fs::File;
@@ -81,15 +81,15 @@ impl Names {
         n_steps: usize,
         part: Part,
     ) -> Self {
-        // "wing.su2.gz" gives wing_0000.
-        let name = mesh
-            .file_stem()
-            .filter(|name| *name != "-")
-            .map_or("mesh".into(), |name| name.to_string_lossy());
-        let inner = Path::new(&*name);
-        let stem = match by_extension(inner).is_ok() {
-            true => inner.with_extension("").to_string_lossy().into_owned(),
-            false => name.into_owned(),
+        // "wing.b8.ugrid.gz" gives wing_0000.
+        let name = mesh.file_name().filter(|name| *name != "-");
+        let name = name.map_or("mesh".into(), |name| name.to_string_lossy());
+        let stem = match case_name(&name) {
+            case if case.len() < name.len() => case.to_owned(),
+            _ => {
+                let stem = Path::new(&*name).file_stem().unwrap_or_default();
+                stem.to_string_lossy().into_owned()
+            }
         };
         Self {
             folder: folder.to_path_buf(),
@@ -240,14 +240,16 @@ pub fn write_mesh(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<blake3::Hash> {
-    write_whole(path, |out| {
+    let hash = write_whole(path, |out| {
         let mut hashing = Hashing {
             out,
             hasher: blake3::Hasher::new(),
         };
         format.write(mesh, &mut hashing, options)?;
         Ok(hashing.hasher.finalize())
-    })
+    })?;
+    write_companions(mesh, path, format)?;
+    Ok(hash)
 }
 
 struct Hashing<'a> {

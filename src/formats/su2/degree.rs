@@ -30,8 +30,11 @@ impl Element {
         };
         let linear = u8::try_from(shape % 100).ok().and_then(CellKind::from_vtk);
         let degree = usize::try_from(shape / 100).unwrap_or(0) + 1;
-        let refused = || format!("element type {number} is not read; 1, 3, 5, 9, 10, 12, 13 and 14 are");
-        let linear = linear.filter(|kind| super::holds(*kind)).ok_or_else(refused)?;
+        let refused =
+            || format!("element type {number} is not read; 1, 3, 5, 9, 10, 12, 13 and 14 are");
+        let linear = linear
+            .filter(|kind| super::holds(*kind))
+            .ok_or_else(refused)?;
         if degree > 1 && linear == Vertex {
             return Err(refused());
         }
@@ -152,12 +155,8 @@ mod tests {
 
     /// The middle of an edge or a face of a cell of second order, in half steps.
     fn middle(places: &[Place], corners: &[u8]) -> Place {
-        let sum = |axis: usize| -> u16 {
-            corners
-                .iter()
-                .map(|c| places[usize::from(*c)][axis])
-                .sum()
-        };
+        let sum =
+            |axis: usize| -> u16 { corners.iter().map(|c| places[usize::from(*c)][axis]).sum() };
         [0, 1, 2].map(|axis| sum(axis) / corners.len() as u16)
     }
 

@@ -283,7 +283,7 @@ fn files_of_a_case_share_its_name() {
         ("wing.lb8l.ugrid.gz", "wing"),
         ("wing.v2.UGRID", "wing.v2"),
         ("wing.b8.ugrid64", "wing"),
-        ("wing.mesh", "wing.mesh"),
+        ("wing.grid", "wing.grid"),
     ] {
         assert_eq!(case(Path::new(path)), Path::new(expected));
     }
