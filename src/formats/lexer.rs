@@ -142,6 +142,11 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// The words between two places, on whatever lines.
+    pub fn between(bytes: &'a [u8], range: Range<usize>) -> Self {
+        Self::new(bytes, range)
+    }
+
     /// What is left of the line, without white space around it.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes[self.at..self.end].trim_ascii()
