@@ -142,10 +142,15 @@ impl<'a> Draft<'a> {
     }
 
     /// Adds a node that holds a few floating-point numbers.
-    pub fn reals(&mut self, parent: Place, name: &str, numbers: &[f64]) -> Place {
+    pub fn reals(
+        &mut self,
+        parent: Place,
+        (name, label): (&str, &'static str),
+        numbers: &[f64],
+    ) -> Place {
         let bytes = Payload::Bytes(bytemuck::cast_slice(numbers).to_vec());
         let data = (Kind::R8, vec![numbers.len() as u64], bytes);
-        self.add(Some(parent), name, "DataArray_t", Some(data))
+        self.add(Some(parent), name, label, Some(data))
     }
 
     /// Adds the version of CGNS that the file follows.
