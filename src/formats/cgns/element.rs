@@ -49,9 +49,7 @@ const HEXA_27: [u8; 27] = [
     26,
 ];
 const PENTA_15: [u8; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11];
-const PENTA_18: [u8; 18] = [
-    0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 15, 16, 17,
-];
+const PENTA_18: [u8; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 15, 16, 17];
 
 const fn element(
     number: i64,
@@ -297,17 +295,26 @@ mod tests {
 
     #[test]
     fn pyramids_of_second_order_have_the_same_nodes_in_both() {
-        assert!(vtk_from_cgns(CellKind::LagrangePyramid, 2).into_iter().eq(0..14));
+        assert!(
+            vtk_from_cgns(CellKind::LagrangePyramid, 2)
+                .into_iter()
+                .eq(0..14)
+        );
     }
 
     #[test]
     fn orders_there_and_back_cancel() {
         for element in TYPES {
-            let (Some(there), Some(back)) = (element.vtk_from_cgns(), element.cgns_from_vtk()) else {
+            let (Some(there), Some(back)) = (element.vtk_from_cgns(), element.cgns_from_vtk())
+            else {
                 continue;
             };
             assert_eq!(there.len(), element.n_nodes, "{}", element.name);
-            assert!((0..there.len()).all(|i| back[there[i]] == i), "{}", element.name);
+            assert!(
+                (0..there.len()).all(|i| back[there[i]] == i),
+                "{}",
+                element.name
+            );
         }
     }
 

@@ -45,8 +45,16 @@ fn corners(kind: CellKind, p: u16) -> Vec<Place> {
         LagrangeQuadrilateral => square.to_vec(),
         LagrangeTetrahedron => [&triangle[..], &[[0, 0, p]]].concat(),
         LagrangePyramid => [&square[..], &[[0, 0, p]]].concat(),
-        LagrangeWedge => triangle.iter().copied().chain(triangle.iter().map(raised)).collect(),
-        LagrangeHexahedron => square.iter().copied().chain(square.iter().map(raised)).collect(),
+        LagrangeWedge => triangle
+            .iter()
+            .copied()
+            .chain(triangle.iter().map(raised))
+            .collect(),
+        LagrangeHexahedron => square
+            .iter()
+            .copied()
+            .chain(square.iter().map(raised))
+            .collect(),
         _ => Vec::new(),
     }
 }
@@ -69,14 +77,16 @@ impl Walk {
         for triangle in triangles {
             let corners = triangle.map(|i| self.places[i]);
             let inside = inside_triangle(self.order);
-            self.places.extend(inside_face(corners, self.order, &inside));
+            self.places
+                .extend(inside_face(corners, self.order, &inside));
         }
     }
 
     fn quadrilaterals(&mut self, quadrilaterals: &[[usize; 4]]) {
         for &[a, b, _, d] in quadrilaterals {
             let corners = [a, b, d].map(|i| self.places[i]);
-            self.places.extend(inside_face(corners, self.order, &rounds(self.order)));
+            self.places
+                .extend(inside_face(corners, self.order, &rounds(self.order)));
         }
     }
 
@@ -115,7 +125,8 @@ impl Walk {
             3 => self.places.push([1, 1, 1]),
             4 => {
                 let inner = corners(LagrangePyramid, 1);
-                self.places.extend(inner.iter().map(|place| place.map(|i| i + 1)));
+                self.places
+                    .extend(inner.iter().map(|place| place.map(|i| i + 1)));
             }
             _ => {}
         }

@@ -218,12 +218,24 @@ impl<'a> Draft<'a> {
     /// The groups and datasets of HDF5, of these nodes and of those of a draft after this one.
     pub fn tree<'t>(&'t self, more: Option<&'t Draft<'a>>) -> Tree<'t> {
         let mut tree = Tree::new();
-        describe(&mut tree, Tree::ROOT, ("HDF5 MotherNode", "Root Node of HDF5 File", "MT"));
-        let order = if cfg!(target_endian = "big") { "IEEE_BIG_32" } else { "IEEE_LITTLE_32" };
+        describe(
+            &mut tree,
+            Tree::ROOT,
+            ("HDF5 MotherNode", "Root Node of HDF5 File", "MT"),
+        );
+        let order = if cfg!(target_endian = "big") {
+            "IEEE_BIG_32"
+        } else {
+            "IEEE_LITTLE_32"
+        };
         characters(&mut tree, " format", order, order.len() + 1);
         characters(&mut tree, " hdf5version", "HDF5 Version 1.8.0", 33);
         let mut ids: Vec<Id> = Vec::new();
-        for node in self.nodes.iter().chain(more.iter().flat_map(|more| &more.nodes)) {
+        for node in self
+            .nodes
+            .iter()
+            .chain(more.iter().flat_map(|more| &more.nodes))
+        {
             let parent = node.parent.map_or(Tree::ROOT, |parent| ids[parent]);
             let id = tree.group(parent, &node.name);
             ids.push(id);
@@ -261,5 +273,11 @@ fn flags(tree: &mut Tree, id: Id) {
 fn characters(tree: &mut Tree, name: &str, text: &str, n: usize) {
     let mut bytes = text.as_bytes().to_vec();
     bytes.resize(n, 0);
-    tree.dataset(Tree::ROOT, name, Element::I8, &[n as u64], Data::Bytes(bytes.into()));
+    tree.dataset(
+        Tree::ROOT,
+        name,
+        Element::I8,
+        &[n as u64],
+        Data::Bytes(bytes.into()),
+    );
 }

@@ -114,7 +114,9 @@ fn add_points(draft: &mut Draft, parent: Place, group: &Group, mesh: &Mesh, kind
 
 fn nodes_of(group: &Group, mesh: &Mesh) -> CellSet {
     let cells = group.cells.iter();
-    cells.map(|cell| mesh.cells.get(cell).nodes[0] as usize).collect()
+    cells
+        .map(|cell| mesh.cells.get(cell).nodes[0] as usize)
+        .collect()
 }
 
 /// Families of a base, one for each name of a group.

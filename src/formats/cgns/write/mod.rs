@@ -121,7 +121,10 @@ impl<'a> Static<'a> {
         }
         groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
         for array in &mesh.field_arrays {
-            notes.push(format!("array \"{}\" of the mesh as a whole is not written", array.name));
+            notes.push(format!(
+                "array \"{}\" of the mesh as a whole is not written",
+                array.name
+            ));
         }
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
@@ -137,7 +140,9 @@ impl<'a> Static<'a> {
 /// The type of integers in which all numbers of nodes, elements and entries fit.
 fn index_kind(mesh: &Mesh, faces: &FaceTable) -> Kind {
     let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.n_entries();
-    let largest = entries.max(mesh.points.len()).max(faces.first_element() + faces.len());
+    let largest = entries
+        .max(mesh.points.len())
+        .max(faces.first_element() + faces.len());
     match i32::try_from(largest) {
         Ok(_) => Kind::I4,
         Err(_) => Kind::I8,

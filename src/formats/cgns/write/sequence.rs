@@ -170,9 +170,11 @@ impl SequenceFile for Sequence {
         let step = self.times.len();
         let everywhere = [0..mesh.points.len()];
         let at_nodes = scalars(&mesh.point_arrays, &everywhere, &mut Vec::new());
-        self.at_nodes.append(AT_NODES, step, &at_nodes, &mut self.file)?;
+        self.at_nodes
+            .append(AT_NODES, step, &at_nodes, &mut self.file)?;
         let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), &mut Vec::new());
-        self.at_cells.append(AT_CELLS, step, &at_cells, &mut self.file)?;
+        self.at_cells
+            .append(AT_CELLS, step, &at_cells, &mut self.file)?;
         self.times.push(time);
         let first = self.first.as_ref().expect("the first step has set it");
         let steps = self.steps(first);
@@ -207,7 +209,9 @@ impl Series {
         let mut arrays = Vec::new();
         for scalar in scalars {
             let hash = hash_of_bytes(&scalar.make())?;
-            let same = before.iter().find(|a| a.name == scalar.name && a.hash == Some(hash));
+            let same = before
+                .iter()
+                .find(|a| a.name == scalar.name && a.hash == Some(hash));
             let stored = match same {
                 Some(array) => array.stored,
                 None => {
