@@ -69,19 +69,33 @@ pub fn push_real(buffer: &mut Vec<u8>, value: f64) {
 /// A sentence for each array and option that a format with f64 coordinates and without arrays
 /// leaves out.
 pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions) -> Vec<String> {
+    left_out_but(format, mesh, options, &[])
+}
+
+/// [`left_out`] without the field arrays in `kept`, which the format writes in a way of its own.
+pub fn left_out_but(
+    format: &str,
+    mesh: &Mesh,
+    options: &WriteOptions,
+    kept: &[&str],
+) -> Vec<String> {
     let kinds = [
         ("point", &mesh.point_arrays),
         ("cell", &mesh.cell_arrays),
         ("field", &mesh.field_arrays),
     ];
-    let arrays = kinds.iter().filter(|(_, arrays)| !arrays.is_empty());
-    let mut notes: Vec<String> = arrays
-        .map(|(kind, arrays)| {
-            let names = arrays.iter().map(|array| format!("\"{}\"", array.name));
-            let names = names.collect::<Vec<_>>().join(", ");
-            format!("{format} holds no {kind} arrays; left out: {names}")
-        })
-        .collect();
+    let mut notes = Vec::new();
+    for (kind, arrays) in kinds {
+        let names = arrays.iter().map(|array| array.name.as_str());
+        let names = names.filter(|name| kind != "field" || !kept.contains(name));
+        let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
+        if !names.is_empty() {
+            let names = names.join(", ");
+            notes.push(format!(
+                "{format} holds no {kind} arrays; left out: {names}"
+            ));
+        }
+    }
     if options.precision == Precision::F32 {
         notes.push(format!("{format} holds coordinates in f64 only"));
     }

@@ -6,8 +6,10 @@
 pub mod arrays;
 pub mod cells;
 pub mod difference;
+pub mod facets;
 pub mod groups;
 pub mod kind;
+pub mod lagrange;
 pub mod repeated;
 
 pub use arrays::{DataArray, Values};
