@@ -52,8 +52,23 @@ def vtkhdf_steps(path):
         yield points_of(reader.GetOutput())
 
 
+def cgns_steps(path):
+    """Nodes at every step of a .cgns file by libhdf5, by way of the zone's list of coordinates."""
+    with h5py.File(path) as file:
+        base = next(node for node in file.values() if node.attrs.get("label") == b"CGNSBase_t")
+        zone = next(node for node in base.values() if node.attrs.get("label") == b"Zone_t")
+        names = zone["ZoneIterativeData/GridCoordinatesPointers/ data"][()].astype(np.uint8)
+        times = base["BaseIterativeData/TimeValues/ data"][()]
+        assert len(times) == len(names), f"{path}: {len(times)} times, {len(names)} coordinates"
+        for name in names:
+            node = zone[bytes(name).decode().strip()]
+            axes = [node[f"Coordinate{axis}/ data"][()] for axis in "XYZ" if f"Coordinate{axis}" in node]
+            axes += [np.zeros_like(axes[0])] * (3 - len(axes))
+            yield np.stack(axes, axis=1)
+
+
 # Formats of one file a sequence: the ending, and a reader that gives the nodes of its steps in order.
-SEQUENCES = {"vtkhdf": vtkhdf_steps}
+SEQUENCES = {"vtkhdf": vtkhdf_steps, "cgns": cgns_steps}
 FORMATS = ["vtu", *SEQUENCES]
 
 
