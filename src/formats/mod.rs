@@ -81,6 +81,10 @@ pub trait Format: Sync {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>>;
+    /// Whether arrays at nodes and cells are written.
+    fn holds_arrays(&self) -> bool {
+        false
+    }
     /// How a whole sequence is written into one file, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None

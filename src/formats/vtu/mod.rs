@@ -47,6 +47,10 @@ impl Format for Vtu {
         memchr::memmem::find(head, b"<VTKFile").is_some()
     }
 
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
