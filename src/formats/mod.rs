@@ -6,6 +6,7 @@
 pub mod gmsh;
 pub mod legacy;
 mod lexer;
+pub mod pvtu;
 mod records;
 mod save;
 mod source;
@@ -23,6 +24,8 @@ use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
 pub static FORMATS: &[&dyn Format] = &[
+    // Before the format that takes any XML of VTK.
+    &pvtu::Pvtu,
     &vtu::Vtu,
     &legacy::Legacy,
     &legacy::Legacy42,
