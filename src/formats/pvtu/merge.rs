@@ -127,7 +127,7 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
     }
     // The first node at each place stands for those of the other pieces.
     let mut first: Vec<usize> = (0..points.len()).collect();
-    let mut n_apart = 0;
+    let (mut n_apart, mut n_joined) = (0, 0);
     for group in sorted.chunk_by(|a, b| a.0 == b.0) {
         let of_pieces = || group.iter().map(|(_, node)| piece_of[*node]);
         if of_pieces().zip(of_pieces().skip(1)).any(|(a, b)| a == b) {
@@ -135,11 +135,16 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
             n_apart += usize::from(several);
             continue;
         }
+        n_joined += usize::from(group.len() > 1);
         for (_, node) in group {
             first[*node] = group[0].1;
         }
     }
-    if n_apart > 0 {
+    if n_apart > n_joined {
+        // Cells that share no nodes within a piece share none with other pieces.
+        notes.push("the pieces are not joined: their cells have nodes of their own");
+        first = (0..points.len()).collect();
+    } else if n_apart > 0 {
         notes.push(format!(
             "nodes at {n_apart} places are kept apart: a piece has several of them there"
         ));

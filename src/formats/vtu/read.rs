@@ -210,6 +210,7 @@ fn data<'d, 'a: 'd>(
         return Ok(Vec::new());
     };
     let mut arrays: Vec<DataArray> = Vec::new();
+    let mut left_out: Vec<&String> = Vec::new();
     for array in first.iter() {
         let same = |other: &&Array| {
             (&other.name, other.element, other.n_components)
@@ -222,23 +223,49 @@ fn data<'d, 'a: 'd>(
         let Some(others) = others else {
             continue;
         };
+        let everywhere: Vec<&Array> = std::iter::once(array).chain(others).collect();
         let mut all = empty(array);
-        let everywhere = std::iter::once(array).chain(others);
+        let mut is_longer = false;
         for ((n, _), array) in parts.iter().zip(everywhere) {
             let n = count(*n).map_err(|error| error.dataset(&array.name))?;
+            is_longer = has_more(array, layout, n)?;
+            if is_longer {
+                break;
+            }
             append(&mut all.values, array, layout, Some(n))?;
         }
-        arrays.push(all);
+        if is_longer {
+            let name = &array.name;
+            notes.push(format!(
+                "the {what} array \"{name}\" is left out: it has more tuples than there are {what}s"
+            ));
+            left_out.push(name);
+        } else {
+            arrays.push(all);
+        }
     }
     for array in parts.iter().flat_map(|(_, part)| part.iter()) {
-        if !arrays.iter().any(|kept| kept.name == array.name) {
-            let name = &array.name;
+        let name = &array.name;
+        if !left_out.contains(&name) && !arrays.iter().any(|kept| kept.name == *name) {
             notes.push(format!(
                 "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
             ));
         }
     }
     Ok(arrays)
+}
+
+/// Whether an array has whole tuples beyond the first `n`.
+fn has_more(array: &Array, layout: &Layout, n: usize) -> Result<bool> {
+    if array.element == Element::String {
+        return Ok(false);
+    }
+    let stored = Stored::open(array, layout)?;
+    let tuple = array.element.size().checked_mul(array.n_components);
+    let fits = |n_bytes: usize| tuple.is_some_and(|tuple| n_bytes.is_multiple_of(tuple));
+    let needed = tuple.and_then(|tuple| tuple.checked_mul(n));
+    let n_bytes = stored.n_bytes().filter(|n_bytes| fits(*n_bytes));
+    Ok(n_bytes.is_some_and(|n_bytes| needed.is_some_and(|needed| n_bytes > needed)))
 }
 
 fn field(array: &Array, layout: &Layout) -> Result<DataArray> {
