@@ -11,6 +11,7 @@ mod lexer;
 mod records;
 mod save;
 mod sequence;
+mod series;
 mod source;
 pub mod su2;
 mod vtk;
@@ -18,6 +19,7 @@ pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
 pub use sequence::{CreateSequence, SequenceFile};
+pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};

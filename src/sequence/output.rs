@@ -1,7 +1,7 @@
 //! The folder of a sequence: names of its files, whole files with their hashes, the time series.
 
 use crate::error::{Error, Result};
-use crate::formats::{Format, WriteOptions, by_extension, write_whole};
+use crate::formats::{Format, WriteOptions, by_extension, pvd, vtk_series, write_whole};
 use crate::mesh::Mesh;
 use crate::motion::Step;
 use std::fs::File;
@@ -190,6 +190,7 @@ impl Names {
         ];
         mesh.is_some()
             || name == format!("{}.pvd", self.stem)
+            || name == format!("{}.vtk.series", self.stem)
             || whole
                 .iter()
                 .any(|(stem, extension)| parts(stem, extension).is_some())
@@ -311,20 +312,21 @@ fn quoted(value: &str) -> String {
     }
 }
 
-/// Text of the time series over finished steps: time in s where it is known, else azimuth.
-pub fn series(steps: &[(Step, String)]) -> String {
-    let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
-    );
-    for (step, file) in steps {
-        let time = step.time_s.unwrap_or(step.azimuth_deg);
-        let file = file
-            .replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('"', "&quot;");
-        text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
+/// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
+/// azimuth. Legacy VTK files have a list of their own besides the .pvd.
+pub fn series(names: &Names, steps: &[(Step, String)]) -> Vec<(PathBuf, String)> {
+    let entries = || {
+        let time = |step: &Step| step.time_s.unwrap_or(step.azimuth_deg);
+        steps
+            .iter()
+            .map(move |(step, file)| (time(step), file.as_str()))
+    };
+    let mut lists = vec![(names.series(), pvd(entries()))];
+    if names.extension == "vtk" {
+        let path = names.path(&format!("{}.vtk.series", names.stem));
+        lists.push((path, vtk_series(entries())));
     }
-    text + "  </Collection>\n</VTKFile>\n"
+    lists
 }
 
 #[cfg(test)]

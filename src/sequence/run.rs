@@ -301,7 +301,9 @@ impl Run<'_> {
         self.record.timings(&self.finished.timings);
         let series = match self.written.is_empty() || self.names.is_part() {
             true => Ok(()),
-            false => formats::save_text(&output::series(&self.written), &self.names.series()),
+            false => output::series(&self.names, &self.written)
+                .iter()
+                .try_for_each(|(path, text)| formats::save_text(text, path)),
         };
         let saved = series.and_then(|()| self.record.save());
         // The first failure is the one to tell of.

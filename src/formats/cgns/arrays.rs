@@ -118,7 +118,9 @@ fn joined(mut pieces: Vec<Piece>, n: usize) -> Values {
         return std::mem::replace(&mut piece.values, Values::U8(Vec::new()));
     }
     let type_of = |piece: &Piece| std::mem::discriminant(&piece.values);
-    let one_type = pieces.windows(2).all(|two| type_of(&two[0]) == type_of(&two[1]));
+    let one_type = pieces
+        .windows(2)
+        .all(|two| type_of(&two[0]) == type_of(&two[1]));
     macro_rules! placed {
         ($variant:ident, $nothing:expr) => {{
             let mut all = vec![$nothing; n];

@@ -49,9 +49,7 @@ const HEXA_27: [u8; 27] = [
     26,
 ];
 const PENTA_15: [u8; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11];
-const PENTA_18: [u8; 18] = [
-    0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 15, 16, 17,
-];
+const PENTA_18: [u8; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 15, 16, 17];
 
 const fn element(
     number: i64,
@@ -94,35 +92,83 @@ static TYPES: &[ElementType] = &[
     element(25, "TRI_9", 9, Triangle, Incomplete),
     element(26, "TRI_10", 10, LagrangeTriangle, Same),
     element(27, "QUAD_12", 12, Quadrilateral, Incomplete),
-    element(28, "QUAD_16", 16, LagrangeQuadrilateral, Lattice(Shape::Quadrilateral, 3)),
+    element(
+        28,
+        "QUAD_16",
+        16,
+        LagrangeQuadrilateral,
+        Lattice(Shape::Quadrilateral, 3),
+    ),
     element(29, "TETRA_16", 16, Tetrahedron, Incomplete),
-    element(30, "TETRA_20", 20, LagrangeTetrahedron, Lattice(Shape::Tetrahedron, 3)),
+    element(
+        30,
+        "TETRA_20",
+        20,
+        LagrangeTetrahedron,
+        Lattice(Shape::Tetrahedron, 3),
+    ),
     element(31, "PYRA_21", 21, Pyramid, Incomplete),
     element(32, "PYRA_29", 29, Pyramid, Incomplete),
-    element(33, "PYRA_30", 30, LagrangePyramid, Lattice(Shape::Pyramid, 3)),
+    element(
+        33,
+        "PYRA_30",
+        30,
+        LagrangePyramid,
+        Lattice(Shape::Pyramid, 3),
+    ),
     element(34, "PENTA_24", 24, Wedge, Incomplete),
     element(35, "PENTA_38", 38, Wedge, Incomplete),
     element(36, "PENTA_40", 40, LagrangeWedge, Lattice(Shape::Wedge, 3)),
     element(37, "HEXA_32", 32, Hexahedron, Incomplete),
     element(38, "HEXA_56", 56, Hexahedron, Incomplete),
-    element(39, "HEXA_64", 64, LagrangeHexahedron, Lattice(Shape::Hexahedron, 3)),
+    element(
+        39,
+        "HEXA_64",
+        64,
+        LagrangeHexahedron,
+        Lattice(Shape::Hexahedron, 3),
+    ),
     element(40, "BAR_5", 5, LagrangeCurve, Same),
     element(41, "TRI_12", 12, Triangle, Incomplete),
     element(42, "TRI_15", 15, LagrangeTriangle, Same),
     element(43, "QUAD_P4_16", 16, Quadrilateral, Incomplete),
-    element(44, "QUAD_25", 25, LagrangeQuadrilateral, Lattice(Shape::Quadrilateral, 4)),
+    element(
+        44,
+        "QUAD_25",
+        25,
+        LagrangeQuadrilateral,
+        Lattice(Shape::Quadrilateral, 4),
+    ),
     element(45, "TETRA_22", 22, Tetrahedron, Incomplete),
     element(46, "TETRA_34", 34, Tetrahedron, Incomplete),
-    element(47, "TETRA_35", 35, LagrangeTetrahedron, Lattice(Shape::Tetrahedron, 4)),
+    element(
+        47,
+        "TETRA_35",
+        35,
+        LagrangeTetrahedron,
+        Lattice(Shape::Tetrahedron, 4),
+    ),
     element(48, "PYRA_P4_29", 29, Pyramid, Incomplete),
     element(49, "PYRA_50", 50, Pyramid, Incomplete),
-    element(50, "PYRA_55", 55, LagrangePyramid, Lattice(Shape::Pyramid, 4)),
+    element(
+        50,
+        "PYRA_55",
+        55,
+        LagrangePyramid,
+        Lattice(Shape::Pyramid, 4),
+    ),
     element(51, "PENTA_33", 33, Wedge, Incomplete),
     element(52, "PENTA_66", 66, Wedge, Incomplete),
     element(53, "PENTA_75", 75, LagrangeWedge, Lattice(Shape::Wedge, 4)),
     element(54, "HEXA_44", 44, Hexahedron, Incomplete),
     element(55, "HEXA_98", 98, Hexahedron, Incomplete),
-    element(56, "HEXA_125", 125, LagrangeHexahedron, Lattice(Shape::Hexahedron, 4)),
+    element(
+        56,
+        "HEXA_125",
+        125,
+        LagrangeHexahedron,
+        Lattice(Shape::Hexahedron, 4),
+    ),
 ];
 
 impl ElementType {

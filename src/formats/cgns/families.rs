@@ -79,7 +79,9 @@ impl Families {
     fn key<'a>(&self, family: &'a str) -> &'a str {
         let rest = family.strip_prefix('/').unwrap_or(family);
         let below = rest.strip_prefix(&self.base);
-        below.and_then(|rest| rest.strip_prefix('/')).unwrap_or(family)
+        below
+            .and_then(|rest| rest.strip_prefix('/'))
+            .unwrap_or(family)
     }
 }
 

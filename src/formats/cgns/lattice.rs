@@ -60,7 +60,8 @@ impl Walk {
         for &[a, b] in edges {
             let (a, b) = (self.corner(a), self.corner(b));
             let unit = step(a, b, self.order);
-            self.places.extend((1..self.order).map(|i| ahead(a, unit, i)));
+            self.places
+                .extend((1..self.order).map(|i| ahead(a, unit, i)));
         }
     }
 
@@ -109,7 +110,8 @@ impl Walk {
         let (u, v) = (step(a, b, self.order), step(a, d, self.order));
         for j in 1..self.order {
             let row = ahead(a, v, j);
-            self.places.extend((1..self.order).map(|i| ahead(row, u, i)));
+            self.places
+                .extend((1..self.order).map(|i| ahead(row, u, i)));
         }
     }
 

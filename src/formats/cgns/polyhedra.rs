@@ -56,7 +56,9 @@ impl Polyhedra {
         for section in sections.iter().filter(|s| s.element_type == NFACE_N) {
             solids.push(Solids::read(section)?);
         }
-        let any_solid = sections.iter().any(|section| section.dimension() != Some(2));
+        let any_solid = sections
+            .iter()
+            .any(|section| section.dimension() != Some(2));
         if zone.cell_dimension == 3 && !any_solid {
             solids.extend(Solids::from_parents(sections)?);
         }
@@ -118,7 +120,12 @@ impl Polyhedra {
     }
 
     /// Appends those faces of a section that are cells.
-    pub fn append_faces(&self, section: &Section, named: &[bool], found: &mut Found) -> Result<Span> {
+    pub fn append_faces(
+        &self,
+        section: &Section,
+        named: &[bool],
+        found: &mut Found,
+    ) -> Result<Span> {
         let faces = self.faces.section(section);
         found.check_room(section.n_elements)?;
         let first_cell = found.cells.len();
@@ -127,7 +134,11 @@ impl Polyhedra {
             for face in faces.faces.clone() {
                 found.cells.push(CellKind::Polygon, self.faces.get(face));
             }
-            return Ok(span(section.first, section.n_elements, Cells::From(first_cell)));
+            return Ok(span(
+                section.first,
+                section.n_elements,
+                Cells::From(first_cell),
+            ));
         }
         let mut cells = vec![u32::MAX; section.n_elements];
         for (i, face) in faces.faces.clone().enumerate() {
@@ -145,12 +156,17 @@ impl Polyhedra {
             return vec![true; faces.len()];
         }
         let on_boundary = |face: usize| self.n_cells[face] < 2;
-        let told = self.faces.sections.iter().any(|section| section.n_boundary > 0);
+        let told = self
+            .faces
+            .sections
+            .iter()
+            .any(|section| section.n_boundary > 0);
         let is_patch = !told && self.faces.sections.len() > 1 && faces.clone().all(on_boundary);
         let end_of_told = section.n_boundary.min(faces.len());
-        let cells = faces.clone().enumerate().map(|(i, face)| {
-            named[face] || self.n_cells[face] == 0 || is_patch || i < end_of_told
-        });
+        let cells = faces
+            .clone()
+            .enumerate()
+            .map(|(i, face)| named[face] || self.n_cells[face] == 0 || is_patch || i < end_of_told);
         cells.collect()
     }
 
@@ -169,7 +185,9 @@ impl Polyhedra {
     ) -> Result<Vec<Span>> {
         let has_section = |solids: &&Solids| sections.iter().any(|s| s.first == solids.first);
         let others = self.solids.iter().filter(|solids| !has_section(solids));
-        others.map(|solids| self.append(solids, zone, found)).collect()
+        others
+            .map(|solids| self.append(solids, zone, found))
+            .collect()
     }
 
     fn append(&self, solids: &Solids, node: &Node, found: &mut Found) -> Result<Span> {
@@ -222,7 +240,9 @@ impl Faces {
     /// The face with this element number.
     fn find(&self, number: u64) -> Option<usize> {
         let number = i64::try_from(number).ok()?;
-        let after = self.sections.partition_point(|section| section.first <= number);
+        let after = self
+            .sections
+            .partition_point(|section| section.first <= number);
         let section = &self.sections[after.checked_sub(1)?];
         let face = section.faces.start + (number - section.first) as usize;
         section.faces.contains(&face).then_some(face)
@@ -244,12 +264,14 @@ impl Faces {
                 let mut nodes = node_indices(&node.values()?, node, zone)?;
                 let starts = starts(offsets, section.n_elements, nodes.len())?;
                 self.nodes.append(&mut nodes);
-                self.starts.extend(starts[1..].iter().map(|start| base + start));
+                self.starts
+                    .extend(starts[1..].iter().map(|start| base + start));
             }
             None => {
                 for part in counted(node, section.n_elements)? {
                     for &number in &part {
-                        self.nodes.push(super::sections::node_index(number, node, zone)?);
+                        self.nodes
+                            .push(super::sections::node_index(number, node, zone)?);
                     }
                     self.starts.push(self.nodes.len());
                 }
@@ -311,7 +333,11 @@ impl Solids {
             }
             let (left, right) = parents.split_at(section.n_elements);
             let faces = section.range();
-            sides.extend(left.iter().zip(faces.clone()).map(|(&cell, face)| (cell, face)));
+            sides.extend(
+                left.iter()
+                    .zip(faces.clone())
+                    .map(|(&cell, face)| (cell, face)),
+            );
             sides.extend(right.iter().zip(faces).map(|(&cell, face)| (cell, -face)));
         }
         sides.retain(|(cell, _)| *cell > 0);
@@ -339,7 +365,9 @@ fn starts(node: &Node, n: usize, n_entries: usize) -> Result<Vec<usize>> {
     let offsets = node.integers()?;
     let ascending = offsets.windows(2).all(|two| two[0] <= two[1]);
     let fits = offsets.first() == Some(&0)
-        && offsets.last().is_some_and(|last| usize::try_from(*last) == Ok(n_entries));
+        && offsets
+            .last()
+            .is_some_and(|last| usize::try_from(*last) == Ok(n_entries));
     if offsets.len() != n + 1 || !ascending || !fits {
         return Err(node.refuse(format!(
             "the {} offsets must be {} ascending ones from 0 to {n_entries}",

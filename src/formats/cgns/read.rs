@@ -81,7 +81,9 @@ fn zones_of<'a>(
     let dimension = match base.integers()?.first() {
         Some(&dimension @ 1..=3) => dimension as u8,
         other => {
-            return Err(base.refuse(format!("the dimension of its cells is {other:?}, not 1 to 3")));
+            return Err(base.refuse(format!(
+                "the dimension of its cells is {other:?}, not 1 to 3"
+            )));
         }
     };
     let families = std::rc::Rc::new(Families::read(base)?);
@@ -136,12 +138,16 @@ fn read_zone(
         .collect();
     solution::read(&zone, &solid, step, found)?;
     if is_group {
-        found.tags.add_new(zone.node.name(), zone.base, dimension, &solid);
+        found
+            .tags
+            .add_new(zone.node.name(), zone.base, dimension, &solid);
     }
     for family in zone.node.labelled("FamilyName_t")? {
         for name in families.names(&family.text()?) {
             if !(is_group && name == zone.node.name()) {
-                found.tags.add(&name, zone.base, dimension, None, solid.clone());
+                found
+                    .tags
+                    .add(&name, zone.base, dimension, None, solid.clone());
             }
         }
     }

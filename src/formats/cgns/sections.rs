@@ -91,7 +91,8 @@ impl Section<'_> {
             number => {
                 let element = ElementType::from_number(number).ok_or_else(|| {
                     let name = type_name(number);
-                    self.node.refuse(format!("elements of {name} are not known"))
+                    self.node
+                        .refuse(format!("elements of {name} are not known"))
                 })?;
                 self.read_fixed(element, zone, found)?;
             }
@@ -106,7 +107,10 @@ impl Section<'_> {
     fn read_fixed(&self, element: ElementType, zone: &Zone, found: &mut Found) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
         let dataset = node.dataset()?;
-        let n_entries: Option<u64> = dataset.shape().iter().try_fold(1, |p: u64, n| p.checked_mul(*n));
+        let n_entries: Option<u64> = dataset
+            .shape()
+            .iter()
+            .try_fold(1, |p: u64, n| p.checked_mul(*n));
         let expected = self.n_elements as u64 * element.n_nodes as u64;
         if n_entries != Some(expected) {
             return Err(node.refuse(format!(
@@ -126,7 +130,9 @@ impl Section<'_> {
         let mut start = 0;
         while start < rows {
             let end = start.saturating_add(step).min(rows);
-            let block = dataset.rows(start..end).map_err(|e| node.refuse(e.message))?;
+            let block = dataset
+                .rows(start..end)
+                .map_err(|e| node.refuse(e.message))?;
             let mut nodes = node_indices(&block, node, zone)?;
             drop(block);
             if let Some(order) = &order {
@@ -251,8 +257,8 @@ fn outside(number: i64, node: &Node, n: usize) -> crate::error::Error {
 /// shape in any words.
 pub(super) fn says_nothing(name: &str, of_cells: bool) -> bool {
     const SHAPES: [&str; 14] = [
-        "HEX", "TET", "PYR", "PRISM", "PENTA", "WEDGE", "TRI", "QUAD", "POLY", "ELEM", "CELL", "SECTION",
-        "MIXED", "NFACE",
+        "HEX", "TET", "PYR", "PRISM", "PENTA", "WEDGE", "TRI", "QUAD", "POLY", "ELEM", "CELL",
+        "SECTION", "MIXED", "NFACE",
     ];
     let upper = name.to_ascii_uppercase();
     let has = |word: &str| upper.contains(word);

@@ -56,7 +56,11 @@ fn read_solution(
             return Err(array.refuse(format!(
                 "it has {} values for {n} {}",
                 values.len(),
-                if location.as_deref() == Some("CellCenter") { "cells" } else { "nodes" }
+                if location.as_deref() == Some("CellCenter") {
+                    "cells"
+                } else {
+                    "nodes"
+                }
             )));
         } else {
             let arrays = match location.as_deref() {

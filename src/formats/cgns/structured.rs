@@ -26,13 +26,22 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Resul
         }
         let cells = start..found.cells.len();
         if cells.is_empty() {
-            found.leave("names of boundary conditions for which no faces were found", 1);
+            found.leave(
+                "names of boundary conditions for which no faces were found",
+                1,
+            );
             continue;
         }
         for name in &region.names {
             let condition = region.condition.as_deref();
             let dimension = zone.cell_dimension - 1;
-            found.tags.add(name, zone.node.name(), dimension, condition, [cells.clone()]);
+            found.tags.add(
+                name,
+                zone.node.name(),
+                dimension,
+                condition,
+                [cells.clone()],
+            );
         }
     }
     Ok(())
@@ -81,7 +90,12 @@ impl Grid {
             [a, b] => vec![moved(&[]), moved(&[a]), moved(&[a, b]), moved(&[b])],
             [a, b, c] => {
                 let bottom = [moved(&[]), moved(&[a]), moved(&[a, b]), moved(&[b])];
-                let top = [moved(&[c]), moved(&[a, c]), moved(&[a, b, c]), moved(&[b, c])];
+                let top = [
+                    moved(&[c]),
+                    moved(&[a, c]),
+                    moved(&[a, b, c]),
+                    moved(&[b, c]),
+                ];
                 [bottom, top].concat()
             }
             _ => vec![moved(&[])],
@@ -134,11 +148,14 @@ impl Grid {
             }
         }
         let Some(across) = self.across(region, low, high) else {
-            found.leave("names of boundary conditions for which no faces were found", 1);
+            found.leave(
+                "names of boundary conditions for which no faces were found",
+                1,
+            );
             return Ok(());
         };
-        let counts_nodes = region.place == Place::Nodes
-            || (0..n).any(|i| i != across && high[i] > self.cells[i]);
+        let counts_nodes =
+            region.place == Place::Nodes || (0..n).any(|i| i != across && high[i] > self.cells[i]);
         let layer = match region.place {
             Place::CellCenters if low[across] > 1 => low[across],
             _ => low[across] - 1,
@@ -167,7 +184,8 @@ impl Grid {
             _ => self.nodes[i],
         };
         let at_end = |&&i: &&usize| low[i] == last(i) || low[i] == 1;
-        let beyond_cells = |&&i: &&usize| region.place != Place::CellCenters && low[i] > self.cells[i];
+        let beyond_cells =
+            |&&i: &&usize| region.place != Place::CellCenters && low[i] > self.cells[i];
         let mut ends = flat.iter();
         flat.iter()
             .find(beyond_cells)
@@ -184,7 +202,11 @@ impl Grid {
             _ => Vec::new(),
         };
         let is_low = ranges[across].start == 0;
-        let turned = if self.n_indices == 2 { is_low == (across == 0) } else { is_low };
+        let turned = if self.n_indices == 2 {
+            is_low == (across == 0)
+        } else {
+            is_low
+        };
         let kind = kind(self.n_indices - 1);
         for k in ranges[2].clone() {
             for j in ranges[1].clone() {

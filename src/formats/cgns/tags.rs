@@ -31,11 +31,13 @@ impl Tags {
             let other = found.condition.as_deref();
             other.is_none() || condition.is_none() || other == condition
         };
-        let named = |found: &&mut Found, name: &str| {
-            found.dimension == dimension && found.name == name
-        };
+        let named =
+            |found: &&mut Found, name: &str| found.dimension == dimension && found.name == name;
         let apart = format!("{place}/{name}");
-        let same = self.found.iter().position(|f| f.dimension == dimension && f.name == name);
+        let same = self
+            .found
+            .iter()
+            .position(|f| f.dimension == dimension && f.name == name);
         let name = match same {
             Some(i) if !fits(&self.found[i]) => &apart,
             _ => name,

@@ -39,7 +39,9 @@ impl Step {
         };
         let names = pointers.names()?;
         let name = self.index.and_then(|step| names.get(step));
-        Ok(name.filter(|name| !name.is_empty() && *name != "Null").cloned())
+        Ok(name
+            .filter(|name| !name.is_empty() && *name != "Null")
+            .cloned())
     }
 
     /// Whether a solution of a zone belongs to other steps only.
@@ -53,7 +55,12 @@ impl Step {
                 continue;
             }
             let names = list.names()?;
-            if self.index.and_then(|step| names.get(step)).map(String::as_str) == Some(solution) {
+            if self
+                .index
+                .and_then(|step| names.get(step))
+                .map(String::as_str)
+                == Some(solution)
+            {
                 return Ok(false);
             }
             is_named |= names.iter().any(|name| name == solution);

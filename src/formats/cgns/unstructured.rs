@@ -6,7 +6,7 @@ use super::families::Families;
 use super::polyhedra::Polyhedra;
 use super::read::Found;
 use super::regions::{Place, Region, regions};
-use super::sections::{Cells, Section, Span, sections, says_nothing};
+use super::sections::{Cells, Section, Span, says_nothing, sections};
 use super::zone::Zone;
 use crate::error::Result;
 use std::ops::Range;
@@ -30,7 +30,10 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Resul
     make_faces(zone, &regions, &mut cells, first_cell, found);
     for (region, cells) in regions.iter().zip(&cells) {
         if cells.is_empty() {
-            found.leave("names of boundary conditions for which no faces were found", 1);
+            found.leave(
+                "names of boundary conditions for which no faces were found",
+                1,
+            );
         }
         for name in &region.names {
             tag(name, region.condition.as_deref(), cells, zone, found);
@@ -212,7 +215,9 @@ fn tag(
         let of_dimension: Vec<Range<usize>> = of_dimension.collect();
         if !of_dimension.is_empty() {
             let place = zone.node.name();
-            found.tags.add(name, place, dimension, condition, of_dimension);
+            found
+                .tags
+                .add(name, place, dimension, condition, of_dimension);
         }
     }
 }
@@ -225,7 +230,9 @@ fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mu
     for (i, section) in sections.iter().enumerate() {
         let mut cells = Vec::new();
         members.spans[i].push_cells(0..section.n_elements, &mut cells);
-        let mut runs = cells.iter().flat_map(|range| found.cells.runs_in(range.clone()));
+        let mut runs = cells
+            .iter()
+            .flat_map(|range| found.cells.runs_in(range.clone()));
         let has_solids = runs.any(|run| run.kind.dimension() == zone.cell_dimension);
         n_solid += usize::from(has_solids);
         if !members.is_covered[i] && !says_nothing(section.node.name(), has_solids) {

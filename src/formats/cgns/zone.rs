@@ -38,7 +38,11 @@ impl<'a> Zone<'a> {
                 )));
             }
         };
-        let n_indices = if is_structured { cell_dimension.into() } else { 1 };
+        let n_indices = if is_structured {
+            cell_dimension.into()
+        } else {
+            1
+        };
         let sizes = node.integers()?;
         let count = |&n: &i64| {
             usize::try_from(n)
@@ -68,7 +72,10 @@ impl<'a> Zone<'a> {
 
     /// Number of its nodes.
     pub fn total_nodes(&self) -> Result<usize> {
-        let product = self.n_nodes.iter().try_fold(1_usize, |p, n| p.checked_mul(*n));
+        let product = self
+            .n_nodes
+            .iter()
+            .try_fold(1_usize, |p, n| p.checked_mul(*n));
         product
             .filter(|n| *n < u32::MAX as usize)
             .ok_or_else(|| self.node.refuse("it has more than 4294967294 nodes"))
@@ -111,8 +118,10 @@ impl<'a> Zone<'a> {
             return Ok(original);
         }
         let mut any = self.node.labelled("GridCoordinates_t")?;
-        any.next()
-            .ok_or_else(|| self.node.refuse("it has no coordinates (GridCoordinates_t)"))
+        any.next().ok_or_else(|| {
+            self.node
+                .refuse("it has no coordinates (GridCoordinates_t)")
+        })
     }
 
     /// The values of an array without those of rind planes, that is of ghost nodes or cells.
@@ -162,7 +171,10 @@ pub(super) fn rind(node: &Node) -> Result<Vec<usize>> {
 /// The arrays for x, y and z.
 fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
     let mut axes = [None; 3];
-    for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"].iter().enumerate() {
+    for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"]
+        .iter()
+        .enumerate()
+    {
         axes[axis] = coordinates.child(name)?;
     }
     if axes[0].is_none() || (axes[1].is_none() && axes[2].is_some()) {
