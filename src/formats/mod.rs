@@ -7,14 +7,18 @@ pub mod cgns;
 pub mod gmsh;
 #[allow(dead_code)] // until CGNS uses the rest
 mod hdf5;
+pub mod legacy;
 mod lexer;
+mod packed;
 mod records;
 mod save;
 mod sequence;
 mod series;
 mod source;
 pub mod su2;
+pub mod ugrid;
 mod vtk;
+pub mod vtkhdf;
 pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
@@ -24,11 +28,35 @@ pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
-pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2, &cgns::Cgns];
+pub static FORMATS: &[&dyn Format] = &[
+    &vtu::Vtu,
+    &vtkhdf::VtkHdf,
+    &gmsh::Msh,
+    &gmsh::Msh22,
+    &su2::Su2,
+    &cgns::Cgns,
+    &ugrid::TEXT,
+    &ugrid::B8,
+    &ugrid::LB8,
+    &ugrid::B4,
+    &ugrid::LB4,
+    &ugrid::R8,
+    &ugrid::LR8,
+    &ugrid::R4,
+    &ugrid::LR4,
+    &ugrid::B8L,
+    &ugrid::LB8L,
+    &legacy::Legacy,
+    &legacy::Legacy42,
+    &gmsh::Msh,
+    &gmsh::Msh22,
+    &su2::Su2,
+];
 
 /// A mesh file format.
 pub trait Format: Sync {
@@ -185,7 +213,16 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
-    with_extension(path).ok_or_else(|| {
+    let name = file_name(path);
+    let inside = without_packing(&name);
+    let format = with_extension(&name);
+    format.ok_or_else(|| {
+        if inside != name && with_extension(inside).is_some() {
+            return Error::input(format!(
+                "packed files are read, not written; write {inside} and pack it"
+            ))
+            .file(path);
+        }
         let known = FORMATS
             .iter()
             .map(|format| format!(".{}", format.extensions()[0]))
@@ -198,8 +235,15 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     })
 }
 
-fn with_extension(path: &Path) -> Option<&'static dyn Format> {
-    let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn with_extension(name: &str) -> Option<&'static dyn Format> {
+    let name = name.to_ascii_lowercase();
     let matches = |extension: &&&str| {
         let stem = name.strip_suffix(**extension);
         stem.is_some_and(|stem| stem.ends_with('.'))
@@ -222,7 +266,7 @@ pub fn of(source: &Source) -> Result<&'static dyn Format> {
         .iter()
         .copied()
         .find(|format| format.recognizes_file(source))
-        .or_else(|| with_extension(source.path()))
+        .or_else(|| with_extension(without_packing(&file_name(source.path()))))
         .ok_or_else(|| unknown_content(source))
 }
 

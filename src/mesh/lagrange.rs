@@ -105,8 +105,8 @@ fn moved<const N: usize>(from: Place, towards: [(Place, u16); N], order: u16) ->
     })
 }
 
-/// Places shifted by one step along each axis.
-fn shifted<const N: usize>(places: Vec<[u16; N]>) -> Vec<[u16; N]> {
+/// Places shifted by one step along each axis: inside a cell of higher order.
+pub fn shifted<const N: usize>(places: Vec<[u16; N]>) -> Vec<[u16; N]> {
     places
         .into_iter()
         .map(|place| place.map(|i| i + 1))
@@ -161,8 +161,9 @@ fn rows(p: u16) -> Vec<[u16; 2]> {
     (1..p).flat_map(row).collect()
 }
 
-/// Corners, the edges given as pairs of them, and the faces of given places inside.
-fn shell(
+/// Corners, the edges given as pairs of them, and the faces given by the corners of their axes and the
+/// places inside.
+pub fn shell(
     p: u16,
     corners: &[Place],
     edges: &[[usize; 2]],

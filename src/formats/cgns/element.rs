@@ -216,6 +216,26 @@ impl ElementType {
     }
 }
 
+/// What the number of an element type of a file of this CGNS version means today: in 3.0 the pyramid of
+/// 13 nodes stood among the others.
+pub(super) fn current_number(number: i64, version: f64) -> i64 {
+    match number {
+        13 if is_3_0(version) => 21,
+        14..=21 if is_3_0(version) => number - 1,
+        _ => number,
+    }
+}
+
+fn is_3_0(version: f64) -> bool {
+    (2.995..3.095).contains(&version)
+}
+
+/// Nodes of the polygon that an element type above all others stands for: so it was before CGNS 3.
+pub(super) fn old_polygon(number: i64, version: f64) -> Option<usize> {
+    let n = usize::try_from(number.checked_sub(21)?).ok()?;
+    (version < 2.995 && n >= 3).then_some(n)
+}
+
 /// Puts the nodes of consecutive elements into another order: node `i` becomes what was node
 /// `order[i]`.
 pub(super) fn permute(connectivity: &mut [u32], order: &[usize]) {

@@ -8,8 +8,6 @@
 /// Shape of an element that has nodes on a lattice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shape {
-    Line,
-    Triangle,
     Quadrilateral,
     Tetrahedron,
     Hexahedron,
@@ -133,7 +131,6 @@ fn ahead(a: Place, unit: Place, n: i32) -> Place {
     std::array::from_fn(|i| a[i] + n * unit[i])
 }
 
-const TRIANGLE: [Place; 3] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]];
 const QUADRILATERAL: [Place; 4] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
 const TETRAHEDRON: [Place; 4] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
 const WEDGE: [Place; 6] = [
@@ -157,8 +154,6 @@ const HEXAHEDRON: [Place; 8] = [
 
 fn corners_of(shape: Shape) -> &'static [Place] {
     match shape {
-        Shape::Line => &TRIANGLE[..2],
-        Shape::Triangle => &TRIANGLE,
         Shape::Quadrilateral => &QUADRILATERAL,
         Shape::Tetrahedron => &TETRAHEDRON,
         Shape::Wedge => &WEDGE,
@@ -173,11 +168,6 @@ fn cgns_places(shape: Shape, order: i32) -> Vec<Place> {
     let mut walk = Walk::new(order, corners_of(shape));
     match shape {
         Shape::Pyramid => {}
-        Shape::Line => walk.edges(&[[0, 1]]),
-        Shape::Triangle => {
-            walk.edges(&[[0, 1], [1, 2], [2, 0]]);
-            walk.triangle(walk.corners([0, 1, 2]));
-        }
         Shape::Quadrilateral => {
             walk.edges(&[[0, 1], [1, 2], [2, 3], [3, 0]]);
             walk.spiral(walk.corners([0, 1, 2, 3]));
@@ -232,7 +222,7 @@ fn cgns_hexahedron(walk: &mut Walk) {
 fn vtk_places(shape: Shape, order: i32) -> Vec<Place> {
     let mut walk = Walk::new(order, corners_of(shape));
     match shape {
-        Shape::Line | Shape::Triangle | Shape::Pyramid => return cgns_places(shape, order),
+        Shape::Pyramid => return Vec::new(),
         Shape::Quadrilateral => {
             walk.edges(&[[0, 1], [1, 2], [3, 2], [0, 3]]);
             walk.rows(walk.corners([0, 1, 2, 3]));

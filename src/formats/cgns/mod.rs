@@ -24,10 +24,12 @@ mod structured;
 mod tags;
 mod time;
 mod unstructured;
+mod write;
 mod zone;
 
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
-use crate::error::{Error, Result};
+use super::hdf5::is_hdf5;
+use super::{CreateSequence, Format, Notes, ReadOptions, Source, WriteOptions};
+use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
 
@@ -50,15 +52,14 @@ impl Format for Cgns {
         &["cgns"]
     }
 
-    /// An HDF5 file that speaks of CGNS near its start or end, or a file in the old ADF format, of
-    /// which the reader says how to convert it.
+    /// A file in the old ADF format, of which the reader says how to convert it. The start does not
+    /// tell what an HDF5 file is for.
     fn recognizes(&self, head: &[u8]) -> bool {
-        const NEAR: usize = 1 << 20;
-        let start = &head[..head.len().min(NEAR)];
-        let end = &head[head.len().saturating_sub(NEAR)..];
-        let speaks = |bytes| memchr::memmem::find(bytes, b"CGNSLibraryVersion").is_some();
-        head.starts_with(b"@(#)ADF Database")
-            || (head.starts_with(b"\x89HDF\r\n\x1a\n") && (speaks(start) || speaks(end)))
+        node::is_adf(head)
+    }
+
+    fn recognizes_file(&self, source: &Source) -> bool {
+        self.recognizes(source.bytes()) || (is_hdf5(source.bytes()) && node::has_bases(source))
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
@@ -71,10 +72,14 @@ impl Format for Cgns {
 
     fn write(
         &self,
-        _mesh: &Mesh,
-        _out: &mut dyn Write,
-        _options: &WriteOptions,
+        mesh: &Mesh,
+        out: &mut dyn Write,
+        options: &WriteOptions,
     ) -> Result<Vec<String>> {
-        Err(Error::input("CGNS is not written"))
+        write::write(mesh, out, options)
+    }
+
+    fn sequence(&self) -> Option<CreateSequence> {
+        Some(|path, options| Ok(Box::new(write::sequence::Sequence::create(path, options)?)))
     }
 }

@@ -22,7 +22,7 @@ pub(super) struct Node {
 impl Node {
     /// The node above all bases.
     pub fn root(source: &Source) -> Result<Self> {
-        if source.bytes().starts_with(b"@(#)ADF Database") {
+        if is_adf(source.bytes()) {
             return Err(Error::input(
                 "this is a CGNS file in the old ADF format; convert it with \"adf2hdf\", a tool of CGNS, \
                  and read the result",
@@ -165,6 +165,17 @@ impl Node {
         let dataset = self.dataset()?;
         Ok(dataset.shape().iter().rev().copied().collect())
     }
+}
+
+/// Whether an HDF5 file holds what every CGNS file does.
+pub(super) fn has_bases(source: &Source) -> bool {
+    let names = File::open(source).and_then(|file| file.root()?.names());
+    names.is_ok_and(|(groups, _)| groups.iter().any(|name| name == "CGNSLibraryVersion"))
+}
+
+/// Whether a file is of the old format: four bytes of any kind, then its name.
+pub(super) fn is_adf(head: &[u8]) -> bool {
+    head.get(4..16) == Some(b"ADF Database")
 }
 
 fn text_of(group: &Group, attribute: &str, path: &str) -> Result<Option<String>> {

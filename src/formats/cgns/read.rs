@@ -25,18 +25,14 @@ pub(super) struct Found {
     pub incomplete: BTreeMap<&'static str, usize>,
     /// What is left behind, and how many of it.
     left: BTreeMap<String, usize>,
-    /// CGNS version of the file.
-    version: f64,
 }
 
 /// Reads a file at one of its steps.
 pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let root = Node::root(source)?;
     let step = Step::choose(&root, options.step)?;
-    let mut found = Found {
-        version: version(&root)?,
-        ..Found::default()
-    };
+    let version = version(&root)?;
+    let mut found = Found::default();
     let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
     if bases.is_empty() {
         return Err(Error::input(
@@ -45,7 +41,8 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     }
     let mut zones = Vec::new();
     for base in &bases {
-        zones.extend(zones_of(base, &step, zones.len(), &mut found)?);
+        let at = (zones.len(), version);
+        zones.extend(zones_of(base, &step, at, &mut found)?);
     }
     let several = zones.len() > 1;
     for (zone, families) in zones {
@@ -75,7 +72,7 @@ type ZoneOfBase<'a> = (Zone<'a>, std::rc::Rc<Families>);
 fn zones_of<'a>(
     base: &'a Node,
     step: &Step,
-    n_before: usize,
+    (n_before, version): (usize, f64),
     found: &mut Found,
 ) -> Result<Vec<ZoneOfBase<'a>>> {
     let dimension = match base.integers()?.first() {
@@ -94,7 +91,8 @@ fn zones_of<'a>(
     };
     let mut zones = Vec::new();
     for node in base.labelled("Zone_t")?.filter(is_present) {
-        let zone = Zone::open(node, base.name(), n_before + zones.len(), dimension)?;
+        let mut zone = Zone::open(node, base.name(), n_before + zones.len(), dimension)?;
+        zone.version = version;
         zones.push((zone, families.clone()));
     }
     const KEPT: [&str; 7] = [
@@ -202,19 +200,13 @@ impl Found {
         }
     }
 
-    /// Nodes of the polygon that an element type above all others stands for: so it was before
-    /// CGNS 3.
-    pub fn polygon_in_mixed(&self, element_type: i64) -> Option<usize> {
-        let n = usize::try_from(element_type.checked_sub(21)?).ok()?;
-        (self.version < 3.0 && n >= 3).then_some(n)
-    }
-
     fn say(&self, notes: &mut Notes) {
         for (what, n) in &self.left {
-            match what.split_once(' ') {
-                Some(_) => notes.push(format!("{n} {what} are not kept")),
-                None => notes.push(format!("{n} nodes of type {what} are not kept")),
-            }
+            notes.push(match (what.contains(' '), n) {
+                (true, _) => format!("{n} {what} are not kept"),
+                (false, 1) => format!("a node of type {what} is not kept"),
+                (false, _) => format!("{n} nodes of type {what} are not kept"),
+            });
         }
         for (name, n) in &self.incomplete {
             notes.push(format!(

@@ -15,6 +15,8 @@ pub(super) struct Region<'a> {
     /// Type of its boundary condition.
     pub condition: Option<String>,
     pub place: Place,
+    /// Dimension of its elements.
+    pub dimension: u8,
     /// Numbers as they are in the file: one an entity in an unstructured zone, else one an index.
     pub numbers: Vec<i64>,
     /// Whether the numbers are the two ends of a range.
@@ -45,17 +47,23 @@ pub(super) fn regions<'a>(
         for node in conditions.labelled("BC_t")? {
             let text = node.text()?;
             let known = families::condition(&text);
-            regions.extend(region(node, known, families, found)?);
+            let boundary = zone.cell_dimension - 1;
+            regions.extend(region(node, boundary, known, families, found)?);
         }
     }
     for node in zone.node.labelled("ZoneSubRegion_t")? {
-        regions.extend(region(node, None, families, found)?);
+        let dimension = match node.integers()?[..] {
+            [dimension @ 0..=3] => dimension as u8,
+            _ => return Err(node.refuse("the dimension of a subregion must be 0 to 3")),
+        };
+        regions.extend(region(node, dimension, None, families, found)?);
     }
     Ok(regions)
 }
 
 fn region<'a>(
     node: &'a Node,
+    dimension: u8,
     mut condition: Option<String>,
     families: &Families,
     found: &mut Found,
@@ -104,6 +112,7 @@ fn region<'a>(
         names,
         condition,
         place,
+        dimension,
         numbers: points.integers()?,
         is_range: points.name().ends_with("Range"),
     }))

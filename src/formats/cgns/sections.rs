@@ -1,6 +1,8 @@
 //! Sections of elements of an unstructured zone, and which element is which cell.
 
-use super::element::{self, ElementType, MIXED, NFACE_N, NGON_N, permute, type_name};
+use super::element::{
+    self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
+};
 use super::node::Node;
 use super::read::Found;
 use super::zone::Zone;
@@ -45,7 +47,8 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
     for node in zone.node.labelled("Elements_t")? {
         let data = node.integers()?;
         let range = node.need("ElementRange")?.integers()?;
-        let (Some(&element_type), &[first, last]) = (data.first(), &range[..]) else {
+        let element_type = data.first().map(|&n| current_number(n, zone.version));
+        let (Some(element_type), &[first, last]) = (element_type, &range[..]) else {
             return Err(node.refuse("its data must be a type, its ElementRange two numbers"));
         };
         let n = last.checked_sub(first).and_then(|n| n.checked_add(1));
@@ -88,6 +91,9 @@ impl Section<'_> {
         let first_cell = found.cells.len();
         match self.element_type {
             MIXED => self.read_mixed(zone, found)?,
+            number if old_polygon(number, zone.version).is_some() => {
+                self.read_old_polygons(zone, found)?;
+            }
             number => {
                 let element = ElementType::from_number(number).ok_or_else(|| {
                     let name = type_name(number);
@@ -144,6 +150,23 @@ impl Section<'_> {
         Ok(())
     }
 
+    /// Polygons that have one number of nodes, which their element type tells.
+    fn read_old_polygons(&self, zone: &Zone, found: &mut Found) -> Result<()> {
+        let n = old_polygon(self.element_type, zone.version).expect("the type was checked");
+        let node = self.node.need("ElementConnectivity")?;
+        let nodes = node_indices(&node.values()?, node, zone)?;
+        if Some(nodes.len()) != n.checked_mul(self.n_elements) {
+            return Err(node.refuse(format!(
+                "it has {} entries; {} polygons of {n} nodes have others",
+                nodes.len(),
+                self.n_elements
+            )));
+        }
+        found.check_room(self.n_elements)?;
+        found.cells.push_run(CellKind::Polygon, n, &nodes);
+        Ok(())
+    }
+
     fn read_mixed(&self, zone: &Zone, found: &mut Found) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
         let stream = node
@@ -155,8 +178,8 @@ impl Section<'_> {
         let mut nodes: Vec<u32> = Vec::new();
         let mut of: Option<ElementType> = None;
         for i in 0..self.n_elements {
-            let number = rest.first().copied().unwrap_or(0);
-            let polygon = found.polygon_in_mixed(number);
+            let number = current_number(rest.first().copied().unwrap_or(0), zone.version);
+            let polygon = old_polygon(number, zone.version);
             let element = ElementType::from_number(number).filter(|_| polygon.is_none());
             let n = polygon.or(element.map(|element| element.n_nodes));
             let Some(n) = n.filter(|n| *n < rest.len()) else {

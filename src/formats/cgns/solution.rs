@@ -16,10 +16,9 @@ pub(super) fn read(
     found: &mut Found,
 ) -> Result<()> {
     for label in ["FlowSolution_t", "DiscreteData_t"] {
-        for solution in zone.node.labelled(label)? {
-            if !step.is_of_other_steps(zone.node, solution.name())? {
-                read_solution(zone, solution, cells, found)?;
-            }
+        let all = zone.node.labelled(label)?.collect();
+        for solution in step.solutions(zone.node, all)? {
+            read_solution(zone, solution, cells, found)?;
         }
     }
     Ok(())
@@ -67,7 +66,9 @@ fn read_solution(
                 Some("CellCenter") => &mut found.cell_arrays,
                 _ => &mut found.point_arrays,
             };
-            let names = [solution.name(), array.name()];
+            let full_name = array.child_text(super::FULL_NAME)?;
+            let name = full_name.as_deref().unwrap_or(array.name());
+            let names = [solution.name(), name];
             arrays.add(zone.number, names, places.clone(), values);
         }
     }

@@ -7,6 +7,14 @@ use crate::error::{Error, Result};
 pub(super) struct Step {
     /// Its number; `None` where the file holds one state only.
     index: Option<usize>,
+    /// How many steps there are.
+    n: usize,
+}
+
+/// Whether a pointer means this solution; IOSS leaves out the location at the start of the name.
+fn points_at(pointer: &str, solution: &str) -> bool {
+    let short = |place: &str| solution.strip_prefix(place) == Some(pointer);
+    !pointer.is_empty() && (pointer == solution || short("Vertex") || short("Cell"))
 }
 
 impl Step {
@@ -26,6 +34,7 @@ impl Step {
         };
         Ok(Self {
             index: index.filter(|_| n > 0),
+            n,
         })
     }
 
@@ -39,33 +48,46 @@ impl Step {
         };
         let names = pointers.names()?;
         let name = self.index.and_then(|step| names.get(step));
-        Ok(name
-            .filter(|name| !name.is_empty() && *name != "Null")
-            .cloned())
+        Ok(name.filter(|name| !name.is_empty() && *name != "Null").cloned())
     }
 
-    /// Whether a solution of a zone belongs to other steps only.
-    pub fn is_of_other_steps(&self, zone: &Node, solution: &str) -> Result<bool> {
-        let Some(data) = zone.labelled("ZoneIterativeData_t")?.next() else {
-            return Ok(false);
-        };
-        let mut is_named = false;
-        for list in data.labelled("DataArray_t")? {
-            if !list.name().starts_with("FlowSolution") || !list.name().ends_with("Pointers") {
-                continue;
+    /// Those solutions of a zone, all of one label, that do not belong to other steps only.
+    pub fn solutions<'a>(&self, zone: &Node, all: Vec<&'a Node>) -> Result<Vec<&'a Node>> {
+        let mut lists = Vec::new();
+        for data in zone.labelled("ZoneIterativeData_t")? {
+            for list in data.labelled("DataArray_t")? {
+                if list.name().starts_with("FlowSolution") && list.name().ends_with("Pointers") {
+                    lists.push(list.names()?);
+                }
             }
-            let names = list.names()?;
-            if self
-                .index
-                .and_then(|step| names.get(step))
-                .map(String::as_str)
-                == Some(solution)
-            {
-                return Ok(false);
-            }
-            is_named |= names.iter().any(|name| name == solution);
         }
-        Ok(is_named)
+        if lists.is_empty() {
+            return self.solutions_in_order(all);
+        }
+        let is_of_step = |solution: &&Node| {
+            let of = |name: &String| points_at(name, solution.name());
+            let now = |list: &Vec<String>| self.index.and_then(|i| list.get(i)).is_some_and(of);
+            lists.iter().any(now) || !lists.iter().flatten().any(of)
+        };
+        Ok(all.into_iter().filter(is_of_step).collect())
+    }
+
+    /// Of as many solutions at one location as there are steps, each belongs to one.
+    fn solutions_in_order<'a>(&self, all: Vec<&'a Node>) -> Result<Vec<&'a Node>> {
+        let location = |node: &Node| node.child_text("GridLocation");
+        let locations: Vec<_> = all.iter().map(|node| location(node)).collect::<Result<_>>()?;
+        let mut kept = Vec::new();
+        for (i, solution) in all.iter().enumerate() {
+            let alike = |range: std::ops::Range<usize>| {
+                range.filter(|&k| locations[k] == locations[i]).count()
+            };
+            let is_of_step = self.index == Some(alike(0..i));
+            let one_each = self.n > 1 && alike(0..all.len()) == self.n;
+            if is_of_step || !one_each {
+                kept.push(*solution);
+            }
+        }
+        Ok(kept)
     }
 
     /// Names of the zones that exist at this step; `None` where all do.

@@ -98,7 +98,7 @@ impl Members<'_> {
         let Some(nodes) = NodeSet::of(region, self.zone) else {
             return self.cells_in(&region.ranges());
         };
-        self.faces_within(&nodes, found)
+        self.faces_within(&nodes, region.dimension, found)
     }
 
     /// The cells of these elements.
@@ -122,9 +122,13 @@ impl Members<'_> {
 
     /// The faces that have only nodes of a set. A section of all these nodes and no other is meant
     /// alone: faces across a corner may have only such nodes too.
-    fn faces_within(&mut self, nodes: &NodeSet, found: &Found) -> Vec<Range<usize>> {
+    fn faces_within(
+        &mut self,
+        nodes: &NodeSet,
+        dimension: u8,
+        found: &Found,
+    ) -> Vec<Range<usize>> {
         let mut cells = Vec::new();
-        let dimension = self.zone.cell_dimension.saturating_sub(1);
         for (i, span) in self.spans.iter().enumerate() {
             let mut all = Vec::new();
             span.push_cells(0..span.n_elements, &mut all);
@@ -175,6 +179,7 @@ fn make_faces(
         .zip(cells.iter())
         .enumerate()
         .filter(lacks_faces)
+        .filter(|(_, (region, _))| region.dimension + 1 == zone.cell_dimension)
         .filter_map(|(i, (region, _))| Some((i, NodeSet::of(region, zone)?)))
         .collect();
     if wanted.is_empty() {

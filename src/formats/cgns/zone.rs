@@ -23,6 +23,8 @@ pub(super) struct Zone<'a> {
     pub is_structured: bool,
     /// Index in the mesh of its first node.
     pub first_node: usize,
+    /// CGNS version of the file.
+    pub version: f64,
 }
 
 impl<'a> Zone<'a> {
@@ -67,6 +69,7 @@ impl<'a> Zone<'a> {
             n_cells: sizes[n_indices..2 * n_indices].to_vec(),
             is_structured,
             first_node: 0,
+            version: 4.0,
         })
     }
 

@@ -35,7 +35,7 @@ pub(in crate::formats) enum Element {
         /// Whether a zero must follow the text (C's strings), or only fills up what is left.
         terminated: bool,
     },
-    /// UTF-8 text of any length: a reference into a heap.
+    /// Text of any length: a reference into a heap.
     String,
 }
 
@@ -90,7 +90,8 @@ impl Element {
                 message.extend(bytes.to_le_bytes());
             }
             Element::String => {
-                message.extend([0x19, 1, 1, 0]);
+                // Called ASCII, as VTK wants it, whatever the bytes.
+                message.extend([0x19, 1, 0, 0]);
                 message.extend(16_u32.to_le_bytes());
                 message.extend(Element::U8.encode());
             }

@@ -87,6 +87,11 @@ impl<F: Grows> Growing<F> {
         Ok(Stored { address })
     }
 
+    /// Appends bytes right behind the values stored last.
+    pub fn continue_with(&mut self, bytes: &[u8]) -> Result<()> {
+        self.append(bytes)
+    }
+
     /// Appends strings, for a dataset of [`Element::String`].
     pub fn store_strings(&mut self, strings: &[String]) -> Result<Stored> {
         let at = self.align()? + strings.len() as u64 * Element::String.size();

@@ -25,20 +25,18 @@ pub(in crate::formats) struct File(Hdf5File);
 pub(in crate::formats) struct Group(hdf5_reader::group::Group);
 
 /// A dataset.
-pub(in crate::formats) struct Dataset(hdf5_reader::Dataset);
+pub(in crate::formats) struct Dataset {
+    inner: hdf5_reader::Dataset,
+    /// Bytes that it may have, by the size of the file.
+    limit: u64,
+}
 
 impl File {
     /// Opens the file. Its links into other files are relative to its folder.
     pub fn open(source: &Source) -> Result<Self> {
         let folder = source.path().parent().map(PathBuf::from);
-        let limit = source.bytes().len().saturating_mul(MOST_RATIO);
-        let options = OpenOptions {
-            external_link_resolver: folder.map(|folder| Arc::new(Beside { folder }) as _),
-            max_read_bytes: limit.max(SMALLEST_LIMIT),
-            max_chunk_bytes: limit.clamp(SMALLEST_LIMIT, hdf5_reader::HDF5_MAX_CHUNK_BYTES),
-            ..OpenOptions::default()
-        };
-        Hdf5File::from_owner(source.shared(), options)
+        let resolver = folder.map(|folder| Arc::new(Beside { folder }) as _);
+        Hdf5File::from_owner(source.shared(), options(source.bytes().len(), resolver))
             .map(Self)
             .map_err(refused)
     }
@@ -47,6 +45,21 @@ impl File {
     pub fn root(&self) -> Result<Group> {
         self.0.root_group().map(Group).map_err(refused)
     }
+}
+
+/// Options for a file of `n_bytes`.
+fn options(n_bytes: usize, resolver: Option<Arc<dyn ExternalLinkResolver>>) -> OpenOptions {
+    OpenOptions {
+        external_link_resolver: resolver,
+        max_read_bytes: limit(n_bytes),
+        max_chunk_bytes: limit(n_bytes).min(hdf5_reader::HDF5_MAX_CHUNK_BYTES),
+        ..OpenOptions::default()
+    }
+}
+
+/// Bytes that a dataset of a file of `n_bytes` may have when it is unpacked.
+fn limit(n_bytes: usize) -> usize {
+    n_bytes.saturating_mul(MOST_RATIO).max(SMALLEST_LIMIT)
 }
 
 /// Finds linked files beside the one that links.
@@ -60,14 +73,8 @@ impl ExternalLinkResolver for Beside {
         if !path.is_file() {
             return Ok(None);
         }
-        let options = OpenOptions {
-            max_read_bytes: usize::try_from(path.metadata()?.len())
-                .unwrap_or(usize::MAX)
-                .saturating_mul(MOST_RATIO)
-                .max(SMALLEST_LIMIT),
-            max_chunk_bytes: hdf5_reader::HDF5_MAX_CHUNK_BYTES,
-            ..OpenOptions::default()
-        };
+        let size = usize::try_from(path.metadata()?.len()).unwrap_or(usize::MAX);
+        let options = options(size, None);
         Hdf5File::open_with_options(path, options).map(Some)
     }
 }
@@ -92,7 +99,10 @@ impl Group {
     /// Its datasets, in the same order.
     pub fn datasets(&self) -> Result<Vec<Dataset>> {
         let datasets = self.0.datasets().map_err(|error| self.refused(error))?;
-        Ok(datasets.into_iter().map(Dataset).collect())
+        Ok(datasets
+            .into_iter()
+            .map(|inner| self.bounded(inner))
+            .collect())
     }
 
     /// Names of its groups and of its datasets.
@@ -107,7 +117,7 @@ impl Group {
 
     /// The dataset of this name; `None` where there is none.
     pub fn dataset(&self, name: &str) -> Result<Option<Dataset>> {
-        self.found(self.0.dataset(name).map(Dataset))
+        self.found(self.0.dataset(name).map(|inner| self.bounded(inner)))
     }
 
     /// The dataset of this name, which must be there.
@@ -132,6 +142,14 @@ impl Group {
             .map(|attribute| attribute_values(&attribute))
             .transpose()
             .map_err(|error| error.dataset(name))
+    }
+
+    fn bounded(&self, inner: hdf5_reader::Dataset) -> Dataset {
+        let limit = limit(usize::try_from(self.0.storage().len()).unwrap_or(usize::MAX));
+        Dataset {
+            inner,
+            limit: limit as u64,
+        }
     }
 
     fn found<T>(&self, found: std::result::Result<T, Refused>) -> Result<Option<T>> {
@@ -187,12 +205,12 @@ macro_rules! with_number {
 impl Dataset {
     /// Its name in the group that holds it.
     pub fn name(&self) -> &str {
-        self.0.name()
+        self.inner.name()
     }
 
     /// How many values there are along each index; empty for a single value.
     pub fn shape(&self) -> &[u64] {
-        self.0.shape()
+        self.inner.shape()
     }
 
     /// Number of rows: values of the first index.
@@ -211,17 +229,17 @@ impl Dataset {
 
     /// Bytes of one value; 0 for what is neither a number nor text.
     pub fn value_size(&self) -> usize {
-        hdf5_reader::dtype_element_size(self.0.dtype()).unwrap_or(0)
+        hdf5_reader::dtype_element_size(self.inner.dtype()).unwrap_or(0)
     }
 
     /// Whether its values are integers.
     pub fn is_integer(&self) -> bool {
-        matches!(self.0.dtype(), Datatype::FixedPoint { .. })
+        matches!(self.inner.dtype(), Datatype::FixedPoint { .. })
     }
 
     /// An attribute that is numbers or text.
     pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
-        let attributes = self.0.attributes();
+        let attributes = self.inner.attributes();
         let attribute = attributes.iter().find(|attribute| attribute.name == name);
         attribute
             .map(attribute_values)
@@ -232,25 +250,39 @@ impl Dataset {
     /// All values, in their own type and the byte order of this machine.
     pub fn values(&self) -> Result<Values> {
         with_number!(
-            self.0.dtype(),
+            self.inner.dtype(),
             T, Variant => self.numbers::<T>().map(Variant),
             |other: &Datatype| self.others(other)
         )
         .map_err(|error| error.dataset(self.name()))
     }
 
+    /// Refuses rows that are not there, and more than a file of this size can hold. Whoever reads
+    /// rows part by part asks for all of them first.
+    pub fn check_rows(&self, rows: &Range<u64>) -> Result<()> {
+        let wrong = |message: String| Err(Error::input(message).dataset(self.name()));
+        let n = self.n_rows();
+        if rows.start > rows.end || rows.end > n {
+            return wrong(format!("rows {} to {} of {n} rows", rows.start, rows.end));
+        }
+        let row = self.row()?.saturating_mul(self.value_size().max(1)) as u64;
+        let n_bytes = (rows.end - rows.start).saturating_mul(row);
+        if n_bytes > self.limit {
+            return wrong(format!(
+                "{n_bytes} bytes, more than a file of this size holds"
+            ));
+        }
+        Ok(())
+    }
+
     /// The values of some rows. Text is not read in parts.
     pub fn rows(&self, rows: Range<u64>) -> Result<Values> {
-        if rows.start > rows.end || rows.end > self.n_rows() {
-            let n = self.n_rows();
-            let message = format!("rows {} to {} of {n} rows", rows.start, rows.end);
-            return Err(Error::input(message).dataset(self.name()));
-        }
+        self.check_rows(&rows)?;
         if self.shape().is_empty() || rows == (0..self.n_rows()) {
             return self.values();
         }
         with_number!(
-            self.0.dtype(),
+            self.inner.dtype(),
             T, Variant => self.some_numbers::<T>(&rows).map(Variant),
             |other: &Datatype| {
                 let Values::Text(text) = self.others(other)? else {
@@ -265,7 +297,7 @@ impl Dataset {
     }
 
     fn numbers<T: H5Type>(&self) -> Result<Vec<T>> {
-        let array = self.0.read_array_parallel::<T>().map_err(refused)?;
+        let array = self.inner.read_array_parallel::<T>().map_err(refused)?;
         Ok(array.into_raw_vec_and_offset().0)
     }
 
@@ -279,17 +311,17 @@ impl Dataset {
             end: rows.end,
             step: 1,
         };
-        let array = self.0.read_slice_parallel::<T>(&selection);
+        let array = self.inner.read_slice_parallel::<T>(&selection);
         Ok(array.map_err(refused)?.into_raw_vec_and_offset().0)
     }
 
     fn others(&self, datatype: &Datatype) -> Result<Values> {
         match datatype {
             Datatype::String { .. } | Datatype::VarLen { .. } => {
-                self.0.read_strings().map(Values::Text).map_err(refused)
+                self.inner.read_strings().map(Values::Text).map_err(refused)
             }
             Datatype::Enum { base, .. } if is_byte(base) => {
-                self.0.read_raw_bytes().map(Values::U8).map_err(refused)
+                self.inner.read_raw_bytes().map(Values::U8).map_err(refused)
             }
             other => Err(unknown(other)),
         }

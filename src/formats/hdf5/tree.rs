@@ -36,6 +36,24 @@ pub(in crate::formats) enum Data<'a> {
     },
 }
 
+impl Data<'_> {
+    /// Hands the bytes of values that are numbers and not stored yet to `sink`.
+    ///
+    /// # Panics
+    /// For other values.
+    pub fn each(&self, sink: Sink) -> Result<()> {
+        match self {
+            Data::Bytes(bytes) => sink(bytes),
+            Data::Stream(make) => make(sink),
+            Data::Strings(_) | Data::Stored(_) | Data::Chunks { .. } => {
+                panic!(
+                    "strings have no bytes of their own, and what is stored is in its file alone"
+                )
+            }
+        }
+    }
+}
+
 #[derive(Default)]
 pub(super) struct Node<'a> {
     pub attributes: Vec<Attribute>,

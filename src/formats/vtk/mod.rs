@@ -6,8 +6,9 @@
 //! number     bytes -> numbers
 //! cells      types, ends and node indices -> runs; split: collections of cells; polyhedra: faces
 //! order      hexahedra of high order in files before VTK 9
+//! structured cells of blocks that list none
 //! tags       integer cell arrays <-> groups
-//! plan       mesh -> list of arrays to be written; content: bytes of one array
+//! plan       mesh -> list of arrays to be written; content: bytes of one array; text: as text
 //! ```
 
 pub mod cells;
@@ -17,4 +18,6 @@ pub mod order;
 pub mod plan;
 pub mod polyhedra;
 pub mod split;
+pub mod structured;
 pub mod tags;
+pub mod text;
