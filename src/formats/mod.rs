@@ -73,6 +73,10 @@ pub trait Format: Sync {
     fn recognizes_file(&self, source: &Source) -> bool {
         self.recognizes(source.bytes())
     }
+    /// Version of the format that a file which starts like this says it has.
+    fn version(&self, _head: &[u8]) -> Option<String> {
+        None
+    }
     /// The mesh in a file; a note for each kind of data that it cannot keep.
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh>;
     /// Times of the steps of a sequence kept in one file; empty where it holds one mesh.
@@ -304,6 +308,18 @@ pub fn read_as(
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
     format.read(&source, options, &mut Notes::default())
+}
+
+/// The word that follows `before` in the first bytes of a text file, up to a blank or a quote.
+fn word_after(head: &[u8], before: &[u8]) -> Option<String> {
+    let head = &head[..head.len().min(4096)];
+    let start = memchr::memmem::find(head, before)? + before.len();
+    let rest = head[start..].trim_ascii_start();
+    let n = rest
+        .iter()
+        .position(|byte| byte.is_ascii_whitespace() || *byte == b'"')?;
+    let word = String::from_utf8(rest[..n].to_vec()).ok()?;
+    (!word.is_empty()).then_some(word)
 }
 
 fn unknown_content(source: &Source) -> Error {

@@ -1,16 +1,15 @@
 //! `azimesh convert`.
 
 mod changes;
-mod input;
 mod target;
 
+use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
 use crate::error::{Error, Result};
 use crate::formats;
 use crate::mesh::Mesh;
 use changes::Changes;
-use input::Input;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -84,7 +83,7 @@ impl Run<'_> {
             [one] => {
                 let place = self.place(out)?;
                 self.args.write.check(out)?;
-                let input = Input::open(one)?;
+                let input = Input::open(one, None)?;
                 if place.is_one_mesh() {
                     return self.one_mesh(&input, &place);
                 }
@@ -115,7 +114,7 @@ impl Run<'_> {
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
-        let inputs = self.args.paths.iter().map(|path| Input::open(path));
+        let inputs = self.args.paths.iter().map(|path| Input::open(path, None));
         let inputs = inputs.collect::<Result<Vec<_>>>()?;
         let mut names = BTreeSet::new();
         for input in &inputs {

@@ -1,4 +1,4 @@
-//! What `azimesh convert` reads: a mesh, or the meshes of a sequence one after another.
+//! What a command reads: a mesh, or the meshes of a sequence one after another.
 
 use super::Context;
 use crate::error::{Error, Result};
@@ -23,13 +23,13 @@ enum Meshes {
 }
 
 impl Input {
-    /// Opens a mesh file or a list of them.
-    pub fn open(path: &Path) -> Result<Self> {
+    /// Opens a mesh file, of a format that is known or that its content tells, or a list of them.
+    pub fn open(path: &Path, format: Option<&'static dyn Format>) -> Result<Self> {
         let meshes = match formats::is_series(path) {
             true => Meshes::Listed(formats::read_series(path)?),
             false => {
                 let source = Source::open(path)?;
-                let format = formats::of(&source)?;
+                let format = format.map_or_else(|| formats::of(&source), Ok)?;
                 let times = format.steps(&source).map_err(|error| error.file(path))?;
                 Meshes::File {
                     source,
@@ -59,6 +59,14 @@ impl Input {
     /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Version of the format that the file says it has.
+    pub fn version(&self) -> Option<String> {
+        match &self.meshes {
+            Meshes::File { source, format, .. } => format.version(source.bytes()),
+            Meshes::Listed(_) => None,
+        }
     }
 
     /// Times of a sequence; `None` where it is one mesh.
