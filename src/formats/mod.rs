@@ -36,6 +36,8 @@ use std::path::{Path, PathBuf};
 pub static FORMATS: &[&dyn Format] = &[
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
+    &legacy::Legacy,
+    &legacy::Legacy42,
     &gmsh::Msh,
     &gmsh::Msh22,
     &su2::Su2,
@@ -51,11 +53,6 @@ pub static FORMATS: &[&dyn Format] = &[
     &ugrid::LR4,
     &ugrid::B8L,
     &ugrid::LB8L,
-    &legacy::Legacy,
-    &legacy::Legacy42,
-    &gmsh::Msh,
-    &gmsh::Msh22,
-    &su2::Su2,
 ];
 
 /// A mesh file format.
