@@ -209,3 +209,14 @@ fn what_an_output_cannot_hold_is_told_once_for_a_whole_sequence() {
     let run = succeed(path, &["convert", "q.pvd", "-o", "out", "--format", "su2"]);
     assert_eq!(run.err.matches("note: ").count(), 1, "{run:?}");
 }
+
+#[test]
+fn pieces_are_read_back_as_the_mesh_they_were() {
+    let folder = airfoil();
+    let path = folder.path();
+    let cut = |out| ["convert", "n.vtu", out, "--pieces", "3"];
+    assert_eq!(azimesh(path, &cut("p.vtu")).code, 2);
+    succeed(path, &cut("p.pvtu"));
+    assert_eq!(names(&path.join("p")).len(), 3);
+    succeed(path, &["diff", "n.vtu", "p.pvtu"]);
+}

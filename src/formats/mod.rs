@@ -10,6 +10,7 @@ mod hdf5;
 pub mod legacy;
 mod lexer;
 mod packed;
+pub mod pvtu;
 mod records;
 mod save;
 mod sequence;
@@ -34,6 +35,8 @@ use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
 pub static FORMATS: &[&dyn Format] = &[
+    // Before the format that takes any XML of VTK.
+    &pvtu::Pvtu,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
     &legacy::Legacy,

@@ -189,6 +189,18 @@ impl Values {
             Values::Text(_) => Vec::new(),
             _ => (0..n_components).map(of).collect(),
         }
+    /// Adds the values of another array of the same type at the end; `false` when it is of another.
+    pub fn append(&mut self, other: &Self) -> bool {
+        macro_rules! append {
+            ($($variant:ident),*) => {
+                match (self, other) {
+                    $((Values::$variant(v), Values::$variant(more)) => v.extend_from_slice(more),)*
+                    _ => return false,
+                }
+            };
+        }
+        append!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text);
+        true
     }
 
     /// Bytes held in memory.

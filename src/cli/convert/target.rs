@@ -179,7 +179,10 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         let options = self.args.write.options();
-        let write = || formats::save(mesh, path, format, &options);
+        let write = || match self.args.pieces {
+            Some(n) => formats::pvtu::write_pieces(mesh, path, n.get(), &options),
+            None => formats::save(mesh, path, format, &options),
+        };
         for dropped in self.context.stage("writing", write)? {
             // Said once for all meshes of a sequence.
             self.tell(format!("{}: {dropped}", format.title()));
