@@ -14,6 +14,7 @@ pub mod pvtu;
 mod records;
 mod save;
 mod sequence;
+mod series;
 mod source;
 pub mod su2;
 pub mod ugrid;
@@ -23,6 +24,7 @@ pub mod vtu;
 
 pub use save::{save, save_text, write_companions, write_whole};
 pub use sequence::{CreateSequence, SequenceFile};
+pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};
@@ -70,6 +72,10 @@ pub trait Format: Sync {
     /// Whether a file is of this format, for those that its start alone does not tell.
     fn recognizes_file(&self, source: &Source) -> bool {
         self.recognizes(source.bytes())
+    }
+    /// Version of the format that a file which starts like this says it has.
+    fn version(&self, _head: &[u8]) -> Option<String> {
+        None
     }
     /// The mesh in a file; a note for each kind of data that it cannot keep.
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh>;
@@ -325,6 +331,18 @@ pub fn read_as(
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
     format.read(&source, options, &mut Notes::default())
+}
+
+/// The word that follows `before` in the first bytes of a text file, up to a blank or a quote.
+fn word_after(head: &[u8], before: &[u8]) -> Option<String> {
+    let head = &head[..head.len().min(4096)];
+    let start = memchr::memmem::find(head, before)? + before.len();
+    let rest = head[start..].trim_ascii_start();
+    let n = rest
+        .iter()
+        .position(|byte| byte.is_ascii_whitespace() || *byte == b'"')?;
+    let word = String::from_utf8(rest[..n].to_vec()).ok()?;
+    (!word.is_empty()).then_some(word)
 }
 
 fn unknown_content(source: &Source) -> Error {

@@ -55,6 +55,10 @@ impl Format for Vtu {
         true
     }
 
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b" version=\"")
+    }
+
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
