@@ -36,7 +36,8 @@ pub enum TagNames {
 }
 
 impl OutputArgs {
-    fn options(&self) -> WriteOptions {
+    /// What the writer is told.
+    pub fn options(&self) -> WriteOptions {
         WriteOptions {
             encoding: self.encoding,
             compression: self.compression,
