@@ -100,11 +100,7 @@ fn one_model_is_the_same_mesh_in_every_version() {
         let said = notes
             .iter()
             .any(|note| note.contains("parametric coordinates"));
-        assert_eq!(
-            said,
-            parametric && !name.starts_with("cylinder_v1"),
-            "{name} {notes:?}"
-        );
+        assert_eq!(said, parametric, "{name} {notes:?}");
     }
     assert_eq!(n_files, 13);
 }
