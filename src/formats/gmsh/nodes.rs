@@ -211,13 +211,15 @@ fn read_with_entities(stream: &mut Stream, binary: Binary, is_v3: bool) -> Resul
         }
         let second = stream.int("the entity of a node")?;
         let dimension = if is_v3 { second } else { first };
-        let n_parameters = match dimension {
-            1 => 1,
-            2 => 2,
-            _ => 0,
+        let (n_parameters, each) = match dimension {
+            1 => (1, 8),
+            2 => (2, 8),
+            // In a volume version 3 writes three zeros of 4 bytes.
+            3 if is_v3 => (3, 4),
+            _ => (0, 8),
         };
-        stream.take(n_parameters, 8, "the parameters of a node")?;
-        n_parametric += usize::from(n_parameters > 0);
+        stream.take(n_parameters, each, "the parameters of a node")?;
+        n_parametric += usize::from(n_parameters > 0 && each == 8);
     }
     Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
 }
