@@ -93,18 +93,8 @@ pub fn push_real(buffer: &mut Vec<u8>, value: f64) {
 }
 
 /// A sentence for each array and option that a format with f64 coordinates and without arrays
-/// leaves out.
-pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions) -> Vec<String> {
-    left_out_but(format, mesh, options, &[])
-}
-
-/// [`left_out`] without the field arrays in `kept`, which the format writes in a way of its own.
-pub fn left_out_but(
-    format: &str,
-    mesh: &Mesh,
-    options: &WriteOptions,
-    kept: &[&str],
-) -> Vec<String> {
+/// leaves out; field arrays in `kept` it writes in a way of its own.
+pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions, kept: &[&str]) -> Vec<String> {
     let kinds = [
         ("point", &mesh.point_arrays),
         ("cell", &mesh.cell_arrays),
