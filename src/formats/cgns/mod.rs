@@ -83,3 +83,6 @@ impl Format for Cgns {
         Some(|path, options| Ok(Box::new(write::sequence::Sequence::create(path, options)?)))
     }
 }
+
+#[cfg(test)]
+mod tests;

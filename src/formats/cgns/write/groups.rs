@@ -147,8 +147,9 @@ impl Families {
         if !self.by_name.contains_key(&group.name) {
             let name = self.names.give(&group.name);
             let family = draft.group(base, &name, "Family_t");
+            // VTK's reader complains of a family without children.
+            draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
             if name != group.name {
-                draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
                 notes.push(format!(
                     "the name \"{}\" is \"{name}\" in CGNS, which allows 32 bytes and no slash",
                     group.name
