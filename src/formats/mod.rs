@@ -10,6 +10,7 @@ mod hdf5;
 pub mod legacy;
 mod lexer;
 mod packed;
+pub mod pvtu;
 mod records;
 mod save;
 mod sequence;
@@ -20,7 +21,7 @@ mod vtk;
 pub mod vtkhdf;
 pub mod vtu;
 
-pub use save::{save, save_text, write_whole};
+pub use save::{save, save_text, write_companions, write_whole};
 pub use sequence::{CreateSequence, SequenceFile};
 pub use source::Source;
 
@@ -32,6 +33,8 @@ use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
 pub static FORMATS: &[&dyn Format] = &[
+    // Before the format that takes any XML of VTK.
+    &pvtu::Pvtu,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
     &legacy::Legacy,
@@ -81,6 +84,10 @@ pub trait Format: Sync {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>>;
+    /// Whether arrays at nodes and cells are written.
+    fn holds_arrays(&self) -> bool {
+        false
+    }
     /// How a whole sequence is written into one file, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None
@@ -208,6 +215,11 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
+    if path.as_os_str() == "-" {
+        return Err(Error::input(
+            "standard output has no name that says the format; give --format",
+        ));
+    }
     let name = file_name(path);
     let inside = without_packing(&name);
     let format = with_extension(&name);
@@ -253,6 +265,20 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
         .rev()
         .max_by_key(|(length, _)| *length)?;
     Some(format)
+}
+
+/// A file name without the endings of packing and format: what files of one case share. The whole
+/// name where its ending is none of a format.
+pub fn case_name(name: &str) -> &str {
+    let inside = without_packing(name);
+    let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
+    let extensions = FORMATS.iter().flat_map(|format| format.extensions());
+    let starts = extensions.filter_map(|extension| {
+        let start = from(extension)?;
+        let ending = inside.get(start..)?.strip_prefix('.')?;
+        ending.eq_ignore_ascii_case(extension).then_some(start)
+    });
+    starts.min().map_or(name, |start| &inside[..start])
 }
 
 /// The format of a file, by its content or, where that does not tell, by its name.

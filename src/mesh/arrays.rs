@@ -156,6 +156,20 @@ impl Values {
         pick!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text)
     }
 
+    /// Adds the values of another array of the same type at the end; `false` when it is of another.
+    pub fn append(&mut self, other: &Self) -> bool {
+        macro_rules! append {
+            ($($variant:ident),*) => {
+                match (self, other) {
+                    $((Values::$variant(v), Values::$variant(more)) => v.extend_from_slice(more),)*
+                    _ => return false,
+                }
+            };
+        }
+        append!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text);
+        true
+    }
+
     /// Bytes held in memory.
     pub fn memory_bytes(&self) -> usize {
         with_numbers!(self, v => size_of_val(&v[..]), t => t.iter().map(|s| s.len() + 24).sum())

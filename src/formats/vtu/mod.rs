@@ -4,21 +4,25 @@
 //! Boundary tags and zones are integer cell arrays with their names beside them (see `vtk::tags`).
 //!
 //! ```text
-//! xml     which arrays there are and where their values lie
+//! xml     elements, and where the values of an array lie; document: which arrays there are
 //! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
-//! read    arrays -> nodes and arrays; cells: types, offsets, connectivity
+//! read    arrays -> nodes and arrays; cells: types, offsets, connectivity; structured: blocks
 //! write   mesh -> file; encode: one array as text, base64, blocks
 //! file    list of arrays -> XML and values
 //! ```
 
 mod blocks;
 mod cells;
+mod document;
 mod encode;
 mod file;
-mod read;
+pub(super) mod read;
 mod stored;
+mod structured;
 mod write;
-mod xml;
+pub(super) mod xml;
+
+pub(super) use file::escaped;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
@@ -45,6 +49,10 @@ impl Format for Vtu {
     fn recognizes(&self, head: &[u8]) -> bool {
         let head = &head[..head.len().min(4096)];
         memchr::memmem::find(head, b"<VTKFile").is_some()
+    }
+
+    fn holds_arrays(&self) -> bool {
+        true
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
