@@ -36,6 +36,9 @@ use std::io::Write;
 /// Name of the node that holds a name in full which is too long for CGNS.
 const FULL_NAME: &str = "FullName";
 
+/// Name of the node that holds arrays of the mesh as a whole.
+const FIELD_ARRAYS: &str = "FieldArrays";
+
 /// CGNS in HDF5 (.cgns).
 pub struct Cgns;
 

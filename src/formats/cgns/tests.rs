@@ -239,6 +239,15 @@ fn rich_mesh() -> Mesh {
     let nan = f64::NAN;
     let quality = vec![nan, 0.5, 0.25, nan, nan, nan, nan, 1.0];
     mesh.cell_arrays = vec![DataArray::scalar("quality", Values::F64(quality))];
+    let lines = vec![
+        "NBOX= 1\n  % a box".to_owned(),
+        String::new(),
+        "é".to_owned(),
+    ];
+    mesh.field_arrays = vec![
+        DataArray::scalar("su2:FFD", Values::Text(lines)),
+        DataArray::tuples("hub", 3, Values::F32(vec![1.0, 2.0, 3.0])),
+    ];
     mesh
 }
 

@@ -130,7 +130,13 @@ struct Families {
 impl Families {
     fn new(base: Place) -> Self {
         let mut names = Names::default();
-        for taken in [super::ZONE, super::TIMES, super::SIMULATION, "DataClass"] {
+        for taken in [
+            super::ZONE,
+            super::TIMES,
+            super::SIMULATION,
+            "DataClass",
+            super::super::FIELD_ARRAYS,
+        ] {
             names.give(taken);
         }
         Self {
