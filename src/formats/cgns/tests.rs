@@ -188,7 +188,8 @@ fn what_is_read_is_written_and_read_again() {
     ] {
         let (mesh, _) = load(name, None);
         let (bytes, notes) = written(&mesh);
-        assert!(notes.is_empty(), "{name}: {notes:?}");
+        let n_renamed = if name == "two_bases.cgns" { 2 } else { 0 };
+        assert_eq!(notes.len(), n_renamed, "{name}: {notes:?}");
         let mut again = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read again");
         again.merge_repeated_faces();
         let difference = Difference::between(&mesh, &again, Tolerance::default());
@@ -384,15 +385,15 @@ fn patched(mut bytes: Vec<u8>, from: &[i32], to: &[i32]) -> Vec<u8> {
 #[test]
 fn wrong_numbers_are_told_with_their_place() {
     let mut mesh = Mesh {
-        points: vec![[0.0; 3]; 5],
+        points: vec![[0.0; 3]; 7],
         ..Mesh::default()
     };
     mesh.cells.push(CellKind::Pyramid, &[4, 3, 2, 1, 0]);
     let (good, _) = written(&mesh);
-    let node = patched(good.clone(), &[5, 4, 3, 2, 1], &[5, 4, 3, 2, 6]);
+    let node = patched(good.clone(), &[5, 4, 3, 2, 1], &[5, 4, 3, 2, 8]);
     let message = refused(&node).to_string();
     let expected =
-        "/Base/Zone/PYRA_5/ElementConnectivity: it names node 6; the zone has the nodes 1 to 5";
+        "/Base/Zone/PYRA_5/ElementConnectivity: it names node 8; the zone has the nodes 1 to 7";
     assert!(message.contains(expected), "{message}");
     let range = patched(good.clone(), &[12, 0], &[17, 0]);
     let message = refused(&range).to_string();
@@ -405,7 +406,7 @@ fn wrong_numbers_are_told_with_their_place() {
         refused(&unknown).to_string().contains("type 99"),
         "an element type of the future"
     );
-    let size = patched(good, &[5, 1, 0], &[2_000_000_000, 1, 0]);
+    let size = patched(good, &[7, 1, 0], &[2_000_000_000, 1, 0]);
     let message = refused(&size).to_string();
     assert!(
         message.contains("the zone has 2000000000 nodes"),

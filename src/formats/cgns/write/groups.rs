@@ -157,7 +157,7 @@ impl Families {
             draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
             if name != group.name {
                 notes.push(format!(
-                    "the name \"{}\" is \"{name}\" in CGNS, which allows 32 bytes and no slash",
+                    "the name \"{}\" is \"{name}\" in CGNS, which takes 32 bytes, no slash and each name once",
                     group.name
                 ));
             }
