@@ -2,8 +2,8 @@
 # Fills the corpora with the small meshes and schedules of testdata/.
 set -eu
 cd "$(dirname "$0")"
-mkdir -p corpus/ugrid corpus/vtu corpus/msh corpus/su2 corpus/schedule
-for kind in vtu msh su2; do
+mkdir -p corpus/ugrid corpus/cgns corpus/vtu corpus/msh corpus/su2 corpus/schedule
+for kind in vtu msh su2 cgns; do
     find ../testdata -name "*.$kind" -size -40k -exec cp {} "corpus/$kind/" \;
 done
 # The first byte of a UGRID input is the place of its flavour in the target's list.
