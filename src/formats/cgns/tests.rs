@@ -370,14 +370,10 @@ fn a_link_to_a_missing_file_is_named() {
     );
 }
 
-/// Replaces the one place where these numbers stand, in four bytes each.
+/// Replaces the last place where these numbers stand, in four bytes each: values follow headers.
 fn patched(mut bytes: Vec<u8>, from: &[i32], to: &[i32]) -> Vec<u8> {
     let from: &[u8] = bytemuck::cast_slice(from);
-    let mut places = memchr::memmem::find_iter(&bytes, from);
-    let (at, None) = (places.next().expect("it is there"), places.next()) else {
-        panic!("it is there twice");
-    };
-    drop(places);
+    let at = memchr::memmem::rfind(&bytes, from).expect("it is there");
     bytes[at..at + from.len()].copy_from_slice(bytemuck::cast_slice(to));
     bytes
 }
