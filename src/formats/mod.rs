@@ -5,14 +5,15 @@
 
 pub mod cgns;
 pub mod gmsh;
-#[allow(dead_code)] // until CGNS uses the rest
 mod hdf5;
 pub mod legacy;
 mod lexer;
 mod packed;
+pub mod pvtu;
 mod records;
 mod save;
 mod sequence;
+mod series;
 mod source;
 pub mod su2;
 pub mod ugrid;
@@ -20,8 +21,9 @@ mod vtk;
 pub mod vtkhdf;
 pub mod vtu;
 
-pub use save::{save, save_text, write_whole};
+pub use save::{save, save_text, write_companions, write_whole};
 pub use sequence::{CreateSequence, SequenceFile};
+pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};
@@ -32,6 +34,8 @@ use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
 pub static FORMATS: &[&dyn Format] = &[
+    // Before the format that takes any XML of VTK.
+    &pvtu::Pvtu,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
     &legacy::Legacy,
@@ -67,6 +71,10 @@ pub trait Format: Sync {
     /// Whether a file is of this format, for those that its start alone does not tell.
     fn recognizes_file(&self, source: &Source) -> bool {
         self.recognizes(source.bytes())
+    }
+    /// Version of the format that a file which starts like this says it has.
+    fn version(&self, _head: &[u8]) -> Option<String> {
+        None
     }
     /// The mesh in a file; a note for each kind of data that it cannot keep.
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh>;
@@ -212,6 +220,11 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
+    if path.as_os_str() == "-" {
+        return Err(Error::input(
+            "standard output has no name that says the format; give --format",
+        ));
+    }
     let name = file_name(path);
     let inside = without_packing(&name);
     let format = with_extension(&name);
@@ -259,6 +272,20 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
     Some(format)
 }
 
+/// A file name without the endings of packing and format: what files of one case share. The whole
+/// name where its ending is none of a format.
+pub fn case_name(name: &str) -> &str {
+    let inside = without_packing(name);
+    let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
+    let extensions = FORMATS.iter().flat_map(|format| format.extensions());
+    let starts = extensions.filter_map(|extension| {
+        let start = from(extension)?;
+        let ending = inside.get(start..)?.strip_prefix('.')?;
+        ending.eq_ignore_ascii_case(extension).then_some(start)
+    });
+    starts.min().map_or(name, |start| &inside[..start])
+}
+
 /// The format of a file, by its content or, where that does not tell, by its name.
 pub fn of(source: &Source) -> Result<&'static dyn Format> {
     FORMATS
@@ -303,6 +330,18 @@ pub fn read_as(
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
     format.read(&source, options, &mut Notes::default())
+}
+
+/// The word that follows `before` in the first bytes of a text file, up to a blank or a quote.
+fn word_after(head: &[u8], before: &[u8]) -> Option<String> {
+    let head = &head[..head.len().min(4096)];
+    let start = memchr::memmem::find(head, before)? + before.len();
+    let rest = head[start..].trim_ascii_start();
+    let n = rest
+        .iter()
+        .position(|byte| byte.is_ascii_whitespace() || *byte == b'"')?;
+    let word = String::from_utf8(rest[..n].to_vec()).ok()?;
+    (!word.is_empty()).then_some(word)
 }
 
 fn unknown_content(source: &Source) -> Error {

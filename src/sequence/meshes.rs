@@ -2,7 +2,7 @@
 
 use super::output::Names;
 use crate::error::Result;
-use crate::formats::{Format, SequenceFile, WriteOptions, write_whole};
+use crate::formats::{Format, SequenceFile, WriteOptions, write_companions, write_whole};
 use crate::mesh::Mesh;
 use crate::motion::Step;
 use std::io::Write;
@@ -44,14 +44,16 @@ impl<'a> Meshes<'a> {
             let appended = sequence.append(step.time(), mesh);
             return appended.map_err(|error| error.file(&path));
         }
-        write_whole(&path, |out| {
+        let hash = write_whole(&path, |out| {
             let mut hashing = Hashing {
                 out,
                 hasher: blake3::Hasher::new(),
             };
             self.format.write(mesh, &mut hashing, &self.options)?;
             Ok(hashing.hasher.finalize())
-        })
+        })?;
+        write_companions(mesh, &path, self.format)?;
+        Ok(hash)
     }
 }
 

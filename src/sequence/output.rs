@@ -1,7 +1,7 @@
 //! The folder of a sequence: names of its files, whole files with their hashes, the time series.
 
 use crate::error::{Error, Result};
-use crate::formats::{Format, by_extension};
+use crate::formats::{Format, case_name, pvd, vtk_series};
 use crate::motion::Step;
 use std::fs::File;
 use std::io::Write;
@@ -82,15 +82,15 @@ impl Names {
         n_steps: usize,
         part: Part,
     ) -> Self {
-        // "wing.su2.gz" gives wing_0000.
-        let name = mesh
-            .file_stem()
-            .filter(|name| *name != "-")
-            .map_or("mesh".into(), |name| name.to_string_lossy());
-        let inner = Path::new(&*name);
-        let stem = match by_extension(inner).is_ok() {
-            true => inner.with_extension("").to_string_lossy().into_owned(),
-            false => name.into_owned(),
+        // "wing.b8.ugrid.gz" gives wing_0000.
+        let name = mesh.file_name().filter(|name| *name != "-");
+        let name = name.map_or("mesh".into(), |name| name.to_string_lossy());
+        let stem = match case_name(&name) {
+            case if case.len() < name.len() => case.to_owned(),
+            _ => {
+                let stem = Path::new(&*name).file_stem().unwrap_or_default();
+                stem.to_string_lossy().into_owned()
+            }
         };
         Self {
             folder: folder.to_path_buf(),
@@ -206,6 +206,7 @@ impl Names {
         mesh.is_some()
             || self.in_one && parts(&self.stem, self.extension).is_some()
             || name == format!("{}.pvd", self.stem)
+            || name == format!("{}.vtk.series", self.stem)
             || whole
                 .iter()
                 .any(|(stem, extension)| parts(stem, extension).is_some())
@@ -299,20 +300,23 @@ fn quoted(value: &str) -> String {
     }
 }
 
-/// Text of the time series over finished steps: time in s where it is known, else azimuth.
-pub fn series(steps: &[(Step, String)]) -> String {
-    let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
-    );
-    for (step, file) in steps {
-        let time = step.time();
-        let file = file
-            .replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('"', "&quot;");
-        text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
+/// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
+/// azimuth. Legacy VTK files have a list of their own besides the .pvd.
+pub fn series(names: &Names, steps: &[(Step, String)]) -> Vec<(PathBuf, String)> {
+    let entries = || {
+        steps
+            .iter()
+            .map(|(step, file)| (step.time(), file.as_str()))
+    };
+    let Some(path) = names.series() else {
+        return Vec::new();
+    };
+    let mut lists = vec![(path, pvd(entries()))];
+    if names.extension == "vtk" {
+        let path = names.path(&format!("{}.vtk.series", names.stem));
+        lists.push((path, vtk_series(entries())));
     }
-    text + "  </Collection>\n</VTKFile>\n"
+    lists
 }
 
 #[cfg(test)]

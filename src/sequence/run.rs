@@ -299,11 +299,11 @@ impl Run<'_> {
         self.record.set("warnings", json!(self.finished.warnings));
         self.record.set("failures", json!(self.finished.failures));
         self.record.timings(&self.finished.timings);
-        let series = match self.names.series() {
-            Some(path) if !self.written.is_empty() => {
-                formats::save_text(&output::series(&self.written), &path)
-            }
-            _ => Ok(()),
+        let series = match self.written.is_empty() {
+            true => Ok(()),
+            false => output::series(&self.names, &self.written)
+                .iter()
+                .try_for_each(|(path, text)| formats::save_text(text, path)),
         };
         let saved = series.and_then(|()| self.record.save());
         // The first failure is the one to tell of.

@@ -46,6 +46,10 @@ impl Format for Msh {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b"$MeshFormat")
+    }
+
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }

@@ -41,7 +41,6 @@ mod read;
 mod tree;
 mod write;
 
-#[allow(unused_imports)] // until CGNS uses the rest
 pub(super) use self::{
     element::{Element, Number},
     grow::{Growing, Stored},

@@ -27,7 +27,7 @@ impl Section<'_> {
         notes: &mut Notes,
     ) -> Result<bool> {
         match keyword {
-            "scalars" => self.scalars(cursor, notes)?,
+            "scalars" => self.scalars(cursor)?,
             "vectors" | "normals" => self.named(cursor, 3)?,
             "tensors" => self.named(cursor, 9)?,
             "tensors6" => self.named(cursor, 6)?,
@@ -53,7 +53,7 @@ impl Section<'_> {
     }
 
     /// `SCALARS name type [components]`, and on a line of its own the table for their colours.
-    fn scalars(&mut self, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
+    fn scalars(&mut self, cursor: &mut Cursor) -> Result<()> {
         let name = cursor.name("the name of an array")?;
         let kind = Type::read(cursor)?;
         let mut rest = cursor.clone();
@@ -64,12 +64,7 @@ impl Section<'_> {
         }
         if cursor.peek().as_deref() == Some("lookup_table") {
             cursor.keyword();
-            let table = cursor.name("the name of a lookup table")?;
-            if table != "default" {
-                notes.push(format!(
-                    "the lookup table \"{table}\" of \"{name}\" is not kept"
-                ));
-            }
+            cursor.need("the name of a lookup table")?;
         }
         self.array(cursor, name, n_components, kind)
     }

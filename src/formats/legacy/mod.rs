@@ -53,6 +53,10 @@ impl Format for Legacy {
         true
     }
 
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b"Version")
+    }
+
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }

@@ -2,6 +2,7 @@
 
 use super::super::lexer::shown;
 use super::super::vtk::cells::{Built, CellTable, Nodes, repeat_tuples};
+use super::super::vtk::split::polygonal;
 use super::super::vtk::{order, structured, tags};
 use super::attributes::{Section, metadata};
 use super::cells::{self, List};
@@ -9,13 +10,10 @@ use super::cursor::Cursor;
 use super::values::{self, Type};
 use crate::error::{Error, Result};
 use crate::formats::{Notes, ReadOptions};
-use crate::mesh::{CellKind, DataArray, Mesh};
+use crate::mesh::{DataArray, Mesh};
 
 /// Files of this version on have hexahedra of high order in VTK's present order of nodes.
 const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (5, 1);
-
-/// Nodes that a file may imply without data for them.
-const MOST_IMPLIED: usize = 1 << 22;
 
 /// Reads a mesh.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
@@ -295,12 +293,7 @@ impl File {
     fn block(self, cursor: &Cursor) -> Result<Mesh> {
         let dimensions = self.needed_dimensions()?;
         let n_points = structured::n_points(dimensions)?;
-        if n_points > MOST_IMPLIED.max(cursor.bytes.len()) {
-            let n_bytes = cursor.bytes.len();
-            let message =
-                format!("{n_points} points cannot have data in a file of {n_bytes} bytes");
-            return Err(Error::input(message));
-        }
+        structured::check_implied(n_points, cursor.bytes.len())?;
         let mut axes = self.axes;
         for (i, axis) in axes.iter_mut().enumerate() {
             let (n, name) = (dimensions[i], ["X", "Y", "Z"][i]);
@@ -324,21 +317,6 @@ impl File {
             cell_arrays: self.cell_arrays,
             field_arrays: self.field_arrays,
         })
-    }
-}
-
-/// VTK's type of a cell of polygonal data.
-pub(in crate::formats) fn polygonal(list: usize, n_nodes: usize) -> u8 {
-    const POLY_VERTEX: u8 = 2;
-    const POLYLINE: u8 = 4;
-    const STRIP: u8 = 6;
-    match (list, n_nodes) {
-        (0, _) => POLY_VERTEX,
-        (1, _) => POLYLINE,
-        (2, 3) => CellKind::Triangle.vtk(),
-        (2, 4) => CellKind::Quadrilateral.vtk(),
-        (2, _) => CellKind::Polygon.vtk(),
-        _ => STRIP,
     }
 }
 

@@ -43,6 +43,18 @@ pub fn is_collection(vtk: u8) -> bool {
     matches!(vtk, EMPTY | POLY_VERTEX | POLYLINE | STRIP)
 }
 
+/// VTK's type of a cell in one of the lists of polygonal data: vertices, lines, polygons, strips.
+pub fn polygonal(list: usize, n_nodes: usize) -> u8 {
+    match (list, n_nodes) {
+        (0, _) => POLY_VERTEX,
+        (1, _) => POLYLINE,
+        (2, 3) => CellKind::Triangle.vtk(),
+        (2, 4) => CellKind::Quadrilateral.vtk(),
+        (2, _) => CellKind::Polygon.vtk(),
+        _ => STRIP,
+    }
+}
+
 /// The kind of the cells in a collection, and nodes of the first that further ones share.
 fn parts(vtk: u8) -> Option<(CellKind, u32)> {
     match vtk {
@@ -130,10 +142,15 @@ fn note(runs: &[TypeRun], notes: &mut Notes) {
             }
         }
         if n_split > 0 {
-            let name = type_name(vtk);
-            let s = if n_split == 1 { "is" } else { "s are" };
-            let into = kind.name().replace("vertex", "vertice");
-            notes.push(format!("{n_split} {name}{s} split into {n_cells} {into}s"));
+            let (from, into) = (type_name(vtk), kind.name());
+            let into = into.replace("vertex", "vertice");
+            notes.push(match n_split {
+                1 => format!("1 {from} is split into {n_cells} {into}s"),
+                n => {
+                    let from = from.replace("vertex", "vertice");
+                    format!("{n} {from}s are split into {n_cells} {into}s")
+                }
+            });
         }
     }
     for run in runs.iter().filter(|run| run.vtk == EMPTY) {
@@ -146,6 +163,10 @@ fn note(runs: &[TypeRun], notes: &mut Notes) {
         } else {
             ""
         };
-        notes.push(format!("{n_empty} empty cells are left out{nodes}"));
+        let cells = match n_empty {
+            1 => "1 empty cell is".to_owned(),
+            n => format!("{n} empty cells are"),
+        };
+        notes.push(format!("{cells} left out{nodes}"));
     }
 }

@@ -19,6 +19,17 @@ pub fn n_points(dimensions: [usize; 3]) -> Result<usize> {
     })
 }
 
+/// Refuses a block that has more nodes than a file of `n_bytes` bytes can have data for.
+pub fn check_implied(n_points: usize, n_bytes: usize) -> Result<()> {
+    const WITHOUT_DATA: usize = 1 << 22;
+    if n_points > WITHOUT_DATA.max(n_bytes) {
+        return Err(Error::input(format!(
+            "{n_points} nodes cannot have data in a file of {n_bytes} bytes"
+        )));
+    }
+    Ok(())
+}
+
 /// Number of cells of a block with these dimensions.
 pub fn n_cells(dimensions: [usize; 3]) -> usize {
     if dimensions.contains(&0) {

@@ -3,9 +3,11 @@
 use super::super::vtk::cells::{Built, CellTable, Nodes};
 use super::super::vtk::number::{Element, Number, need_integers, with_type};
 use super::super::vtk::polyhedra::SharedFaces;
+use super::super::vtk::split::polygonal;
+use super::document::Piece;
 use super::read::{collect, count};
 use super::stored::Stored;
-use super::xml::{Array, Layout, Piece};
+use super::xml::{Array, Layout};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::CellKind;
@@ -30,6 +32,72 @@ pub(super) fn read(pieces: &[Piece], layout: &Layout, notes: &mut Notes) -> Resu
     table.finish(notes)
 }
 
+/// The cells of polygonal data; sets the number of cells of each piece.
+pub(super) fn read_lists(
+    pieces: &mut [Piece],
+    layout: &Layout,
+    notes: &mut Notes,
+) -> Result<Built> {
+    let mut table = CellTable::default();
+    let mut n_points = 0;
+    for piece in pieces {
+        let limit = count(piece.n_points)? as u64;
+        let nodes = Nodes {
+            base: n_points,
+            limit,
+        };
+        n_points = count(u64::from(n_points) + limit)? as u32;
+        piece.n_cells = 0;
+        for ((n_cells, arrays), list) in piece.lists.iter().zip(0..) {
+            let n_cells = count(*n_cells)?;
+            piece.n_cells += n_cells as u64;
+            if n_cells > 0 {
+                list_cells(arrays, list, n_cells, layout, nodes, &mut table)?;
+            }
+        }
+        count(table.len() as u64)?;
+    }
+    table.finish(notes)
+}
+
+/// Appends the cells of one list of polygonal data.
+fn list_cells(
+    arrays: &[Array],
+    list: usize,
+    n_cells: usize,
+    layout: &Layout,
+    nodes: Nodes,
+    table: &mut CellTable,
+) -> Result<()> {
+    let ends = integers(named(arrays, "offsets")?, layout, Some(n_cells))?;
+    let mut before = 0;
+    for end in &ends {
+        let n_nodes = end
+            .checked_sub(before)
+            .and_then(|n| usize::try_from(n).ok());
+        let n_nodes = n_nodes.ok_or_else(|| {
+            Error::input(format!(
+                "a cell ends at {end}, the one before it at {before}"
+            ))
+            .dataset("offsets")
+        })?;
+        let added = table.append_run(polygonal(list, n_nodes), n_nodes, 1);
+        added.map_err(|error| error.dataset("offsets"))?;
+        before = *end;
+    }
+    let array = named(arrays, "connectivity")?;
+    let expected = usize::try_from(before).ok();
+    let (base, limit) = (nodes.base, nodes.limit);
+    indices(
+        array,
+        layout,
+        base,
+        limit,
+        expected,
+        &mut table.connectivity,
+    )
+}
+
 /// Appends cells of one piece; gives their types.
 fn read_piece(
     piece: &Piece,
@@ -41,14 +109,7 @@ fn read_piece(
     if n_cells == 0 {
         return Ok(Vec::new());
     }
-    let array = named(&piece.cells, "types")?;
-    let mut types = Vec::new();
-    // No type is larger than 255, and 255 is none.
-    let narrow = |vtk| u8::try_from(vtk).unwrap_or(u8::MAX);
-    with_type!(array.element, T => collect(array, layout, 1, Some(n_cells), &mut types, |chunk, out| {
-        chunk.convert::<T, u8>(out, |x| narrow(x.as_index()));
-        Ok(())
-    })?);
+    let types = types(&piece.cells, layout, n_cells)?;
     let before = table.connectivity.len();
     let array = named(&piece.cells, "connectivity")?;
     let (base, limit) = (nodes.base, nodes.limit);
@@ -61,6 +122,18 @@ fn read_piece(
         ))
         .dataset("connectivity"));
     }
+    Ok(types)
+}
+
+fn types(arrays: &[Array], layout: &Layout, n_cells: usize) -> Result<Vec<u8>> {
+    let array = named(arrays, "types")?;
+    let mut types = Vec::new();
+    // No type is larger than 255, and 255 is none.
+    let narrow = |vtk| u8::try_from(vtk).unwrap_or(u8::MAX);
+    with_type!(array.element, T => collect(array, layout, 1, Some(n_cells), &mut types, |chunk, out| {
+        chunk.convert::<T, u8>(out, |x| narrow(x.as_index()));
+        Ok(())
+    })?);
     Ok(types)
 }
 

@@ -8,6 +8,9 @@ use super::encode::{self, Packed, failed};
 use crate::error::Result;
 use std::io::Write;
 
+/// Arrays that VTK is told to take for the numbers of nodes and cells in a mesh of several files.
+const GLOBAL_IDS: [&str; 2] = ["GlobalNodeIds", "GlobalCellIds"];
+
 /// A file about to be written.
 pub(super) struct File<'a> {
     pub sections: Sections<'a>,
@@ -124,7 +127,11 @@ fn section(
     out: &mut dyn Write,
     write_array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
 ) -> Result<()> {
-    writeln!(out, "<{name}>").map_err(failed)?;
+    let ids = arrays.iter().find(|array| GLOBAL_IDS.contains(&array.name));
+    let ids = ids.map_or(String::new(), |array| {
+        format!(" GlobalIds=\"{}\"", array.name)
+    });
+    writeln!(out, "<{name}{ids}>").map_err(failed)?;
     for array in arrays {
         write_array(array, out)?;
     }
@@ -155,7 +162,7 @@ fn tag(array: &Content, format: &str, offset: Option<usize>) -> (String, &'stati
 }
 
 /// Text for the value of an attribute.
-fn escaped(text: &str) -> String {
+pub(in crate::formats) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -4,21 +4,25 @@
 //! Boundary tags and zones are integer cell arrays with their names beside them (see `vtk::tags`).
 //!
 //! ```text
-//! xml     which arrays there are and where their values lie
+//! xml     elements, and where the values of an array lie; document: which arrays there are
 //! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
-//! read    arrays -> nodes and arrays; cells: types, offsets, connectivity
+//! read    arrays -> nodes and arrays; cells: types, offsets, connectivity; structured: blocks
 //! write   mesh -> file; encode: one array as text, base64, blocks
 //! file    list of arrays -> XML and values
 //! ```
 
 mod blocks;
 mod cells;
+mod document;
 mod encode;
 mod file;
-mod read;
+pub(super) mod read;
 mod stored;
+mod structured;
 mod write;
-mod xml;
+pub(super) mod xml;
+
+pub(super) use file::escaped;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
@@ -49,6 +53,10 @@ impl Format for Vtu {
 
     fn holds_arrays(&self) -> bool {
         true
+    }
+
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b" version=\"")
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {

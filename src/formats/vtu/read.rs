@@ -3,9 +3,10 @@
 use super::super::vtk::cells::repeat_tuples;
 use super::super::vtk::number::{Chunk, Element, Number, with_type};
 use super::super::vtk::{order, tags};
-use super::cells;
+use super::document::{self, Document, Grid, Piece};
 use super::stored::Stored;
-use super::xml::{self, Array, Layout, Piece};
+use super::xml::{self, Array, Layout};
+use super::{cells, structured};
 
 use crate::error::{Error, Result};
 use crate::formats::{Notes, ReadOptions};
@@ -16,28 +17,61 @@ const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
 
 /// Reads a mesh. Pieces keep nodes of their own; arrays that not all of them have are left out.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-    let document = xml::parse(bytes)?;
-    let (pieces, layout) = (&document.pieces, &document.layout);
-    let points = points(pieces, layout)?;
-    let built = cells::read(pieces, layout, notes)?;
-    let mut mesh = Mesh {
-        points,
-        cells: built.cells,
-        ..Mesh::default()
+    let mut mesh = raw(bytes, notes)?.mesh;
+    tags::extract(&mut mesh, options.tag_array.as_deref())?;
+    Ok(mesh)
+}
+
+/// A file's mesh with every array as it is, and the names of those that hold global numbers.
+pub(in crate::formats) struct Raw {
+    /// The mesh, without groups.
+    pub mesh: Mesh,
+    /// Point array with the number of each node in a mesh of several files.
+    pub global_nodes: Option<String>,
+    /// Cell array with the same of each cell.
+    pub global_cells: Option<String>,
+}
+
+/// Reads a file, but for what its arrays mean.
+pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
+    let mut document = document::parse(bytes)?;
+    let (mut mesh, origin) = match document.grid {
+        Grid::Unstructured | Grid::Poly => unstructured(&mut document, notes)?,
+        _ => (structured::read(&mut document, bytes.len())?, None),
     };
+    let (pieces, layout) = (&document.pieces, &document.layout);
     mesh.point_arrays = data(pieces, layout, "point", point_data, notes)?;
     mesh.cell_arrays = data(pieces, layout, "cell", cell_data, notes)?;
     for array in &document.field_data {
         mesh.field_arrays.push(field(array, layout)?);
     }
-    if let Some(origin) = &built.origin {
+    if let Some(origin) = &origin {
         repeat_tuples(&mut mesh.cell_arrays, origin);
     }
     if document.version < FIRST_WITH_PRESENT_ORDER {
         order::swap(&mut mesh, notes);
     }
-    tags::extract(&mut mesh, options.tag_array.as_deref())?;
-    Ok(mesh)
+    let first = pieces.iter().find(|piece| piece.n_points > 0);
+    Ok(Raw {
+        mesh,
+        global_nodes: first.and_then(|piece| piece.global_nodes.clone()),
+        global_cells: first.and_then(|piece| piece.global_cells.clone()),
+    })
+}
+
+/// Points and cells that are listed; where each cell comes from, unless all are as listed.
+fn unstructured(document: &mut Document, notes: &mut Notes) -> Result<(Mesh, Option<Vec<usize>>)> {
+    let points = points(&document.pieces, &document.layout)?;
+    let built = match document.grid {
+        Grid::Poly => cells::read_lists(&mut document.pieces, &document.layout, notes)?,
+        _ => cells::read(&document.pieces, &document.layout, notes)?,
+    };
+    let mesh = Mesh {
+        points,
+        cells: built.cells,
+        ..Mesh::default()
+    };
+    Ok((mesh, built.origin))
 }
 
 fn point_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
@@ -48,7 +82,8 @@ fn cell_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
     (piece.n_cells, &piece.cell_data)
 }
 
-fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>> {
+/// Coordinates of the nodes of all pieces.
+pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>> {
     let mut points = Vec::new();
     for piece in pieces {
         let array = match piece.points.as_slice() {
@@ -175,6 +210,7 @@ fn data<'d, 'a: 'd>(
         return Ok(Vec::new());
     };
     let mut arrays: Vec<DataArray> = Vec::new();
+    let mut left_out: Vec<&String> = Vec::new();
     for array in first.iter() {
         let same = |other: &&Array| {
             (&other.name, other.element, other.n_components)
@@ -187,23 +223,49 @@ fn data<'d, 'a: 'd>(
         let Some(others) = others else {
             continue;
         };
+        let everywhere: Vec<&Array> = std::iter::once(array).chain(others).collect();
         let mut all = empty(array);
-        let everywhere = std::iter::once(array).chain(others);
+        let mut is_longer = false;
         for ((n, _), array) in parts.iter().zip(everywhere) {
             let n = count(*n).map_err(|error| error.dataset(&array.name))?;
+            is_longer = has_more(array, layout, n)?;
+            if is_longer {
+                break;
+            }
             append(&mut all.values, array, layout, Some(n))?;
         }
-        arrays.push(all);
+        if is_longer {
+            let name = &array.name;
+            notes.push(format!(
+                "the {what} array \"{name}\" is left out: it has more tuples than there are {what}s"
+            ));
+            left_out.push(name);
+        } else {
+            arrays.push(all);
+        }
     }
     for array in parts.iter().flat_map(|(_, part)| part.iter()) {
-        if !arrays.iter().any(|kept| kept.name == array.name) {
-            let name = &array.name;
+        let name = &array.name;
+        if !left_out.contains(&name) && !arrays.iter().any(|kept| kept.name == *name) {
             notes.push(format!(
                 "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
             ));
         }
     }
     Ok(arrays)
+}
+
+/// Whether an array has whole tuples beyond the first `n`.
+fn has_more(array: &Array, layout: &Layout, n: usize) -> Result<bool> {
+    if array.element == Element::String {
+        return Ok(false);
+    }
+    let stored = Stored::open(array, layout)?;
+    let tuple = array.element.size().checked_mul(array.n_components);
+    let fits = |n_bytes: usize| tuple.is_some_and(|tuple| n_bytes.is_multiple_of(tuple));
+    let needed = tuple.and_then(|tuple| tuple.checked_mul(n));
+    let n_bytes = stored.n_bytes().filter(|n_bytes| fits(*n_bytes));
+    Ok(n_bytes.is_some_and(|n_bytes| needed.is_some_and(|needed| n_bytes > needed)))
 }
 
 fn field(array: &Array, layout: &Layout) -> Result<DataArray> {
