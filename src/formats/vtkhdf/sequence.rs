@@ -230,7 +230,7 @@ impl Series {
         let chunk_bytes = self.chunk_rows * self.row();
         let chunks = |piece: &Stored| {
             let piece = *piece;
-            (0..self.n_chunks).map(move |i| piece.from_byte(i * chunk_bytes))
+            (0..self.n_chunks).map(move |i| piece.past(i * chunk_bytes))
         };
         Data::Chunks {
             rows: self.chunk_rows,
