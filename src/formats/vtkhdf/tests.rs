@@ -275,6 +275,30 @@ fn a_sequence_is_whole_under_its_name_after_each_step() {
 }
 
 #[test]
+fn a_step_too_large_for_a_chunk_is_cut() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("cut.vtkhdf");
+    let sequence = sequence::Sequence::create(&path, &WriteOptions::default());
+    let mut sequence = sequence.expect("it can be made");
+    // 14 nodes of 24 bytes: four chunks of four, the last one half filled.
+    sequence.chunk_limit = 100;
+    for step in 0..3 {
+        sequence
+            .append(step as f64, &moving(step))
+            .expect("it is appended");
+    }
+    let source = Source::open(&path).expect("it is there");
+    let points = grid(&source)
+        .expect("it is HDF5")
+        .expect("it is VTK's")
+        .need("Points");
+    assert_eq!(points.expect("it has points").shape(), [3 * 16, 3]);
+    for step in 0..3 {
+        assert_same(&read(&source, Some(step)), &moving(step));
+    }
+}
+
+#[test]
 fn a_sequence_has_the_same_bytes_every_time() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut hashes = Vec::new();
