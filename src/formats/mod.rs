@@ -5,7 +5,6 @@
 
 pub mod cgns;
 pub mod gmsh;
-#[allow(dead_code)] // until CGNS uses the rest
 mod hdf5;
 pub mod legacy;
 mod lexer;
