@@ -12,6 +12,8 @@ mod save;
 mod source;
 pub mod su2;
 mod vtk;
+#[cfg(feature = "vtkio")]
+pub mod vtkio;
 pub mod vtu;
 
 pub use save::{save, save_text, write_whole};
