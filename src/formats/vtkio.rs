@@ -43,7 +43,8 @@ pub fn to_vtkio(mesh: &Mesh, notes: &mut Notes) -> Result<model::Vtk> {
     Ok(model::Vtk {
         version: model::Version::Auto,
         title: "written by azimesh".into(),
-        byte_order: model::ByteOrder::native(),
+        // That of legacy files.
+        byte_order: model::ByteOrder::BigEndian,
         data: model::DataSet::inline(piece),
         file_path: None,
     })
@@ -267,7 +268,7 @@ fn mesh_cells(cells: &model::Cells, n_points: usize, notes: &mut Notes) -> Resul
             offsets,
         } => {
             // Legacy files of version 5 bring a zero at the start.
-            let has_zero = offsets.len() == cells.types.len() + 1;
+            let has_zero = offsets.first() == Some(&0) && offsets.len() > cells.types.len();
             let ends = offsets[usize::from(has_zero)..].to_vec();
             let narrow = |node: &u64| u32::try_from(*node).unwrap_or(u32::MAX);
             List::ending(ends, connectivity.iter().map(narrow).collect())
