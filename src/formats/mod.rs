@@ -22,6 +22,7 @@ mod vtk;
 pub mod vtkhdf;
 pub mod vtu;
 
+pub use packed::without_packing;
 pub use save::{save, save_text, write_whole};
 pub use sequence::{CreateSequence, SequenceFile};
 pub use series::{is_series, pvd, read_series, vtk_series};
@@ -29,7 +30,6 @@ pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

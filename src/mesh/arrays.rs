@@ -189,6 +189,8 @@ impl Values {
             Values::Text(_) => Vec::new(),
             _ => (0..n_components).map(of).collect(),
         }
+    }
+
     /// Adds the values of another array of the same type at the end; `false` when it is of another.
     pub fn append(&mut self, other: &Self) -> bool {
         macro_rules! append {
