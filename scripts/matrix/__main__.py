@@ -21,6 +21,7 @@ import tempfile
 import threading
 
 import page
+from ask import PEERS
 from reasons import peer_reason, reason
 from workers import LIMIT_S, Workers
 
@@ -61,13 +62,12 @@ class Cache:
     def __init__(self, path):
         self.path = path
         self.answers = json.loads(path.read_text()) if path.exists() else {}
-        self.salt = "".join(digest(script) for script in sorted(HERE.glob("*peer.py")))
-        self.salt += digest(HERE / "model.py") + digest(HERE / "ask.py")
+        self.salt = "".join(digest(HERE / name) for name in ("model.py", "ask.py", "vtk_peer.py"))
         self.lock = threading.Lock()
         self.workers = Workers()
 
     def ask(self, peer, path, ours):
-        parts = self.salt + peer + path.name + digest(path) + (digest(ours) if ours else "")
+        parts = self.salt + digest(HERE / f"{PEERS[peer][0]}.py") + peer + path.name + digest(path) + (digest(ours) if ours else "")
         key = hashlib.blake2b(parts.encode(), digest_size=12).hexdigest()
         if key not in self.answers:
             answer = self.workers.ask(peer, path, ours)
