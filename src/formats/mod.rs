@@ -22,14 +22,14 @@ mod vtk;
 pub mod vtkhdf;
 pub mod vtu;
 
-pub use packed::without_packing;
-pub use save::{save, save_text, write_whole};
+pub use save::{save, save_text, write_companions, write_whole};
 pub use sequence::{CreateSequence, SequenceFile};
 pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+pub use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -90,6 +90,10 @@ pub trait Format: Sync {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>>;
+    /// Whether arrays at nodes and cells are written.
+    fn holds_arrays(&self) -> bool {
+        false
+    }
     /// How a whole sequence is written into one file, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None
@@ -217,6 +221,11 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
+    if path.as_os_str() == "-" {
+        return Err(Error::input(
+            "standard output has no name that says the format; give --format",
+        ));
+    }
     let name = file_name(path);
     let inside = without_packing(&name);
     let format = with_extension(&name);
@@ -262,6 +271,20 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
         .rev()
         .max_by_key(|(length, _)| *length)?;
     Some(format)
+}
+
+/// A file name without the endings of packing and format: what files of one case share. The whole
+/// name where its ending is none of a format.
+pub fn case_name(name: &str) -> &str {
+    let inside = without_packing(name);
+    let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
+    let extensions = FORMATS.iter().flat_map(|format| format.extensions());
+    let starts = extensions.filter_map(|extension| {
+        let start = from(extension)?;
+        let ending = inside.get(start..)?.strip_prefix('.')?;
+        ending.eq_ignore_ascii_case(extension).then_some(start)
+    });
+    starts.min().map_or(name, |start| &inside[..start])
 }
 
 /// The format of a file, by its content or, where that does not tell, by its name.

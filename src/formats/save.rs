@@ -22,14 +22,27 @@ pub fn save(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
+    if path.as_os_str() == "-" && !format.companions(mesh, path).is_empty() {
+        return Err(Error::input(format!(
+            "{} keeps names and conditions of tags in a file beside it, for which standard output \
+             has no place; write to a file",
+            format.name()
+        )));
+    }
     let notes = write_whole(path, |out| format.write(mesh, out, options))?;
+    write_companions(mesh, path, format)?;
+    Ok(notes)
+}
+
+/// Writes the small files that belong beside a mesh written to `path`.
+pub fn write_companions(mesh: &Mesh, path: &Path, format: &dyn Format) -> Result<()> {
     for (companion, content) in format.companions(mesh, path) {
         write_whole(&companion, |out| {
             out.write_all(&content)
                 .map_err(|error| Error::io(&companion, &error))
         })?;
     }
-    Ok(notes)
+    Ok(())
 }
 
 /// Writes text to `path` in the same way.

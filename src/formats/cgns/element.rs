@@ -1,6 +1,6 @@
 //! CGNS's element types: their numbers and names, the cell kinds they are, the order of their nodes.
 
-use super::lattice::{Shape, vtk_from_cgns};
+use super::lattice::vtk_from_cgns;
 use crate::mesh::CellKind;
 use rayon::prelude::*;
 
@@ -33,7 +33,7 @@ enum Form {
     /// Node `i` of the cell is node `order[i]` of the element.
     Permuted(&'static [u8]),
     /// A complete element of third or fourth order.
-    Lattice(Shape, u8),
+    Lattice(u16),
     /// Nodes on the edges (and faces) only, of third or fourth order: VTK has no such cell.
     Incomplete,
 }
@@ -92,83 +92,35 @@ static TYPES: &[ElementType] = &[
     element(25, "TRI_9", 9, Triangle, Incomplete),
     element(26, "TRI_10", 10, LagrangeTriangle, Same),
     element(27, "QUAD_12", 12, Quadrilateral, Incomplete),
-    element(
-        28,
-        "QUAD_16",
-        16,
-        LagrangeQuadrilateral,
-        Lattice(Shape::Quadrilateral, 3),
-    ),
+    element(28, "QUAD_16", 16, LagrangeQuadrilateral, Lattice(3)),
     element(29, "TETRA_16", 16, Tetrahedron, Incomplete),
-    element(
-        30,
-        "TETRA_20",
-        20,
-        LagrangeTetrahedron,
-        Lattice(Shape::Tetrahedron, 3),
-    ),
+    element(30, "TETRA_20", 20, LagrangeTetrahedron, Lattice(3)),
     element(31, "PYRA_21", 21, Pyramid, Incomplete),
     element(32, "PYRA_29", 29, Pyramid, Incomplete),
-    element(
-        33,
-        "PYRA_30",
-        30,
-        LagrangePyramid,
-        Lattice(Shape::Pyramid, 3),
-    ),
+    element(33, "PYRA_30", 30, LagrangePyramid, Lattice(3)),
     element(34, "PENTA_24", 24, Wedge, Incomplete),
     element(35, "PENTA_38", 38, Wedge, Incomplete),
-    element(36, "PENTA_40", 40, LagrangeWedge, Lattice(Shape::Wedge, 3)),
+    element(36, "PENTA_40", 40, LagrangeWedge, Lattice(3)),
     element(37, "HEXA_32", 32, Hexahedron, Incomplete),
     element(38, "HEXA_56", 56, Hexahedron, Incomplete),
-    element(
-        39,
-        "HEXA_64",
-        64,
-        LagrangeHexahedron,
-        Lattice(Shape::Hexahedron, 3),
-    ),
+    element(39, "HEXA_64", 64, LagrangeHexahedron, Lattice(3)),
     element(40, "BAR_5", 5, LagrangeCurve, Same),
     element(41, "TRI_12", 12, Triangle, Incomplete),
     element(42, "TRI_15", 15, LagrangeTriangle, Same),
     element(43, "QUAD_P4_16", 16, Quadrilateral, Incomplete),
-    element(
-        44,
-        "QUAD_25",
-        25,
-        LagrangeQuadrilateral,
-        Lattice(Shape::Quadrilateral, 4),
-    ),
+    element(44, "QUAD_25", 25, LagrangeQuadrilateral, Lattice(4)),
     element(45, "TETRA_22", 22, Tetrahedron, Incomplete),
     element(46, "TETRA_34", 34, Tetrahedron, Incomplete),
-    element(
-        47,
-        "TETRA_35",
-        35,
-        LagrangeTetrahedron,
-        Lattice(Shape::Tetrahedron, 4),
-    ),
+    element(47, "TETRA_35", 35, LagrangeTetrahedron, Lattice(4)),
     element(48, "PYRA_P4_29", 29, Pyramid, Incomplete),
     element(49, "PYRA_50", 50, Pyramid, Incomplete),
-    element(
-        50,
-        "PYRA_55",
-        55,
-        LagrangePyramid,
-        Lattice(Shape::Pyramid, 4),
-    ),
+    element(50, "PYRA_55", 55, LagrangePyramid, Lattice(4)),
     element(51, "PENTA_33", 33, Wedge, Incomplete),
     element(52, "PENTA_66", 66, Wedge, Incomplete),
-    element(53, "PENTA_75", 75, LagrangeWedge, Lattice(Shape::Wedge, 4)),
+    element(53, "PENTA_75", 75, LagrangeWedge, Lattice(4)),
     element(54, "HEXA_44", 44, Hexahedron, Incomplete),
     element(55, "HEXA_98", 98, Hexahedron, Incomplete),
-    element(
-        56,
-        "HEXA_125",
-        125,
-        LagrangeHexahedron,
-        Lattice(Shape::Hexahedron, 4),
-    ),
+    element(56, "HEXA_125", 125, LagrangeHexahedron, Lattice(4)),
 ];
 
 impl ElementType {
@@ -179,6 +131,10 @@ impl ElementType {
 
     /// The type that holds a cell with all its nodes.
     pub fn of(kind: CellKind, n_nodes: usize) -> Option<Self> {
+        let kind = match kind {
+            CellKind::CubicLine => LagrangeCurve,
+            kind => kind,
+        };
         let holds = |t: &ElementType| t.kind == kind && t.n_nodes == n_nodes && t.is_kept();
         TYPES.iter().copied().find(holds)
     }
@@ -201,7 +157,7 @@ impl ElementType {
         match self.form {
             Same | Incomplete => None,
             Permuted(order) => Some(order.iter().map(|&i| i.into()).collect()),
-            Lattice(shape, order) => Some(vtk_from_cgns(shape, order)),
+            Lattice(order) => Some(vtk_from_cgns(self.kind, order)),
         }
     }
 
@@ -266,4 +222,119 @@ pub(super) fn type_name(number: i64) -> String {
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     let fixed = TYPES.iter().map(|t| t.name).filter(|name| *name != "NODE");
     fixed.chain(["MIXED", "NGON_N", "NFACE_N"])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn order_of(number: i64) -> Vec<usize> {
+        let element = ElementType::from_number(number).expect("it is a known type");
+        element.vtk_from_cgns().expect("the orders differ")
+    }
+
+    /// Corner pairs and faces as the standard (SIDS 3.3.3) numbers the nodes of HEXA_27 from 1, and
+    /// what VTK says of its triquadratic hexahedron.
+    #[test]
+    fn nodes_of_a_hexahedron_lie_between_the_same_corners() {
+        let cgns: [&[usize]; 19] = [
+            &[1, 2],
+            &[2, 3],
+            &[3, 4],
+            &[4, 1],
+            &[1, 5],
+            &[2, 6],
+            &[3, 7],
+            &[4, 8],
+            &[5, 6],
+            &[6, 7],
+            &[7, 8],
+            &[8, 5],
+            &[1, 4, 3, 2],
+            &[1, 2, 6, 5],
+            &[2, 3, 7, 6],
+            &[3, 4, 8, 7],
+            &[1, 5, 8, 4],
+            &[5, 6, 7, 8],
+            &[1, 2, 3, 4, 5, 6, 7, 8],
+        ];
+        let order = order_of(19);
+        let kind = CellKind::Hexahedron27;
+        let edges = kind.edges().iter().map(|edge| edge.to_vec());
+        let faces = kind.faces().iter().map(|face| face.to_vec());
+        for (vtk, corners) in edges.chain(faces).enumerate() {
+            let mut expected: Vec<usize> = corners.iter().map(|&c| usize::from(c) + 1).collect();
+            let mut found = cgns[order[8 + vtk] - 8].to_vec();
+            expected.sort_unstable();
+            found.sort_unstable();
+            assert_eq!(found, expected, "node {}", 8 + vtk);
+        }
+        assert_eq!(order[26], 26);
+        assert_eq!(order_of(18), order[..20]);
+    }
+
+    #[test]
+    fn vertical_edges_of_a_wedge_come_before_those_of_its_top_in_the_file() {
+        let order = order_of(16);
+        assert_eq!(order[9..15], [12, 13, 14, 9, 10, 11]);
+        assert_eq!(order_of(15), order[..15]);
+    }
+
+    /// Nodes of HEXA_64 on one face and edge as the standard's figure has them (from 1): edge 3-4 has
+    /// 13 and 14 from 3 to 4, the bottom has 33 to 36 round its rim.
+    #[test]
+    fn cubic_hexahedra_go_round_in_the_file_and_along_the_axes_in_vtk() {
+        let order = order_of(39);
+        assert_eq!(order[8..16], [8, 9, 10, 11, 13, 12, 15, 14]);
+        // VTK's faces: x low, x high, y low, y high, z low at 48.
+        assert_eq!(order[48..52], [32, 33, 35, 34]);
+        let mut all = order.clone();
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..64));
+    }
+
+    #[test]
+    fn pyramids_of_second_order_have_the_same_nodes_in_both() {
+        assert!(
+            vtk_from_cgns(CellKind::LagrangePyramid, 2)
+                .into_iter()
+                .eq(0..14)
+        );
+    }
+
+    #[test]
+    fn orders_there_and_back_cancel() {
+        for element in TYPES {
+            let (Some(there), Some(back)) = (element.vtk_from_cgns(), element.cgns_from_vtk())
+            else {
+                continue;
+            };
+            assert_eq!(there.len(), element.n_nodes, "{}", element.name);
+            assert!(
+                (0..there.len()).all(|i| back[there[i]] == i),
+                "{}",
+                element.name
+            );
+        }
+    }
+
+    #[test]
+    fn a_cell_finds_the_type_that_holds_all_its_nodes() {
+        let name = |kind, n| ElementType::of(kind, n).map(|element| element.name);
+        assert_eq!(name(CellKind::Hexahedron, 8), Some("HEXA_8"));
+        assert_eq!(name(CellKind::LagrangeHexahedron, 64), Some("HEXA_64"));
+        assert_eq!(name(CellKind::LagrangeTriangle, 15), Some("TRI_15"));
+        assert_eq!(name(CellKind::LagrangeTriangle, 21), None);
+        assert_eq!(name(CellKind::Triangle7, 7), None);
+    }
+
+    #[test]
+    fn types_of_3_0_are_those_of_today() {
+        assert_eq!(current_number(18, 3.0), 17);
+        assert_eq!(current_number(13, 3.0), 21);
+        assert_eq!(current_number(17, 3.1), 17);
+        assert_eq!(current_number(7, 3.0), 7);
+        assert_eq!(old_polygon(26, 2.5), Some(5));
+        assert_eq!(old_polygon(26, 3.1), None);
+    }
 }

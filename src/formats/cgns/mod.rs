@@ -79,6 +79,10 @@ impl Format for Cgns {
         write::write(mesh, out, options)
     }
 
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
     fn sequence(&self) -> Option<CreateSequence> {
         Some(|path, options| Ok(Box::new(write::sequence::Sequence::create(path, options)?)))
     }

@@ -154,8 +154,9 @@ fn read_zone(
 
 /// Counts what a zone has that is not read.
 fn leave_others(zone: &Zone, found: &mut Found) -> Result<()> {
-    const KEPT: [&str; 15] = [
+    const KEPT: [&str; 16] = [
         "ZoneType_t",
+        "UserDefinedData_t",
         "GridCoordinates_t",
         "Elements_t",
         "ZoneBC_t",

@@ -58,6 +58,14 @@ pub(super) fn regions<'a>(
         };
         regions.extend(region(node, dimension, None, families, found)?);
     }
+    for node in zone.node.labelled("UserDefinedData_t")? {
+        let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
+        if has("FamilyName")? && (has("PointRange")? || has("PointList")?) {
+            regions.extend(region(node, 1, None, families, found)?);
+        } else {
+            found.leave("UserDefinedData_t", 1);
+        }
+    }
     Ok(regions)
 }
 

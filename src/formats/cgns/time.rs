@@ -48,7 +48,9 @@ impl Step {
         };
         let names = pointers.names()?;
         let name = self.index.and_then(|step| names.get(step));
-        Ok(name.filter(|name| !name.is_empty() && *name != "Null").cloned())
+        Ok(name
+            .filter(|name| !name.is_empty() && *name != "Null")
+            .cloned())
     }
 
     /// Those solutions of a zone, all of one label, that do not belong to other steps only.
@@ -75,7 +77,10 @@ impl Step {
     /// Of as many solutions at one location as there are steps, each belongs to one.
     fn solutions_in_order<'a>(&self, all: Vec<&'a Node>) -> Result<Vec<&'a Node>> {
         let location = |node: &Node| node.child_text("GridLocation");
-        let locations: Vec<_> = all.iter().map(|node| location(node)).collect::<Result<_>>()?;
+        let locations: Vec<_> = all
+            .iter()
+            .map(|node| location(node))
+            .collect::<Result<_>>()?;
         let mut kept = Vec::new();
         for (i, solution) in all.iter().enumerate() {
             let alike = |range: std::ops::Range<usize>| {

@@ -122,12 +122,7 @@ impl Members<'_> {
 
     /// The faces that have only nodes of a set. A section of all these nodes and no other is meant
     /// alone: faces across a corner may have only such nodes too.
-    fn faces_within(
-        &mut self,
-        nodes: &NodeSet,
-        dimension: u8,
-        found: &Found,
-    ) -> Vec<Range<usize>> {
+    fn faces_within(&mut self, nodes: &NodeSet, dimension: u8, found: &Found) -> Vec<Range<usize>> {
         let mut cells = Vec::new();
         for (i, span) in self.spans.iter().enumerate() {
             let mut all = Vec::new();

@@ -20,7 +20,8 @@ struct Block<'a> {
 }
 
 enum Body<'a> {
-    Text(Lines<'a>),
+    /// The lines and their bytes.
+    Text(Lines<'a>, usize),
     /// Encoding, offset in the file, and the bytes.
     Binary(Binary, usize, &'a [u8]),
 }
@@ -34,6 +35,9 @@ pub(super) fn read(
     numbers: &mut Numbers,
 ) -> Result<Cells> {
     let blocks = read_blocks(stream, version, tagged)?;
+    for block in &blocks {
+        block.check_length(nodes)?;
+    }
     let n_entries = blocks.iter().map(|block| block.of.n_nodes * block.n_cells);
     let mut connectivity = vec![0u32; n_entries.sum()];
     let mut rest = &mut connectivity[..];
@@ -114,7 +118,11 @@ fn read_block<'a>(
             let each = binary.size_bytes * (1 + of.n_nodes);
             Body::Binary(binary, start, stream.take(n_cells, each, "the elements")?)
         }
-        None => Body::Text(stream.lines(n_cells, "the elements")?),
+        None => {
+            let start = stream.text.position();
+            let lines = stream.lines(n_cells, "the elements")?;
+            Body::Text(lines, stream.text.position() - start)
+        }
     };
     Ok(Block {
         of,
@@ -125,11 +133,28 @@ fn read_block<'a>(
 }
 
 impl Block<'_> {
+    /// Finds the line that is too short in a block of fewer bytes than its nodes need, before there is
+    /// memory for all of them.
+    fn check_length(&self, nodes: &Index) -> Result<()> {
+        let Body::Text(lines, n_bytes) = &self.body else {
+            return Ok(());
+        };
+        let needed = self.n_cells.saturating_mul(2 * (1 + self.of.n_nodes));
+        if *n_bytes + 1 < needed {
+            lines.parse(|line, cell: &mut Vec<u32>| {
+                cell.resize(self.of.n_nodes, 0);
+                line.integer("an element tag")?;
+                parse_nodes(line, self.of, nodes, cell)
+            })?;
+        }
+        Ok(())
+    }
+
     /// Node indices of the block's cells in VTK's order; `counts_up` is cleared where the tags of the
     /// elements are not those of cells counted from 1.
     fn fill(&self, nodes: &Index, out: &mut [u32], counts_up: &AtomicBool) -> Result<()> {
         match &self.body {
-            Body::Text(lines) => lines.parse_each(out, self.of.n_nodes, |line, i, cell| {
+            Body::Text(lines, _) => lines.parse_each(out, self.of.n_nodes, |line, i, cell| {
                 if line.integer("an element tag")? != number_of(self.first_cell + i) {
                     counts_up.store(false, Ordering::Relaxed);
                 }
@@ -189,7 +214,7 @@ impl Block<'_> {
     /// Adds the tags of the elements.
     fn numbers(&self, numbers: &mut Numbers) -> Result<()> {
         match &self.body {
-            Body::Text(lines) => {
+            Body::Text(lines, _) => {
                 let parts = lines.parse(|line, part: &mut Numbers| {
                     part.push(line.integer("an element tag")?);
                     Ok(())

@@ -118,8 +118,13 @@ fn end_section(name: &[u8], stream: &mut Stream) -> Result<()> {
     let line = stream.text.line();
     let found = match &line {
         Some(line) if line.rest() == end => return Ok(()),
-        // Real files misspell the end of data.
-        Some(line) if Kind::of(name).is_some() && line.rest().starts_with(b"$End") => return Ok(()),
+        // Real files misspell the end of a section, or leave it out before the next one.
+        Some(line) if stream.binary.is_none() && line.rest().starts_with(b"$") => {
+            if !line.rest().starts_with(b"$End") {
+                stream.text.set_position(before);
+            }
+            return Ok(());
+        }
         Some(line) => shown(line.rest()),
         None => "the end of the file".into(),
     };

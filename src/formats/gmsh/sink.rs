@@ -58,6 +58,12 @@ impl<'a> Sink<'a> {
             if group.name == number.to_string() && !group.cells.is_empty() {
                 continue;
             }
+            if let Some(own) = group.number.filter(|own| own != number) {
+                notes.push(format!(
+                    "group \"{}\" has number {number} instead of {own}, which is taken or none of MSH",
+                    group.name
+                ));
+            }
             let name = plain(&group.name);
             if name != group.name {
                 notes.push(format!(

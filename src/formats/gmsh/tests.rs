@@ -27,7 +27,11 @@ fn group(dimension: u8, name: &str, number: i32, cells: &[usize]) -> Group {
 fn sizes() -> Vec<(CellKind, usize)> {
     let mut sizes = Vec::new();
     for kind in CellKind::ALL {
-        let lowest = if kind == CellKind::LagrangePyramid { 2 } else { 3 };
+        let lowest = if kind == CellKind::LagrangePyramid {
+            2
+        } else {
+            3
+        };
         match kind.n_nodes() {
             Some(n) => sizes.push((kind, n)),
             None => sizes.extend((lowest..6).filter_map(|p| Some((kind, n_nodes(kind, p)?)))),

@@ -15,7 +15,7 @@ pub(super) fn write(
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
-    let plan = Plan::new(mesh, i32::MAX.into())?;
+    let plan = Plan::new(mesh, i32::MAX.into(), 1)?;
     let copies = |entity: usize| plan.entities[entity].physicals.len().max(1);
     let blocks = plan.blocks.iter();
     let n_elements: usize = blocks.map(|b| b.cells.len() * copies(b.entity)).sum();

@@ -16,7 +16,7 @@ pub(super) fn write(
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
-    let mut plan = Plan::new(mesh, i64::MAX)?;
+    let mut plan = Plan::new(mesh, i64::MAX, 0)?;
     if plan.entities.is_empty() {
         plan.entities.push(Entity {
             dimension: 3,

@@ -48,14 +48,15 @@ const NODE_NUMBERS: &str = "node_number";
 const CELL_NUMBERS: &str = "cell_number";
 
 impl Plan {
-    /// With tags up to `highest`. Refuses kinds of cells that Gmsh has not.
-    pub fn new(mesh: &Mesh, highest: i64) -> Result<Self> {
+    /// With tags up to `highest` and numbers of groups from `lowest_group` on. Refuses kinds of cells
+    /// that Gmsh has not.
+    pub fn new(mesh: &Mesh, highest: i64, lowest_group: i32) -> Result<Self> {
         let own_tags = own_tags(mesh);
         let mut plan = Self {
             entities: Vec::new(),
             blocks: Vec::new(),
             types: Vec::new(),
-            numbers: physical_numbers(&mesh.groups),
+            numbers: physical_numbers(&mesh.groups, lowest_group),
             node_numbers: tags(&mesh.point_arrays, NODE_NUMBERS, highest),
             cell_numbers: tags(&mesh.cell_arrays, CELL_NUMBERS, highest),
             has_own_tags: own_tags.is_some(),
@@ -257,22 +258,23 @@ fn segments(mesh: &Mesh) -> Vec<(Range<usize>, Vec<usize>)> {
     segments
 }
 
-/// A positive number for each group, its own where that is free in its dimension.
-fn physical_numbers(groups: &[Group]) -> Vec<i32> {
+/// A number for each group: its own where that is free in its dimension and not below `lowest`, else
+/// the lowest that is free, from 1 on.
+fn physical_numbers(groups: &[Group], lowest: i32) -> Vec<i32> {
     let mut taken = BTreeSet::new();
-    let mut numbers = vec![0; groups.len()];
+    let mut numbers = vec![None; groups.len()];
     for (number, group) in numbers.iter_mut().zip(groups) {
         let own = group.number.or_else(|| group.name.parse().ok());
-        if let Some(own) = own.filter(|n| *n > 0 && taken.insert((group.dimension, *n))) {
-            *number = own;
-        }
+        *number = own.filter(|n| *n >= lowest && taken.insert((group.dimension, *n)));
     }
-    for (number, group) in numbers.iter_mut().zip(groups).filter(|(n, _)| **n == 0) {
-        *number = (1..)
-            .find(|n| taken.insert((group.dimension, *n)))
-            .expect("there are fewer groups than numbers");
-    }
-    numbers
+    let free = |(number, group): (Option<i32>, &Group)| {
+        number.unwrap_or_else(|| {
+            (1..)
+                .find(|n| taken.insert((group.dimension, *n)))
+                .expect("there are fewer groups than numbers")
+        })
+    };
+    numbers.into_iter().zip(groups).map(free).collect()
 }
 
 #[cfg(test)]
@@ -298,7 +300,10 @@ mod tests {
             group("7", None, 0..0),
             group("d", Some(-2), 0..0),
         ];
-        assert_eq!(physical_numbers(&groups), [2, 1, 3, 7, 4]);
+        assert_eq!(physical_numbers(&groups, 1), [2, 1, 3, 7, 4]);
+        let zero = [group("0", Some(0), 0..0)];
+        assert_eq!(physical_numbers(&zero, 0), [0]);
+        assert_eq!(physical_numbers(&zero, 1), [1]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
 
 use super::super::WriteOptions;
-use super::super::records::{left_out_but, push_integer, push_real, write_all, write_records};
+use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
 use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, Parts};
@@ -20,7 +20,7 @@ pub(super) fn write(
     let parts = Parts::of(mesh);
     let n_zones = parts.zones.len();
     let kept = extra::written(mesh, n_zones);
-    let mut notes = left_out_but("SU2", mesh, options, &kept);
+    let mut notes = left_out("SU2", mesh, options, &kept);
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }

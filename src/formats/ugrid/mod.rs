@@ -101,20 +101,10 @@ impl Ugrid {
     }
 }
 
-/// The path without the endings of compression and flavour: what the files of a case share.
+/// The path without its endings: what the files of a case share.
 fn case(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let packed = super::packed::without_packing(&name);
-    let mut shortest = packed;
-    for extension in FLAVOURS.iter().flat_map(|flavour| flavour.extensions) {
-        let from = packed.len().saturating_sub(extension.len() + 1);
-        let ending = packed.get(from..).unwrap_or("");
-        let has_it = ending.starts_with('.') && ending[1..].eq_ignore_ascii_case(extension);
-        if has_it && from < shortest.len() {
-            shortest = &packed[..from];
-        }
-    }
-    path.with_file_name(shortest)
+    path.with_file_name(super::case_name(&name))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Writing UGRID in every layout: counts, nodes, boundary faces and their numbers, solid cells.
 
-use super::super::records::{left_out_but, push_integer, push_real, write_all, write_records};
+use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
 use super::super::{Precision, WriteOptions};
 use super::faces::{self, FaceNumbers, UNTAGGED};
 use super::fortran::Record;
@@ -27,7 +27,7 @@ pub(super) fn write(
         precision: Precision::F64,
         ..options.clone()
     };
-    let mut notes = left_out_but("UGRID", mesh, &options, faces::KEPT);
+    let mut notes = left_out("UGRID", mesh, &options, faces::KEPT);
     let is_single = matches!(layout, Layout::Binary(binary) if binary.real == 4);
     if precision == Precision::F32 && !is_single {
         notes.push("coordinates are written in 64 bits; ugrid-b4 has 32".into());

@@ -85,7 +85,9 @@ impl<'a> Blocks<'a> {
             .into_iter()
             .map(|content| array("", "Points".into(), content));
         Self {
-            points: points.last().expect("a plan has coordinates, perhaps of no node"),
+            points: points
+                .last()
+                .expect("a plan has coordinates, perhaps of no node"),
             cells: cell_blocks(mesh, plan, cells, &mut counts),
             arrays,
             counts,

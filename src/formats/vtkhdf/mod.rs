@@ -57,6 +57,10 @@ impl Format for VtkHdf {
         read::read(&unstructured(source)?, options, notes)
     }
 
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
     fn steps(&self, source: &Source) -> Result<Vec<f64>> {
         extent::times(&unstructured(source)?)
     }

@@ -86,9 +86,10 @@ pub(super) fn volume_cells(mesh: &Mesh) -> Vec<Range<usize>> {
 /// A sentence for cell arrays that have values on the boundary, which CGNS does not keep.
 pub(super) fn note_boundary_values(mesh: &Mesh, notes: &mut Vec<String>) {
     let dimension = mesh.dimension();
-    let runs = mesh.cells.runs().filter(|run| {
-        run.kind.dimension() != dimension && run.kind != CellKind::Polyhedron
-    });
+    let runs = mesh
+        .cells
+        .runs()
+        .filter(|run| run.kind.dimension() != dimension && run.kind != CellKind::Polyhedron);
     let others: Vec<Range<usize>> = runs
         .map(|run| run.first_cell..run.first_cell + run.n_cells())
         .collect();

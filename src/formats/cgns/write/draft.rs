@@ -142,10 +142,15 @@ impl<'a> Draft<'a> {
     }
 
     /// Adds a node that holds a few floating-point numbers.
-    pub fn reals(&mut self, parent: Place, name: &str, numbers: &[f64]) -> Place {
+    pub fn reals(
+        &mut self,
+        parent: Place,
+        (name, label): (&str, &'static str),
+        numbers: &[f64],
+    ) -> Place {
         let bytes = Payload::Bytes(bytemuck::cast_slice(numbers).to_vec());
         let data = (Kind::R8, vec![numbers.len() as u64], bytes);
-        self.add(Some(parent), name, "DataArray_t", Some(data))
+        self.add(Some(parent), name, label, Some(data))
     }
 
     /// Adds the version of CGNS that the file follows.
@@ -213,12 +218,24 @@ impl<'a> Draft<'a> {
     /// The groups and datasets of HDF5, of these nodes and of those of a draft after this one.
     pub fn tree<'t>(&'t self, more: Option<&'t Draft<'a>>) -> Tree<'t> {
         let mut tree = Tree::new();
-        describe(&mut tree, Tree::ROOT, ("HDF5 MotherNode", "Root Node of HDF5 File", "MT"));
-        let order = if cfg!(target_endian = "big") { "IEEE_BIG_32" } else { "IEEE_LITTLE_32" };
+        describe(
+            &mut tree,
+            Tree::ROOT,
+            ("HDF5 MotherNode", "Root Node of HDF5 File", "MT"),
+        );
+        let order = if cfg!(target_endian = "big") {
+            "IEEE_BIG_32"
+        } else {
+            "IEEE_LITTLE_32"
+        };
         characters(&mut tree, " format", order, order.len() + 1);
         characters(&mut tree, " hdf5version", "HDF5 Version 1.8.0", 33);
         let mut ids: Vec<Id> = Vec::new();
-        for node in self.nodes.iter().chain(more.iter().flat_map(|more| &more.nodes)) {
+        for node in self
+            .nodes
+            .iter()
+            .chain(more.iter().flat_map(|more| &more.nodes))
+        {
             let parent = node.parent.map_or(Tree::ROOT, |parent| ids[parent]);
             let id = tree.group(parent, &node.name);
             ids.push(id);
@@ -256,5 +273,11 @@ fn flags(tree: &mut Tree, id: Id) {
 fn characters(tree: &mut Tree, name: &str, text: &str, n: usize) {
     let mut bytes = text.as_bytes().to_vec();
     bytes.resize(n, 0);
-    tree.dataset(Tree::ROOT, name, Element::I8, &[n as u64], Data::Bytes(bytes.into()));
+    tree.dataset(
+        Tree::ROOT,
+        name,
+        Element::I8,
+        &[n as u64],
+        Data::Bytes(bytes.into()),
+    );
 }

@@ -47,7 +47,11 @@ impl FaceTable {
                     None => table.add(face.nodes),
                 };
             } else {
-                let sign = if is_turned(met[first].nodes, face.nodes) { -1 } else { 1 };
+                let sign = if is_turned(met[first].nodes, face.nodes) {
+                    -1
+                } else {
+                    1
+                };
                 numbers[i] = sign * numbers[first];
             }
         }
@@ -57,7 +61,10 @@ impl FaceTable {
 
     /// All polygon cells, then the faces of all polyhedra.
     fn meet<'a>(&mut self, mesh: &'a Mesh) -> Vec<Met<'a>> {
-        let polygons = mesh.cells.runs().filter(|run| run.kind == CellKind::Polygon);
+        let polygons = mesh
+            .cells
+            .runs()
+            .filter(|run| run.kind == CellKind::Polygon);
         let polygons = polygons.flat_map(|run| {
             let cells = run.cells().enumerate();
             cells.map(move |(i, nodes)| (run.first_cell + i + 1, nodes))
@@ -69,7 +76,11 @@ impl FaceTable {
             })
             .collect();
         let n_polygons = met.len();
-        for run in mesh.cells.runs().filter(|run| run.kind == CellKind::Polyhedron) {
+        for run in mesh
+            .cells
+            .runs()
+            .filter(|run| run.kind == CellKind::Polyhedron)
+        {
             for cell in run.first_cell..run.first_cell + run.n_cells() {
                 self.polyhedra.push((cell as u32, met.len() - n_polygons));
                 let faces = mesh.cells.polyhedron_faces(cell);
@@ -103,15 +114,22 @@ impl FaceTable {
 
     /// Nodes of each of them.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        self.starts.windows(2).map(|ends| &self.nodes[ends[0]..ends[1]])
+        self.starts
+            .windows(2)
+            .map(|ends| &self.nodes[ends[0]..ends[1]])
     }
 
     /// Numbers of the faces of a polyhedron.
     pub fn of_polyhedron(&self, mesh: &Mesh, cell: usize) -> &[i64] {
-        let at = self.polyhedra.binary_search_by_key(&(cell as u32), |(cell, _)| *cell);
+        let at = self
+            .polyhedra
+            .binary_search_by_key(&(cell as u32), |(cell, _)| *cell);
         let at = at.expect("it is a polyhedron");
         let start = self.polyhedra[at].1;
-        let n = mesh.cells.face_stream(cell).map_or(0, |stream| stream[0] as usize);
+        let n = mesh
+            .cells
+            .face_stream(cell)
+            .map_or(0, |stream| stream[0] as usize);
         &self.used[start..start + n]
     }
 }
@@ -127,7 +145,8 @@ fn first_alike(met: &[Met]) -> Vec<usize> {
     let mut first_of: Vec<usize> = (0..met.len()).collect();
     for alike in keyed.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         for (k, &(_, _, i)) in alike.iter().enumerate() {
-            let same = |&&(_, _, first): &&(u64, u32, usize)| has_same(met[first].nodes, met[i].nodes);
+            let same =
+                |&&(_, _, first): &&(u64, u32, usize)| has_same(met[first].nodes, met[i].nodes);
             if let Some(&(_, _, first)) = alike[..k].iter().find(same) {
                 first_of[i] = first;
             }

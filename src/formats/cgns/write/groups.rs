@@ -46,7 +46,7 @@ pub(super) fn add(
     notes: &mut Vec<String>,
 ) {
     let dimension = mesh.dimension();
-    let mut families = Families::new(draft, base);
+    let mut families = Families::new(base);
     let mut conditions = None;
     let mut condition_names = Names::default();
     for group in &mesh.groups {
@@ -65,13 +65,21 @@ pub(super) fn add(
             draft.text(parent, &name, "BC_t", condition)
         } else {
             let name = names.give(&group.name);
-            let of = [i64::from(group.dimension)];
-            let name = (name.as_str(), "ZoneSubRegion_t");
-            draft.integers(zone, name, Kind::I4, &[1], &of)
+            add_region(draft, zone, &name, group.dimension, dimension)
         };
         add_points(draft, node, group, mesh, kind);
         draft.text(node, "FamilyName", "FamilyName_t", &family);
     }
+}
+
+/// Cells and nodes are subregions. Edges in space would be too, but for the CGNS library's own checker,
+/// which wants subregions of cells or of faces.
+fn add_region(draft: &mut Draft, zone: Place, name: &str, of: u8, mesh: u8) -> Place {
+    if of == 1 && mesh == 3 {
+        return draft.group(zone, name, "UserDefinedData_t");
+    }
+    let name = (name, "ZoneSubRegion_t");
+    draft.integers(zone, name, Kind::I4, &[1], &[of.into()])
 }
 
 fn known_condition(group: &Group) -> Option<&str> {
@@ -106,7 +114,9 @@ fn add_points(draft: &mut Draft, parent: Place, group: &Group, mesh: &Mesh, kind
 
 fn nodes_of(group: &Group, mesh: &Mesh) -> CellSet {
     let cells = group.cells.iter();
-    cells.map(|cell| mesh.cells.get(cell).nodes[0] as usize).collect()
+    cells
+        .map(|cell| mesh.cells.get(cell).nodes[0] as usize)
+        .collect()
 }
 
 /// Families of a base, one for each name of a group.
@@ -118,9 +128,9 @@ struct Families {
 }
 
 impl Families {
-    fn new(_draft: &Draft, base: Place) -> Self {
+    fn new(base: Place) -> Self {
         let mut names = Names::default();
-        for taken in [super::ZONE, super::TIMES, super::SIMULATION] {
+        for taken in [super::ZONE, super::TIMES, super::SIMULATION, "DataClass"] {
             names.give(taken);
         }
         Self {

@@ -32,6 +32,8 @@ const ZONE: &str = "Zone";
 const TIMES: &str = "TimeIterValues";
 /// Name of the node that says that a sequence is one in time.
 const SIMULATION: &str = "SimulationType";
+/// What numbers are measured in: whatever the mesh is.
+const UNITS: &str = "NormalizedByUnknownDimensional";
 /// Nodes whose coordinates are gathered at a time.
 const BLOCK: usize = 1 << 18;
 
@@ -47,7 +49,8 @@ pub(super) fn write(
     check_precision(mesh, options)?;
     let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
     for (name, kind, make) in coordinates(mesh, options, static_part.n_axes) {
-        draft.stream(grid, (name, "DataArray_t"), kind, mesh.points.len(), make);
+        let node = draft.stream(grid, (name, "DataArray_t"), kind, mesh.points.len(), make);
+        add_length_exponents(draft, node);
     }
     let mut notes = static_part.notes;
     let everywhere = [0..mesh.points.len()];
@@ -103,6 +106,7 @@ impl<'a> Static<'a> {
         let sizes = [i64::from(dimension), n_axes as i64];
         let name = ("Base", "CGNSBase_t");
         let base = draft.integers(None, name, Kind::I4, &[2], &sizes);
+        draft.text(base, "DataClass", "DataClass_t", UNITS);
         let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
         let n_cells = if mesh.dimension() == 0 { 0 } else { n_cells };
         let sizes = [mesh.points.len() as i64, n_cells as i64, 0];
@@ -117,7 +121,10 @@ impl<'a> Static<'a> {
         }
         groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
         for array in &mesh.field_arrays {
-            notes.push(format!("array \"{}\" of the mesh as a whole is not written", array.name));
+            notes.push(format!(
+                "array \"{}\" of the mesh as a whole is not written",
+                array.name
+            ));
         }
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
@@ -133,7 +140,9 @@ impl<'a> Static<'a> {
 /// The type of integers in which all numbers of nodes, elements and entries fit.
 fn index_kind(mesh: &Mesh, faces: &FaceTable) -> Kind {
     let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.n_entries();
-    let largest = entries.max(mesh.points.len()).max(faces.first_element() + faces.len());
+    let largest = entries
+        .max(mesh.points.len())
+        .max(faces.first_element() + faces.len());
     match i32::try_from(largest) {
         Ok(_) => Kind::I4,
         Err(_) => Kind::I8,
@@ -152,6 +161,13 @@ fn check_precision(mesh: &Mesh, options: &WriteOptions) -> Result<()> {
         ))),
         None => Ok(()),
     }
+}
+
+/// Says that an array holds lengths.
+fn add_length_exponents(draft: &mut Draft, array: Place) {
+    let exponents = [0.0, 1.0, 0.0, 0.0, 0.0];
+    let name = ("DimensionalExponents", "DimensionalExponents_t");
+    draft.reals(array, name, &exponents);
 }
 
 /// The arrays of coordinates: name, type, bytes.

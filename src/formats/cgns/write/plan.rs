@@ -110,7 +110,12 @@ fn cuts(mesh: &Mesh) -> BTreeSet<usize> {
         if group.cells.ranges().len() > MOST_CUTS {
             continue;
         }
-        cuts.extend(group.cells.ranges().flat_map(|range| [range.start, range.end]));
+        cuts.extend(
+            group
+                .cells
+                .ranges()
+                .flat_map(|range| [range.start, range.end]),
+        );
     }
     if cuts.len() > MOST_CUTS {
         cuts.clear();
@@ -121,7 +126,10 @@ fn cuts(mesh: &Mesh) -> BTreeSet<usize> {
 /// A section of the cells of one group is called by it, another by its type.
 fn name(mesh: &Mesh, form: Form, cells: Range<usize>) -> String {
     let dimension = mesh.dimension();
-    let mut groups = mesh.groups.iter().filter(|group| group.dimension < dimension);
+    let mut groups = mesh
+        .groups
+        .iter()
+        .filter(|group| group.dimension < dimension);
     let is_of = |range: Range<usize>| range.start <= cells.start && cells.end <= range.end;
     if let Some(group) = groups.find(|group| group.cells.ranges().any(is_of)) {
         return group.name.clone();

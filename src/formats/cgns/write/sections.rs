@@ -31,7 +31,14 @@ pub(super) fn add<'a>(
         Form::Polyhedra => (NFACE_N, 0),
     };
     let range = [cells.start as i64 + 1, cells.end as i64];
-    let section = header(draft, zone, &planned.name, (number, n_boundary), range, kind);
+    let section = header(
+        draft,
+        zone,
+        &planned.name,
+        (number, n_boundary),
+        range,
+        kind,
+    );
     let (n, offsets): (usize, Option<Make>) = match planned.form {
         Form::Fixed(element) => (cells.len() * element.n_nodes, None),
         _ => {
@@ -47,12 +54,20 @@ pub(super) fn add<'a>(
     }
     let cells = planned.cells.clone();
     let make: Make<'a> = match planned.form {
-        Form::Fixed(element) => Box::new(move |sink| fixed(mesh, cells.clone(), element, kind, sink)),
+        Form::Fixed(element) => {
+            Box::new(move |sink| fixed(mesh, cells.clone(), element, kind, sink))
+        }
         Form::Mixed => Box::new(move |sink| mixed(mesh, cells.clone(), kind, sink)),
         Form::Polygons => Box::new(move |sink| polygons(mesh, cells.clone(), kind, sink)),
         Form::Polyhedra => Box::new(move |sink| polyhedra(mesh, cells.clone(), faces, kind, sink)),
     };
-    draft.stream(section, ("ElementConnectivity", "DataArray_t"), kind, n, make);
+    draft.stream(
+        section,
+        ("ElementConnectivity", "DataArray_t"),
+        kind,
+        n,
+        make,
+    );
 }
 
 /// Adds the section of those faces of polyhedra that are no cells.
@@ -72,7 +87,8 @@ pub(super) fn add_faces<'a>(
     let make: Make<'a> = Box::new(move |sink| {
         let mut buffer = Buffer::new(kind, sink);
         for face in faces.iter() {
-            face.iter().try_for_each(|&node| buffer.push(i64::from(node) + 1))?;
+            face.iter()
+                .try_for_each(|&node| buffer.push(i64::from(node) + 1))?;
         }
         buffer.flush()
     });
@@ -110,13 +126,12 @@ fn sizes(mesh: &Mesh, cells: Range<usize>, number: i64, emit: &mut dyn FnMut(usi
 
 fn n_faces(mesh: &Mesh, cell: usize) -> usize {
     let stream = mesh.cells.face_stream(cell);
-    stream.and_then(|stream| stream.first()).map_or(0, |&n| n as usize)
+    stream
+        .and_then(|stream| stream.first())
+        .map_or(0, |&n| n as usize)
 }
 
-fn offsets<'a>(
-    kind: Kind,
-    sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a,
-) -> Make<'a> {
+fn offsets<'a>(kind: Kind, sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a) -> Make<'a> {
     Box::new(move |sink| {
         let mut buffer = Buffer::new(kind, sink);
         buffer.push(0)?;
@@ -145,8 +160,18 @@ fn fixed(
     for run in mesh.cells.runs_in(cells) {
         for block in run.connectivity.chunks(BLOCK * 8 * run.n_nodes) {
             match kind {
-                Kind::I8 => sink(bytemuck::cast_slice(&numbers(block, order.as_deref(), run.n_nodes, |n| i64::from(n) + 1)))?,
-                _ => sink(bytemuck::cast_slice(&numbers(block, order.as_deref(), run.n_nodes, |n| (n + 1) as i32)))?,
+                Kind::I8 => sink(bytemuck::cast_slice(&numbers(
+                    block,
+                    order.as_deref(),
+                    run.n_nodes,
+                    |n| i64::from(n) + 1,
+                )))?,
+                _ => sink(bytemuck::cast_slice(&numbers(
+                    block,
+                    order.as_deref(),
+                    run.n_nodes,
+                    |n| (n + 1) as i32,
+                )))?,
             }
         }
     }
@@ -164,9 +189,14 @@ fn numbers<T: Send + Copy + Default>(
     let chunk = chunk.max(n_nodes);
     let chunks = numbers.par_chunks_mut(chunk).zip(nodes.par_chunks(chunk));
     chunks.for_each(|(numbers, nodes)| match order {
-        None => numbers.iter_mut().zip(nodes).for_each(|(to, &node)| *to = number(node)),
+        None => numbers
+            .iter_mut()
+            .zip(nodes)
+            .for_each(|(to, &node)| *to = number(node)),
         Some(order) => {
-            let cells = numbers.chunks_exact_mut(n_nodes).zip(nodes.chunks_exact(n_nodes));
+            let cells = numbers
+                .chunks_exact_mut(n_nodes)
+                .zip(nodes.chunks_exact(n_nodes));
             for (numbers, nodes) in cells {
                 for (to, &from) in numbers.iter_mut().zip(order) {
                     *to = number(nodes[from]);

@@ -7,7 +7,7 @@ use super::super::FULL_NAME;
 use super::arrays::{AT_CELLS, AT_NODES, Scalar, scalars, volume_cells};
 use super::draft::{Draft, Kind, Make, Place};
 use super::faces::FaceTable;
-use super::{SIMULATION, Static, TIMES, check_precision, coordinates};
+use super::{SIMULATION, Static, TIMES, add_length_exponents, check_precision, coordinates};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use std::path::Path;
@@ -47,8 +47,6 @@ struct Array {
 /// Solutions at one kind of place.
 struct Series {
     location: &'static str,
-    /// Name of the list of pointers.
-    list: &'static str,
     /// The solutions there are, by name.
     solutions: Vec<(String, Vec<Array>)>,
     /// The solution of each step.
@@ -58,9 +56,8 @@ struct Series {
 impl Sequence {
     /// A new file, which takes its name with the first mesh.
     pub fn create(path: &Path, options: &WriteOptions) -> Result<Self> {
-        let series = |location, list| Series {
+        let series = |location| Series {
             location,
-            list,
             solutions: Vec::new(),
             of_steps: Vec::new(),
         };
@@ -70,8 +67,8 @@ impl Sequence {
             first: None,
             times: Vec::new(),
             grids: Vec::new(),
-            at_nodes: series("Vertex", "FlowSolutionVertexPointers"),
-            at_cells: series("CellCenter", "FlowSolutionCellPointers"),
+            at_nodes: series("Vertex"),
+            at_cells: series("CellCenter"),
         })
     }
 
@@ -131,13 +128,16 @@ impl Sequence {
         let (base, zone) = (first.base, first.zone);
         let label = "BaseIterativeData_t";
         let times = draft.integers(base, (TIMES, label), Kind::I4, &[1], &[n as i64]);
-        draft.reals(times, "TimeValues", &self.times);
+        draft.reals(times, ("TimeValues", "DataArray_t"), &self.times);
         draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
         let mut grid_names = Vec::new();
         for (step, grid) in self.grids.iter().enumerate() {
             let name = step_name("GridCoordinates", step);
             let node = draft.group(zone, &name, "GridCoordinates_t");
-            grid.iter().for_each(|array| array.add(&mut draft, node));
+            for array in grid {
+                let array = array.add(&mut draft, node);
+                add_length_exponents(&mut draft, array);
+            }
             grid_names.push(name);
         }
         let motion = "ArbitraryGridMotion";
@@ -149,11 +149,12 @@ impl Sequence {
         draft.names(iterative, "GridCoordinatesPointers", &grid_names);
         let motions = vec![motion.to_owned(); n];
         draft.names(iterative, "ArbitraryGridMotionPointers", &motions);
+        let mut lists = ["FlowSolutionPointers", "FlowSolutionCellPointers"].into_iter();
         for series in [&self.at_nodes, &self.at_cells] {
-            if !series.solutions.is_empty() {
+            if let (false, Some(list)) = (series.solutions.is_empty(), lists.next()) {
                 let names = series.of_steps.iter();
                 let names: Vec<String> = names.map(|&i| series.solutions[i].0.clone()).collect();
-                draft.names(iterative, series.list, &names);
+                draft.names(iterative, list, &names);
             }
         }
         draft
@@ -169,9 +170,11 @@ impl SequenceFile for Sequence {
         let step = self.times.len();
         let everywhere = [0..mesh.points.len()];
         let at_nodes = scalars(&mesh.point_arrays, &everywhere, &mut Vec::new());
-        self.at_nodes.append(AT_NODES, step, &at_nodes, &mut self.file)?;
+        self.at_nodes
+            .append(AT_NODES, step, &at_nodes, &mut self.file)?;
         let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), &mut Vec::new());
-        self.at_cells.append(AT_CELLS, step, &at_cells, &mut self.file)?;
+        self.at_cells
+            .append(AT_CELLS, step, &at_cells, &mut self.file)?;
         self.times.push(time);
         let first = self.first.as_ref().expect("the first step has set it");
         let steps = self.steps(first);
@@ -206,7 +209,9 @@ impl Series {
         let mut arrays = Vec::new();
         for scalar in scalars {
             let hash = hash_of_bytes(&scalar.make())?;
-            let same = before.iter().find(|a| a.name == scalar.name && a.hash == Some(hash));
+            let same = before
+                .iter()
+                .find(|a| a.name == scalar.name && a.hash == Some(hash));
             let stored = match same {
                 Some(array) => array.stored,
                 None => {
@@ -234,17 +239,20 @@ impl Series {
         for (name, arrays) in &self.solutions {
             let solution = draft.group(zone, name, "FlowSolution_t");
             draft.text(solution, "GridLocation", "GridLocation_t", self.location);
-            arrays.iter().for_each(|array| array.add(draft, solution));
+            for array in arrays {
+                array.add(draft, solution);
+            }
         }
     }
 }
 
 impl Array {
-    fn add(&self, draft: &mut Draft, parent: Place) {
+    fn add(&self, draft: &mut Draft, parent: Place) -> Place {
         let node = draft.stored(parent, &self.name, self.kind, self.n, self.stored);
         if let Some(full_name) = &self.full_name {
             draft.text(node, FULL_NAME, "Descriptor_t", full_name);
         }
+        node
     }
 }
 
