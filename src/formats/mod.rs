@@ -30,7 +30,7 @@ pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use packed::without_packing;
+pub use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
