@@ -81,7 +81,10 @@ fn a_wrong_number_is_named_with_what_would_be_right() {
     let mut file = written(&ugrid::B8);
     file[28 + 120 + 3] = 9;
     assert_eq!(
-        read(&ugrid::B8, &file).unwrap_err().to_string(),
+        read(&ugrid::B8, &file)
+            .unwrap_err()
+            .to_string()
+            .trim_start(),
         "byte 148: a triangle has node 9, but the mesh has 5 nodes, counted from 1"
     );
     let mut file = written(&ugrid::R8);
