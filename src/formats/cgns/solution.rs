@@ -36,7 +36,7 @@ pub(super) fn field_arrays(base: &Node) -> Result<Vec<DataArray>> {
         let (n_components, values) = match array.values()? {
             Values::I8(_) | Values::U8(_) | Values::Text(_) => (1, Values::Text(array.strings()?)),
             values => match array.sizes()?[..] {
-                [n, _] if n >= 1 && values.len() as u64 % n == 0 => (n as usize, values),
+                [n, _] if n >= 1 && (values.len() as u64).is_multiple_of(n) => (n as usize, values),
                 _ => (1, values),
             },
         };

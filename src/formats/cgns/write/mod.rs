@@ -24,6 +24,7 @@ use draft::{Draft, Kind, Make, Place};
 use faces::FaceTable;
 use names::Names;
 use std::io::Write;
+use std::slice::from_ref;
 
 /// Version of CGNS that is written: the first in which polygons have start offsets.
 const VERSION: f32 = 3.4;
@@ -54,8 +55,8 @@ pub(super) fn write(
         add_length_exponents(draft, node);
     }
     let mut notes = static_part.notes;
-    let everywhere = [0..mesh.points.len()];
-    let at_nodes = arrays::scalars(&mesh.point_arrays, &everywhere, &mut notes);
+    let everywhere = 0..mesh.points.len();
+    let at_nodes = arrays::scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
     add_solution(draft, zone, (arrays::AT_NODES, "Vertex"), &at_nodes);
     let cells = arrays::volume_cells(mesh);
     let at_cells = arrays::scalars(&mesh.cell_arrays, &cells, &mut notes);
