@@ -68,7 +68,7 @@ def read_su2(path):
     for name, faces in markers(lines):
         parts = [add(model, kind, [face for face in faces if len(face) == size])
                  for size, kind in ((1, 1), (2, 3), (3, 5), (4, 9))]
-        if any(map(len, parts)) and name != "SEND_RECEIVE":
+        if any(map(len, parts)):
             model.groups[(whole - 1, name)] = np.concatenate(parts)
     return model.finish()
 
@@ -108,7 +108,7 @@ def markers(lines):
         count = re.match(r"MARKER_ELEMS\s*=\s*(\d+)", line)
         if tag:
             name = tag.group(1)
-        elif count and name:
+        elif count and name and name != "SEND_RECEIVE":
             faces = []
             while len(faces) < int(count.group(1)):
                 words = next(lines).split()

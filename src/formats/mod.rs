@@ -19,6 +19,8 @@ pub mod su2;
 pub mod ugrid;
 mod vtk;
 pub mod vtkhdf;
+#[cfg(feature = "vtkio")]
+pub mod vtkio;
 pub mod vtu;
 
 pub use save::{save, save_text, write_companions, write_whole};
@@ -28,7 +30,7 @@ pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use packed::without_packing;
+pub use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
