@@ -5,7 +5,9 @@ import time
 import traceback
 from importlib import import_module
 
-CHECKS = ["formats", "fixtures", "quality", "all_points", "sequence", "pvd", "pitching", "size_skew", "twist"]
+CHECKS = [
+    "formats", "fixtures", "ugrid", "vtkhdf", "killed", "quality", "all_points", "sequence", "pvd", "pitching", "size_skew", "twist",
+]
 
 
 def main():

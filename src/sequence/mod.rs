@@ -14,6 +14,7 @@ mod deformer;
 mod fields;
 mod glide;
 mod layer;
+mod meshes;
 mod output;
 mod periodic;
 mod plan;

@@ -3,6 +3,7 @@
 use super::super::{Encoding, Format, ReadOptions, WriteOptions};
 use super::{Msh, Msh22};
 use crate::formats::parse;
+use crate::mesh::lagrange::n_nodes;
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
 
 fn read(bytes: &[u8]) -> Mesh {
@@ -22,10 +23,30 @@ fn group(dimension: u8, name: &str, number: i32, cells: &[usize]) -> Group {
     }
 }
 
-/// One cell of every kind that MSH holds, in groups of every dimension.
+/// Every kind that comes back as itself, with its number of nodes.
+fn sizes() -> Vec<(CellKind, usize)> {
+    let mut sizes = Vec::new();
+    for kind in CellKind::ALL {
+        let lowest = if kind == CellKind::LagrangePyramid {
+            2
+        } else {
+            3
+        };
+        match kind.n_nodes() {
+            Some(n) => sizes.push((kind, n)),
+            None => sizes.extend((lowest..6).filter_map(|p| Some((kind, n_nodes(kind, p)?)))),
+        }
+    }
+    sizes.retain(|(kind, n)| {
+        *kind != CellKind::CubicLine && super::kinds::number(*kind, *n).is_some()
+    });
+    sizes
+}
+
+/// One cell of every kind and order that MSH holds, in groups of every dimension.
 fn every_kind() -> Mesh {
     let mut mesh = Mesh {
-        points: (0..40)
+        points: (0..240)
             .map(|i| {
                 let x = f64::from(i);
                 [x / 3.0, -x * 1e-9, 1e17 / (x + 0.7)]
@@ -34,13 +55,7 @@ fn every_kind() -> Mesh {
         ..Mesh::default()
     };
     let mut of_dimension: [Vec<usize>; 4] = Default::default();
-    for kind in CellKind::ALL {
-        let Some(n) = kind
-            .n_nodes()
-            .filter(|_| super::kinds::number(kind).is_some())
-        else {
-            continue;
-        };
+    for (kind, n) in sizes() {
         let nodes: Vec<u32> = (5..).take(n).collect();
         of_dimension[usize::from(kind.dimension())].push(mesh.cells.len());
         mesh.cells.push(kind, &nodes);
@@ -90,14 +105,18 @@ fn every_kind_and_group_comes_back_from_every_flavour() {
 #[test]
 fn what_is_left_out_is_said() {
     let mut mesh = every_kind();
-    let values = Values::F64(vec![0.0; mesh.points.len()]);
-    mesh.point_arrays
-        .push(DataArray::scalar("pressure", values));
+    let text = Values::Text(vec!["a".into()]);
+    mesh.field_arrays.push(DataArray::scalar("title", text));
+    let large = Values::I64(vec![1 << 60; mesh.points.len()]);
+    mesh.point_arrays.push(DataArray::scalar("hash", large));
+    mesh.groups[0].condition = Some("BCWall".into());
     let notes = Msh
         .write(&mesh, &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
-    assert_eq!(notes.len(), 2, "{notes:?}");
-    assert!(notes[1].contains("\"pressure\""));
+    assert_eq!(notes.len(), 4, "{notes:?}");
+    for (note, word) in notes.iter().zip(["edge", "hash", "title", "conditions"]) {
+        assert!(note.contains(word), "{note}");
+    }
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&Msh as &dyn Format, &Msh22] {
         let error = format
@@ -117,7 +136,7 @@ fn empty_groups_and_unused_nodes_are_kept() {
         let empty = back.groups.iter().filter(|group| group.cells.is_empty());
         let names: Vec<&str> = empty.map(|group| &group.name[..]).collect();
         assert_eq!(names, ["spare", "12"]);
-        assert_eq!(back.points.len(), 40);
+        assert_eq!(back.points.len(), 240);
     }
 }
 

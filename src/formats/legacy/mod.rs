@@ -49,6 +49,10 @@ impl Format for Legacy {
             .is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile"))
     }
 
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b"Version")
+    }
+
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }

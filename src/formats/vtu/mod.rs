@@ -51,6 +51,14 @@ impl Format for Vtu {
         memchr::memmem::find(head, b"<VTKFile").is_some()
     }
 
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b" version=\"")
+    }
+
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }

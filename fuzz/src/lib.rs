@@ -1,0 +1,20 @@
+//! What every target asks of a reader.
+
+use azimesh::formats::{Format, Notes, ReadOptions, Source, WriteOptions};
+use std::path::Path;
+
+/// Any bytes are a mesh that can be written, or an error that says where.
+pub fn read_and_written(format: &dyn Format, bytes: &[u8]) {
+    let source = Source::from_bytes(Path::new("fuzzed"), bytes.to_vec());
+    match format.read(&source, &ReadOptions::default(), &mut Notes::default()) {
+        Ok(mut mesh) => {
+            if mesh.validate().is_ok() {
+                mesh.merge_repeated_faces();
+                // What a format cannot hold is an error of its own; a panic is a bug.
+                let _ = format.write(&mesh, &mut std::io::sink(), &WriteOptions::default());
+            }
+        }
+        Err(error) => assert!(error.position.is_some(), "no place: {error}"),
+    }
+    let _ = format.steps(&source);
+}
