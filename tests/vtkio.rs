@@ -160,9 +160,7 @@ fn a_polyhedron_is_a_face_stream_in_vtkios_model() {
     assert_eq!(found.cells, mesh.cells);
     mesh.cells
         .push(CellKind::PentagonalPrism, &[0, 1, 2, 3, 4, 0, 1, 2, 3, 4]);
-    let error = to_vtkio(&mesh, &mut notes)
-        .err()
-        .expect("vtkio has no such cell");
+    let error = to_vtkio(&mesh, &mut notes).expect_err("vtkio has no such cell");
     assert!(error.to_string().contains("pentagonal_prism"), "{error}");
 }
 

@@ -1,6 +1,6 @@
 //! A legacy file as a mesh: which grid it holds, and its parts in whatever order.
 
-use super::super::lexer::shown;
+use super::super::lexer::{line_of, shown};
 use super::super::vtk::cells::{Built, CellTable, Nodes, repeat_tuples};
 use super::super::vtk::list::List;
 use super::super::vtk::split::polygonal;
@@ -19,20 +19,29 @@ const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (5, 1);
 /// Reads a mesh.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let mut cursor = Cursor::open(bytes)?;
-    let mut file = File {
-        grid: grid(&mut cursor)?,
-        ..File::default()
-    };
-    while let Some(keyword) = cursor.keyword() {
-        file.part(&keyword, &mut cursor, notes)?;
-    }
-    let version = cursor.version;
-    let mut mesh = file.mesh(&cursor, notes)?;
-    if version < FIRST_WITH_PRESENT_ORDER {
+    let file = parts(&mut cursor, notes).and_then(|file| file.mesh(&cursor, notes));
+    // What is wrong with all parts together is wrong at the end of the last.
+    let mut mesh = file.map_err(|error| match cursor.binary {
+        true => error.byte(cursor.at as u64),
+        false => error.line(line_of(bytes, cursor.at.saturating_sub(1))),
+    })?;
+    if cursor.version < FIRST_WITH_PRESENT_ORDER {
         order::swap(&mut mesh, notes);
     }
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
+}
+
+/// Reads every part of the file.
+fn parts(cursor: &mut Cursor, notes: &mut Notes) -> Result<File> {
+    let mut file = File {
+        grid: grid(cursor)?,
+        ..File::default()
+    };
+    while let Some(keyword) = cursor.keyword() {
+        file.part(&keyword, cursor, notes)?;
+    }
+    Ok(file)
 }
 
 /// The grids of VTK.

@@ -16,18 +16,27 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     let mut pieces = Vec::new();
     for name in piece_names(source.bytes())? {
         let path = folder.join(&name);
-        let piece = Source::open(&path)
+        let piece = open(&path)
             .and_then(|source| raw(source.bytes(), notes))
             .and_then(|raw| {
                 raw.mesh.validate()?;
                 Ok(ghosts::left_out(piece_of(raw), notes))
             })
-            .map_err(|error| error.file(&path))?;
+            .map_err(|error| error.file(&path).dataset("Piece"))?;
         pieces.push(piece);
     }
     let mut mesh = merge::merge(pieces, notes)?;
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
+}
+
+/// Opens a file, which a list may not send elsewhere: to a pipe or to standard input.
+fn open(path: &Path) -> Result<Source> {
+    let found = std::fs::metadata(path).map_err(|error| Error::io(path, &error))?;
+    if !found.is_file() || path.as_os_str() == "-" {
+        return Err(Error::input("a piece must be a file with a name"));
+    }
+    Source::open(path)
 }
 
 /// Names of the files of the pieces.
@@ -44,12 +53,12 @@ fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
         match child {
             Child::Element(grid) if grid.name().as_ref() == GRID => {
                 while let Some(child) = parser.child(GRID)? {
-                    if let Child::Element(piece) = &child {
-                        if piece.name().as_ref() == "Piece" {
-                            let name = parser.attribute(piece, "Source")?;
-                            let missing = || parser.error("a Piece needs a Source");
-                            names.push(name.ok_or_else(missing)?);
-                        }
+                    if let Child::Element(piece) = &child
+                        && piece.name().as_ref() == "Piece"
+                    {
+                        let name = parser.attribute(piece, "Source")?;
+                        let missing = || parser.error("a Piece needs a Source");
+                        names.push(name.ok_or_else(missing)?);
                     }
                     parser.skip(child)?;
                 }
@@ -90,5 +99,5 @@ impl Piece {
 
 /// An error about the pieces together.
 pub(super) fn mismatch(message: String) -> Error {
-    Error::input(message)
+    Error::input(message).dataset("Piece")
 }

@@ -37,7 +37,10 @@ pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
     let mut document = document::parse(bytes)?;
     let (mut mesh, origin) = match document.grid {
         Grid::Unstructured | Grid::Poly => unstructured(&mut document, notes)?,
-        _ => (structured::read(&mut document, bytes.len())?, None),
+        _ => {
+            let mesh = structured::read(&mut document, bytes.len());
+            (mesh.map_err(|error| error.dataset("Extent"))?, None)
+        }
     };
     let (pieces, layout) = (&document.pieces, &document.layout);
     mesh.point_arrays = data(pieces, layout, "point", point_data, notes)?;
@@ -63,9 +66,10 @@ pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
 fn unstructured(document: &mut Document, notes: &mut Notes) -> Result<(Mesh, Option<Vec<usize>>)> {
     let points = points(&document.pieces, &document.layout)?;
     let built = match document.grid {
-        Grid::Poly => cells::read_lists(&mut document.pieces, &document.layout, notes)?,
-        _ => cells::read(&document.pieces, &document.layout, notes)?,
+        Grid::Poly => cells::read_lists(&mut document.pieces, &document.layout, notes),
+        _ => cells::read(&document.pieces, &document.layout, notes),
     };
+    let built = built.map_err(|error| error.dataset("Cells"))?;
     let mesh = Mesh {
         points,
         cells: built.cells,
