@@ -5,7 +5,6 @@
 
 pub mod cgns;
 pub mod gmsh;
-#[allow(dead_code)] // until CGNS uses the rest
 mod hdf5;
 pub mod legacy;
 mod lexer;
@@ -20,6 +19,8 @@ pub mod su2;
 pub mod ugrid;
 mod vtk;
 pub mod vtkhdf;
+#[cfg(feature = "vtkio")]
+pub mod vtkio;
 pub mod vtu;
 
 pub use save::{save, save_text, write_companions, write_whole};

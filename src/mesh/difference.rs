@@ -287,7 +287,9 @@ fn same_cell(a: &Mesh, x: &CellRef, b: &Mesh, y: &CellRef) -> bool {
 }
 
 fn same_round(one: &[u32], other: &[u32]) -> bool {
-    let start = one.first().and_then(|first| other.iter().position(|n| n == first));
+    let start = one
+        .first()
+        .and_then(|first| other.iter().position(|n| n == first));
     one.len() == other.len()
         && start.is_some_and(|start| {
             let (end, begin) = other.split_at(start);

@@ -31,7 +31,7 @@ impl Section<'_> {
             "vectors" | "normals" => self.named(cursor, 3)?,
             "tensors" => self.named(cursor, 9)?,
             "tensors6" => self.named(cursor, 6)?,
-            "global_ids" | "pedigree_ids" | "edge_flags" => self.named(cursor, 1)?,
+            "global_ids" | "pedigree_ids" | "edge_flags" | "edge_flag" => self.named(cursor, 1)?,
             "texture_coordinates" => {
                 let name = cursor.name("the name of an array")?;
                 let n_components = cursor.count("a number of components")?;

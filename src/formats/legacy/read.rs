@@ -2,10 +2,11 @@
 
 use super::super::lexer::shown;
 use super::super::vtk::cells::{Built, CellTable, Nodes, repeat_tuples};
+use super::super::vtk::list::List;
 use super::super::vtk::split::polygonal;
 use super::super::vtk::{order, structured, tags};
 use super::attributes::{Section, metadata};
-use super::cells::{self, List};
+use super::cells;
 use super::cursor::Cursor;
 use super::values::{self, Type};
 use crate::error::{Error, Result};
@@ -94,6 +95,8 @@ struct File {
     types: Option<Vec<u8>>,
     /// Vertices, lines, polygons, strips: the order of polygonal data.
     lists: [List; 4],
+    /// Where each list stands; the last is that of unstructured cells.
+    places: [usize; 5],
     place: Place,
     n_tuples: usize,
     point_arrays: Vec<DataArray>,
@@ -116,7 +119,10 @@ impl File {
                 let kind = Type::read(cursor)?;
                 self.points = values::points(cursor, kind, n)?;
             }
-            "cells" => self.cells = List::read(cursor)?,
+            "cells" => {
+                self.places[4] = cursor.at;
+                self.cells = cells::read(cursor)?;
+            }
             "cell_types" => self.types = Some(cells::types(cursor)?),
             "dimensions" => {
                 let mut next = || cursor.count("a dimension");
@@ -143,7 +149,10 @@ impl File {
             }
             "metadata" => metadata(cursor, self.last_array(), notes),
             _ => match list(keyword) {
-                Some(list) => self.lists[list] = List::read(cursor)?,
+                Some(list) => {
+                    self.places[list] = cursor.at;
+                    self.lists[list] = cells::read(cursor)?;
+                }
                 None => return self.arrays(keyword, cursor, notes),
             },
         }
@@ -235,13 +244,13 @@ impl File {
         let mut table = CellTable::default();
         if self.grid == Grid::Poly {
             for (list, which) in self.lists.into_iter().zip(0..) {
-                let at = list.at;
+                let at = self.places[which];
                 list.append(&mut table, nodes, |_, n| polygonal(which, n))
                     .map_err(|error| place(error, cursor, at))?;
             }
         } else {
             let types = self.types.take().unwrap_or_default();
-            let at = self.cells.at;
+            let at = self.places[4];
             if types.len() != self.cells.len() {
                 let (found, n) = (types.len(), self.cells.len());
                 let message = format!("CELL_TYPES has {found} types for {n} cells");

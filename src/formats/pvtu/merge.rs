@@ -12,7 +12,7 @@ use crate::mesh::{Cells, DataArray, Mesh, Values};
 use rayon::prelude::*;
 
 /// One piece, with the names of the arrays that hold its global numbers.
-pub(super) struct Piece {
+pub(in crate::formats) struct Piece {
     /// Its mesh, without groups.
     pub mesh: Mesh,
     /// Point array.
@@ -30,7 +30,7 @@ struct Joined {
 }
 
 /// One mesh of all pieces.
-pub(super) fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Result<Mesh> {
+pub(in crate::formats) fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Result<Mesh> {
     let is_empty = |piece: &Piece| piece.mesh.points.is_empty() && piece.mesh.cells.is_empty();
     let mut fields = field_arrays(&pieces, notes);
     pieces.retain(|piece| !is_empty(piece));

@@ -12,7 +12,7 @@
 
 mod cut;
 mod ghosts;
-mod merge;
+pub(super) mod merge;
 mod read;
 mod subset;
 mod write;

@@ -89,7 +89,9 @@ impl CellTable {
 
     /// Appends cells of one type and one number of nodes.
     pub fn append_run(&mut self, vtk: u8, n_nodes: usize, n_cells: usize) -> Result<()> {
-        let fitting = u32::try_from(n_nodes).ok().filter(|_| fits(vtk, n_nodes));
+        let before = self.runs.last().copied();
+        let fitting = u32::try_from(n_nodes).ok();
+        let fitting = fitting.filter(|n| fits_after(before, vtk, *n));
         let n_nodes = fitting.ok_or_else(|| misfit(self.n_cells, vtk, n_nodes as u64))?;
         let n_cells = u32::try_from(n_cells)
             .map_err(|_| Error::input(format!("{n_cells} cells are more than can be held")))?;
@@ -138,7 +140,8 @@ impl Window<'_> {
             let end = self.chunk.get::<T>(cell).as_index();
             let n_nodes = end.checked_sub(before).and_then(|n| u32::try_from(n).ok());
             let vtk = self.types[cell];
-            let n_nodes = n_nodes.filter(|n| fits(vtk, *n as usize));
+            let last = runs.last().copied();
+            let n_nodes = n_nodes.filter(|n| fits_after(last, vtk, *n));
             let n_nodes = n_nodes.ok_or_else(|| self.refused(cell, before, end))?;
             extend(
                 &mut runs,
@@ -187,8 +190,13 @@ fn extend(runs: &mut Vec<TypeRun>, run: TypeRun) {
     }
 }
 
-/// Whether a cell of this type and number of nodes is one that can be held or split.
-fn fits(vtk: u8, n_nodes: usize) -> bool {
+/// Whether a cell of this type and number of nodes is one that can be held or split; those of the
+/// run before are.
+fn fits_after(before: Option<TypeRun>, vtk: u8, n_nodes: u32) -> bool {
+    if before.is_some_and(|run| (run.vtk, run.n_nodes) == (vtk, n_nodes)) {
+        return true;
+    }
+    let n_nodes = n_nodes as usize;
     split::is_collection(vtk) || kind(vtk).is_some_and(|kind| kind.can_have(n_nodes))
 }
 

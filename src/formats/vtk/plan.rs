@@ -117,6 +117,10 @@ impl<'a> Plan<'a> {
             self.notes
                 .push("names of tags are not written, as was asked".into());
         }
+        if mesh.groups.iter().any(|group| group.condition.is_some()) {
+            let note = "types of boundary conditions are not written";
+            self.notes.push(note.into());
+        }
         let arrays = mesh
             .point_arrays
             .iter()

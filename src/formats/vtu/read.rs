@@ -213,8 +213,17 @@ fn data<'d, 'a: 'd>(
     let mut left_out: Vec<&String> = Vec::new();
     for array in first.iter() {
         let same = |other: &&Array| {
-            (&other.name, other.element, other.n_components)
-                == (&array.name, array.element, array.n_components)
+            (
+                &other.name,
+                other.element,
+                other.is_bits,
+                other.n_components,
+            ) == (
+                &array.name,
+                array.element,
+                array.is_bits,
+                array.n_components,
+            )
         };
         let others: Option<Vec<_>> = rest
             .iter()
@@ -257,7 +266,7 @@ fn data<'d, 'a: 'd>(
 
 /// Whether an array has whole tuples beyond the first `n`.
 fn has_more(array: &Array, layout: &Layout, n: usize) -> Result<bool> {
-    if array.element == Element::String {
+    if array.element == Element::String || array.is_bits {
         return Ok(false);
     }
     let stored = Stored::open(array, layout)?;
@@ -303,6 +312,7 @@ fn append(values: &mut Values, array: &Array, layout: &Layout, n: Option<usize>)
     macro_rules! numbers {
         ($($variant:ident),*) => {
             match values {
+                Values::U8(out) if array.is_bits => bits(array, layout, n, out),
                 $(Values::$variant(out) => {
                     let values = n.map(|n| n.checked_mul(array.n_components).unwrap_or(usize::MAX));
                     collect(array, layout, 1, values, out, |chunk, out| {
@@ -320,6 +330,25 @@ fn append(values: &mut Values, array: &Array, layout: &Layout, n: Option<usize>)
         let message = format!("{found} values are no whole number of tuples of {n}");
         return Err(Error::input(message).dataset(&array.name));
     }
+    Ok(())
+}
+
+/// Bits, the first of a byte its highest; as text, a word each.
+fn bits(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<u8>) -> Result<()> {
+    let n = n.and_then(|n| n.checked_mul(array.n_components));
+    let is_text = array.place == xml::Place::Ascii;
+    let expected = n.map(|n| if is_text { n } else { n.div_ceil(8) });
+    let mut bytes: Vec<u8> = Vec::new();
+    collect(array, layout, 1, expected, &mut bytes, |chunk, out| {
+        chunk.convert::<u8, u8>(out, |x| x);
+        Ok(())
+    })?;
+    if is_text {
+        out.append(&mut bytes);
+        return Ok(());
+    }
+    let n = n.unwrap_or(8 * bytes.len());
+    out.extend((0..n).map(|i| bytes[i / 8] >> (7 - i % 8) & 1));
     Ok(())
 }
 

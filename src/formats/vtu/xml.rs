@@ -26,6 +26,8 @@ pub(in crate::formats) struct Layout {
 pub(in crate::formats) struct Array<'a> {
     pub name: String,
     pub element: Element,
+    /// Whether its values are bits, eight to a byte; `element` is then that of the bytes.
+    pub is_bits: bool,
     pub n_components: usize,
     pub component_names: Vec<String>,
     /// Number of tuples, which only arrays of field data give.
@@ -159,7 +161,13 @@ impl<'a> Parser<'a> {
     fn array(&mut self, element: &BytesStart) -> Result<Array<'a>> {
         let name = self.attribute(element, "Name")?.unwrap_or_default();
         let kind = self.attribute(element, "type")?.unwrap_or_default();
-        let kind = Element::from_name(&kind).ok_or_else(|| {
+        let is_bits = kind == "Bit";
+        let known = if is_bits {
+            Some(Element::UInt8)
+        } else {
+            Element::from_name(&kind)
+        };
+        let kind = known.ok_or_else(|| {
             self.error(format!(
                 "array \"{name}\" has values of type \"{kind}\", which is not known"
             ))
@@ -183,6 +191,7 @@ impl<'a> Parser<'a> {
         Ok(Array {
             name,
             element: kind,
+            is_bits,
             n_components,
             component_names,
             n_tuples,

@@ -3,13 +3,14 @@
 //! ```text
 //! plan      which cells make up which section; names: what CGNS takes for a name
 //! sections  connectivity; faces: those of polyhedra, each once
-//! groups    boundary conditions, subregions, families; arrays: solutions
+//! groups    boundary conditions, subregions, families; arrays: solutions; fields: of the mesh as a whole
 //! draft     nodes with name, label and data -> HDF5
 //! ```
 
 mod arrays;
 mod draft;
 mod faces;
+mod fields;
 mod groups;
 mod names;
 mod plan;
@@ -120,12 +121,7 @@ impl<'a> Static<'a> {
             sections::add_faces(&mut draft, zone, &name, faces, kind);
         }
         groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
-        for array in &mesh.field_arrays {
-            notes.push(format!(
-                "array \"{}\" of the mesh as a whole is not written",
-                array.name
-            ));
-        }
+        fields::add(&mut draft, base, &mesh.field_arrays);
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
             draft,
