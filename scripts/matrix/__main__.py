@@ -101,7 +101,7 @@ def look_at(row, path, azimesh, cache):
                                  text=True, errors="replace", timeout=LIMIT_S)
         except subprocess.TimeoutExpired:
             return wrong([f"azimesh has not ended after {LIMIT_S} s"])
-        notes = [line.replace(str(path), path.name) for line in run.stderr.splitlines()]
+        notes = [line.replace(f"{path.parent}/", "") for line in run.stderr.splitlines()]
         if run.returncode == 2 and len(notes) >= 1 and notes[-1].startswith("error: "):
             return refused(row, path, notes[-1].removeprefix("error: "), cache)
         if run.returncode != 0:
