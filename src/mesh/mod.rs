@@ -93,6 +93,13 @@ impl Mesh {
         }))
     }
 
+    /// Removes the field arrays of these names; gives the names of those that were there.
+    pub fn remove_field_arrays(&mut self, names: &[&str]) -> Vec<String> {
+        let is_named = |array: &mut DataArray| names.contains(&array.name.as_str());
+        let removed = self.field_arrays.extract_if(.., is_named);
+        removed.map(|array| array.name).collect()
+    }
+
     /// Bytes held in memory by nodes, cells, groups and arrays.
     pub fn memory_bytes(&self) -> usize {
         let arrays = self

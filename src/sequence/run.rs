@@ -11,7 +11,7 @@ use super::record::{Clock, Record, Timings};
 use super::step::{Computed, add_arrays, compute, row, set};
 use super::stretches::Stretches;
 use crate::error::{Error, Result};
-use crate::formats::{self, Format, WriteOptions};
+use crate::formats::{self, Format, WriteOptions, su2};
 use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, Step};
 use crate::quality::{Criterion, Reference};
@@ -82,6 +82,10 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     let format = formats::by_name(&plan.schedule.output.format)?;
     let mut warnings = before_work(plan, format, &request.fail_on)?;
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
+    if !plan.mesh.remove_field_arrays(&[su2::BOXES]).is_empty() {
+        let sentence = "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out";
+        warnings.push(sentence.to_owned());
+    }
     let part = Part::new(request.steps.clone(), plan.motion.steps.len())?;
     let names = Names::new(
         &request.folder,

@@ -1,6 +1,7 @@
 //! What `azimesh convert` does to a mesh on the way.
 
 use crate::error::{Error, Result, nearest_name};
+use crate::formats::su2;
 use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
@@ -106,6 +107,7 @@ impl Changes {
         if self.scale.is_some() || self.rotate.is_some() {
             // Coordinates that overflow are found before anything is written.
             mesh.validate()?;
+            remarks.extend(places(mesh));
         }
         if self.linearize {
             let (n_cells, n_nodes) = mesh.linearize();
@@ -124,6 +126,17 @@ impl Changes {
         rename(mesh, &self.rename_tag)?;
         Ok(remarks)
     }
+}
+
+/// Takes away what holds places as text, which would be wrong now.
+fn places(mesh: &mut Mesh) -> Option<String> {
+    let removed = mesh.remove_field_arrays(&[su2::BOXES, su2::PERIODIC]);
+    (!removed.is_empty()).then(|| {
+        format!(
+            "left out, as their places are those before: {}",
+            removed.join(", ")
+        )
+    })
 }
 
 /// A remark on arrays that look like vectors.

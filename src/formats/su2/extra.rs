@@ -5,6 +5,10 @@ use crate::mesh::{DataArray, Mesh, Values};
 
 /// The boundary of partitioned and periodic meshes that exchanges nodes.
 pub(super) const EXCHANGE: &str = "SEND_RECEIVE";
+/// Field array with the centres and angles of periodic markers.
+pub const PERIODIC: &str = "su2:PERIODIC";
+/// Field array with the boxes for free-form deformation.
+pub const BOXES: &str = "su2:FFD";
 /// Field array of the second number of `NPOIN=`: the nodes that are no copies of others.
 pub(super) const OWN_NODES: &str = "su2:NPOIN";
 
@@ -35,8 +39,8 @@ impl Extra {
         match self {
             Extra::Offset => "su2:OFFSET",
             Extra::Exchange => "su2:SEND_RECEIVE",
-            Extra::Periodic => "su2:PERIODIC",
-            Extra::Boxes => "su2:FFD",
+            Extra::Periodic => PERIODIC,
+            Extra::Boxes => BOXES,
         }
     }
 

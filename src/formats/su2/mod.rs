@@ -11,6 +11,8 @@ mod read;
 mod write;
 mod zone;
 
+pub use extra::{BOXES, PERIODIC};
+
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::{CellKind, Mesh};
