@@ -25,13 +25,15 @@ SIDES = [
 class Writer:
     """A CGNS file under work: one base, one zone unless told otherwise."""
 
-    def __init__(self, name, version=4.0, order="<", packed=False, index="i4"):
+    def __init__(self, name, version=3.4, order="<", packed=False, index="i4"):
         self.file = h5py.File(FOLDER / name, "w", track_order=True)
         self.order, self.packed, self.index = order, packed, index
         root = self.file
-        for key, text in (("name", "HDF5 MotherNode"), ("label", "Root Node of HDF5 File"), ("type", "MT")):
-            root.attrs[key] = np.array(text.encode(), dtype="S33")
+        mother = (("name", "HDF5 MotherNode", 33), ("label", "Root Node of HDF5 File", 33), ("type", "MT", 3))
+        for key, text, n in mother:
+            root.attrs[key] = np.array(text.encode(), dtype=f"S{n}")
         root[" format"] = np.frombuffer(b"IEEE_LITTLE_32\0", dtype="i1")
+        root[" hdf5version"] = np.frombuffer(b"HDF5 Version 1.10.8".ljust(33, b"\0"), dtype="i1")
         self.add(root, "CGNSLibraryVersion", "CGNSLibraryVersion_t", np.array([version], "f4"))
 
     def add(self, parent, name, label, data=None):
@@ -234,7 +236,7 @@ def two_zones():
 
 def main():
     FOLDER.mkdir(exist_ok=True)
-    polyhedra("polyhedra_offsets.cgns", 4.0, True)
+    polyhedra("polyhedra_offsets.cgns", 3.4, True)
     polyhedra("polyhedra_counts.cgns", 3.3, False)
     parents()
     by_nodes()

@@ -5,7 +5,7 @@
 Every file that INDEX.tsv of the folder lists is converted to a VTU file, which VTK reads; the same
 file is read by gmsh, VTK, meshio or h5py; nodes, cells, tags and arrays of both are compared. A file that
 azimesh refuses is given to the peers: one that they read must have its reason in REASONS.
-Each reading is a process of its own with a time limit, since peers crash on some of these files.
+Peers read in processes of their own with a time limit, since they crash on some of these files.
 """
 
 import argparse
@@ -21,10 +21,11 @@ import tempfile
 import threading
 
 import page
+from ask import PEERS
 from reasons import peer_reason, reason
+from workers import LIMIT_S, Workers
 
 HERE = pathlib.Path(__file__).parent
-LIMIT_S = 120
 
 
 def main():
@@ -47,12 +48,10 @@ def main():
     judge_one = lambda row: judge(row, folder, asked.azimesh, cache)
     with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
         results = list(pool.map(judge_one, rows))
+    cache.workers.stop()
     cache.save()
     if asked.output:
         pathlib.Path(asked.output).write_text(page.text(results))
-    for result in results:
-        if result["verdict"] == "wrong":
-            print(f"{result['path']} [{result['format']}]: {'; '.join(result['wrong'])}")
     print(page.summary(results))
     sys.exit(any(result["verdict"] == "wrong" for result in results))
 
@@ -63,15 +62,15 @@ class Cache:
     def __init__(self, path):
         self.path = path
         self.answers = json.loads(path.read_text()) if path.exists() else {}
-        self.salt = "".join(digest(script) for script in sorted(HERE.glob("*peer.py")))
-        self.salt += digest(HERE / "model.py") + digest(HERE / "ask.py")
+        self.salt = "".join(digest(HERE / name) for name in ("model.py", "ask.py", "vtk_peer.py"))
         self.lock = threading.Lock()
+        self.workers = Workers()
 
     def ask(self, peer, path, ours):
-        parts = self.salt + peer + path.name + digest(path) + (digest(ours) if ours else "")
+        parts = self.salt + digest(HERE / f"{PEERS[peer][0]}.py") + peer + path.name + digest(path) + (digest(ours) if ours else "")
         key = hashlib.blake2b(parts.encode(), digest_size=12).hexdigest()
         if key not in self.answers:
-            answer = ask(peer, path, ours)
+            answer = self.workers.ask(peer, path, ours)
             with self.lock:
                 self.answers[key] = answer
                 if len(self.answers) % 50 == 0:
@@ -89,6 +88,8 @@ def digest(path):
 
 def judge(row, folder, azimesh, cache):
     result = look_at(row, folder / row["path"], azimesh, cache)
+    if result["verdict"] == "wrong":
+        print(f"{row['path']} [{row['format']}]: {'; '.join(result['wrong'])}", flush=True)
     return {"path": row["path"], "format": row["format"], **result}
 
 
@@ -100,7 +101,7 @@ def look_at(row, path, azimesh, cache):
                                  text=True, errors="replace", timeout=LIMIT_S)
         except subprocess.TimeoutExpired:
             return wrong([f"azimesh has not ended after {LIMIT_S} s"])
-        notes = [line.replace(str(path), path.name) for line in run.stderr.splitlines()]
+        notes = [line.replace(f"{path.parent}/", "") for line in run.stderr.splitlines()]
         if run.returncode == 2 and len(notes) >= 1 and notes[-1].startswith("error: "):
             return refused(row, path, notes[-1].removeprefix("error: "), cache)
         if run.returncode != 0:
@@ -157,20 +158,6 @@ def peers(path):
     if name.endswith(".ugrid"):
         return ["meshio"]
     return ["vtk", "meshio"]
-
-
-def ask(peer, path, ours):
-    """What a peer makes of a file, from a process of its own."""
-    command = [sys.executable, str(HERE / "ask.py"), peer, str(path), *([ours] if ours else [])]
-    try:
-        run = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=LIMIT_S)
-    except subprocess.TimeoutExpired:
-        return {"failed": f"has not ended after {LIMIT_S} s"}
-    lines = [line for line in run.stdout.splitlines() if line.startswith("RESULT ")]
-    if not lines:
-        last = (run.stderr.strip().splitlines() or [""])[-1]
-        return {"failed": f"ended with {run.returncode} {last}"[:200]}
-    return json.loads(lines[-1].removeprefix("RESULT "))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,12 @@
-"""One reading by one peer, and the comparison with what azimesh wrote: ask.py PEER FILE [OURS.vtu]"""
+"""Readings by one peer, and the comparison with what azimesh wrote.
+
+ask.py PEER reads lines of JSON, [FILE, OURS.vtu or null], and answers each with a line of JSON.
+"""
 
 import gzip
 import importlib
 import json
+import os
 import pathlib
 import shutil
 import sys
@@ -40,4 +44,9 @@ def unpacked(path, scratch):
 
 
 if __name__ == "__main__":
-    print("RESULT " + json.dumps(answer(sys.argv[1], sys.argv[2], (sys.argv[3:] or [None])[0])))
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what a peer prints is no answer
+    for line in sys.stdin:
+        file, ours = json.loads(line)
+        answers.write(json.dumps(answer(sys.argv[1], file, ours)) + "\n")
+        answers.flush()

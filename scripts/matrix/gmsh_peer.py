@@ -21,8 +21,9 @@ def read(path):
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.logger.start()
+        before = len(gmsh.logger.get())
         gmsh.open(path)
-        errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
+        errors = [line for line in gmsh.logger.get()[before:] if line.startswith("Error")]
         if errors:
             raise ValueError(f"gmsh: {errors[0].split(':', 1)[1].strip()}")
         return model_of()

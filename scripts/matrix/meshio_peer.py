@@ -54,12 +54,31 @@ def read_su2(path):
     """meshio's nodes and cells, or those of the text where meshio fails; markers from the text."""
     with open(path, errors="replace") as file:
         lines = [line.split("%")[0].strip() for line in file]
+    starts = [i for i, line in enumerate(lines) if re.match(r"IZONE\s*=", line)]
+    if len(starts) > 1:
+        return of_zones([lines[i:j] for i, j in zip(starts, starts[1:] + [None])])
     try:
         model = read(path)
         model.groups = {}
     except (Exception, SystemExit) as error:
         model = of_lines(lines)
         model.remarks.append(f"meshio fails ({error}); compared with the lines themselves")
+    return with_markers(model, lines)
+
+
+def of_zones(zones):
+    """All zones of a file by their lines, one after another; names of tags are not compared."""
+    whole = Model(np.zeros((0, 3)))
+    for lines in zones:
+        zone = with_markers(of_lines(lines), lines)
+        for block in zone.blocks:
+            add(whole, block.kind, block.nodes + len(whole.points))
+        whole.points = np.concatenate([whole.points, zone.points])
+    whole.remarks.append("compared with the lines of its zones, names of tags apart")
+    return whole.finish()
+
+
+def with_markers(model, lines):
     whole = model.dimension()
     volume = [block for block in model.blocks if DIMENSION.get(block.kind, 3) == whole]
     model.blocks = []
@@ -68,7 +87,7 @@ def read_su2(path):
     for name, faces in markers(lines):
         parts = [add(model, kind, [face for face in faces if len(face) == size])
                  for size, kind in ((1, 1), (2, 3), (3, 5), (4, 9))]
-        if any(map(len, parts)) and name != "SEND_RECEIVE":
+        if any(map(len, parts)):
             model.groups[(whole - 1, name)] = np.concatenate(parts)
     return model.finish()
 
@@ -108,7 +127,7 @@ def markers(lines):
         count = re.match(r"MARKER_ELEMS\s*=\s*(\d+)", line)
         if tag:
             name = tag.group(1)
-        elif count and name:
+        elif count and name and name != "SEND_RECEIVE":
             faces = []
             while len(faces) < int(count.group(1)):
                 words = next(lines).split()

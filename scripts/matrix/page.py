@@ -68,6 +68,8 @@ def told(result):
         if result["readers"]:
             said += f" ({', '.join(result['readers'])} reads it. {result['reason']})"
         return said
-    said = f"same as {result['peer'].removesuffix('_su2')}" if result["peer"] else "read, no peer agrees"
+    alone = "read, no peer agrees" if any(" differs: " in line for line in result["against"]) else (
+        "read, no peer reads it")
+    said = f"same as {result['peer'].removesuffix('_su2')}" if result["peer"] else alone
     extra = list(dict.fromkeys(result["remarks"] + result["notes"] + result["against"]))
     return said + ("; " + "; ".join(extra) if extra else "")

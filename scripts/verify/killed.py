@@ -52,16 +52,21 @@ def vtkhdf_steps(path):
         yield points_of(reader.GetOutput())
 
 
+def labelled(node, label):
+    """The first child with a CGNS label."""
+    return next(child for child in node.values() if child.attrs.get("label") == label.encode())
+
+
 def cgns_steps(path):
     """Nodes at every step of a .cgns file by libhdf5, by way of the zone's list of coordinates."""
     with h5py.File(path) as file:
-        base = next(node for node in file.values() if node.attrs.get("label") == b"CGNSBase_t")
-        zone = next(node for node in base.values() if node.attrs.get("label") == b"Zone_t")
-        names = zone["ZoneIterativeData/GridCoordinatesPointers/ data"][()].astype(np.uint8)
-        times = base["BaseIterativeData/TimeValues/ data"][()]
+        base = labelled(file, "CGNSBase_t")
+        zone = labelled(base, "Zone_t")
+        names = labelled(zone, "ZoneIterativeData_t")["GridCoordinatesPointers/ data"][()]
+        times = labelled(base, "BaseIterativeData_t")["TimeValues/ data"][()]
         assert len(times) == len(names), f"{path}: {len(times)} times, {len(names)} coordinates"
         for name in names:
-            node = zone[bytes(name).decode().strip()]
+            node = zone[bytes(name.astype(np.uint8)).decode().strip()]
             axes = [node[f"Coordinate{axis}/ data"][()] for axis in "XYZ" if f"Coordinate{axis}" in node]
             axes += [np.zeros_like(axes[0])] * (3 - len(axes))
             yield np.stack(axes, axis=1)

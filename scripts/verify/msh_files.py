@@ -57,8 +57,8 @@ def by_lines(path):
     """Groups of the elements of a text file of version 1 or 2; None for others."""
     lines = path.read_bytes().decode(errors="replace").splitlines()
     start = next((i for i, l in enumerate(lines) if l.strip() in ("$Elements", "$ELM")), None)
-    version = next((lines[i + 1].split()[0] for i, l in enumerate(lines) if l.strip() == "$MeshFormat"), "1")
-    if start is None or version[0] not in "12":
+    form = next((lines[i + 1].split() for i, l in enumerate(lines) if l.strip() == "$MeshFormat"), ["1", "0"])
+    if start is None or form[0][0] not in "12" or form[1] != "0":
         return None
     is_old = lines[start].strip() == "$ELM"
     elements = defaultdict(set)
@@ -66,7 +66,8 @@ def by_lines(path):
         words = [int(w) for w in line.split()]
         n_tags = 3 if is_old else 1 + words[2]
         group = abs(words[2] if is_old else words[3]) if n_tags > 1 else 0
-        dimension = {15: 0, 1: 1, 8: 1, 26: 1, 27: 1, 28: 1}.get(words[1], 2 if words[1] in (2, 3, 9, 10, 16, 20, 21, 22, 23, 24, 25, 36, 37, 38) else 3)
+        flat = (2, 3, 9, 10, 16, 20, 21, 22, 23, 24, 25, 36, 37, 38)
+        dimension = {15: 0, 1: 1, 8: 1, 26: 1, 27: 1, 28: 1}.get(words[1], 2 if words[1] in flat else 3)
         elements[(words[1], tuple(words[2 + n_tags :]))] |= {(dimension, group)} if group else set()
     return dict(elements)
 

@@ -11,8 +11,27 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 from program import AZIMESH, TESTDATA, azimesh, report, scratch
 
-# Schedules whose runs have polyhedra-free meshes of every kind; the last asks for arrays as well.
-RUNS = [("naca0012", ""), ("wing_on_plane", ""), ("body_in_duct", '\n[output]\nquality = "cells"\ndisplacement = true\n')]
+# Schedules of testdata, what is added to them, and one for polyhedra.
+ARRAYS = '\n[output]\nquality = "cells"\ndisplacement = true\n'
+POLYHEDRA = """
+version = 1
+[azimuth]
+values = [0, 10, 20, 30]
+[[body]]
+name = "roof"
+tags = ["roof"]
+[body.rigid]
+translate = [0.01, 0.0, 0.005]
+ramp = true
+[boundaries]
+others = "fixed"
+"""
+RUNS = [
+    ("naca0012", None, ""),
+    ("wing_on_plane", None, ""),
+    ("body_in_duct", None, ARRAYS),
+    ("polyhedra_ascii", POLYHEDRA, ARRAYS),
+]
 DATA = ("GetPointData", "GetCellData", "GetFieldData")
 
 
@@ -112,10 +131,11 @@ def check_by_vtk(folder):
     return n
 
 
-def check_run(name, more, folder):
+def check_run(name, motion, more, folder):
     """A run in one .vtkhdf against the same run in .vtu files, forth and back through the steps."""
     schedule = folder / f"{name}.toml"
-    schedule.write_text((TESTDATA / f"{name}.toml").read_text() + more)
+    motion = motion or (TESTDATA / f"{name}.toml").read_text()
+    schedule.write_text(motion + more)
     for kind in ("vtu", "vtkhdf"):
         command = [AZIMESH, "--quiet", "deform", TESTDATA / f"{name}.vtu", schedule, "--format", kind]
         subprocess.run([*command, "-o", folder / f"{name}_{kind}"], check=False)
@@ -137,7 +157,7 @@ def main():
     """One line in all."""
     with scratch() as folder:
         n = check_files(folder) + check_by_vtk(folder)
-        n += sum(check_run(name, more, folder) for name, more in RUNS)
+        n += sum(check_run(*run, folder) for run in RUNS)
     report("vtkhdf", n, 0.0, "arrays", "files and steps by VTK's reader, files by its writer")
 
 

@@ -5,7 +5,6 @@
 
 pub mod cgns;
 pub mod gmsh;
-#[allow(dead_code)] // until CGNS uses the rest
 mod hdf5;
 pub mod legacy;
 mod lexer;
@@ -31,7 +30,7 @@ pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use packed::without_packing;
+pub use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

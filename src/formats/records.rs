@@ -26,6 +26,11 @@ pub fn write_records(
     n: usize,
     format: impl Fn(Range<usize>, &mut Vec<u8>) + Sync,
 ) -> Result<()> {
+    if n <= CHUNK {
+        let mut buffer = Vec::new();
+        format(0..n, &mut buffer);
+        return write_all(out, &buffer);
+    }
     let chunks: Vec<Range<usize>> = (0..n)
         .step_by(CHUNK)
         .map(|start| start..n.min(start + CHUNK))

@@ -25,7 +25,8 @@ impl Mesh {
         let place = |node: u32| self.points[node as usize].map(|x| (x + 0.0).to_bits());
         let mixed = |node: u32| {
             place(node).into_iter().fold(0u64, |hash, bits| {
-                let product = u128::from(hash ^ bits) * 0x9e37_79b9_7f4a_7c15_f39c_c060_5ced_c835;
+                let product =
+                    u128::from(hash ^ bits ^ 0xf39c_c060_5ced_c835) * 0x9e37_79b9_7f4a_7c15;
                 (product >> 64) as u64 ^ product as u64
             })
         };

@@ -301,7 +301,7 @@ impl Run<'_> {
         self.record.timings(&self.finished.timings);
         let series = match self.written.is_empty() {
             true => Ok(()),
-            false => output::series(&self.names, &self.written)
+            false => output::series(self.names, &self.written)
                 .iter()
                 .try_for_each(|(path, text)| formats::save_text(text, path)),
         };

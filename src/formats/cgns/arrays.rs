@@ -111,7 +111,7 @@ fn vector(x: &DataArray, y: &DataArray, z: &DataArray) -> DataArray {
 }
 
 fn joined(mut pieces: Vec<Piece>, n: usize) -> Values {
-    let covers = |piece: &Piece| piece.at == [0..n];
+    let covers = |piece: &Piece| piece.at.len() == 1 && piece.at[0] == (0..n);
     if let [piece] = &mut pieces[..]
         && covers(piece)
     {

@@ -36,6 +36,9 @@ use std::io::Write;
 /// Name of the node that holds a name in full which is too long for CGNS.
 const FULL_NAME: &str = "FullName";
 
+/// Name of the node that holds arrays of the mesh as a whole.
+const FIELD_ARRAYS: &str = "FieldArrays";
+
 /// CGNS in HDF5 (.cgns).
 pub struct Cgns;
 
@@ -87,3 +90,6 @@ impl Format for Cgns {
         Some(|path, options| Ok(Box::new(write::sequence::Sequence::create(path, options)?)))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -146,6 +146,16 @@ impl Node {
         Ok(self.bytes()?.chunks(32).map(trimmed).collect())
     }
 
+    /// Its data as strings, each with a zero after it.
+    pub fn strings(&self) -> Result<Vec<String>> {
+        let bytes = self.bytes()?;
+        let ended = bytes.strip_suffix(b"\0").unwrap_or(&bytes);
+        let strings = ended.split(|&byte| byte == 0);
+        Ok(strings
+            .map(|text| String::from_utf8_lossy(text).into_owned())
+            .collect())
+    }
+
     fn bytes(&self) -> Result<Vec<u8>> {
         match self.values()? {
             Values::I8(bytes) => Ok(bytes.into_iter().map(|byte| byte as u8).collect()),

@@ -78,7 +78,7 @@ impl Polyhedra {
                     let of = solids.starts.partition_point(|start| *start <= i) as i64;
                     return Err(zone.refuse(format!(
                         "polyhedron {} has the face {number}, which is in no NGON_n section",
-                        solids.first + of - 1
+                        solids.first.saturating_add(of - 1)
                     )));
                 };
                 self.n_cells[face] = (self.n_cells[face] + 1).min(2);
@@ -97,8 +97,8 @@ impl Polyhedra {
         for section in &self.faces.sections {
             let n = section.faces.len() as i64;
             for range in elements {
-                let start = (range.start - section.first).clamp(0, n) as usize;
-                let end = (range.end - section.first).clamp(0, n) as usize;
+                let start = range.start.saturating_sub(section.first).clamp(0, n) as usize;
+                let end = range.end.saturating_sub(section.first).clamp(0, n) as usize;
                 if start < end {
                     named[section.faces.start + start..section.faces.start + end].fill(true);
                 }
@@ -210,7 +210,7 @@ impl Polyhedra {
                     }
                 }
             }
-            let number = solids.first + i as i64;
+            let number = solids.first.saturating_add(i as i64);
             found
                 .cells
                 .push_polyhedron(&stream)

@@ -9,7 +9,7 @@ use super::time::Step;
 use super::zone::Zone;
 use super::{solution, structured, unstructured};
 use crate::error::{Error, Result};
-use crate::mesh::{Cells, Mesh};
+use crate::mesh::{Cells, DataArray, Mesh};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -21,6 +21,7 @@ pub(super) struct Found {
     pub tags: Tags,
     pub point_arrays: Arrays,
     pub cell_arrays: Arrays,
+    field_arrays: Vec<DataArray>,
     /// Elements of which only the corners are kept, by type.
     pub incomplete: BTreeMap<&'static str, usize>,
     /// What is left behind, and how many of it.
@@ -56,7 +57,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
         points: found.points,
         cells: found.cells,
         groups: found.tags.into_groups(),
-        field_arrays: Vec::new(),
+        field_arrays: found.field_arrays,
     })
 }
 
@@ -105,10 +106,11 @@ fn zones_of<'a>(
         "Descriptor_t",
     ];
     for child in base.children()? {
-        if !KEPT.contains(&child.label()) {
+        if !KEPT.contains(&child.label()) && child.name() != super::FIELD_ARRAYS {
             found.leave(child.label(), 1);
         }
     }
+    found.field_arrays.extend(solution::field_arrays(base)?);
     Ok(zones)
 }
 

@@ -130,7 +130,8 @@ impl Region<'_> {
     /// The numbers of an unstructured zone as ranges, in the order of the file.
     pub fn ranges(&self) -> Vec<Range<i64>> {
         if let (true, &[a, b]) = (self.is_range, &self.numbers[..]) {
-            return vec![a.min(b)..a.max(b).saturating_add(1)];
+            let range = a.min(b)..a.max(b).saturating_add(1);
+            return std::iter::once(range).collect();
         }
         let follows = |a: &i64, b: &i64| a.checked_add(1) == Some(*b);
         let stretches = self.numbers.chunk_by(follows);

@@ -83,7 +83,7 @@ impl Section<'_> {
 
     /// The numbers of its elements.
     pub fn range(&self) -> Range<i64> {
-        self.first..self.first + self.n_elements as i64
+        self.first..self.first.saturating_add(self.n_elements as i64)
     }
 
     /// Appends its elements to the cells. NGON_n and NFACE_n are for `polyhedra` to read.

@@ -5,7 +5,7 @@ use super::read::Found;
 use super::time::Step;
 use super::zone::{Zone, rind};
 use crate::error::Result;
-use crate::mesh::Values;
+use crate::mesh::{DataArray, Values};
 use std::ops::Range;
 
 /// Adds the arrays of the solutions of a zone that belong to this step. `cells` are its cells.
@@ -22,6 +22,27 @@ pub(super) fn read(
         }
     }
     Ok(())
+}
+
+/// The arrays of the mesh as a whole that azimesh has put into a base.
+pub(super) fn field_arrays(base: &Node) -> Result<Vec<DataArray>> {
+    let Some(node) = base.child(super::FIELD_ARRAYS)? else {
+        return Ok(Vec::new());
+    };
+    let mut arrays = Vec::new();
+    for array in node.labelled("DataArray_t")? {
+        let full_name = array.child_text(super::FULL_NAME)?;
+        let name = full_name.unwrap_or_else(|| array.name().to_owned());
+        let (n_components, values) = match array.values()? {
+            Values::I8(_) | Values::U8(_) | Values::Text(_) => (1, Values::Text(array.strings()?)),
+            values => match array.sizes()?[..] {
+                [n, _] if n >= 1 && (values.len() as u64).is_multiple_of(n) => (n as usize, values),
+                _ => (1, values),
+            },
+        };
+        arrays.push(DataArray::tuples(name, n_components, values));
+    }
+    Ok(arrays)
 }
 
 fn read_solution(

@@ -229,7 +229,7 @@ impl Grid {
         for numbers in region.numbers.chunks(n) {
             let mut point = [0; 3];
             for (i, &number) in numbers.iter().enumerate() {
-                point[i] = usize::try_from(number - 1).unwrap_or(usize::MAX);
+                point[i] = usize::try_from(number.saturating_sub(1)).unwrap_or(usize::MAX);
             }
             if numbers.len() < n || (0..n).any(|i| point[i] >= self.nodes[i]) {
                 return Err(region.node.refuse(format!(

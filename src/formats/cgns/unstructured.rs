@@ -111,8 +111,8 @@ impl Members<'_> {
                     break;
                 }
                 let n = span.n_elements as i64;
-                let start = (range.start - span.first).clamp(0, n) as usize;
-                let end = (range.end - span.first).clamp(0, n) as usize;
+                let start = range.start.saturating_sub(span.first).clamp(0, n) as usize;
+                let end = range.end.saturating_sub(span.first).clamp(0, n) as usize;
                 self.is_covered[i] |= start < end;
                 span.push_cells(start..end, &mut cells);
             }
@@ -249,7 +249,7 @@ fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mu
 
 impl Span {
     fn end(&self) -> i64 {
-        self.first + self.n_elements as i64
+        self.first.saturating_add(self.n_elements as i64)
     }
 
     /// The cells of some of its elements, counted from its first.

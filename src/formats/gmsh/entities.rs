@@ -24,10 +24,12 @@ impl Entities {
         let counts = counts(stream, version)?;
         for dimension in 0..4u8 {
             for _ in 0..counts[usize::from(dimension)] {
-                let tag = stream.int("the tag of an entity")?;
+                let what = "the tag of an entity";
                 if version == Version::V3 {
+                    let tag = stream.word(what)?.narrow(what)?;
                     self.read_v3(stream, (dimension, tag))?;
                 } else {
+                    let tag = stream.int(what)?;
                     self.read_rest(stream, version, (dimension, tag))?;
                 }
             }
@@ -67,7 +69,7 @@ impl Entities {
         Ok(())
     }
 
-    /// Reads boundary and physical groups of an entity of version 3.
+    /// Reads boundary and physical groups of an entity of version 3, text in binary files too.
     fn read_v3(&mut self, stream: &mut Stream, key: Key) -> Result<()> {
         let int = |stream: &mut Stream, what| -> Result<i32> { stream.word(what)?.narrow(what) };
         if key.0 > 0 {

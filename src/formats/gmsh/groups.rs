@@ -226,14 +226,10 @@ pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Ve
     let mut arrays = Vec::new();
     let mut known = BTreeSet::new();
     let tells_more = |(key, cells): (&(u8, i32), &CellSet)| {
-        let Some(first) = cells
-            .iter()
-            .next()
-            .filter(|_| key.0 + 1 >= mesh.dimension())
-        else {
+        if key.0 + 1 < mesh.dimension() {
             return false;
-        };
-        let of = |group: &Group| group.dimension == key.0 && group.cells.contains(first);
+        }
+        let of = |group: &Group| group.dimension == key.0 && overlap(&group.cells, cells);
         let groups: Vec<bool> = mesh.groups.iter().map(of).collect();
         !known.insert((key.0, groups))
     };
@@ -244,6 +240,12 @@ pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Ve
         arrays.push(partition.array(PARTITIONS, mesh.cells.len()));
     }
     arrays
+}
+
+/// Whether two sets have a cell in common: then a range of one starts within the other.
+fn overlap(a: &CellSet, b: &CellSet) -> bool {
+    let starts_in = |a: &CellSet, b: &CellSet| a.ranges().any(|range| b.contains(range.start));
+    starts_in(a, b) || starts_in(b, a)
 }
 
 #[cfg(test)]

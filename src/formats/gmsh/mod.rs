@@ -104,4 +104,6 @@ fn is_msh(head: &[u8]) -> bool {
 }
 
 #[cfg(test)]
+mod fixtures;
+#[cfg(test)]
 mod tests;

@@ -164,29 +164,25 @@ fn read_lines(
     Ok(())
 }
 
-/// Nodes of versions 1 to 3 as text, one a line; version 3 gives the entity after the coordinates.
+/// Nodes of versions 1 to 3 as text, one a line. Versions 1 and 3 and parametric nodes of version 2
+/// may give the entity after the coordinates, by two numbers, and then parameters.
 fn read_list(stream: &mut Stream, version: Version, parametric: bool) -> Result<Nodes> {
     let n = count(stream, "the number of nodes")?;
-    let more = parametric || version == Version::V3;
+    let more = parametric || version != Version::V2;
     let (mut tags, mut points) = (Vec::new(), Vec::new());
     let start = stream.text.position();
     read_lines(stream, n, more, &mut tags, &mut points)?;
-    let n_parametric = match (parametric, version) {
-        (true, _) => n,
-        (false, Version::V3) => {
-            let end = stream.text.position();
-            stream.text.set_position(start);
-            let lines = stream.lines(n, "the nodes")?;
-            debug_assert_eq!(stream.text.position(), end);
-            let more_words = lines.parse(|line, found: &mut usize| {
-                let mut words = std::iter::from_fn(|| line.word());
-                *found += usize::from(words.nth(6).is_some());
-                Ok(())
-            })?;
-            more_words.iter().sum()
-        }
-        _ => 0,
-    };
+    let mut n_parametric = 0;
+    if more {
+        stream.text.set_position(start);
+        let lines = stream.lines(n, "the nodes")?;
+        let counts = lines.parse(|line, found: &mut usize| {
+            let mut words = std::iter::from_fn(|| line.word());
+            *found += usize::from(words.nth(6).is_some());
+            Ok(())
+        })?;
+        n_parametric = counts.iter().sum();
+    }
     Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
 }
 
@@ -215,14 +211,15 @@ fn read_with_entities(stream: &mut Stream, binary: Binary, is_v3: bool) -> Resul
         }
         let second = stream.int("the entity of a node")?;
         let dimension = if is_v3 { second } else { first };
-        let n_parameters = match dimension {
-            1 => 1,
-            2 => 2,
-            3 if is_v3 => 3,
-            _ => 0,
+        let (n_parameters, each) = match dimension {
+            1 => (1, 8),
+            2 => (2, 8),
+            // In a volume version 3 writes three zeros of 4 bytes.
+            3 if is_v3 => (3, 4),
+            _ => (0, 8),
         };
-        stream.take(n_parameters, 8, "the parameters of a node")?;
-        n_parametric += usize::from(n_parameters > 0);
+        stream.take(n_parameters, each, "the parameters of a node")?;
+        n_parametric += usize::from(n_parameters > 0 && each == 8);
     }
     Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
 }

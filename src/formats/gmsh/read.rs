@@ -53,22 +53,27 @@ fn sections<'a>(
     let mut stream = Stream::new(bytes);
     let mut version = None;
     while let Some(name) = next_section(&mut stream) {
-        match (name, version) {
-            (b"MeshFormat", None) => version = Some(read_format(&mut stream)?),
-            (b"NOD" | b"ELM", None) => {
-                version = Some(Version::V1);
-                read(name, Version::V1, &mut stream)?;
+        let known = match (name, version) {
+            (b"MeshFormat", None) => {
+                version = Some(read_format(&mut stream)?);
+                end_section(name, &mut stream)?;
+                continue;
             }
+            // Version 1 has no other header.
+            (b"NOD" | b"ELM", None) => *version.insert(Version::V1),
             (b"Nodes" | b"Elements" | b"PhysicalNames" | b"Entities", None) => {
                 return Err(stream.error(format!("${} before $MeshFormat", show(name))));
             }
-            (_, Some(version)) if read(name, version, &mut stream)? => {}
-            _ => {
+            (_, Some(version)) => version,
+            (_, None) => {
                 skip_section(name, &mut stream)?;
                 continue;
             }
+        };
+        match read(name, known, &mut stream)? {
+            true => end_section(name, &mut stream)?,
+            false => skip_section(name, &mut stream)?,
         }
-        end_section(name, &mut stream)?;
     }
     match version {
         Some(_) => Ok(stream),

@@ -210,13 +210,17 @@ fn tags(arrays: &[DataArray], name: &str, highest: i64) -> Option<Vec<i64>> {
     good.then_some(tags)
 }
 
-/// The entity of each cell, where the mesh came with them.
+/// The entity of each cell, where the mesh came with them; 0 where a cell has none.
 fn own_tags(mesh: &Mesh) -> Option<&Values> {
-    let array = mesh
-        .cell_arrays
-        .iter()
-        .find(|array| array.name == ENTITIES)?;
-    (array.n_components == 1 && array.values.is_integer()).then_some(&array.values)
+    let mut arrays = mesh.cell_arrays.iter();
+    let array = arrays.find(|array| array.name == ENTITIES)?;
+    let mut good = array.n_components == 1 && array.values.is_integer();
+    array
+        .values
+        .for_each_stretch(0..array.values.len(), |tag, _| {
+            good &= (0..=i32::MAX.into()).contains(&tag);
+        });
+    good.then_some(&array.values)
 }
 
 fn lowest_and_highest(tags: Option<&[i64]>, n: usize) -> [usize; 2] {

@@ -49,8 +49,8 @@ pub(in crate::formats) struct Stored {
 }
 
 impl Stored {
-    /// The values from a number of bytes on.
-    pub fn from_byte(self, n_bytes: u64) -> Self {
+    /// The values past so many bytes.
+    pub fn past(self, n_bytes: u64) -> Self {
         Self {
             address: self.address + n_bytes,
         }

@@ -5,7 +5,7 @@
 //! libhdf5 from 1.8, files with chunks from 1.10.
 
 use super::checksum::lookup3;
-use super::tree::{Attribute, Link, Node};
+use super::tree::{Attribute, Id, Node};
 use crate::error::{Error, Result};
 
 /// The address that is none.
@@ -48,7 +48,7 @@ pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Ve
         }
         None => {
             let mut info = vec![0, 3];
-            info.extend((node.links.len() as u64).to_le_bytes());
+            info.extend((node.children.len() as u64).to_le_bytes());
             for _ in 0..3 {
                 info.extend(NOWHERE.to_le_bytes());
             }
@@ -56,8 +56,8 @@ pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Ve
             messages.push(10, 1, &[0, 0])?;
         }
     }
-    for (order, (name, target)) in node.links.iter().enumerate() {
-        messages.push(6, 0, &link(order, name, target, addresses)?)?;
+    for (order, (name, Id(child))) in node.children.iter().enumerate() {
+        messages.push(6, 0, &link(order, name, addresses[*child])?)?;
     }
     for attribute in &node.attributes {
         let message = attribute_message(attribute);
@@ -124,42 +124,18 @@ fn layout(place: &Place, shape: &[u64], element: u64, n_bytes: u64) -> Vec<u8> {
     }
 }
 
-fn link(order: usize, name: &str, target: &Link, addresses: &[u64]) -> Result<Vec<u8>> {
-    const WITH_ORDER_AND_SIZE_OF_2: u8 = 0x05;
-    const WITH_TYPE: u8 = 0x08;
-    const UTF8: u8 = 0x10;
-    let length = |text: &str, more: usize| {
-        u16::try_from(text.len() + more)
-            .map_err(|_| Error::input(format!("a name of {} bytes; HDF5 has 65535", text.len())))
-    };
-    let mut message = vec![1, WITH_ORDER_AND_SIZE_OF_2 | UTF8];
-    match target {
-        Link::Hard(_) => {}
-        Link::Soft(_) => message.push(1),
-        Link::External { .. } => message.push(64),
-    }
-    if !matches!(target, Link::Hard(_)) {
-        message[1] |= WITH_TYPE;
-    }
+fn link(order: usize, name: &str, address: u64) -> Result<Vec<u8>> {
+    const WITH_ORDER_AND_CHARSET: u8 = 0x14;
+    const LENGTH_OF_2_BYTES: u8 = 0x01;
+    const UTF8: u8 = 1;
+    let length = u16::try_from(name.len())
+        .map_err(|_| Error::input(format!("a name of {} bytes; HDF5 has 65535", name.len())))?;
+    let mut message = vec![1, WITH_ORDER_AND_CHARSET | LENGTH_OF_2_BYTES];
     message.extend((order as u64).to_le_bytes());
-    message.push(1);
-    message.extend(length(name, 0)?.to_le_bytes());
+    message.push(UTF8);
+    message.extend(length.to_le_bytes());
     message.extend(name.as_bytes());
-    match target {
-        Link::Hard(child) => message.extend(addresses[child.0].to_le_bytes()),
-        Link::Soft(path) => {
-            message.extend(length(path, 0)?.to_le_bytes());
-            message.extend(path.as_bytes());
-        }
-        Link::External { file, path } => {
-            message.extend(length(path, file.len() + 3)?.to_le_bytes());
-            message.push(0);
-            for text in [file, path] {
-                message.extend(text.as_bytes());
-                message.push(0);
-            }
-        }
-    }
+    message.extend(address.to_le_bytes());
     Ok(message)
 }
 

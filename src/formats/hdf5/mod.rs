@@ -1,6 +1,6 @@
 //! HDF5 files: our own small writer, and the one home of the crate that reads them.
 //!
-//! Knows groups, datasets, attributes and links; what they mean is for CGNS and VTKHDF to know.
+//! Knows groups, datasets and attributes; what they mean is for CGNS and VTKHDF to know.
 //!
 //! Writing a file whose content is known, front to back into any sink:
 //!
@@ -41,9 +41,8 @@ mod read;
 mod tree;
 mod write;
 
-#[allow(unused_imports)] // until CGNS uses the rest
 pub(super) use self::{
-    element::{Element, Number},
+    element::Element,
     grow::{Growing, Stored},
     read::{Dataset, File, Group},
     tree::{Data, Id, Sink, Tree},

@@ -85,11 +85,6 @@ impl Group {
         self.0.name()
     }
 
-    /// Where its header lies in its file: a group met again below itself has the same.
-    pub fn address(&self) -> u64 {
-        self.0.address()
-    }
-
     /// Its groups, in the order in which they were made where the file tells, else by name.
     pub fn groups(&self) -> Result<Vec<Group>> {
         let groups = self.0.groups().map_err(|error| self.refused(error))?;
@@ -230,21 +225,6 @@ impl Dataset {
     /// Bytes of one value; 0 for what is neither a number nor text.
     pub fn value_size(&self) -> usize {
         hdf5_reader::dtype_element_size(self.inner.dtype()).unwrap_or(0)
-    }
-
-    /// Whether its values are integers.
-    pub fn is_integer(&self) -> bool {
-        matches!(self.inner.dtype(), Datatype::FixedPoint { .. })
-    }
-
-    /// An attribute that is numbers or text.
-    pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
-        let attributes = self.inner.attributes();
-        let attribute = attributes.iter().find(|attribute| attribute.name == name);
-        attribute
-            .map(attribute_values)
-            .transpose()
-            .map_err(|error| error.dataset(name))
     }
 
     /// All values, in their own type and the byte order of this machine.

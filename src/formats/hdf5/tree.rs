@@ -1,4 +1,4 @@
-//! What a file holds: groups, datasets, attributes and links, before it has places for them.
+//! What a file holds: groups, datasets and attributes, before it has places for them.
 
 use super::element::{Element, Number};
 use super::grow::Stored;
@@ -57,7 +57,7 @@ impl Data<'_> {
 #[derive(Default)]
 pub(super) struct Node<'a> {
     pub attributes: Vec<Attribute>,
-    pub links: Vec<(String, Link)>,
+    pub children: Vec<(String, Id)>,
     pub dataset: Option<Dataset<'a>>,
 }
 
@@ -66,12 +66,6 @@ pub(super) struct Attribute {
     pub element: Element,
     pub shape: Option<Vec<u64>>,
     pub bytes: Vec<u8>,
-}
-
-pub(super) enum Link {
-    Hard(Id),
-    Soft(String),
-    External { file: String, path: String },
 }
 
 pub(super) struct Dataset<'a> {
@@ -130,19 +124,6 @@ impl<'a> Tree<'a> {
         self.dataset(parent, name, T::ELEMENT, &[values.len() as u64], data)
     }
 
-    /// Adds a link to a path in this file.
-    pub fn soft_link(&mut self, parent: Id, name: &str, path: &str) {
-        let link = Link::Soft(path.to_owned());
-        self.nodes[parent.0].links.push((name.to_owned(), link));
-    }
-
-    /// Adds a link to a path in another file.
-    pub fn external_link(&mut self, parent: Id, name: &str, file: &str, path: &str) {
-        let (file, path) = (file.to_owned(), path.to_owned());
-        let link = Link::External { file, path };
-        self.nodes[parent.0].links.push((name.to_owned(), link));
-    }
-
     /// Adds an attribute of text that takes as many bytes as it has, at least one, without a zero
     /// at the end.
     pub fn text_attribute(&mut self, of: Id, name: &str, text: &str) {
@@ -195,9 +176,7 @@ impl<'a> Tree<'a> {
     fn add(&mut self, parent: Id, name: &str, node: Node<'a>) -> Id {
         let id = Id(self.nodes.len());
         self.nodes.push(node);
-        self.nodes[parent.0]
-            .links
-            .push((name.to_owned(), Link::Hard(id)));
+        self.nodes[parent.0].children.push((name.to_owned(), id));
         id
     }
 }

@@ -49,6 +49,10 @@ impl Format for Legacy {
             .is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile"))
     }
 
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
     fn version(&self, head: &[u8]) -> Option<String> {
         super::word_after(head, b"Version")
     }
@@ -82,6 +86,10 @@ impl Format for Legacy42 {
 
     fn recognizes(&self, head: &[u8]) -> bool {
         Legacy.recognizes(head)
+    }
+
+    fn holds_arrays(&self) -> bool {
+        true
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {

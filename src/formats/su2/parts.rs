@@ -9,6 +9,8 @@ pub(super) struct Parts<'a> {
     pub zones: Vec<Part<'a>>,
     /// Whether the mesh's groups are these zones; otherwise it is one zone as a whole.
     pub is_split: bool,
+    /// Whether nodes are written in an order other than the mesh's.
+    pub is_reordered: bool,
     /// Index of each node within its zone; `None` where that is its own.
     local: Option<Vec<u32>>,
 }
@@ -45,6 +47,7 @@ impl<'a> Parts<'a> {
                     markers,
                 }],
                 is_split: false,
+                is_reordered: false,
                 local: None,
             },
         }
@@ -85,6 +88,7 @@ impl<'a> Parts<'a> {
                 })
                 .collect(),
             is_split: true,
+            is_reordered: !owner.is_sorted(),
             local: Some(local),
         }
     }

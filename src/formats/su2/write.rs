@@ -25,6 +25,9 @@ pub(super) fn write(
         notes.extend(height(mesh)?);
     }
     notes.extend(zone_names(mesh, &parts));
+    if parts.is_reordered {
+        notes.push("nodes are written zone by zone, in another order".into());
+    }
     notes.extend(dropped(mesh));
     notes.extend(renamed(&parts));
     if parts.is_split {

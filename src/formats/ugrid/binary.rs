@@ -3,7 +3,7 @@
 use super::Ugrid;
 use super::fortran;
 use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, n_nodes};
-use super::read::Content;
+use super::read::{Content, not_kept};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -14,11 +14,21 @@ const CHUNK: usize = 1 << 16;
 /// What these bytes hold.
 pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Content> {
     let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
-    let header = match binary.has_records {
-        true => fortran::header(bytes, binary).ok_or_else(|| {
-            wrong("the file does not start with a Fortran record of seven counts".into())
-        })?,
-        false => bytes,
+    let mut notes = Vec::new();
+    let (header, body, start) = match binary.has_records {
+        false => {
+            let body = bytes.get(binary.header()..).unwrap_or(&[]);
+            (bytes, Cow::Borrowed(body), binary.header())
+        }
+        true => match (records(bytes, binary), fortran::unmarked(bytes, binary)) {
+            (Ok(records), _) => records,
+            (Err(_), Some((header, body))) => {
+                notes.push("the marks of Fortran's records are wrong; the length fits".into());
+                let start = bytes.len() - fortran::MARK - body.len();
+                (header, Cow::Borrowed(body), start)
+            }
+            (Err(error), None) => return Err(with_hint(error, bytes, flavour)),
+        },
     };
     let counts = binary.counts(header).ok_or_else(|| {
         let n = binary.header();
@@ -28,11 +38,6 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
         ))
     })?;
     let counts = counts.map_err(wrong)?;
-    let (body, start) = match binary.has_records {
-        true => fortran::data(bytes, fortran::header_bytes(binary) as usize, binary)
-            .map_err(|error| with_hint(error, bytes, flavour))?,
-        false => (Cow::Borrowed(&bytes[binary.header()..]), binary.header()),
-    };
     let needed = binary.body(&counts);
     if (body.len() as u128) < needed {
         return Err(wrong(format!(
@@ -49,17 +54,25 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
     read_nodes(&mut rest, 0..N_FACE_KINDS, &counts, binary, faces)?;
     let face_numbers = face_numbers(&mut rest, &counts, binary)?;
     read_nodes(&mut rest, N_FACE_KINDS..KINDS.len(), &counts, binary, solid)?;
-    let left = match rest.body.len() {
-        0 => None,
-        n => Some(format!("{n} bytes")),
-    };
+    if !rest.body.is_empty() {
+        notes.push(not_kept(&format!("{} bytes", rest.body.len())));
+    }
     Ok(Content {
         counts,
         points,
         connectivity,
         face_numbers,
-        left,
+        notes,
     })
+}
+
+/// Counts and data between the marks of records, and where the data start.
+fn records<'a>(bytes: &'a [u8], binary: &Binary) -> Result<(&'a [u8], Cow<'a, [u8]>, usize)> {
+    let header = fortran::header(bytes, binary).ok_or_else(|| {
+        Error::input("the file does not start with a Fortran record of seven counts").byte(0)
+    })?;
+    let (body, start) = fortran::data(bytes, fortran::header_bytes(binary) as usize, binary)?;
+    Ok((header, body, start))
 }
 
 /// What is still to be read, and where it starts in the file.

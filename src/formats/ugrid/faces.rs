@@ -35,10 +35,10 @@ pub(super) fn add_groups(mesh: &mut Mesh, numbers: &[i32], patches: &[Patch]) {
             condition,
             cells,
         };
-        if let Some(patch) = patch.filter(|_| group.condition.is_some()) {
-            if condition_number(mesh, &group) != Some(patch.condition) {
-                kept.extend([i64::from(number), patch.condition.into()]);
-            }
+        if let Some(patch) = patch.filter(|_| group.condition.is_some())
+            && condition_number(mesh, &group) != Some(patch.condition)
+        {
+            kept.extend([i64::from(number), patch.condition.into()]);
         }
         mesh.groups.push(group);
     }

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 
 /// Bytes of a mark.
-const MARK: usize = 4;
+pub(super) const MARK: usize = 4;
 /// Longest part of a record, as compilers cut them.
 const LONGEST: u64 = 2_147_483_639;
 
@@ -29,6 +29,16 @@ pub(super) fn header<'a>(bytes: &'a [u8], binary: &Binary) -> Option<&'a [u8]> {
     let is_mark = |bytes: &[u8]| binary.integer(bytes) == binary.header() as i64;
     let whole = bytes.get(..end + MARK)?;
     (is_mark(&whole[..MARK]) && is_mark(&whole[end..])).then(|| &whole[MARK..end])
+}
+
+/// The counts and the data of a file whose marks are wrong but whose length is right: meshio writes
+/// such.
+pub(super) fn unmarked<'a>(bytes: &'a [u8], binary: &Binary) -> Option<(&'a [u8], &'a [u8])> {
+    let start = header_bytes(binary) as usize + MARK;
+    let counts = binary.counts(bytes.get(MARK..)?)?.ok()?;
+    let end = bytes.len().checked_sub(MARK)?;
+    let body = bytes.get(start..end)?;
+    (body.len() as u128 == binary.body(&counts)).then_some((&bytes[MARK..], body))
 }
 
 /// The data of all records from byte `start` on, and where it starts in the file.

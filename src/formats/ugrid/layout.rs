@@ -180,25 +180,17 @@ impl Binary {
         }
     }
 
+    /// Marks of records are not looked at: some writers get them wrong.
     fn fits(&self, bytes: &[u8]) -> bool {
-        let (header, length) = match self.has_records {
-            true => match fortran::header(bytes, self) {
-                Some(header) => (header, bytes.len() as u128 - fortran::header_bytes(self)),
-                None => return false,
-            },
-            false => (
-                bytes,
-                (bytes.len() as u128).saturating_sub(self.header() as u128),
-            ),
-        };
-        let Some(Ok(counts)) = self.counts(header) else {
+        let before = if self.has_records { fortran::MARK } else { 0 };
+        let Some(Ok(counts)) = bytes.get(before..).and_then(|from| self.counts(from)) else {
             return false;
         };
-        let marks = if self.has_records {
-            fortran::marks(self.body(&counts))
-        } else {
-            0
+        let body = self.body(&counts);
+        let marks = match self.has_records {
+            true => 2 * fortran::MARK as u128 + fortran::marks(body),
+            false => 0,
         };
-        counts.is_mesh() && length == self.body(&counts) + marks
+        counts.is_mesh() && bytes.len() as u128 == self.header() as u128 + body + marks
     }
 }

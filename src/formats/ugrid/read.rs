@@ -21,8 +21,13 @@ pub(super) struct Content {
     pub connectivity: Vec<u32>,
     /// Number of each boundary face.
     pub face_numbers: Vec<i32>,
-    /// How much there is behind the last cell.
-    pub left: Option<String>,
+    /// Sentences on what is odd or not kept.
+    pub notes: Vec<String>,
+}
+
+/// A sentence on what is behind the last cell.
+pub(super) fn not_kept(left: &str) -> String {
+    format!("{left} behind the last cell, such as volume numbers, are not kept")
 }
 
 /// The mesh in these bytes, with the names and conditions of `patches`.
@@ -36,10 +41,8 @@ pub(super) fn read(
         Layout::Text => text::read(bytes, flavour)?,
         Layout::Binary(layout) => binary::read(bytes, layout, flavour)?,
     };
-    if let Some(left) = &content.left {
-        notes.push(format!(
-            "{left} behind the last cell, such as volume numbers, are not kept"
-        ));
+    for note in content.notes.drain(..) {
+        notes.push(note);
     }
     turn_pyramids(&mut content);
     let runs = KINDS.into_iter().zip(content.counts.n_cells);

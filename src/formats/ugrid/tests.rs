@@ -277,6 +277,23 @@ fn what_is_behind_the_last_cell_is_noted() {
 }
 
 #[test]
+fn wrong_marks_of_records_are_noted_where_the_length_fits() {
+    let (mut file, _) = written(&LR8, &solid());
+    file[0] = 56;
+    let last = file.len() - 1;
+    file[last] = 1;
+    let (mesh, notes) = read(&LR8, &file).expect("the length fits");
+    assert_eq!(mesh, solid());
+    assert_eq!(notes.len(), 1);
+    file.pop();
+    let message = read(&LR8, &file).expect_err("it is cut off").to_string();
+    assert!(
+        message.contains("does not start with a Fortran record"),
+        "{message}"
+    );
+}
+
+#[test]
 fn files_of_a_case_share_its_name() {
     for (path, expected) in [
         ("a/wing.b8.ugrid", "a/wing"),

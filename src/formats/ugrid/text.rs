@@ -6,7 +6,7 @@
 use super::super::lexer::{Fields, Lexer, shown};
 use super::Ugrid;
 use super::layout::{Counts, KINDS, N_FACE_KINDS, n_nodes};
-use super::read::Content;
+use super::read::{Content, not_kept};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -55,8 +55,7 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let n_reals = 3 * counts.n_nodes;
     let n_needed = n_reals + counts.n_integers();
     if n_found < n_needed {
-        let end = Lexer::new(bytes, None);
-        let mut end = end;
+        let mut end = Lexer::new(bytes, None);
         end.set_position(bytes.len());
         return Err(end.error(format!(
             "the counts at the start ask for {n_needed} numbers, the file ends after {n_found}"
@@ -91,13 +90,16 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let [n_face_entries, _] = counts.n_entries();
     let faces = n_face_entries..n_face_entries + counts.n_faces();
     let face_numbers = integers.drain(faces).map(|bits| bits as i32).collect();
-    let left = n_found - n_needed;
+    let left = match n_found - n_needed {
+        0 => None,
+        n => Some(not_kept(&format!("{n} numbers"))),
+    };
     Ok(Content {
         counts,
         points,
         connectivity: integers,
         face_numbers,
-        left: (left > 0).then(|| format!("{left} numbers")),
+        notes: left.into_iter().collect(),
     })
 }
 

@@ -57,7 +57,7 @@ impl<'a> Blocks<'a> {
             fields,
             point_data,
             cell_data,
-            points,
+            mut points,
             cells,
         } = plan.sections();
         let mut names = Names {
@@ -82,12 +82,10 @@ impl<'a> Blocks<'a> {
             ("NumberOfCells", plan.n_cells() as u64),
         ];
         let points = points
-            .into_iter()
-            .map(|content| array("", "Points".into(), content));
+            .pop()
+            .expect("a plan has coordinates, perhaps of no node");
         Self {
-            points: points
-                .last()
-                .expect("a plan has coordinates, perhaps of no node"),
+            points: array("", "Points".into(), points),
             cells: cell_blocks(mesh, plan, cells, &mut counts),
             arrays,
             counts,
@@ -192,7 +190,6 @@ fn cell_blocks<'a>(
     counts: &mut Vec<(&'static str, u64)>,
 ) -> Vec<Block<'a>> {
     let mut blocks = Vec::new();
-    let n_cells = plan.n_cells() as u64;
     let mut n_entries = 0;
     for content in contents {
         match content.name {
@@ -215,54 +212,54 @@ fn cell_blocks<'a>(
         }
     }
     counts.push(("NumberOfConnectivityIds", n_entries));
-    if !mesh.cells.has_polyhedra() {
-        return blocks;
+    if mesh.cells.has_polyhedra() {
+        blocks.extend(face_blocks(mesh, plan, counts));
     }
+    blocks
+}
+
+/// The datasets of the faces of polyhedra.
+fn face_blocks<'a>(
+    mesh: &'a Mesh,
+    plan: &Plan,
+    counts: &mut Vec<(&'static str, u64)>,
+) -> [Block<'a>; 4] {
     let FaceCounts { faces, entries } = FaceCounts::of(&mesh.cells);
     counts.push(("NumberOfFaces", faces));
     counts.push(("NumberOfFaceConnectivityIds", entries));
     counts.push(("NumberOfPolyhedronToFaceIds", faces));
     let cells = &mesh.cells;
-    let n_more = plan.repeated.len();
+    let (n_cells, n_more) = (plan.n_cells() as u64, plan.repeated.len());
     let wide = is_wide(entries.max(mesh.points.len() as u64));
-    blocks.push(made(
-        "FaceConnectivity",
-        entries,
-        wide,
-        move |sink| match wide {
+    let wide_faces = is_wide(faces);
+    [
+        made("FaceConnectivity", entries, wide, move |sink| match wide {
             false => faces::nodes::<i32>(cells, sink),
             true => faces::nodes::<i64>(cells, sink),
-        },
-    ));
-    blocks.push(made(
-        "FaceOffsets",
-        faces + 1,
-        wide,
-        move |sink| match wide {
+        }),
+        made("FaceOffsets", faces + 1, wide, move |sink| match wide {
             false => faces::starts::<i32>(cells, sink),
             true => faces::starts::<i64>(cells, sink),
-        },
-    ));
-    let wide = is_wide(faces);
-    blocks.push(made(
-        "PolyhedronToFaces",
-        faces,
-        wide,
-        move |sink| match wide {
-            false => faces::numbers::<i32>(faces, sink),
-            true => faces::numbers::<i64>(faces, sink),
-        },
-    ));
-    blocks.push(made(
-        "PolyhedronOffsets",
-        n_cells + 1,
-        wide,
-        move |sink| match wide {
-            false => faces::cell_starts::<i32>(cells, n_more, sink),
-            true => faces::cell_starts::<i64>(cells, n_more, sink),
-        },
-    ));
-    blocks
+        }),
+        made(
+            "PolyhedronToFaces",
+            faces,
+            wide_faces,
+            move |sink| match wide_faces {
+                false => faces::numbers::<i32>(faces, sink),
+                true => faces::numbers::<i64>(faces, sink),
+            },
+        ),
+        made(
+            "PolyhedronOffsets",
+            n_cells + 1,
+            wide_faces,
+            move |sink| match wide_faces {
+                false => faces::cell_starts::<i32>(cells, n_more, sink),
+                true => faces::cell_starts::<i64>(cells, n_more, sink),
+            },
+        ),
+    ]
 }
 
 fn is_wide(largest: u64) -> bool {

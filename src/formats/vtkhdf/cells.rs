@@ -82,7 +82,7 @@ fn append(
             };
             last = Some(ends.last().map_or(before, |end| end.as_index()));
             let chunk = Chunk { bytes: bytemuck::cast_slice(ends), swap: false };
-            append_typed(&ends, &types[done..done + ends.len()], chunk, before, table)?;
+            append_typed(ends, &types[done..done + ends.len()], chunk, before, table)?;
             done += ends.len();
         }, _text => return Err(no_integers("Offsets")));
         Ok(())

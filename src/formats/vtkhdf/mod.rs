@@ -92,6 +92,12 @@ fn unstructured(source: &Source) -> Result<Group> {
             "this HDF5 file has no group {ROOT}, so it is none of VTK's"
         ))
     })?;
+    let version = group.attribute("Version")?.and_then(|v| v.to_integers());
+    let newest = version.and_then(|version| version.first().copied());
+    if let Some(newest) = newest.filter(|newest| *newest > 2) {
+        let message = format!("it is VTKHDF of version {newest}; 1 and 2 are read");
+        return Err(Error::input(message));
+    }
     match group.text("Type")? {
         Some(found) if found == "UnstructuredGrid" => Ok(group),
         Some(found) => Err(Error::input(format!(

@@ -17,6 +17,8 @@ const ZEROS: [u8; 4096] = [0; 4096];
 /// A sequence under work.
 pub(super) struct Sequence {
     file: Growing,
+    /// Most bytes of a chunk.
+    pub chunk_limit: u64,
     options: WriteOptions,
     times: Vec<f64>,
     topology: Option<Topology>,
@@ -61,6 +63,7 @@ impl Sequence {
     pub fn create(path: &Path, options: &WriteOptions) -> Result<Self> {
         Ok(Self {
             file: Growing::create(path)?,
+            chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             times: Vec::new(),
             topology: None,
@@ -128,7 +131,7 @@ impl Sequence {
         let series = match known {
             Some(series) => series,
             None if step == 0 => {
-                self.series.push(Series::new(block));
+                self.series.push(Series::new(block, self.chunk_limit));
                 self.series.last_mut().expect("it was just added")
             }
             None => return Err(changed(step, block, "is not in the first step")),
@@ -176,9 +179,9 @@ fn changed(step: usize, block: &Block, how: &str) -> Error {
 }
 
 impl Series {
-    fn new(block: &Block) -> Self {
+    fn new(block: &Block, chunk_limit: u64) -> Self {
         let row = block.n_components * block.element.size();
-        let n_chunks = (block.n_rows * row).div_ceil(MOST_CHUNK_BYTES).max(1);
+        let n_chunks = (block.n_rows * row).div_ceil(chunk_limit).max(1);
         Self {
             group: block.group,
             name: block.name.clone(),
@@ -230,7 +233,7 @@ impl Series {
         let chunk_bytes = self.chunk_rows * self.row();
         let chunks = |piece: &Stored| {
             let piece = *piece;
-            (0..self.n_chunks).map(move |i| piece.from_byte(i * chunk_bytes))
+            (0..self.n_chunks).map(move |i| piece.past(i * chunk_bytes))
         };
         Data::Chunks {
             rows: self.chunk_rows,

@@ -153,6 +153,19 @@ impl<'a> Draft<'a> {
         self.add(Some(parent), name, label, Some(data))
     }
 
+    /// Adds a node that holds these bytes.
+    pub fn bytes(
+        &mut self,
+        parent: Place,
+        (name, label): (&str, &'static str),
+        kind: Kind,
+        sizes: &[u64],
+        bytes: Vec<u8>,
+    ) -> Place {
+        let data = (kind, sizes.to_vec(), Payload::Bytes(bytes));
+        self.add(Some(parent), name, label, Some(data))
+    }
+
     /// Adds the version of CGNS that the file follows.
     pub fn version(&mut self, version: f32) {
         let bytes = Payload::Bytes(version.to_ne_bytes().to_vec());

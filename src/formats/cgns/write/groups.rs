@@ -130,7 +130,13 @@ struct Families {
 impl Families {
     fn new(base: Place) -> Self {
         let mut names = Names::default();
-        for taken in [super::ZONE, super::TIMES, super::SIMULATION, "DataClass"] {
+        for taken in [
+            super::ZONE,
+            super::TIMES,
+            super::SIMULATION,
+            "DataClass",
+            super::super::FIELD_ARRAYS,
+        ] {
             names.give(taken);
         }
         Self {
@@ -147,10 +153,11 @@ impl Families {
         if !self.by_name.contains_key(&group.name) {
             let name = self.names.give(&group.name);
             let family = draft.group(base, &name, "Family_t");
+            // VTK's reader complains of a family without children.
+            draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
             if name != group.name {
-                draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
                 notes.push(format!(
-                    "the name \"{}\" is \"{name}\" in CGNS, which allows 32 bytes and no slash",
+                    "the name \"{}\" is \"{name}\" in CGNS, which takes 32 bytes, no slash and each name once",
                     group.name
                 ));
             }

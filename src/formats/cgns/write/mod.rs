@@ -3,13 +3,14 @@
 //! ```text
 //! plan      which cells make up which section; names: what CGNS takes for a name
 //! sections  connectivity; faces: those of polyhedra, each once
-//! groups    boundary conditions, subregions, families; arrays: solutions
+//! groups    boundary conditions, subregions, families; arrays: solutions; fields: of the mesh as a whole
 //! draft     nodes with name, label and data -> HDF5
 //! ```
 
 mod arrays;
 mod draft;
 mod faces;
+mod fields;
 mod groups;
 mod names;
 mod plan;
@@ -23,6 +24,7 @@ use draft::{Draft, Kind, Make, Place};
 use faces::FaceTable;
 use names::Names;
 use std::io::Write;
+use std::slice::from_ref;
 
 /// Version of CGNS that is written: the first in which polygons have start offsets.
 const VERSION: f32 = 3.4;
@@ -53,8 +55,8 @@ pub(super) fn write(
         add_length_exponents(draft, node);
     }
     let mut notes = static_part.notes;
-    let everywhere = [0..mesh.points.len()];
-    let at_nodes = arrays::scalars(&mesh.point_arrays, &everywhere, &mut notes);
+    let everywhere = 0..mesh.points.len();
+    let at_nodes = arrays::scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
     add_solution(draft, zone, (arrays::AT_NODES, "Vertex"), &at_nodes);
     let cells = arrays::volume_cells(mesh);
     let at_cells = arrays::scalars(&mesh.cell_arrays, &cells, &mut notes);
@@ -120,12 +122,7 @@ impl<'a> Static<'a> {
             sections::add_faces(&mut draft, zone, &name, faces, kind);
         }
         groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
-        for array in &mesh.field_arrays {
-            notes.push(format!(
-                "array \"{}\" of the mesh as a whole is not written",
-                array.name
-            ));
-        }
+        fields::add(&mut draft, base, &mesh.field_arrays);
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
             draft,

@@ -11,6 +11,7 @@ use super::{SIMULATION, Static, TIMES, add_length_exponents, check_precision, co
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use std::path::Path;
+use std::slice::from_ref;
 
 /// A sequence under work.
 pub(in crate::formats::cgns) struct Sequence {
@@ -168,8 +169,8 @@ impl SequenceFile for Sequence {
         let n_axes = self.first.as_ref().map_or(3, |first| first.n_axes);
         self.append_grid(mesh, n_axes)?;
         let step = self.times.len();
-        let everywhere = [0..mesh.points.len()];
-        let at_nodes = scalars(&mesh.point_arrays, &everywhere, &mut Vec::new());
+        let everywhere = 0..mesh.points.len();
+        let at_nodes = scalars(&mesh.point_arrays, from_ref(&everywhere), &mut Vec::new());
         self.at_nodes
             .append(AT_NODES, step, &at_nodes, &mut self.file)?;
         let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), &mut Vec::new());
