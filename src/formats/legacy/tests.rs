@@ -303,7 +303,7 @@ fn errors_say_where_and_what() {
         (
             "CELL_TYPES",
             "CELL_DATA 4\nCELL_TYPES",
-            "line 11: data of 4 cells, but there are 3",
+            "line 12: data of 4 cells, but there are 3",
         ),
     ];
     for (from, to, expected) in cases {
