@@ -69,8 +69,8 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         written: RefCell::default(),
     };
     match &args.output {
-        Some(folder) => run.into_folder(folder)?,
-        None => run.into_file()?,
+        Some(folder) => run.write_folder(folder)?,
+        None => run.write_file()?,
     }
     run.report()?;
     Ok(Outcome::Fine)
@@ -78,7 +78,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 
 impl Run<'_> {
     /// `IN OUT`, or the files of a sequence and `OUT`.
-    fn into_file(&self) -> Result<()> {
+    fn write_file(&self) -> Result<()> {
         let (out, inputs) = self.args.paths.split_last().expect("clap asks for one");
         let input = match inputs {
             [] => {
@@ -115,7 +115,7 @@ impl Run<'_> {
     }
 
     /// Each input into a folder.
-    fn into_folder(&self, folder: &Path) -> Result<()> {
+    fn write_folder(&self, folder: &Path) -> Result<()> {
         let format = self.output_format(None)?;
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));

@@ -114,16 +114,16 @@ impl Run<'_> {
             .into_iter()
             .map(|step| (is_sequence.then_some(step), times[step]));
         match place {
-            Place::File { path, format } => self.into_one_file(input, steps, path, *format),
+            Place::File { path, format } => self.write_one_file(input, steps, path, *format),
             Place::Listed {
                 stem,
                 format,
                 lists,
-            } => self.into_files(input, steps, stem, *format, lists),
+            } => self.write_files(input, steps, stem, *format, lists),
         }
     }
 
-    fn into_one_file(
+    fn write_one_file(
         &self,
         input: &Input,
         steps: impl Iterator<Item = (Option<usize>, f64)>,
@@ -141,7 +141,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn into_files(
+    fn write_files(
         &self,
         input: &Input,
         steps: impl ExactSizeIterator<Item = (Option<usize>, f64)>,
