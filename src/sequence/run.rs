@@ -83,7 +83,8 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     let mut warnings = before_work(plan, format, &request.fail_on)?;
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     if !plan.mesh.remove_field_arrays(&[su2::BOXES]).is_empty() {
-        let sentence = "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out";
+        let sentence =
+            "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out";
         warnings.push(sentence.to_owned());
     }
     let part = Part::new(request.steps.clone(), plan.motion.steps.len())?;
