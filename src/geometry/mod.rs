@@ -4,11 +4,13 @@ pub mod bounds;
 pub mod closest;
 pub mod curve;
 mod facet;
+pub mod moving;
 pub mod oriented;
 pub mod rotation;
 pub mod transform;
 pub mod vector;
 
 pub use bounds::Bounds;
+pub use moving::Moving;
 pub use rotation::Twist;
 pub use transform::Transform;

@@ -15,13 +15,17 @@ mod names;
 mod options;
 mod output;
 pub mod periodic;
+mod placed;
 mod pose;
 mod reader;
+mod resolved;
 mod rotor;
 mod schedule;
+mod seams;
 mod steps;
 mod surface;
 mod tags;
+mod turn;
 mod twist;
 mod zones;
 
@@ -33,7 +37,8 @@ pub use options::{
     SelectionOptions,
 };
 pub use output::{OnInverted, OutputOptions, QualityOutput};
-pub use pose::Motion;
+pub use placed::Pose;
+pub use resolved::Motion;
 pub use rotor::{Frame, Rotor, RotorAxes, Signs};
 pub use schedule::Schedule;
 pub use steps::{MAX_STEPS, Step};

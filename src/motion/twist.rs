@@ -2,8 +2,9 @@
 //! "twist"` interpolates.
 
 use super::options::{Interpolate, RbfOptions};
-use super::pose::{Motion, Turn};
+use super::resolved::Motion;
 use super::steps::Step;
+use super::turn::Turn;
 use crate::geometry::rotation::Quaternion;
 use crate::geometry::vector::{Vector, add, cross, norm, scale, sub};
 use crate::geometry::{Bounds, Twist};

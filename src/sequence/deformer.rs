@@ -7,10 +7,9 @@ use super::layer;
 use super::plan::Plan;
 use super::progress::{Progress, Silent};
 use crate::error::Result;
-use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::modes::RigidSurface;
-use crate::motion::{Role, Step};
+use crate::motion::{Pose, Role, Step};
 use crate::rbf::select::{self, Measure, Selection};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -257,12 +256,10 @@ impl<'a> Deformer<'a> {
     fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
         let plan = self.plan;
         glide::place(&plan.motion, &plan.surface, frame, out);
-        let poses: Vec<Transform> = (0..plan.motion.bodies.len())
-            .map(|body| plan.motion.pose_part(body, step, part))
-            .collect();
-        set_nodes(plan, out, |role, x| match role {
+        let poses = plan.motion.poses(step, part);
+        set_nodes(plan, out, |role, node, x| match role {
             Role::Fixed => Some(x),
-            Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+            Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
             Role::Sliding => None,
         });
     }
@@ -277,7 +274,7 @@ impl<'a> Deformer<'a> {
             let x = plan.reference[*node as usize];
             let exact = match (role, &carry) {
                 (Role::Sliding, _) => return None,
-                (Role::Moving(body), _) => poses[usize::from(*body)].apply(x),
+                (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
                 (_, Some(carry)) => carry.apply(x),
                 (_, None) => x,
             };
@@ -307,19 +304,19 @@ fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 }
 
 /// Moving nodes at their exact places.
-fn set_moving(plan: &Plan, poses: &[Transform], out: &mut [Vector]) {
-    set_nodes(plan, out, |role, x| match role {
-        Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+fn set_moving(plan: &Plan, poses: &[Pose], out: &mut [Vector]) {
+    set_nodes(plan, out, |role, node, x| match role {
+        Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
         Role::Fixed | Role::Sliding => None,
     });
 }
 
-/// Puts surface nodes in `out` where `place` says for a node of that role at that place of the
+/// Puts surface nodes in `out` where `place` says for a node of that role, number and place in the
 /// reference mesh; `None` leaves it as it is.
 fn set_nodes(
     plan: &Plan,
     out: &mut [Vector],
-    place: impl Fn(Role, Vector) -> Option<Vector> + Sync,
+    place: impl Fn(Role, u32, Vector) -> Option<Vector> + Sync,
 ) {
     let surface = &plan.motion.surface.nodes;
     let blocks = out.par_chunks_mut(BLOCK).enumerate();
@@ -327,9 +324,10 @@ fn set_nodes(
         let first = block * BLOCK;
         let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
         for at in before(first)..before(first + out.len()) {
-            let node = surface.nodes[at] as usize;
-            if let Some(x) = place(surface.roles[at], plan.reference[node]) {
-                out[node - first] = x;
+            let node = surface.nodes[at];
+            let x = plan.reference[node as usize];
+            if let Some(x) = place(surface.roles[at], node, x) {
+                out[node as usize - first] = x;
             }
         }
     });
@@ -360,11 +358,12 @@ impl Errors {
             Self::ByStep(errors) => return errors[step.index],
             Self::Uncorrected(values) => values,
         };
-        let bodies = 0..plan.motion.bodies.len();
-        let poses: Vec<Transform> = bodies.map(|body| plan.motion.pose(body, step)).collect();
+        let poses = plan.motion.poses(step, 1.0);
+        let surface = &plan.surface;
         let error = |(at, x): (usize, &Vector)| {
-            let body = plan.surface.body[at];
-            let exact = body.map_or(*x, |body| poses[usize::from(body)].apply(*x));
+            let exact = surface.body[at].map_or(*x, |body| {
+                poses[usize::from(body)].place(surface.nodes[at], *x)
+            });
             let layers = plan.layers.iter().zip(values);
             let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
                 let r = layer.modes.n_modes;

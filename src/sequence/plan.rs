@@ -12,7 +12,8 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Schedule, SelectionMethod, Step, SurfaceFaces,
+    Interpolate, KernelName, Motion, Polynomial, Pose, Schedule, SelectionMethod, Step,
+    SurfaceFaces,
 };
 use crate::rbf::select::Targets;
 use crate::rbf::space::Space;
@@ -115,6 +116,14 @@ impl Plan {
         Ok(())
     }
 
+    /// What the user should know of the motion before it is interpolated, as sentences.
+    pub fn warnings(&self) -> Vec<String> {
+        let diagonal = Bounds::around(&self.reference).diagonal();
+        let mut warnings = self.motion.seams(&self.reference, diagonal);
+        warnings.extend(self.motion.warnings(&self.schedule.rbf));
+        warnings
+    }
+
     /// What the base points of a layer are to reproduce.
     pub fn targets<'a>(&'a self, layer: &'a Layer) -> Targets<'a> {
         Targets {
@@ -156,13 +165,15 @@ impl Plan {
     }
 
     fn pose_between(&self, body: usize, step: &Step, from: f64, to: f64) -> Transform {
-        let after = self.motion.pose_part(body, step, to);
+        let map = |part| {
+            let pose = self.motion.pose_part(body, step, part);
+            *pose
+                .rigid()
+                .expect("only rigid bodies have a map of their own")
+        };
         match from {
-            0.0 => after,
-            _ => {
-                let before = self.motion.pose_part(body, step, from);
-                before.inverse().then(&after)
-            }
+            0.0 => map(to),
+            _ => map(from).inverse().then(&map(to)),
         }
     }
 
@@ -209,21 +220,21 @@ impl Plan {
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
-    pub fn poses_at(&self, step: &Step) -> Vec<Transform> {
+    pub fn poses_at(&self, step: &Step) -> Vec<Pose> {
         let carry = self.motion.carry(step).unwrap_or(Transform::IDENTITY);
-        (0..self.motion.bodies.len())
-            .map(|body| self.motion.pose(body, step).then(&carry))
-            .collect()
+        let poses = self.motion.poses(step, 1.0).into_iter();
+        poses.map(|pose| pose.then(&carry)).collect()
     }
 
     /// Largest prescribed displacement of a surface node at a step, in the rotating frame.
     pub fn largest_displacement(&self, step: usize) -> f64 {
-        let step = &self.motion.steps[step];
-        let bodies = 0..self.motion.bodies.len();
-        let poses: Vec<Transform> = bodies.map(|body| self.motion.pose(body, step)).collect();
-        let nodes = self.surface.points.par_iter().zip(&self.surface.body);
-        let moved = nodes
-            .filter_map(|(x, body)| Some(distance(poses[usize::from((*body)?)].apply(*x), *x)));
+        let poses = self.motion.poses(&self.motion.steps[step], 1.0);
+        let surface = &self.surface;
+        let points = surface.points.par_iter().enumerate();
+        let moved = points.filter_map(|(at, x)| {
+            let pose = &poses[usize::from(surface.body[at]?)];
+            Some(distance(pose.place(surface.nodes[at], *x), *x))
+        });
         moved.reduce(|| 0.0, f64::max)
     }
 

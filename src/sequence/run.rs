@@ -80,7 +80,7 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
     let mut warnings = before_work(plan, format, &request.fail_on)?;
-    warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
+    warnings.extend(plan.warnings());
     let part = Part::new(request.steps.clone(), plan.motion.steps.len())?;
     let names = Names::new(
         &request.folder,

@@ -1,5 +1,6 @@
 //! Tests of the whole room: schedules as a user writes them, on small meshes.
 
+mod bodies;
 mod options;
 mod poses;
 mod refusals;

@@ -1,0 +1,134 @@
+//! A moving body: its tags and its motions, read from `[[body]]`; a file for each sort of motion.
+
+mod cyclic;
+mod rigid;
+
+pub use cyclic::{Cyclic, Harmonic, Series};
+pub use rigid::Rigid;
+
+use super::names::{Pattern, list};
+use super::reader::{AngleUnit, Entry, Keys};
+use crate::error::{Error, Result};
+
+const MOTION_NOT_YET: &str = "motion is not available in this version; available: cyclic, rigid";
+const BODY: Keys = Keys {
+    known: &[
+        "name",
+        "tags",
+        "azimuth_offset",
+        "parent",
+        "cyclic",
+        "rigid",
+    ],
+    later: &[
+        ("beam", MOTION_NOT_YET),
+        ("table", MOTION_NOT_YET),
+        ("modes", MOTION_NOT_YET),
+        ("surface", MOTION_NOT_YET),
+    ],
+};
+
+/// A moving body. Its motions act in the order rigid, cyclic; then those of its parent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Its name, of its own among the bodies.
+    pub name: String,
+    /// Boundary tags that move with it.
+    pub tags: Vec<Pattern>,
+    /// Azimuth of its blade when the rotor's is zero, in radians.
+    pub azimuth_offset: f64,
+    /// The body it moves with, as a place in the schedule before its own.
+    pub parent: Option<usize>,
+    /// Pitch, flap and lag as functions of the azimuth.
+    pub cyclic: Option<Cyclic>,
+    /// A rotation and a translation.
+    pub rigid: Option<Rigid>,
+    /// Line of its name.
+    pub(super) line: u64,
+}
+
+impl Body {
+    /// Reads a body; `before` are those that stand before it in the schedule.
+    pub(super) fn read(entry: &Entry<'_>, before: &[Self], unit: AngleUnit) -> Result<Self> {
+        let section = entry.section("[[body]]", &BODY)?;
+        let name = section.require("name", "name = \"blade\"")?;
+        let line = name.line();
+        let name = name.string()?.to_owned();
+        if before.iter().any(|other| other.name == name) {
+            return Err(Error::input(format!(
+                "there are two bodies \"{name}\"; each needs a name of its own"
+            ))
+            .line(line));
+        }
+        let tags = patterns(&section.require("tags", "tags = [\"blade\"]")?, "tags")?;
+        let parent = section
+            .get("parent")
+            .map(|parent| find_parent(&parent, before));
+        let parent = parent.transpose()?;
+        let azimuth_offset = match (section.get("azimuth_offset"), parent) {
+            (Some(offset), _) => offset.angle(unit)?,
+            (None, Some(parent)) => before[parent].azimuth_offset,
+            (None, None) => 0.0,
+        };
+        let cyclic = section
+            .get("cyclic")
+            .map(|entry| Cyclic::read(&entry, unit));
+        let rigid = section.get("rigid").map(|entry| Rigid::read(&entry, unit));
+        if cyclic.is_none() && rigid.is_none() && parent.is_none() {
+            return Err(section.error(format!(
+                "body \"{name}\" has no motion; give it [body.cyclic] or [body.rigid], or list its tags as `fixed`"
+            )));
+        }
+        Ok(Self {
+            name,
+            tags,
+            azimuth_offset,
+            parent,
+            cyclic: cyclic.transpose()?,
+            rigid: rigid.transpose()?,
+            line,
+        })
+    }
+}
+
+impl Body {
+    /// Whether its cyclic motion changes with the azimuth.
+    pub(super) fn has_harmonics(&self) -> bool {
+        let cyclic = self.cyclic.iter();
+        let mut series = cyclic.flat_map(|cyclic| [&cyclic.pitch, &cyclic.flap, &cyclic.lag]);
+        series.any(|series| !series.harmonics.is_empty())
+    }
+}
+
+/// The place of the body that `parent` names.
+fn find_parent(parent: &Entry<'_>, before: &[Body]) -> Result<usize> {
+    let name = parent.string()?;
+    let found = before.iter().position(|body| body.name == name);
+    found.ok_or_else(|| {
+        let names = list(before.iter().map(|body| body.name.as_str()));
+        let before = match before {
+            [] => "there is none before it".to_owned(),
+            _ => format!("before it: {names}"),
+        };
+        parent.error(&format!(
+            "= \"{name}\" is no body that stands before its child in the schedule; {before}"
+        ))
+    })
+}
+
+/// A list of names or globs that is not empty.
+pub(super) fn patterns(entry: &Entry<'_>, what: &str) -> Result<Vec<Pattern>> {
+    let elements = entry.elements("strings")?;
+    if elements.is_empty() {
+        return Err(entry.error(&format!("is empty; name the {what}, or leave the key out")));
+    }
+    elements.iter().map(pattern).collect()
+}
+
+/// A name or a glob.
+pub(super) fn pattern(element: &Entry<'_>) -> Result<Pattern> {
+    Ok(Pattern {
+        text: element.string()?.to_owned(),
+        line: element.line(),
+    })
+}
