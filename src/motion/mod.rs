@@ -21,6 +21,7 @@ mod rotor;
 mod schedule;
 mod steps;
 mod surface;
+pub mod table;
 mod tags;
 mod twist;
 mod zones;
