@@ -24,6 +24,7 @@ mod schedule;
 mod seams;
 mod steps;
 mod surface;
+pub mod table;
 mod tags;
 mod turn;
 mod twist;
