@@ -11,9 +11,11 @@
 
 mod body;
 mod boundaries;
+mod driven;
 mod names;
 mod options;
 mod output;
+mod pace;
 pub mod periodic;
 mod placed;
 mod pose;
@@ -30,7 +32,7 @@ mod turn;
 mod twist;
 mod zones;
 
-pub use body::{Body, Cyclic, Harmonic, Rigid, Series};
+pub use body::{BeamMotion, Body, Cyclic, Harmonic, Rigid, Series, TableMotion};
 pub use boundaries::{Boundaries, Others, PeriodicPair};
 pub use names::Pattern;
 pub use options::{
@@ -38,6 +40,7 @@ pub use options::{
     SelectionOptions,
 };
 pub use output::{OnInverted, OutputOptions, QualityOutput};
+pub use pace::Pace;
 pub use placed::Pose;
 pub use resolved::Motion;
 pub use rotor::{Frame, Rotor, RotorAxes, Signs};

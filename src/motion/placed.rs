@@ -1,25 +1,29 @@
 //! Where the points of a body are: an exact map, the same for all of a rigid body and one for each
 //! section of a beam.
 
+use super::driven::Sections;
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 
-/// The exact map `x -> x'` of the points of a body from the reference mesh.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pose {
-    links: Vec<Link>,
+/// The exact map `x -> x'` of the points of a body from the reference mesh: maps one after another.
+/// A point keeps the section of a beam that it is in in the reference mesh.
+#[derive(Debug, Clone)]
+pub struct Pose<'a> {
+    links: Vec<Link<'a>>,
 }
 
-/// A part of a chain of maps.
-#[derive(Debug, Clone, PartialEq)]
-enum Link {
+/// One of the maps.
+#[derive(Debug, Clone)]
+enum Link<'a> {
     /// The same for every point.
     Rigid(Transform),
+    /// One for each section of a beam.
+    Sections(Sections<'a>),
 }
 
-impl Pose {
+impl<'a> Pose<'a> {
     /// One map for every point.
-    pub fn of_rigid(map: Transform) -> Self {
+    pub(super) fn of_rigid(map: Transform) -> Self {
         Self {
             links: vec![Link::Rigid(map)],
         }
@@ -43,11 +47,28 @@ impl Pose {
         self
     }
 
+    /// First `self`, then the bending of a beam.
+    pub(super) fn then_sections(mut self, sections: Sections<'a>) -> Self {
+        self.links.push(Link::Sections(sections));
+        self
+    }
+
+    /// First `self`, then the motion of a parent.
+    pub(super) fn then_pose(self, parent: Self) -> Self {
+        parent
+            .links
+            .into_iter()
+            .fold(self, |pose, link| match link {
+                Link::Rigid(map) => pose.then(&map),
+                Link::Sections(sections) => pose.then_sections(sections),
+            })
+    }
+
     /// The rigid map of what is around the point `x` of the reference mesh.
-    #[inline]
-    pub fn map(&self, _x: Vector) -> Transform {
+    pub fn map(&self, x: Vector) -> Transform {
         let maps = self.links.iter().map(|link| match link {
             Link::Rigid(map) => *map,
+            Link::Sections(sections) => sections.map(x),
         });
         maps.reduce(|first, next| first.then(&next))
             .unwrap_or(Transform::IDENTITY)

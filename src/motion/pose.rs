@@ -1,20 +1,22 @@
 //! The exact map of every body at every step.
 
 use super::body::{Body, Rigid};
+use super::driven::{Clock, Sections};
 use super::placed::Pose;
 use super::resolved::Motion;
 use super::rotor::Frame;
 use super::steps::Step;
-use super::turn::{Displaced, Turn, cyclic_turns, rigid_displaced};
+use super::turn::{Displaced, Turn, cyclic_turns};
 use crate::geometry::Transform;
+use crate::geometry::vector::Vector;
 
 impl Motion {
     /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its rigid
-    /// motion, then its cyclic motion, then the motion of its parent.
+    /// motion, its table, its beam and cyclic motion, then the motion of its parent.
     ///
     /// # Panics
     /// When there is no such body.
-    pub fn pose(&self, body: usize, step: &Step) -> Pose {
+    pub fn pose(&self, body: usize, step: &Step) -> Pose<'_> {
         self.pose_part(body, step, 1.0)
     }
 
@@ -23,58 +25,102 @@ impl Motion {
     ///
     /// # Panics
     /// When there is no such body.
-    pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> Pose {
-        let mut pose = Pose::of_rigid(self.own_pose(body, step, part));
-        let mut child = body;
-        while let Some(parent) = self.bodies[child].parent {
-            pose = pose.then(&self.own_pose(parent, step, part));
-            child = parent;
+    pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> Pose<'_> {
+        let pose = self.own_pose(body, step, part);
+        match self.bodies[body].parent {
+            Some(parent) => pose.then_pose(self.pose_part(parent, step, part)),
+            None => pose,
         }
-        pose
     }
 
     /// The part of the [`pose`](Self::pose) of every body.
-    pub fn poses(&self, step: &Step, part: f64) -> Vec<Pose> {
+    pub fn poses(&self, step: &Step, part: f64) -> Vec<Pose<'_>> {
         let bodies = 0..self.bodies.len();
         bodies
             .map(|body| self.pose_part(body, step, part))
             .collect()
     }
 
+    /// Whether every point of a body has one rigid map.
+    pub fn is_rigid(&self, body: usize) -> bool {
+        let parent = self.bodies[body].parent;
+        self.driven[body].beam.is_none() && parent.is_none_or(|parent| self.is_rigid(parent))
+    }
+
     /// The part of a body's motion that is its own, its parent left out.
-    fn own_pose(&self, body: usize, step: &Step, part: f64) -> Transform {
-        let body = &self.bodies[body];
-        let rigid = match &body.rigid {
+    fn own_pose(&self, index: usize, step: &Step, part: f64) -> Pose<'_> {
+        let body = &self.bodies[index];
+        let mut base = match &body.rigid {
             Some(rigid) => rigid.part(part * self.reached(rigid, step)),
             None => Transform::IDENTITY,
         };
-        let Some(turns) = self.cyclic_turns(body, step) else {
-            return rigid;
-        };
-        let [pitch, flap, lag] = turns.map(|turn| turn.part(part));
-        rigid.then(&pitch.then(&flap).then(&lag))
+        if let Some(table) = self.table(index, step) {
+            base = base.then(&table.part(part));
+        }
+        let base = Pose::of_rigid(base);
+        if let Some(sections) = self.sections(index, step, part) {
+            return base.then_sections(sections);
+        }
+        match self.cyclic_turns(body, step) {
+            Some(turns) => {
+                let [pitch, flap, lag] = turns.map(|turn| turn.part(part));
+                base.then(&pitch.then(&flap).then(&lag))
+            }
+            None => base,
+        }
     }
 
-    /// The rotations of a body at a step, in their order, those of its parent after its own.
-    pub(super) fn turns(&self, body: usize, step: &Step) -> Vec<Turn> {
+    /// The beam of a body at a part of a step, its cyclic motion included.
+    pub(super) fn sections(&self, body: usize, step: &Step, part: f64) -> Option<Sections<'_>> {
+        let beam = self.driven[body].beam.as_ref()?;
+        let body = &self.bodies[body];
+        let blade = self.rotor.blade(body.azimuth_offset);
+        let frame = (blade, self.cyclic_turns(body, step));
+        Some(beam.at(step, body.azimuth_offset, part, frame, &self.clock()))
+    }
+
+    /// The rotations of a body at a step, in their order, those of its parent after its own; of the
+    /// sections that `x` of the reference mesh is in, where beams bend.
+    pub(super) fn turns(&self, index: usize, step: &Step, x: Vector) -> Vec<Turn> {
+        let body = &self.bodies[index];
         let mut turns = Vec::new();
-        let mut next = Some(body);
-        while let Some(at) = next {
-            let body = &self.bodies[at];
-            turns.extend(self.displaced(body, step).into_iter().flat_map(|r| r.turns));
-            turns.extend(self.cyclic_turns(body, step).into_iter().flatten());
-            next = body.parent;
+        if let Some((rigid, (axis, origin, angle))) = body
+            .rigid
+            .as_ref()
+            .and_then(|rigid| Some((rigid, rigid.rotate?)))
+        {
+            turns.push(Turn {
+                axis,
+                origin,
+                angle: angle * self.reached(rigid, step),
+                rate: 0.0,
+            });
+        }
+        turns.extend(self.table(index, step).into_iter().flat_map(|t| t.turns));
+        match self.sections(index, step, 1.0) {
+            Some(sections) => turns.extend(sections.turns(x)),
+            None => turns.extend(self.cyclic_turns(body, step).into_iter().flatten()),
+        }
+        if let Some(parent) = body.parent {
+            turns.extend(self.turns(parent, step, x));
         }
         turns
     }
 
-    fn displaced(&self, body: &Body, step: &Step) -> Option<Displaced> {
-        let rigid = body.rigid.as_ref()?;
-        let reached = self.reached(rigid, step);
-        Some(rigid_displaced(rigid, reached, 0.0))
+    /// What the table of a body does at a step.
+    pub(super) fn table(&self, body: usize, step: &Step) -> Option<Displaced> {
+        let table = self.driven[body].table.as_ref()?;
+        Some(table.at(step, self.bodies[body].azimuth_offset, &self.clock()))
     }
 
-    fn cyclic_turns(&self, body: &Body, step: &Step) -> Option<[Turn; 3]> {
+    pub(super) fn clock(&self) -> Clock<'_> {
+        Clock {
+            steps: &self.steps,
+            azimuth_rate: self.azimuth_rate,
+        }
+    }
+
+    pub(super) fn cyclic_turns(&self, body: &Body, step: &Step) -> Option<[Turn; 3]> {
         let blade = self.rotor.blade(body.azimuth_offset);
         let psi = step.azimuth + body.azimuth_offset;
         let rate = self.azimuth_rate.unwrap_or(0.0);
@@ -89,7 +135,7 @@ impl Motion {
 
     /// How much of a rigid motion a step has: a ramp goes from 0 at the first step to 1 at the last.
     /// It is 1 when there is one step.
-    fn reached(&self, rigid: &Rigid, step: &Step) -> f64 {
+    pub(super) fn reached(&self, rigid: &Rigid, step: &Step) -> f64 {
         match self.steps.len() {
             _ if !rigid.ramp => 1.0,
             0 | 1 => 1.0,

@@ -1,10 +1,11 @@
 //! A schedule on a mesh: steps, axes, bodies, and the role of every surface node.
 
 use super::body::Body;
+use super::driven::{BladeSurface, Clock, Driven};
 use super::rotor::RotorAxes;
 use super::schedule::Schedule;
 use super::steps::Step;
-use super::surface::{Surface, nodes_of_tags};
+use super::surface::{Role, Surface, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
 use crate::error::{Error, Result};
@@ -31,6 +32,8 @@ pub struct Motion {
     pub zone: Option<DeformingZone>,
     /// By how much the azimuth grows, in radians a second, where the schedule says.
     pub azimuth_rate: Option<f64>,
+    /// What the bodies' motions have from files, in the order of the bodies.
+    pub(super) driven: Vec<Driven>,
 }
 
 impl Motion {
@@ -55,7 +58,9 @@ impl Motion {
             mesh,
         )?;
         let surface = Surface::find(&tags, named.tags, zone.as_ref(), mesh);
+        let driven = read_driven(schedule, &rotor, &surface, mesh)?;
         Ok(Self {
+            driven,
             steps: schedule.steps.clone(),
             rotor,
             bodies: schedule.bodies.clone(),
@@ -66,10 +71,40 @@ impl Motion {
         })
     }
 
+    /// What the user should know of the files of the motions, as sentences.
+    pub fn notes(&self) -> Vec<String> {
+        let beams = self.driven.iter().filter_map(|driven| driven.beam.as_ref());
+        beams.flat_map(|beam| beam.notes.iter().cloned()).collect()
+    }
+
     /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
     pub fn periodic_nodes(&self, pair: &PeriodicTags, mesh: &Mesh) -> [Vec<u32>; 2] {
         [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), mesh))
     }
+}
+
+/// Reads the files that the bodies' motions name.
+fn read_driven(
+    schedule: &Schedule,
+    rotor: &RotorAxes,
+    surface: &Surface,
+    mesh: &Mesh,
+) -> Result<Vec<Driven>> {
+    let clock = Clock {
+        steps: &schedule.steps,
+        azimuth_rate: schedule.azimuth_rate,
+    };
+    let in_plane = mesh.dimension() == 2;
+    let read = |(body, index): (&Body, u16)| {
+        let faces = BladeSurface {
+            mesh,
+            faces: &surface.faces,
+            role: Role::Moving(index),
+            blade: &rotor.blade(body.azimuth_offset),
+        };
+        Driven::read(body, &schedule.path, &clock, in_plane, &faces)
+    };
+    schedule.bodies.iter().zip(0..).map(read).collect()
 }
 
 /// Refuses what would leave the plane of a 2D mesh.

@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::boundaries::Boundaries;
-use super::options::{RbfOptions, SelectionOptions};
+use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::OutputOptions;
 use super::reader::{AngleUnit, Entry, Keys, Section, line_at};
 use super::resolved::Motion;
@@ -95,7 +95,7 @@ impl Schedule {
         if let (Some(time), None) = (root.get("time"), azimuth_rate) {
             check_needs_no_azimuth(&time, &rotor, &bodies)?;
         }
-        Ok(Self {
+        let schedule = Self {
             path: path.to_path_buf(),
             steps,
             azimuth_rate,
@@ -107,7 +107,30 @@ impl Schedule {
                 SelectionOptions::read(entry, unit)
             })?,
             output: section(root, "output", OutputOptions::read)?,
-        })
+        };
+        if let Some(output) = root.get("output") {
+            schedule.check_velocity(&output)?;
+        }
+        Ok(schedule)
+    }
+
+    /// Refuses velocities where there is no time to differentiate by, and where the interpolation is
+    /// not linear in the motion.
+    fn check_velocity(&self, output: &Entry<'_>) -> Result<()> {
+        let message = match (self.steps[0].time_s, self.rbf.interpolate) {
+            _ if !self.output.velocity => return Ok(()),
+            (None, _) => {
+                "`velocity` = true needs the time of every step; give the schedule [time], or `rpm` in [rotor]"
+            }
+            (_, Interpolate::Twist) => {
+                "`velocity` = true does not go with interpolate = \"twist\"; use \"displacement\""
+            }
+            _ if self.rbf.substeps > 1 => {
+                "`velocity` = true does not go with substeps; leave them out"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::input(message).line(output.line()))
     }
 
     /// What the schedule means on this mesh: axes, poses, and the role of every surface node.

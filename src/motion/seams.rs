@@ -35,7 +35,7 @@ impl Motion {
                     continue;
                 };
                 let seam = seams.entry((own, other)).or_default();
-                let place = |pose: &Pose| pose.place(node, points[node as usize]);
+                let place = |pose: &Pose<'_>| pose.place(node, points[node as usize]);
                 let gap = distance(
                     place(&poses[usize::from(own)]),
                     place(&poses[usize::from(other)]),

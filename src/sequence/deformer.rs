@@ -6,6 +6,7 @@ use super::glide;
 use super::layer;
 use super::plan::Plan;
 use super::progress::{Progress, Silent};
+use super::velocity::Velocities;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::modes::RigidSurface;
@@ -24,6 +25,7 @@ pub struct Deformer<'a> {
     /// The plan it follows.
     pub plan: &'a Plan,
     way: Way,
+    velocities: Option<Velocities<'a>>,
     deforming: Option<Vec<u32>>,
     /// Distinct base points of all layers.
     pub n_base: usize,
@@ -55,21 +57,22 @@ impl<'a> Deformer<'a> {
         selections: Vec<Selection>,
         stretch: &Range<usize>,
         progress: &dyn Progress,
-    ) -> Self {
+    ) -> Result<Self> {
         let mut deformer = Self {
             plan,
             n_base: distinct_points(&selections),
             deforming: plan.deforming_nodes(),
             way: Way::Substeps { bases: Vec::new() },
+            velocities: None,
             warnings: Vec::new(),
         };
         deformer.way = match plan.schedule.rbf.substeps {
-            1 => deformer.at_once(selections, stretch, progress),
+            1 => deformer.at_once(selections, stretch, progress)?,
             _ => Way::Substeps {
                 bases: selections.into_iter().map(|s| s.base).collect(),
             },
         };
-        deformer
+        Ok(deformer)
     }
 
     fn at_once(
@@ -77,7 +80,7 @@ impl<'a> Deformer<'a> {
         selections: Vec<Selection>,
         stretch: &Range<usize>,
         progress: &dyn Progress,
-    ) -> Way {
+    ) -> Result<Way> {
         let plan = self.plan;
         let by_step: Vec<Vec<f64>> = plan
             .layers
@@ -106,12 +109,22 @@ impl<'a> Deformer<'a> {
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(frame, &plan.layers, &chosen, correct, progress);
         progress.finish();
+        if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
+            let velocities = Velocities::new(plan, layer, frame, chosen.selection, chosen.error)?;
+            self.velocities = Some(velocities);
+        }
         self.warn_of_narrow(&fields);
         let errors = match by_step.len() {
             1 => Errors::ByStep(by_step.concat()),
             _ => Errors::Uncorrected(uncorrected(plan, &selections)),
         };
-        Way::AtOnce { fields, errors }
+        Ok(Way::AtOnce { fields, errors })
+    }
+
+    /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them.
+    pub fn velocities_at(&self, step: &Step, points: &[Vector]) -> Option<Vec<Vector>> {
+        let velocities = self.velocities.as_ref()?;
+        Some(velocities.at(self.plan, step, self.reference(), points))
     }
 
     fn reference(&self) -> Frame<'_> {
@@ -210,12 +223,12 @@ impl<'a> Deformer<'a> {
             points: &surface,
             body: &plan.surface.body,
         };
-        let paths = plan.paths_between(std::slice::from_ref(step), from, to);
+        let given = plan.given_between(std::slice::from_ref(step), from, to);
         let mut method = plan.method.clone();
         if let Some(sliding) = glide::on_moved_surface(&plan.motion, &plan.surface, &surface) {
             method.displacement.constraints = plan.surface.constraints(Some(&sliding));
         }
-        let layers = layer::layers(rigid, &paths, &method)?;
+        let layers = layer::layers(rigid, &given, &method)?;
         let selections = layers
             .iter()
             .zip(bases)
@@ -304,7 +317,7 @@ fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 }
 
 /// Moving nodes at their exact places.
-fn set_moving(plan: &Plan, poses: &[Pose], out: &mut [Vector]) {
+fn set_moving(plan: &Plan, poses: &[Pose<'_>], out: &mut [Vector]) {
     set_nodes(plan, out, |role, node, x| match role {
         Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
         Role::Fixed | Role::Sliding => None,

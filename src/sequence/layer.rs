@@ -24,6 +24,22 @@ pub struct BodyPath {
     pub turns: Option<Turns>,
 }
 
+/// What the surface points do over some steps.
+pub enum Given<'a> {
+    /// Every body is rigid.
+    Rigid(Vec<BodyPath>),
+    /// Displacements of any kind.
+    Free(Free<'a>),
+}
+
+/// Displacements of any kind: `fill(step, points, out)` writes those of some surface points.
+pub struct Free<'a> {
+    /// Steps that it knows.
+    pub n_steps: usize,
+    /// What writes the displacements.
+    pub fill: Box<dyn Fn(usize, Range<usize>, &mut [Vector]) + Sync + 'a>,
+}
+
 /// Unwrapped rotation vectors about one point of a body, with the displacements of that point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turns {
@@ -83,14 +99,16 @@ pub struct Method {
     pub form: Form,
     /// Displacement error allowed, in mesh units.
     pub tolerance: f64,
+    /// What modes may be off by, in mesh units.
+    pub truncation: f64,
 }
 
 /// The layers of a motion: displacements, or rotations and then translations.
-pub fn layers(
-    surface: RigidSurface<'_>,
-    paths: &[BodyPath],
-    method: &Method,
-) -> Result<Vec<Layer>> {
+pub fn layers(surface: RigidSurface<'_>, given: &Given<'_>, method: &Method) -> Result<Vec<Layer>> {
+    let paths = match given {
+        Given::Rigid(paths) => paths,
+        Given::Free(free) => return Ok(vec![free.layer(surface.points.len(), method)?]),
+    };
     let turns: Option<Vec<&Turns>> = paths.iter().map(|path| path.turns.as_ref()).collect();
     let Some(turns) = turns else {
         let poses: Vec<_> = paths.iter().map(|path| path.poses.clone()).collect();
@@ -131,6 +149,17 @@ pub fn layers(
             tolerance,
         )?,
     ])
+}
+
+impl Free<'_> {
+    /// The layer of the displacements of all surface points.
+    pub fn layer(&self, n_points: usize, method: &Method) -> Result<Layer> {
+        let limit = method.truncation;
+        let modes =
+            Modes::of_displacements(n_points, self.n_steps, limit, method.form, &self.fill)?;
+        let space = method.displacement.clone();
+        Layer::new(Kind::Displacement, space, modes, method.tolerance)
+    }
 }
 
 fn translations(by: impl Iterator<Item = Vector>) -> Vec<Transform> {

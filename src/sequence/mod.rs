@@ -23,6 +23,7 @@ mod run;
 mod step;
 mod stretches;
 mod surface;
+mod velocity;
 mod wall;
 mod zone;
 

@@ -135,6 +135,15 @@ impl PeriodicNodes {
     }
 }
 
+impl PeriodicNodes {
+    /// Gives every follower the direction that its leader's image has.
+    pub fn follow_directions(&self, out: &mut [Vector]) {
+        for follower in &self.followers {
+            out[follower.node as usize] = follower.map.turn(out[follower.leader as usize]);
+        }
+    }
+}
+
 fn in_words(symmetry: &Symmetry) -> String {
     match symmetry {
         Symmetry::Translation(by) => format!("a translation by {by:?}"),

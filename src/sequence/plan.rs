@@ -1,13 +1,14 @@
 //! Everything that is decided before work starts: a mesh, what the schedule means on it, the layers
 //! that are interpolated, the support radius and the tolerance.
 
-use super::layer::{self, BodyPath, Layer, Method, Turns};
+use super::layer::{self, BodyPath, Free, Given, Layer, Method, Turns};
 use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
+use super::velocity;
 use super::wall::FirstCells;
 use super::zone;
 use crate::error::{Error, Result};
-use crate::geometry::vector::{Vector, distance};
+use crate::geometry::vector::{Vector, distance, sub};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
@@ -53,6 +54,8 @@ pub struct Plan {
     pub periodic: PeriodicNodes,
     /// What is interpolated, over all steps of the schedule.
     pub layers: Vec<Layer>,
+    /// Velocities over all steps, where they are asked for.
+    pub velocity: Option<Layer>,
     /// The point each body turns about, in the reference mesh.
     pub centres: Vec<Vector>,
     /// Displacement error allowed before the correction, in mesh units.
@@ -69,22 +72,25 @@ impl Plan {
             zone::detach(&mut mesh, &mut motion)?;
         }
         let surface = SurfacePoints::new(&mesh, &motion)?;
+        let mut choices = motion.notes();
         // The facets between the surface points have taken their place.
         motion.surface.faces = SurfaceFaces::default();
         let first_cells = FirstCells::find(&mesh, &motion);
-        let mut choices = Vec::new();
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
         let periodic = PeriodicNodes::find(&mesh, &motion, &surface, basis.radius)
             .map_err(|error| error.file(&schedule.path))?;
         choices.extend(periodic.found.iter().cloned());
-        check_combination(&schedule, &surface, &periodic)
+        check_combination(&schedule, &motion, &surface, &periodic)
             .map_err(|error| error.file(&schedule.path))?;
-        let method = method(&schedule, &surface, &periodic, basis, tolerance);
+        let cell = first_cells.smallest().unwrap_or(f64::INFINITY);
+        let truncation = TRUNCATION * tolerance.min(cell);
+        let method = method(&schedule, &surface, &periodic, basis, tolerance, truncation);
         let mut plan = Self {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
+            velocity: None,
             reference: std::mem::take(&mut mesh.points),
             mesh,
             schedule,
@@ -97,15 +103,18 @@ impl Plan {
             tolerance,
             choices,
         };
-        plan.layers = layer::layers(plan.surface.rigid(), &plan.paths(), &plan.method)?;
+        let layers = layer::layers(plan.surface.rigid(), &plan.given(), &plan.method)?;
+        plan.layers = layers;
         plan.check_truncation()?;
+        if plan.schedule.output.velocity {
+            plan.velocity = Some(velocity::layer(&plan)?);
+        }
         Ok(plan)
     }
 
     fn check_truncation(&self) -> Result<()> {
-        let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
-        let limit = TRUNCATION * self.tolerance.min(cell);
-        if self.truncation() > limit {
+        if self.truncation() > self.method.truncation {
+            let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
                  or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
@@ -146,13 +155,17 @@ impl Plan {
     }
 
     /// The motion of every body over all steps, from the reference mesh.
-    pub fn paths(&self) -> Vec<BodyPath> {
-        self.paths_between(&self.motion.steps, 0.0, 1.0)
+    pub fn given(&self) -> Given<'_> {
+        self.given_between(&self.motion.steps, 0.0, 1.0)
     }
 
     /// The motion of every body from where it is at part `from` of each step to where it is at part
     /// `to`.
-    pub fn paths_between(&self, steps: &[Step], from: f64, to: f64) -> Vec<BodyPath> {
+    pub fn given_between(&self, steps: &[Step], from: f64, to: f64) -> Given<'_> {
+        let n_bodies = self.motion.bodies.len();
+        if !(0..n_bodies).all(|body| self.motion.is_rigid(body)) {
+            return Given::Free(self.free(steps, from, to));
+        }
         let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
         let path = |body: usize| BodyPath {
             poses: steps
@@ -161,7 +174,37 @@ impl Plan {
                 .collect(),
             turns: twist.then(|| self.turns(body, steps, from, to)),
         };
-        (0..self.motion.bodies.len()).map(path).collect()
+        Given::Rigid((0..n_bodies).map(path).collect())
+    }
+
+    /// Displacements of the surface points between two parts of each step.
+    fn free(&self, steps: &[Step], from: f64, to: f64) -> Free<'_> {
+        let poses = |part: f64| -> Vec<Vec<Pose<'_>>> {
+            let steps = steps.iter();
+            steps.map(|step| self.motion.poses(step, part)).collect()
+        };
+        let before = (from > 0.0).then(|| poses(from));
+        let after = poses(to);
+        let surface = &self.surface;
+        let fill = move |step: usize, points: Range<usize>, out: &mut [Vector]| {
+            for (at, out) in points.zip(out) {
+                let Some(body) = surface.body[at].map(usize::from) else {
+                    *out = [0.0; 3];
+                    continue;
+                };
+                // Sections of a beam are those of the reference mesh, also from part to part.
+                let node = surface.nodes[at];
+                let x = surface.points[at];
+                let start = before
+                    .as_ref()
+                    .map_or(x, |before| before[step][body].place(node, x));
+                *out = sub(after[step][body].place(node, x), start);
+            }
+        };
+        Free {
+            n_steps: steps.len(),
+            fill: Box::new(fill),
+        }
     }
 
     fn pose_between(&self, body: usize, step: &Step, from: f64, to: f64) -> Transform {
@@ -220,7 +263,7 @@ impl Plan {
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
-    pub fn poses_at(&self, step: &Step) -> Vec<Pose> {
+    pub fn poses_at(&self, step: &Step) -> Vec<Pose<'_>> {
         let carry = self.motion.carry(step).unwrap_or(Transform::IDENTITY);
         let poses = self.motion.poses(step, 1.0).into_iter();
         poses.map(|pose| pose.then(&carry)).collect()
@@ -261,9 +304,20 @@ fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
 /// Refuses what does not go together.
 fn check_combination(
     schedule: &Schedule,
+    motion: &Motion,
     surface: &SurfacePoints,
     periodic: &PeriodicNodes,
 ) -> Result<()> {
+    let mut bending = (0..motion.bodies.len()).filter(|&body| !motion.is_rigid(body));
+    if schedule.rbf.interpolate == Interpolate::Twist
+        && let Some(body) = bending.next()
+    {
+        return Err(Error::input(format!(
+            "interpolate = \"twist\" is for bodies that move as one, and body \"{}\" does not; use \
+             \"displacement\", with substeps where it folds",
+            motion.bodies[body].name
+        )));
+    }
     let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
     if coupled && schedule.rbf.polynomial == Polynomial::Linear {
         return Err(Error::input(
@@ -286,6 +340,7 @@ fn method(
     periodic: &PeriodicNodes,
     basis: Basis,
     tolerance: f64,
+    truncation: f64,
 ) -> Method {
     let radius = schedule.rbf.rotation_radius.unwrap_or(basis.radius);
     let linear = schedule.rbf.polynomial == Polynomial::Linear;
@@ -306,8 +361,10 @@ fn method(
             false => Form::Vector,
         },
         tolerance: SELECTED * tolerance,
+        truncation,
     }
 }
+
 fn moving_bounds(surface: &SurfacePoints) -> Bounds {
     let nodes = surface.points.iter().zip(&surface.body);
     let moving: Vec<Vector> = nodes

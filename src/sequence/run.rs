@@ -158,7 +158,7 @@ impl Run<'_> {
         for (i, step) in steps.iter().enumerate() {
             std::mem::swap(&mut mesh.points, &mut next);
             self.judge(step, &computed)?;
-            add_arrays(plan, mesh, reference.as_ref());
+            add_arrays(plan, mesh, &mut computed, reference.as_ref());
             let (written, following) = rayon::join(
                 || self.write(mesh, step),
                 || {

@@ -1,16 +1,21 @@
 //! A moving body: its tags and its motions, read from `[[body]]`; a file for each sort of motion.
 
+mod beam;
 mod cyclic;
 mod rigid;
+mod table;
 
+pub use beam::BeamMotion;
 pub use cyclic::{Cyclic, Harmonic, Series};
 pub use rigid::Rigid;
+pub use table::TableMotion;
 
 use super::names::{Pattern, list};
 use super::reader::{AngleUnit, Entry, Keys};
 use crate::error::{Error, Result};
 
-const MOTION_NOT_YET: &str = "motion is not available in this version; available: cyclic, rigid";
+const MOTION_NOT_YET: &str =
+    "motion is not available in this version; available: cyclic, rigid, table, beam";
 const BODY: Keys = Keys {
     known: &[
         "name",
@@ -19,16 +24,14 @@ const BODY: Keys = Keys {
         "parent",
         "cyclic",
         "rigid",
+        "table",
+        "beam",
     ],
-    later: &[
-        ("beam", MOTION_NOT_YET),
-        ("table", MOTION_NOT_YET),
-        ("modes", MOTION_NOT_YET),
-        ("surface", MOTION_NOT_YET),
-    ],
+    later: &[("modes", MOTION_NOT_YET), ("surface", MOTION_NOT_YET)],
 };
 
-/// A moving body. Its motions act in the order rigid, cyclic; then those of its parent.
+/// A moving body. Its motions act in the order rigid, table, then beam and cyclic as one; then those
+/// of its parent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Its name, of its own among the bodies.
@@ -43,6 +46,10 @@ pub struct Body {
     pub cyclic: Option<Cyclic>,
     /// A rotation and a translation.
     pub rigid: Option<Rigid>,
+    /// Six degrees of freedom from a table.
+    pub table: Option<TableMotion>,
+    /// Bending from a structural code.
+    pub beam: Option<BeamMotion>,
     /// Line of its name.
     pub(super) line: u64,
 }
@@ -74,9 +81,13 @@ impl Body {
             .get("cyclic")
             .map(|entry| Cyclic::read(&entry, unit));
         let rigid = section.get("rigid").map(|entry| Rigid::read(&entry, unit));
-        if cyclic.is_none() && rigid.is_none() && parent.is_none() {
+        let table = section.get("table").map(|entry| TableMotion::read(&entry));
+        let beam = section.get("beam").map(|entry| BeamMotion::read(&entry));
+        let motions = ["cyclic", "rigid", "table", "beam", "parent"];
+        if motions.iter().all(|key| section.get(key).is_none()) {
             return Err(section.error(format!(
-                "body \"{name}\" has no motion; give it [body.cyclic] or [body.rigid], or list its tags as `fixed`"
+                "body \"{name}\" has no motion; give it [body.cyclic], [body.rigid] or another one, or list its \
+                 tags as `fixed`"
             )));
         }
         Ok(Self {
@@ -86,6 +97,8 @@ impl Body {
             parent,
             cyclic: cyclic.transpose()?,
             rigid: rigid.transpose()?,
+            table: table.transpose()?,
+            beam: beam.transpose()?,
             line,
         })
     }

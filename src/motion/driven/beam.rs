@@ -62,9 +62,7 @@ impl Beam {
         let notes = check_span(&span, path, body, surface.span())?;
         let line = match line {
             Some(line) => LiftingLine::read(line)?,
-            None => {
-                LiftingLine::quarter_chord(surface, span.stations(), body, motion.line)?
-            }
+            None => LiftingLine::quarter_chord(surface, span.stations(), body, motion.line)?,
         };
         Ok(Self { span, line, notes })
     }
@@ -94,11 +92,6 @@ impl Beam {
             after,
         }
     }
-
-    /// The line that sections turn about.
-    pub fn lifting_line(&self) -> &LiftingLine {
-        &self.line
-    }
 }
 
 fn read_span(motion: &BeamMotion, path: &Path) -> Result<SpanHistory> {
@@ -108,7 +101,10 @@ fn read_span(motion: &BeamMotion, path: &Path) -> Result<SpanHistory> {
     let station = columns.require("station")?;
     let shifts = ["dx", "dy", "dz"].map(|name| columns.require(name));
     let turns = ["rot_x", "rot_y", "rot_z"].map(|name| columns.require_angle(name));
-    let six = shifts.into_iter().chain(turns).collect::<Result<Vec<_>>>()?;
+    let six = shifts
+        .into_iter()
+        .chain(turns)
+        .collect::<Result<Vec<_>>>()?;
     columns.done()?;
     SpanHistory::from_table(&table, key, station, &six, motion.interpolation)
 }
@@ -154,7 +150,9 @@ impl Sections<'_> {
     pub fn map(&self, x: Vector) -> Transform {
         let station = self.station(x);
         let [dx, dy, dz, rx, ry, rz] = self.values.values(station).map(|v| self.part * v);
-        let pitch = self.turns.map_or(0.0, |[pitch, ..]| self.part * pitch.angle);
+        let pitch = self
+            .turns
+            .map_or(0.0, |[pitch, ..]| self.part * pitch.angle);
         let origin = self.reference(station);
         let RotorAxes { e_x, e_y, e_z, .. } = self.blade;
         let turn = Transform::rotation(e_x, [0.0; 3], rx + pitch)
@@ -177,7 +175,10 @@ impl Sections<'_> {
         let blade = &self.blade;
         let along = |v: &[f64; 6]| {
             let [x, y, z] = [v[0], v[1], v[2]];
-            add(scale(blade.e_x, x), add(scale(blade.e_y, y), scale(blade.e_z, z)))
+            add(
+                scale(blade.e_x, x),
+                add(scale(blade.e_y, y), scale(blade.e_z, z)),
+            )
         };
         let (pitch, pitch_rate) = self
             .turns
@@ -213,7 +214,10 @@ impl Sections<'_> {
             turn(blade.e_y, ry),
             turn(blade.e_z, rz),
         ];
-        let hinged = self.turns.into_iter().flat_map(|[_, flap, lag]| [flap, lag]);
+        let hinged = self
+            .turns
+            .into_iter()
+            .flat_map(|[_, flap, lag]| [flap, lag]);
         section.into_iter().chain(hinged).collect()
     }
 

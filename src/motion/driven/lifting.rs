@@ -165,7 +165,13 @@ fn span_of(edges: &[[Vector; 2]]) -> [f64; 2] {
 fn chord(cut: &[Vector]) -> Option<[Vector; 2]> {
     let farthest = |from: &Vector| {
         let others = cut.iter();
-        others.reduce(|best, x| if distance(*x, *from) > distance(*best, *from) { x } else { best })
+        others.reduce(|best, x| {
+            if distance(*x, *from) > distance(*best, *from) {
+                x
+            } else {
+                best
+            }
+        })
     };
     let mut ends = [*cut.first()?, *farthest(cut.first()?)?];
     loop {

@@ -1,7 +1,9 @@
 //! Tests of the whole room: schedules as a user writes them, on small meshes.
 
 mod bodies;
+mod driven;
 mod options;
+mod pace;
 mod poses;
 mod refusals;
 mod schedule;

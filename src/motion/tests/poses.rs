@@ -238,8 +238,8 @@ fn a_ramp_goes_from_nothing_to_the_whole_motion() {
         assert_near(found, [cos + part, sin + 2.0 * part, 0.0]);
     }
     let single = squares("[azimuth]\nvalues = [7.0]", schedule);
-    let end = motion.pose(0, &motion.steps[2]);
-    assert_eq!(single.pose(0, &single.steps[0]), end);
+    let end = rigid(&motion, &motion.steps[2]);
+    assert_eq!(rigid(&single, &single.steps[0]), end);
 }
 
 /// Everything eq. 2 and 3 depend on, angles in radians.

@@ -46,27 +46,16 @@ fn a_schedule_without_a_wrong_line_is_good() {
 
 #[test]
 fn features_of_later_versions_are_refused_in_one_sentence() {
-    let motion = "motion is not available in this version; available: cyclic, rigid";
+    let motion = "motion is not available in this version; available: cyclic, rigid, table, beam";
     for (section, line, wrong, expected) in [
-        (
-            "body",
-            7,
-            "beam = { table = \"beam.csv\" }",
-            format!("`beam` {motion}"),
-        ),
-        (
-            "body",
-            7,
-            "table = { file = \"motion.csv\" }",
-            format!("`table` {motion}"),
-        ),
         ("body", 7, "modes = {}", format!("`modes` {motion}")),
         ("body", 7, "surface = {}", format!("`surface` {motion}")),
         (
             "output",
-            17,
+            16,
             "velocity = true",
-            "`velocity` = true is not available in this version; available: false".into(),
+            "`velocity` = true needs the time of every step; give the schedule [time], or `rpm` in [rotor]"
+                .into(),
         ),
         (
             "output",
@@ -111,7 +100,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "body:cyclik = {}",
-            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, azimuth_offset, parent, cyclic, rigid",
+            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, azimuth_offset, parent, cyclic, rigid, table, beam",
         ),
         (
             "rbf:zzz = 1",
@@ -325,7 +314,7 @@ fn bodies_need_names_tags_and_motions() {
         ),
         (
             "[[body]]\nname = \"a\"\ntags = [\"a\"]",
-            "hover.toml:2: body \"a\" has no motion; give it [body.cyclic] or [body.rigid], or list its tags as `fixed`",
+            "hover.toml:2: body \"a\" has no motion; give it [body.cyclic], [body.rigid] or another one, or list its tags as `fixed`",
         ),
         (
             "[[body]]\nname = \"a\"\ntags = [\"a\"]\ncyclic = {}\n[[body]]\nname = \"a\"\ntags = [\"b\"]\ncyclic = {}",

@@ -62,7 +62,7 @@ format = "vtu"
 precision = "f32"
 quality = "cells"
 displacement = true
-velocity = false
+velocity = true
 encoding = "ascii"
 compression = "zlib"
 on_inverted = "stop"
@@ -133,6 +133,7 @@ fn every_key_of_this_version_is_read() {
             precision: Precision::F32,
             quality: QualityOutput::Cells,
             displacement: true,
+            velocity: true,
             encoding: Encoding::Ascii,
             compression: Compression::Zlib,
             on_inverted: OnInverted::Stop,
