@@ -2,6 +2,7 @@
 
 pub mod bounds;
 pub mod closest;
+pub mod crossing;
 pub mod curve;
 mod facet;
 pub mod moving;

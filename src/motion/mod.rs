@@ -32,7 +32,10 @@ mod turn;
 mod twist;
 mod zones;
 
-pub use body::{BeamMotion, Body, Cyclic, Harmonic, Rigid, Series, TableMotion};
+pub use body::{
+    BeamMotion, Body, Cyclic, Harmonic, Matching, ModesMotion, Rigid, Series, SurfaceMotion,
+    TableMotion,
+};
 pub use boundaries::{Boundaries, Others, PeriodicPair};
 pub use names::Pattern;
 pub use options::{

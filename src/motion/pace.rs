@@ -1,16 +1,19 @@
 //! Velocities of the points of a body: its exact map differentiated by time.
 
 use super::driven::Sections;
+use super::placed::Shift;
 use super::resolved::Motion;
 use super::rotor::Frame;
 use super::steps::Step;
 use super::turn::{Turn, rigid_displaced};
-use crate::geometry::vector::Vector;
+use crate::geometry::vector::{Vector, add};
 use crate::geometry::{Moving, Transform};
 
 /// How fast the points of a body move at a step, in the rotating frame.
 #[derive(Debug, Clone)]
 pub struct Pace<'a> {
+    /// Displacements that nodes have of their own, and their rates.
+    shift: Option<[Shift<'a>; 2]>,
     links: Vec<Link<'a>>,
 }
 
@@ -28,11 +31,14 @@ impl Motion {
         let pace = |body: usize| {
             let mut links = Vec::new();
             let mut next = Some(body);
-            while let Some(body) = next {
-                self.add_own_links(body, step, &mut links);
-                next = self.bodies[body].parent;
+            while let Some(at) = next {
+                self.add_own_links(at, step, &mut links);
+                next = self.bodies[at].parent;
             }
-            Pace { links }
+            let shift = self.whole_shift(body, step);
+            let rates = self.shift_rates(body, step);
+            let shift = shift.zip(rates).map(<[Shift<'_>; 2]>::from);
+            Pace { shift, links }
         };
         (0..self.bodies.len()).map(pace).collect()
     }
@@ -73,8 +79,11 @@ impl Motion {
 
 impl Pace<'_> {
     /// The velocity of a node whose place in the reference mesh is `x`, in mesh units a second.
-    pub fn velocity(&self, _node: u32, x: Vector) -> Vector {
-        let (mut place, mut velocity) = (x, [0.0; 3]);
+    pub fn velocity(&self, node: u32, x: Vector) -> Vector {
+        let (mut place, mut velocity) = match &self.shift {
+            Some([shift, rates]) => (add(x, shift.of(node)), rates.of(node)),
+            None => (x, [0.0; 3]),
+        };
         for link in &self.links {
             let moving = match link {
                 Link::Rigid(moving) => *moving,

@@ -2,17 +2,18 @@
 
 use super::body::{Body, Rigid};
 use super::driven::{Clock, Sections};
-use super::placed::Pose;
+use super::placed::{Pose, Shift};
 use super::resolved::Motion;
 use super::rotor::Frame;
 use super::steps::Step;
 use super::turn::{Displaced, Turn, cyclic_turns};
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
+use std::borrow::Cow;
 
 impl Motion {
-    /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its rigid
-    /// motion, its table, its beam and cyclic motion, then the motion of its parent.
+    /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its
+    /// surface, modes and rigid motion, its table, its beam and cyclic motion, then the motion of its parent.
     ///
     /// # Panics
     /// When there is no such body.
@@ -27,6 +28,7 @@ impl Motion {
     /// When there is no such body.
     pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> Pose<'_> {
         let pose = self.own_pose(body, step, part);
+        let pose = pose.after_shift(self.shift(body, step, part));
         match self.bodies[body].parent {
             Some(parent) => pose.then_pose(self.pose_part(parent, step, part)),
             None => pose,
@@ -44,7 +46,42 @@ impl Motion {
     /// Whether every point of a body has one rigid map.
     pub fn is_rigid(&self, body: usize) -> bool {
         let parent = self.bodies[body].parent;
-        self.driven[body].beam.is_none() && parent.is_none_or(|parent| self.is_rigid(parent))
+        let driven = &self.driven[body];
+        let alone = driven.beam.is_none() && !driven.has_displacements();
+        alone && parent.is_none_or(|parent| self.is_rigid(parent))
+    }
+
+    /// The part of the displacements that nodes of a body have of their own.
+    fn shift(&self, body: usize, step: &Step, part: f64) -> Option<Shift<'_>> {
+        let driven = &self.driven[body];
+        let offset = self.bodies[body].azimuth_offset;
+        let surface = driven.surface.as_ref();
+        let modes = driven.modes.as_ref();
+        Some(Shift {
+            nodes: driven.nodes.as_deref()?,
+            surface: surface.map(|surface| Cow::Borrowed(surface.at(step, offset))),
+            modes: modes.map(|modes| (modes, modes.coordinates(step, offset))),
+            part,
+        })
+    }
+
+    /// Rates of those displacements, by seconds.
+    pub(super) fn shift_rates(&self, body: usize, step: &Step) -> Option<Shift<'_>> {
+        let driven = &self.driven[body];
+        let (offset, clock) = (self.bodies[body].azimuth_offset, self.clock());
+        let surface = driven.surface.as_ref();
+        let modes = driven.modes.as_ref();
+        Some(Shift {
+            nodes: driven.nodes.as_deref()?,
+            surface: surface.map(|surface| Cow::Owned(surface.rates(step, offset, &clock))),
+            modes: modes.map(|modes| (modes, modes.rates(step, offset, &clock))),
+            part: 1.0,
+        })
+    }
+
+    /// The displacements that nodes of a body have of their own at a step.
+    pub(super) fn whole_shift(&self, body: usize, step: &Step) -> Option<Shift<'_>> {
+        self.shift(body, step, 1.0)
     }
 
     /// The part of a body's motion that is its own, its parent left out.
@@ -105,6 +142,16 @@ impl Motion {
             turns.extend(self.turns(parent, step, x));
         }
         turns
+    }
+
+    /// Pitch, flap and lag of a body's cyclic motion at a step, in radians, positive in the sense that
+    /// the signs of the rotor give them; `None` where it has none.
+    pub fn cyclic_angles(&self, body: usize, step: &Step) -> Option<[f64; 3]> {
+        let body = &self.bodies[body];
+        let cyclic = body.cyclic.as_ref()?;
+        let psi = step.azimuth + body.azimuth_offset;
+        let series = [&cyclic.pitch, &cyclic.flap, &cyclic.lag];
+        Some(series.map(|series| series.at(psi, cyclic.phase)))
     }
 
     /// What the table of a body does at a step.

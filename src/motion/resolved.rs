@@ -73,8 +73,11 @@ impl Motion {
 
     /// What the user should know of the files of the motions, as sentences.
     pub fn notes(&self) -> Vec<String> {
-        let beams = self.driven.iter().filter_map(|driven| driven.beam.as_ref());
-        beams.flat_map(|beam| beam.notes.iter().cloned()).collect()
+        self.driven
+            .iter()
+            .flat_map(Driven::notes)
+            .cloned()
+            .collect()
     }
 
     /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
@@ -99,12 +102,27 @@ fn read_driven(
         let faces = BladeSurface {
             mesh,
             faces: &surface.faces,
+            nodes: &surface.nodes,
             role: Role::Moving(index),
             blade: &rotor.blade(body.azimuth_offset),
         };
         Driven::read(body, &schedule.path, &clock, in_plane, &faces)
     };
-    schedule.bodies.iter().zip(0..).map(read).collect()
+    let driven: Vec<Driven> = (schedule.bodies.iter().zip(0..).map(read)).collect::<Result<_>>()?;
+    for body in &schedule.bodies {
+        if let Some(parent) = body
+            .parent
+            .filter(|&parent| driven[parent].has_displacements())
+        {
+            return Err(Error::input(format!(
+                "body \"{}\" cannot move with \"{}\", whose `surface` or `modes` are known at its own nodes alone; \
+                 give the child a motion of its own",
+                body.name, schedule.bodies[parent].name
+            ))
+            .line(body.line));
+        }
+    }
+    Ok(driven)
 }
 
 /// Refuses what would leave the plane of a 2D mesh.

@@ -36,6 +36,9 @@ pub enum Given<'a> {
 pub struct Free<'a> {
     /// Steps that it knows.
     pub n_steps: usize,
+    /// The surface points that move rigidly, and the poses of all bodies; those of other bodies are
+    /// not used. Empty where there are none.
+    pub rigid: (Vec<Option<u16>>, Vec<Vec<Transform>>),
     /// What writes the displacements.
     pub fill: Box<dyn Fn(usize, Range<usize>, &mut [Vector]) + Sync + 'a>,
 }
@@ -107,7 +110,7 @@ pub struct Method {
 pub fn layers(surface: RigidSurface<'_>, given: &Given<'_>, method: &Method) -> Result<Vec<Layer>> {
     let paths = match given {
         Given::Rigid(paths) => paths,
-        Given::Free(free) => return Ok(vec![free.layer(surface.points.len(), method)?]),
+        Given::Free(free) => return Ok(vec![free.layer(surface.points, method)?]),
     };
     let turns: Option<Vec<&Turns>> = paths.iter().map(|path| path.turns.as_ref()).collect();
     let Some(turns) = turns else {
@@ -153,10 +156,16 @@ pub fn layers(surface: RigidSurface<'_>, given: &Given<'_>, method: &Method) -> 
 
 impl Free<'_> {
     /// The layer of the displacements of all surface points.
-    pub fn layer(&self, n_points: usize, method: &Method) -> Result<Layer> {
-        let limit = method.truncation;
-        let modes =
-            Modes::of_displacements(n_points, self.n_steps, limit, method.form, &self.fill)?;
+    pub fn layer(&self, points: &[Vector], method: &Method) -> Result<Layer> {
+        let (n_steps, limit, form) = (self.n_steps, method.truncation, method.form);
+        let (body, poses) = &self.rigid;
+        let modes = match body.is_empty() {
+            true => Modes::of_displacements(points.len(), n_steps, limit, form, &self.fill)?,
+            false => {
+                let surface = RigidSurface { points, body };
+                Modes::of_mixed(surface, poses, n_steps, limit, form, &self.fill)?
+            }
+        };
         let space = method.displacement.clone();
         Layer::new(Kind::Displacement, space, modes, method.tolerance)
     }

@@ -203,8 +203,34 @@ impl Plan {
         };
         Free {
             n_steps: steps.len(),
+            rigid: self.rigid_part(steps, from, to),
             fill: Box::new(fill),
         }
+    }
+
+    /// The surface points of bodies that are rigid, and their poses; nothing when there is none.
+    fn rigid_part(
+        &self,
+        steps: &[Step],
+        from: f64,
+        to: f64,
+    ) -> (Vec<Option<u16>>, Vec<Vec<Transform>>) {
+        let bodies = 0..self.motion.bodies.len();
+        let rigid: Vec<bool> = bodies.map(|body| self.motion.is_rigid(body)).collect();
+        if !rigid.contains(&true) {
+            return (Vec::new(), Vec::new());
+        }
+        let body = self.surface.body.iter();
+        let body = body.map(|body| body.filter(|&body| rigid[usize::from(body)]));
+        let poses = rigid.iter().enumerate().map(|(body, rigid)| match rigid {
+            true => {
+                let steps = steps.iter();
+                let poses = steps.map(|step| self.pose_between(body, step, from, to));
+                poses.collect()
+            }
+            false => vec![Transform::IDENTITY; steps.len()],
+        });
+        (body.collect(), poses.collect())
     }
 
     fn pose_between(&self, body: usize, step: &Step, from: f64, to: f64) -> Transform {

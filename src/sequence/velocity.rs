@@ -44,13 +44,14 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
     };
     let free = Free {
         n_steps: steps.len(),
+        rigid: (Vec::new(), Vec::new()),
         fill: Box::new(fill),
     };
     let method = Method {
         truncation: ACCURACY * largest,
         ..plan.method.clone()
     };
-    free.layer(surface.points.len(), &method)
+    free.layer(&surface.points, &method)
 }
 
 /// Velocities of the nodes of a mesh at the steps of a stretch.

@@ -2,20 +2,22 @@
 
 mod beam;
 mod cyclic;
+mod modes;
 mod rigid;
+mod surface;
 mod table;
 
 pub use beam::BeamMotion;
 pub use cyclic::{Cyclic, Harmonic, Series};
+pub use modes::ModesMotion;
 pub use rigid::Rigid;
+pub use surface::{Matching, SurfaceMotion};
 pub use table::TableMotion;
 
 use super::names::{Pattern, list};
 use super::reader::{AngleUnit, Entry, Keys};
 use crate::error::{Error, Result};
 
-const MOTION_NOT_YET: &str =
-    "motion is not available in this version; available: cyclic, rigid, table, beam";
 const BODY: Keys = Keys {
     known: &[
         "name",
@@ -26,12 +28,14 @@ const BODY: Keys = Keys {
         "rigid",
         "table",
         "beam",
+        "modes",
+        "surface",
     ],
-    later: &[("modes", MOTION_NOT_YET), ("surface", MOTION_NOT_YET)],
+    later: &[],
 };
 
-/// A moving body. Its motions act in the order rigid, table, then beam and cyclic as one; then those
-/// of its parent.
+/// A moving body. Its motions act in the order surface, modes, rigid, table, then beam and cyclic as
+/// one; then those of its parent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Its name, of its own among the bodies.
@@ -50,6 +54,10 @@ pub struct Body {
     pub table: Option<TableMotion>,
     /// Bending from a structural code.
     pub beam: Option<BeamMotion>,
+    /// Mode shapes times coordinates.
+    pub modes: Option<ModesMotion>,
+    /// Displacements from another program.
+    pub surface: Option<SurfaceMotion>,
     /// Line of its name.
     pub(super) line: u64,
 }
@@ -83,7 +91,12 @@ impl Body {
         let rigid = section.get("rigid").map(|entry| Rigid::read(&entry, unit));
         let table = section.get("table").map(|entry| TableMotion::read(&entry));
         let beam = section.get("beam").map(|entry| BeamMotion::read(&entry));
-        let motions = ["cyclic", "rigid", "table", "beam", "parent"];
+        let modes = section.get("modes").map(|entry| ModesMotion::read(&entry));
+        let surface = section.get("surface");
+        let surface = surface.map(|entry| SurfaceMotion::read(&entry));
+        let motions = [
+            "cyclic", "rigid", "table", "beam", "modes", "surface", "parent",
+        ];
         if motions.iter().all(|key| section.get(key).is_none()) {
             return Err(section.error(format!(
                 "body \"{name}\" has no motion; give it [body.cyclic], [body.rigid] or another one, or list its \
@@ -99,6 +112,8 @@ impl Body {
             rigid: rigid.transpose()?,
             table: table.transpose()?,
             beam: beam.transpose()?,
+            modes: modes.transpose()?,
+            surface: surface.transpose()?,
             line,
         })
     }

@@ -1,12 +1,13 @@
 //! The line that the sections of a blade turn about: given as a table, or at a quarter of the chord
 //! of the mesh.
 
+use super::BodyNodes;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, distance, dot, sub};
 use crate::mesh::Mesh;
 use crate::motion::body::Body;
 use crate::motion::rotor::RotorAxes;
-use crate::motion::surface::{Role, SurfaceFaces};
+use crate::motion::surface::{Role, SurfaceFaces, SurfaceNodes};
 use crate::motion::table::Table;
 use std::path::Path;
 
@@ -22,6 +23,8 @@ pub(in crate::motion) struct BladeSurface<'a> {
     pub mesh: &'a Mesh,
     /// Faces with a role.
     pub faces: &'a SurfaceFaces,
+    /// Nodes with a role.
+    pub nodes: &'a SurfaceNodes,
     /// The role of the body's own.
     pub role: Role,
     /// Axes of the blade at its azimuth offset.
@@ -145,6 +148,21 @@ impl BladeSurface<'_> {
     fn in_blade(&self, x: Vector) -> Vector {
         let from_hub = sub(x, self.blade.hub);
         [self.blade.e_x, self.blade.e_y, self.blade.e_z].map(|axis| dot(axis, from_hub))
+    }
+
+    /// The nodes of the body.
+    pub fn nodes(&self) -> BodyNodes {
+        let nodes = self.nodes.nodes.iter().zip(&self.nodes.roles);
+        let own = nodes.filter(|(_, role)| **role == self.role);
+        let nodes: Vec<u32> = own.map(|(node, _)| *node).collect();
+        BodyNodes {
+            places: nodes
+                .iter()
+                .map(|&node| self.mesh.points[node as usize])
+                .collect(),
+            nodes,
+            n_mesh: self.mesh.points.len(),
+        }
     }
 
     /// Where the blade begins and ends along its span.

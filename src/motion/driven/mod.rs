@@ -2,17 +2,24 @@
 
 mod beam;
 mod clock;
+mod displaced;
 mod lifting;
+mod nodes;
+mod shapes;
 mod sixdof;
 
 pub(super) use beam::{Beam, Sections};
 pub(super) use clock::Clock;
+pub(super) use displaced::SurfaceSets;
 pub(super) use lifting::BladeSurface;
+pub(super) use nodes::BodyNodes;
+pub(super) use shapes::ModeShapes;
 pub(super) use sixdof::SixDegrees;
 
 use super::body::Body;
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The motions of a body that come from files.
 #[derive(Debug, Clone, Default)]
@@ -21,6 +28,12 @@ pub(super) struct Driven {
     pub table: Option<SixDegrees>,
     /// `[body.beam]`.
     pub beam: Option<Beam>,
+    /// `[body.surface]`.
+    pub surface: Option<SurfaceSets>,
+    /// `[body.modes]`.
+    pub modes: Option<ModeShapes>,
+    /// The nodes that both of these are for.
+    pub nodes: Option<Arc<BodyNodes>>,
 }
 
 impl Driven {
@@ -56,7 +69,46 @@ impl Driven {
                 surface,
             )?);
         }
+        driven.read_displacements(body, schedule, (clock, in_plane), surface)?;
         Ok(driven)
+    }
+
+    fn read_displacements(
+        &mut self,
+        body: &Body,
+        schedule: &Path,
+        clock: (&Clock<'_>, bool),
+        surface: &BladeSurface<'_>,
+    ) -> Result<()> {
+        if body.surface.is_none() && body.modes.is_none() {
+            return Ok(());
+        }
+        let nodes = Arc::new(surface.nodes());
+        if let Some(motion) = &body.surface {
+            let path = beside(schedule, &motion.file);
+            self.surface = Some(SurfaceSets::read(motion, &path, body, &nodes, clock)?);
+        }
+        if let Some(motion) = &body.modes {
+            let shapes = beside(schedule, &motion.shapes);
+            let coordinates = beside(schedule, &motion.coordinates);
+            let paths = (shapes.as_path(), coordinates.as_path());
+            self.modes = Some(ModeShapes::read(motion, paths, body, &nodes, clock)?);
+        }
+        self.nodes = Some(nodes);
+        Ok(())
+    }
+
+    /// Whether nodes have displacements of their own.
+    pub fn has_displacements(&self) -> bool {
+        self.nodes.is_some()
+    }
+
+    /// What the user should know of the files, as sentences.
+    pub fn notes(&self) -> impl Iterator<Item = &String> {
+        let beam = self.beam.iter().flat_map(|beam| &beam.notes);
+        let surface = self.surface.iter().flat_map(|surface| &surface.notes);
+        let modes = self.modes.iter().flat_map(|modes| &modes.notes);
+        beam.chain(surface).chain(modes)
     }
 }
 

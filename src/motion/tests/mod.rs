@@ -1,6 +1,7 @@
 //! Tests of the whole room: schedules as a user writes them, on small meshes.
 
 mod bodies;
+mod displacements;
 mod driven;
 mod options;
 mod pace;
