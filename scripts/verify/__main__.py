@@ -5,7 +5,7 @@ import time
 import traceback
 from importlib import import_module
 
-CHECKS = ["formats", "quality", "all_points", "sequence", "motions", "pvd", "pitching", "size_skew", "twist"]
+CHECKS = ["formats", "quality", "all_points", "sequence", "motions", "surface", "pvd", "pitching", "size_skew", "twist"]
 
 
 def main():

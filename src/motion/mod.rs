@@ -37,6 +37,7 @@ pub use body::{
     TableMotion,
 };
 pub use boundaries::{Boundaries, Others, PeriodicPair};
+pub use driven::CentreLine;
 pub use names::Pattern;
 pub use options::{
     Interpolate, KernelName, Polynomial, RbfOptions, Refresh, SelectionCriterion, SelectionMethod,

@@ -1,7 +1,7 @@
 //! The exact map of every body at every step.
 
 use super::body::{Body, Rigid};
-use super::driven::{Clock, Sections};
+use super::driven::{CentreLine, Clock, Sections};
 use super::placed::{Pose, Shift};
 use super::resolved::Motion;
 use super::rotor::Frame;
@@ -49,6 +49,20 @@ impl Motion {
         let driven = &self.driven[body];
         let alone = driven.beam.is_none() && !driven.has_displacements();
         alone && parent.is_none_or(|parent| self.is_rigid(parent))
+    }
+
+    /// Whether every point of a body has a rotation: not where nodes have displacements alone.
+    pub fn has_rotations(&self, body: usize) -> bool {
+        let parent = self.bodies[body].parent;
+        !self.driven[body].has_displacements()
+            && parent.is_none_or(|parent| self.has_rotations(parent))
+    }
+
+    /// The lifting line of a body that is a beam, held within the span of `points` of it.
+    pub fn centre_line(&self, body: usize, points: &[Vector]) -> Option<CentreLine> {
+        let beam = self.driven[body].beam.as_ref()?;
+        let blade = self.rotor.blade(self.bodies[body].azimuth_offset);
+        Some(beam.centre_line(blade, points))
     }
 
     /// The part of the displacements that nodes of a body have of their own.

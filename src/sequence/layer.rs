@@ -11,6 +11,7 @@ use crate::geometry::rotation::rotate_by;
 use crate::geometry::vector::{Vector, add, distance, scale, sub};
 use crate::geometry::{Bounds, Transform};
 use crate::modes::{Form, Modes, RigidSurface};
+use crate::motion::CentreLine;
 use crate::rbf::criterion::Criterion;
 use crate::rbf::space::Space;
 use std::ops::Range;
@@ -83,12 +84,32 @@ pub enum Kind {
 /// The rotation of one body among the modes of a layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turning {
-    /// The point it turns about.
-    pub centre: Vector,
+    /// What it turns about.
+    pub centre: Centre,
     /// Largest distance of its surface points from there.
     pub reach: f64,
     /// Its modes.
     pub modes: Range<usize>,
+}
+
+/// What a body turns about.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Centre {
+    /// One point.
+    Point(Vector),
+    /// Each section about its own point.
+    Line(CentreLine),
+}
+
+impl Centre {
+    /// The point that what is at `x` turns about.
+    #[inline]
+    pub fn at(&self, x: Vector) -> Vector {
+        match self {
+            Self::Point(centre) => *centre,
+            Self::Line(line) => line.at(x),
+        }
+    }
 }
 
 /// How the fields are interpolated.
@@ -123,21 +144,36 @@ pub fn layers(surface: RigidSurface<'_>, given: &Given<'_>, method: &Method) -> 
             method.tolerance,
         )?]);
     };
-    let form = match method.rotation.constraints {
-        Some(_) => Form::Vector,
-        None => Form::Scalar,
-    };
-    let (turning, rotation) = rotations(surface, &turns, form)?;
+    let (turning, rotation) = rotations(surface, &turns, rotation_form(method))?;
     let shifts: Vec<_> = turns
         .iter()
         .map(|turns| translations(turns.tau.iter().copied()))
         .collect();
     let translation = Modes::of_rigid_bodies(surface, &shifts, method.form)?;
+    twist_layers(surface.points, turning, rotation, translation, method)
+}
+
+/// The form of the modes of rotations.
+pub(super) fn rotation_form(method: &Method) -> Form {
+    match method.rotation.constraints {
+        Some(_) => Form::Vector,
+        None => Form::Scalar,
+    }
+}
+
+/// The layers of rotations and of the translations beside them.
+pub(super) fn twist_layers(
+    points: &[Vector],
+    turning: Vec<Turning>,
+    rotation: Modes,
+    translation: Modes,
+    method: &Method,
+) -> Result<Vec<Layer>> {
     let both = rotation.n_modes > 0 && translation.n_modes > 0;
     let tolerance = method.tolerance * if both { 0.5 } else { 1.0 };
     Ok(vec![
         Layer {
-            arms: arms(surface.points, &turning),
+            arms: arms(points, &turning),
             ..Layer::new(
                 Kind::Rotation(turning),
                 method.rotation.clone(),
@@ -204,7 +240,7 @@ fn rotations(
         let modes = Modes::of_rigid_bodies(own, &[lengths], form)?;
         let first = all.as_ref().map_or(0, |all| all.n_modes);
         turning.push(Turning {
-            centre: turns.centre,
+            centre: Centre::Point(turns.centre),
             reach,
             modes: first..first + modes.n_modes,
         });
@@ -222,7 +258,7 @@ fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
         let arms = bodies
             .iter()
             .filter(|body| !body.modes.is_empty())
-            .map(|body| distance(*point, body.centre) / body.reach);
+            .map(|body| distance(*point, body.centre.at(*point)) / body.reach);
         arms.fold(0.0, f64::max).max(f64::MIN_POSITIVE)
     };
     points.iter().map(arm).collect()
@@ -255,7 +291,7 @@ impl Layer {
                     &row[range.clone()],
                     &coefficients[3 * range.start..3 * range.end],
                 );
-                let arm = sub(x, body.centre);
+                let arm = sub(x, body.centre.at(x));
                 let turned = rotate_by(scale(length, 1.0 / body.reach), arm);
                 add(sum, sub(turned, arm))
             }),

@@ -20,6 +20,7 @@ mod plan;
 mod progress;
 mod record;
 mod run;
+mod sections;
 mod step;
 mod stretches;
 mod surface;
@@ -30,7 +31,7 @@ mod zone;
 
 pub use choose::{check_tolerance, choose, constant};
 pub use deformer::Deformer;
-pub use layer::{Kind, Layer};
+pub use layer::{Centre, Kind, Layer};
 pub use plan::Plan;
 pub use progress::{Progress, Silent};
 pub use run::{Finished, Request, estimate_bytes, run};

@@ -3,6 +3,7 @@
 
 use super::layer::{self, BodyPath, Free, Given, Layer, Method, Turns};
 use super::periodic::PeriodicNodes;
+use super::sections;
 use super::surface::SurfacePoints;
 use super::velocity;
 use super::wall::FirstCells;
@@ -103,7 +104,12 @@ impl Plan {
             tolerance,
             choices,
         };
-        let layers = layer::layers(plan.surface.rigid(), &plan.given(), &plan.method)?;
+        let all_rigid = (0..plan.motion.bodies.len()).all(|body| plan.motion.is_rigid(body));
+        let twist = plan.schedule.rbf.interpolate == Interpolate::Twist;
+        let layers = match twist && !all_rigid {
+            true => sections::layers(&plan, &plan.method)?,
+            false => layer::layers(plan.surface.rigid(), &plan.given(), &plan.method)?,
+        };
         plan.layers = layers;
         plan.check_truncation()?;
         if plan.schedule.output.velocity {
@@ -334,15 +340,22 @@ fn check_combination(
     surface: &SurfacePoints,
     periodic: &PeriodicNodes,
 ) -> Result<()> {
-    let mut bending = (0..motion.bodies.len()).filter(|&body| !motion.is_rigid(body));
-    if schedule.rbf.interpolate == Interpolate::Twist
-        && let Some(body) = bending.next()
+    let mut bodies = 0..motion.bodies.len();
+    let twist = schedule.rbf.interpolate == Interpolate::Twist;
+    if let Some(body) = bodies
+        .clone()
+        .find(|&body| twist && !motion.has_rotations(body))
     {
         return Err(Error::input(format!(
-            "interpolate = \"twist\" is for bodies that move as one, and body \"{}\" does not; use \
+            "interpolate = \"twist\" needs rotations, and body \"{}\" has displacements of its nodes alone; use \
              \"displacement\", with substeps where it folds",
             motion.bodies[body].name
         )));
+    }
+    if twist && schedule.rbf.substeps > 1 && !bodies.all(|body| motion.is_rigid(body)) {
+        return Err(Error::input(
+            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` out",
+        ));
     }
     let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
     if coupled && schedule.rbf.polynomial == Polynomial::Linear {

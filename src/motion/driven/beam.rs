@@ -94,6 +94,39 @@ impl Beam {
     }
 }
 
+/// The lifting line of a blade in the reference mesh, its ends held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CentreLine {
+    line: LiftingLine,
+    blade: RotorAxes,
+    span: [f64; 2],
+}
+
+impl CentreLine {
+    /// The point of the line at the station of `x`.
+    pub fn at(&self, x: Vector) -> Vector {
+        let station = dot(sub(x, self.blade.hub), self.blade.e_x);
+        let [x, y, z] = self.line.at(station.clamp(self.span[0], self.span[1]));
+        self.blade.point(x, y, z)
+    }
+}
+
+impl Beam {
+    /// The lifting line, held within the span of some points.
+    pub fn centre_line(&self, blade: RotorAxes, points: &[Vector]) -> CentreLine {
+        let stations = points.iter().map(|x| dot(sub(*x, blade.hub), blade.e_x));
+        let span = stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+            [low.min(r), high.max(r)]
+        });
+        CentreLine {
+            line: self.line.clone(),
+            blade,
+            // A body that shares all of its nodes with others has no point of its own.
+            span: if span[0] <= span[1] { span } else { [0.0; 2] },
+        }
+    }
+}
+
 fn read_span(motion: &BeamMotion, path: &Path) -> Result<SpanHistory> {
     let table = Table::read(path)?;
     let mut columns = table.columns();

@@ -8,6 +8,7 @@ mod nodes;
 mod shapes;
 mod sixdof;
 
+pub use beam::CentreLine;
 pub(super) use beam::{Beam, Sections};
 pub(super) use clock::Clock;
 pub(super) use displaced::SurfaceSets;
