@@ -79,17 +79,14 @@ pub fn add_transposed_product(out: &mut [f64], rows: &[f64], tile: &[f64], n_col
     );
 }
 
-/// `tile (m, n) -= left (m, r) . right (n, r)^T`, where `left` and `right` are the first `r` of
-/// `n_cols` columns; `tile` by columns, on one thread.
-pub fn subtract_product(tile: &mut [f64], left: &[f64], right: &[f64], n_cols: usize, r: usize) {
-    let (m, n) = (left.len() / n_cols, right.len() / n_cols);
+/// `tile (m, n) -= left (m, r) . right (n, r)^T`, `tile` by columns, the others by rows; on one thread.
+pub fn subtract_product(tile: &mut [f64], left: &[f64], right: &[f64], r: usize) {
+    let (m, n) = (left.len() / r, right.len() / r);
     matmul(
         MatMut::from_column_major_slice_mut(tile, m, n),
         Accum::Add,
-        MatRef::from_row_major_slice(left, m, n_cols).subcols(0, r),
-        MatRef::from_row_major_slice(right, n, n_cols)
-            .subcols(0, r)
-            .transpose(),
+        MatRef::from_row_major_slice(left, m, r),
+        MatRef::from_row_major_slice(right, n, r).transpose(),
         -1.0,
         Par::Seq,
     );
@@ -132,7 +129,7 @@ mod tests {
             let mut rest = Matrix::from_fn(n_rows, n_cols, |i, j| rows[i * n_cols + j]);
             let mut along = vec![0.0; n_cols * n_cols];
             add_transposed_product(&mut along, &basis, &rest.values, n_cols);
-            subtract_product(&mut rest.values, &basis, &along, n_cols, n_cols);
+            subtract_product(&mut rest.values, &basis, &along, n_cols);
             assert!(rest.values.iter().all(|value| value.abs() < 1e-12));
         }
     }

@@ -9,6 +9,8 @@ use std::ops::Range;
 /// Nodes and steps of a block: together about half of a second-level cache.
 pub(super) const NODES: usize = 512;
 const STEPS: usize = 32;
+/// Values of a block of all steps, at most, unless one node has more.
+const MOST: usize = 1 << 23;
 
 /// A motion that is not stored: `fill(step, nodes, out)` writes the displacements of some nodes at a
 /// step.
@@ -70,6 +72,11 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
     pub fn columns(&self, steps: &Range<usize>) -> Range<usize> {
         let n = self.columns_a_step();
         n * steps.start..n * steps.end
+    }
+
+    /// Nodes of blocks that have all steps.
+    pub fn nodes_with_all_steps(&self) -> usize {
+        (MOST / (3 * self.n_steps)).clamp(1, NODES)
     }
 
     /// Fills `block` with the displacements of some nodes and steps.

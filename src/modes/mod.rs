@@ -9,6 +9,7 @@
 //! Knows node positions and rigid transforms; nothing of schedules or base points.
 
 mod displacements;
+mod measure;
 mod mixed;
 mod sketch;
 

@@ -1,55 +1,37 @@
-//! The factors of any motion, by random combinations of its steps.
+//! The modes of any motion, by random combinations of its steps.
 //!
 //! ```text
-//! Y = D Omega,   Q = qr(Y),   Q^T D = U' S V^T,   U = Q U' S,   C = V^T
+//! Y = D Omega,   Q = qr(Y),   Q^T D = U' S V^T,   C = V^T,   U = D V
 //! ```
 //!
-//! `D` is evaluated in blocks, once for `Y`, once for `Q^T D` and once for the error, which is measured
-//! at every node and step. While that is above the limit, `Omega` gets twice the columns (Halko,
-//! Martinsson & Tropp 2011). The number of modes is the smallest that meets the limit.
+//! `D` is evaluated in blocks: once for `Y`, once for `Q^T D`, and once for `U` and the error, which is
+//! measured at every node and step (`measure`). While that is above the limit, `Omega` gets twice the
+//! columns (Halko, Martinsson & Tropp 2011).
 
-use super::displacements::{Block, Displacements, NODES, add_mode, largest_norm};
+use super::displacements::{Block, Displacements, NODES};
 use super::{Form, Modes};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
-use crate::linear::{
-    Matrix, add_product, add_transposed_product, multiply, orthonormalize, subtract_product, svd,
-};
+use crate::linear::{Matrix, add_product, add_transposed_product, multiply, orthonormalize, svd};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Columns of the first `Omega`.
 const FIRST_COLUMNS: usize = 40;
 /// Part of the largest displacement that is round-off: no smaller limit is met.
-const ROUND_OFF: f64 = 1e-13;
+const ROUND_OFF: f64 = 3e-14;
 /// Blocks that one task of the second pass adds up, and values that tasks hold at once.
 const BLOCKS: usize = 16;
 const HELD: usize = 1 << 24;
 
-/// Factors with all columns: `U (rows, n)` by rows, `V (columns, n)` by rows.
-struct Factors {
-    u: Vec<f64>,
-    v: Matrix,
-    v_rows: Vec<f64>,
-    n: usize,
-}
-
-/// What the measurement of one or more blocks found.
-struct Measured {
-    /// Modes that they need: all and one more where all do not meet the limit.
-    needed: usize,
-    /// Largest errors with 0, 1, ... modes, where they were measured.
-    errors: Vec<f64>,
-}
-
 impl Modes {
     /// The modes of any motion, to `limit` at every node and step, or to round-off where `limit` is
-    /// less (1e-13 of the largest displacement).
+    /// less (3e-14 of the largest displacement): the first of the singular value decomposition, no
+    /// more than the limit needs.
     ///
     /// `displacements(step, nodes, out)` writes the displacements of some nodes at a step; it is
     /// called three times for each, more when the motion takes more than 40 modes, from all threads.
-    /// Memory: the larger of `40 N_s` and `r N_s` numbers, three times that in vector form. Fails
+    /// Memory: `40 N_s` numbers or `r N_s` if that is more, three times that in vector form. Fails
     /// where a displacement is no finite number.
     pub fn of_displacements(
         n_nodes: usize,
@@ -69,17 +51,25 @@ impl Modes {
         while n > 0 {
             let (basis, largest) = motion.basis(n)?;
             if largest == 0.0 {
-                return Ok(Self::default());
+                break;
             }
             let limit = limit.max(ROUND_OFF * largest);
-            let factors = motion.factors(basis, n)?;
-            if let Some((n_modes, truncation)) = motion.rank(&factors, limit, n == most) {
-                return Ok(motion.modes(factors, n_modes, truncation));
+            let course = motion.course(basis, n, limit)?;
+            if let Some(modes) = motion.modes(&course, limit, n == most) {
+                return Ok(modes);
             }
             n = (2 * n).min(most);
         }
         Ok(Self::default())
     }
+}
+
+/// The course of the modes over the steps.
+pub(super) struct Course {
+    /// `V (columns, n)`.
+    pub right: Matrix,
+    /// A number of modes that is likely to meet the limit, and not much larger than must be.
+    pub enough: usize,
 }
 
 impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
@@ -109,23 +99,27 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
         Ok((basis, largest))
     }
 
-    /// `U` in the place of `Q`, and `V`.
-    fn factors(&self, mut basis: Vec<f64>, n: usize) -> Result<Factors> {
+    /// `V` from `Q`. What the modes from one on add to a component is at most the product of their
+    /// largest norms in `U` and in `V`, which tells how many are enough.
+    fn course(&self, mut basis: Vec<f64>, n: usize, limit: f64) -> Result<Course> {
         let projected = self.projected(&basis, n);
-        let (left, singular, right) = svd(&projected)?;
-        multiply(
-            &mut basis,
-            &Matrix::from_fn(n, n, |i, j| left[(i, j)] * singular[j]),
-        );
-        let rows = 0..right.n_rows();
-        Ok(Factors {
-            u: basis,
-            v_rows: rows
-                .flat_map(|i| (0..n).map(move |j| (i, j)))
-                .map(|at| right[at])
-                .collect(),
-            v: right,
-            n,
+        // First columns that span the rows of Q^T D to the last digit: its decomposition alone would
+        // miss them by round-off of the largest singular value.
+        let rows = projected.n_rows() * projected.n_cols();
+        let mut spanning: Vec<f64> = (0..rows).map(|at| projected[(at % n, at / n)]).collect();
+        orthonormalize(&mut spanning, n);
+        let spanning = Matrix::from_fn(self.n_columns(), n, |i, j| spanning[i * n + j]);
+        let small = projected.times(&spanning);
+        let (_, _, turn) = svd(&small)?;
+        let right = spanning.times(&turn);
+        multiply(&mut basis, &small.times(&turn));
+        let of_u = tails(&basis, n);
+        let rows: Vec<f64> = (0..rows).map(|at| right[(at / n, at % n)]).collect();
+        let bounds = of_u.into_iter().zip(tails(&rows, n)).map(|(u, v)| u * v);
+        let fewer = bounds.rev().take_while(|bound| *bound <= 0.5 * limit);
+        Ok(Course {
+            right,
+            enough: (n - fewer.count()).max(1),
         })
     }
 
@@ -159,116 +153,6 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
             }
         }
         projected
-    }
-
-    /// The smallest number of modes that meets the limit at every node and step, and their error;
-    /// `None` where all do not meet it, unless they are `complete`.
-    fn rank(&self, factors: &Factors, limit: f64, complete: bool) -> Option<(usize, f64)> {
-        let enough = factors.enough(limit);
-        for start in [enough, factors.n] {
-            let measured = self.measured(factors, start, limit);
-            if measured.needed <= start {
-                return Some((measured.needed, measured.errors[measured.needed]));
-            }
-            if start == factors.n && complete {
-                return Some((start, measured.errors[start]));
-            }
-            if start == factors.n {
-                return None;
-            }
-        }
-        None
-    }
-
-    /// Errors with `start` modes and with one after the other taken away, while they meet the limit.
-    fn measured(&self, factors: &Factors, start: usize, limit: f64) -> Measured {
-        let rows_a_block = NODES * self.rows_a_node() * factors.n;
-        // Modes that some block is known to need: less is of no interest to others.
-        let known = AtomicUsize::new(0);
-        let blocks = factors.u.par_chunks(rows_a_block).enumerate();
-        let measured = blocks.map_init(Block::default, |block, (at, u)| {
-            let nodes = self.nodes(at);
-            let mut errors = vec![0.0; start + 1];
-            let mut needed = 0;
-            for steps in self.steps() {
-                self.read(&nodes, &steps, block);
-                let columns = self.columns(&steps);
-                let v = &factors.v_rows[factors.n * columns.start..factors.n * columns.end];
-                subtract_product(&mut block.values, u, v, factors.n, start);
-                let mut n_modes = start;
-                let mut error = largest_norm(&block.values, nodes.len(), self.form);
-                loop {
-                    errors[n_modes] = f64::max(errors[n_modes], error);
-                    if error > limit {
-                        needed = needed.max(n_modes + 1);
-                        known.fetch_max(needed, Ordering::Relaxed);
-                        break;
-                    }
-                    if n_modes <= known.load(Ordering::Relaxed) {
-                        break;
-                    }
-                    n_modes -= 1;
-                    let column = u.iter().skip(n_modes).step_by(factors.n);
-                    let column: Vec<f64> = column.copied().collect();
-                    let row = &factors.v.column(n_modes)[columns.clone()];
-                    error = add_mode(&mut block.values, &column, row, nodes.len(), self.form);
-                }
-            }
-            Measured { needed, errors }
-        });
-        let none = || Measured {
-            needed: 0,
-            errors: vec![0.0; start + 1],
-        };
-        measured.reduce(none, Measured::worse)
-    }
-
-    /// The first modes of the factors, in the order of `Modes`.
-    fn modes(&self, factors: Factors, n_modes: usize, truncation: f64) -> Modes {
-        let Factors { mut u, v, n, .. } = factors;
-        let right = Matrix::from_fn(v.n_rows(), n_modes, |i, j| v[(i, j)]);
-        let rows = self.rows_a_node();
-        let mut row = vec![0.0; n_modes * rows];
-        for node in 0..self.n_nodes {
-            for (at, value) in row.iter_mut().enumerate() {
-                *value = u[(node * rows + at % rows) * n + at / rows];
-            }
-            u[node * row.len()..][..row.len()].copy_from_slice(&row);
-        }
-        u.truncate(self.n_nodes * row.len());
-        u.shrink_to_fit();
-        let modes = match self.form {
-            Form::Scalar => Modes::scalar(&right, self.n_steps),
-            Form::Vector => Modes::vector(&right, self.n_steps),
-        };
-        Modes {
-            values: u,
-            truncation,
-            ..modes
-        }
-    }
-}
-
-impl Factors {
-    /// A number of modes that is likely to meet a limit, and not much larger than must be: what the
-    /// rest adds to a component is at most the product of its norms in `U` and in `V`.
-    fn enough(&self, limit: f64) -> usize {
-        let of_u = tails(&self.u, self.n);
-        let of_v = tails(&self.v_rows, self.n);
-        let bounds = of_u.iter().zip(&of_v).map(|(u, v)| u * v);
-        // Columns go with growing error from the last to the first.
-        let fewer = bounds.rev().take_while(|bound| *bound <= 0.5 * limit);
-        self.n - fewer.count()
-    }
-}
-
-impl Measured {
-    fn worse(mut self, other: Self) -> Self {
-        self.needed = self.needed.max(other.needed);
-        for (error, other) in self.errors.iter_mut().zip(other.errors) {
-            *error = error.max(other);
-        }
-        self
     }
 }
 

@@ -60,7 +60,7 @@ impl History {
     /// From knots and rows of values, `(knots, n)`; `path` is the file that errors name.
     ///
     /// # Panics
-    /// When the knots do not increase, or have not a row of values each.
+    /// When there are no knots, or they do not increase, or have not a row of values each.
     pub fn new(
         path: &Path,
         key: Key,
@@ -133,12 +133,7 @@ impl History {
         let whole = turns.round();
         if whole >= 1.0 && (turns - whole).abs() <= CLOSING {
             let end = (knots.len() - 1) * n;
-            let differs = (0..n).find(|&c| {
-                let column = self.values[c..].iter().step_by(n);
-                let largest = column.fold(0.0, |largest: f64, value| largest.max(value.abs()));
-                (self.values[end + c] - self.values[c]).abs() > REPEATED * largest
-            });
-            if differs.is_some() {
+            if self.last_row_differs() {
                 let (first, last) = (self.key.place(first), self.key.place(last));
                 self.open = Some(format!(
                     "its values at {last} are not those at {first}, so it does not repeat itself"
@@ -160,6 +155,20 @@ impl History {
                 "it does not go round: add the rows that are missing of the revolution".to_owned(),
             );
         }
+    }
+
+    /// Whether some value of the last row is not that of the first.
+    fn last_row_differs(&self) -> bool {
+        let n = self.n_values;
+        let mut largest = vec![0.0; n];
+        for row in self.values.chunks_exact(n.max(1)) {
+            for (largest, value) in largest.iter_mut().zip(row) {
+                *largest = f64::max(*largest, value.abs());
+            }
+        }
+        let (first, last) = (&self.values[..n], &self.values[self.values.len() - n..]);
+        let mut values = first.iter().zip(last).zip(largest);
+        values.any(|((first, last), largest)| (last - first).abs() > REPEATED * largest)
     }
 
     /// Number of values in a row.

@@ -70,9 +70,9 @@ impl Header {
         let mut start = 0;
         for (line, text) in (0..).zip(Lines(bytes)) {
             let end = (start + text.len() + 1).min(bytes.len());
-            let content = text.trim_ascii();
-            if let Some(content) = content.strip_prefix(b"#") {
-                comment = Some((line, content));
+            let content = without_comment(text).trim_ascii();
+            if let Some(names) = text.trim_ascii().strip_prefix(b"#") {
+                comment = Some((line, names));
             } else if !content.is_empty() {
                 let here = Self::of_line(content, line, end);
                 let are_numbers = numbers_of(content);

@@ -6,6 +6,8 @@ use super::*;
 fn numbers(text: &str) -> Vec<f64> {
     let table = table(text);
     let columns = table.columns().rest();
+    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["azimuth_deg", "dx"]);
     let rows = 0..table.n_rows();
     let row = |row| columns.iter().map(move |(_, c)| (row, *c));
     rows.flat_map(row)
@@ -64,7 +66,7 @@ fn every_wrong_table_is_refused_in_a_sentence_with_its_line() {
             "2: the table has no rows after the names of its columns",
         ),
         (
-            "0,1\n2,3\n",
+            "0,1 # of what?\n2,3\n",
             "1: the first line is numbers; it must name the columns, as in azimuth_deg,dx,dy",
         ),
         ("a,b,a\n", "1: two columns are called `a`; keep one of them"),
