@@ -133,6 +133,18 @@ impl Schedule {
         Err(Error::input(message).line(output.line()))
     }
 
+    /// The files that the motions name, each once, in their order.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        for file in self.bodies.iter().flat_map(Body::files) {
+            let path = self.path.with_file_name("").join(file);
+            if !files.contains(&path) {
+                files.push(path);
+            }
+        }
+        files
+    }
+
     /// What the schedule means on this mesh: axes, poses, and the role of every surface node.
     pub fn resolve(&self, mesh: &Mesh) -> Result<Motion> {
         Motion::new(self, mesh).map_err(|error| error.file(&self.path))

@@ -273,3 +273,83 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{self, ReadOptions, Source};
+    use crate::motion::Schedule;
+    use std::path::Path;
+
+    fn plan(mesh: &str, schedule: &str) -> Plan {
+        let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
+        let source = Source::open(Path::new(mesh)).expect("it is there");
+        let mesh = formats::read(&source, &ReadOptions::default()).expect("it is good");
+        Plan::new(mesh.mesh, schedule).expect("they fit")
+    }
+
+    fn told(mesh: &str, tag: &str, by: &str) -> Vec<String> {
+        let plan = plan(
+            mesh,
+            &format!(
+                "time = {{ stop = 1, step = 0.5 }}\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nbody = [ {{ name = \"it\", tags = [\"{tag}\"], rigid = {{ translate = {by}, ramp = true }} }} ]\n"
+            ),
+        );
+        let steps: Vec<&Step> = plan.motion.steps.iter().collect();
+        conflicts(&plan, &steps)
+    }
+
+    #[test]
+    fn a_body_that_stays_clear_is_not_warned_of() {
+        for (mesh, tag) in [
+            ("testdata/body_in_duct.vtu", "body"),
+            ("testdata/naca0012.vtu", "airfoil"),
+        ] {
+            assert_eq!(told(mesh, tag, "[0.05, 0.05, 0]"), [""; 0]);
+        }
+    }
+
+    #[test]
+    fn a_body_that_runs_into_a_wall_or_out_of_the_mesh_is_warned_of() {
+        let duct = told("testdata/body_in_duct.vtu", "body", "[0, 1.2, 0]");
+        assert!(
+            duct.iter().any(|told| told.starts_with(
+                "the surfaces of body \"it\" and a fixed boundary cut through each other at "
+            )),
+            "{duct:?}"
+        );
+        let airfoil = told("testdata/naca0012.vtu", "airfoil", "[2.0, 0, 0]");
+        assert!(
+            airfoil[0].starts_with(
+                "body \"it\" leaves the box around the mesh at 1 of 3 steps looked at, step 2 first"
+            ),
+            "{airfoil:?}"
+        );
+        assert!(
+            airfoil[1]
+                .contains("cut through each other at 1 of 3 steps looked at, step 2 first, near ["),
+            "{airfoil:?}"
+        );
+    }
+
+    #[test]
+    fn the_angles_and_the_tip_of_a_blade_are_those_of_its_motion() {
+        let plan = plan(
+            "testdata/wing_on_plane.vtu",
+            "azimuth.values = [90]\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nrotor = { span_axis = [0, 0, 1], shaft_axis = [0, 1, 0] }\nbody = [ { name = \"wing\", tags = [\"wing\"], cyclic = { collective = 2, flap = [ { sin = 5 } ] } } ]\n",
+        );
+        let found = &bodies_at(&plan, &[&plan.motion.steps[0]])[0];
+        let angles = found.angles.expect("it is cyclic").map(f64::to_degrees);
+        assert!((angles[0] - 2.0).abs() < 1e-12 && (angles[1] - 5.0).abs() < 1e-12);
+        let tip = found.tip.expect("it is in space");
+        let root = Bounds::around(&plan.surface.points_of(0));
+        let length = root.high[2];
+        let (sin, cos) = 5f64.to_radians().sin_cos();
+        assert!((tip[1] - length * sin).abs() < 0.02 * length, "{tip:?}");
+        assert!(
+            (tip[2] - length * (cos - 1.0)).abs() < 0.02 * length,
+            "{tip:?}"
+        );
+        assert!(found.largest >= norm(tip) * 0.999);
+    }
+}

@@ -120,6 +120,18 @@ impl Body {
 }
 
 impl Body {
+    /// The files that its motions name, relative to the schedule.
+    pub(super) fn files(&self) -> Vec<&str> {
+        let surface = self.surface.iter().map(|surface| &surface.file);
+        let modes = self.modes.iter();
+        let modes = modes.flat_map(|modes| [&modes.shapes, &modes.coordinates]);
+        let table = self.table.iter().map(|table| &table.file);
+        let beam = self.beam.iter();
+        let beam = beam.flat_map(|beam| [Some(&beam.table), beam.lifting_line.as_ref()]);
+        let files = surface.chain(modes).chain(table).chain(beam.flatten());
+        files.map(String::as_str).collect()
+    }
+
     /// Whether its cyclic motion changes with the azimuth.
     pub(super) fn has_harmonics(&self) -> bool {
         let cyclic = self.cyclic.iter();

@@ -115,8 +115,5 @@ impl Driven {
 
 /// The path of a file that the schedule names.
 fn beside(schedule: &Path, file: &str) -> PathBuf {
-    match schedule.parent() {
-        Some(folder) => folder.join(file),
-        None => PathBuf::from(file),
-    }
+    schedule.with_file_name("").join(file)
 }
