@@ -39,7 +39,7 @@ def harmonic(random, size):
     return f"[{{ sin = {sin}, cos = {cos} }}]"
 
 
-def airfoil(random, folder):
+def airfoil(random, folder, _mesh):
     """In the plane: a table over time with cubic interpolation, then pitch, without a rotor."""
     times = np.linspace(0.0, 2.0, 7)
     columns = {name: numbers(random, size, 7) for name, size in (("dx", 0.1), ("dy", 0.1), ("rot_z_deg", 5))}
@@ -55,7 +55,7 @@ cyclic = {{ collective = 2.0, pitch = {harmonic(random, 4.0)}, pitch_axis = [-0.
 """
 
 
-def ball(random, folder):
+def ball(random, folder, _mesh):
     """In space: rigid and a table over several revolutions, inertial frame."""
     azimuths = np.arange(0, 360, 45.0)
     columns = {name: numbers(random, 0.1 if "d" == name[0] else 8.0, 8) for name in AXES}
@@ -89,7 +89,7 @@ def beam_table(random, folder, stations):
     return f'beam = {{ table = "beam.csv", lifting_line = "line.csv", interpolation = "{kind}" }}'
 
 
-def blade(random, folder):
+def blade(random, folder, _mesh):
     """A bending blade with pitch, flap and lag whose hub is another body, its parent."""
     offset = numbers(random, 15, 1)[0]
     return f"""
@@ -116,7 +116,7 @@ flap_hinge = 0.1
 """
 
 
-def wing(random, folder):
+def wing(random, folder, _mesh):
     """A beam alone, spanwise along z from a plane of symmetry that stays."""
     return f"""
 time = {{ stop = 1.0, step = 0.25, frequency = 1.5 }}
@@ -128,7 +128,33 @@ tags = ["wing"]
 """
 
 
+def nodal(random, folder, mesh):
+    """Displacements of nodes for every step, modes over azimuth, then pitch."""
+    nodes = sorted({node for face in mesh.tags["sphere"] for node in face})
+    lines = ["azimuth_deg,node,dx,dy,dz"]
+    for azimuth in (0.0, 40.0, 100.0):
+        rows = [[azimuth, int(node), *numbers(random, 0.02, 3)] for node in nodes]
+        lines += [",".join(map(repr, row)) for row in rows]
+    (folder / "surface.csv").write_text("\n".join(lines) + "\n")
+    lines = ["mode,node,dx,dy,dz"]
+    lines += [",".join(map(repr, [j, int(node), *numbers(random, 0.1, 3)])) for j in (1, 2, 3) for node in nodes]
+    (folder / "modes.csv").write_text("\n".join(lines) + "\n")
+    columns = {f"q{j}": numbers(random, 1.0, 6) for j in (1, 2, 3)}
+    write_table(folder / "q.csv", "azimuth_deg", np.arange(0, 360, 60.0), columns)
+    kind = random.choice(["linear", "cubic"])
+    return f"""
+azimuth.values = [0.0, 40.0, 100.0]
+[[body]]
+name = "ball"
+tags = ["sphere"]
+surface = {{ file = "surface.csv" }}
+modes = {{ shapes = "modes.csv", coordinates = "q.csv", interpolation = "{kind}" }}
+cyclic = {{ collective = 3.0, pitch = {harmonic(random, 4.0)}, coning = 2.0 }}
+"""
+
+
 CASES = [
+    (nodal, "sphere_in_box_raw.vtu", "fixed", 3.0),
     (airfoil, "naca0012.vtu", "fixed", 6.0),
     (ball, "sphere_in_box_raw.vtu", "fixed", 3.0),
     (blade, "rotor_sector.vtu", "free", 3.0),
@@ -142,7 +168,7 @@ def check(make, name, others, radius, seed):
     mesh = meshes.by_pyvista(TESTDATA / name)
     with scratch() as folder:
         schedule = folder / "motion.toml"
-        schedule.write_text(make(random, folder) + REST.format(others=others, radius=radius))
+        schedule.write_text(make(random, folder, mesh) + REST.format(others=others, radius=radius))
         # Random motions may invert cells: exit code 1.
         rows = outputs.deform(TESTDATA / name, schedule, folder / "out", expect=(0, 1))
         motion = reference.Motion(schedule, mesh)

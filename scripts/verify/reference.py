@@ -102,10 +102,17 @@ class Motion:
         return [start + i * step for i in range(count)]
 
     def moved(self, body, nodes, k):
-        """Positions of some nodes in the rotating frame, as a body moves: rigid, table, beam and cyclic; parent."""
+        """Positions of some nodes in the rotating frame, as a body moves.
+
+        Surface, modes, rigid, table, beam and cyclic; then its parent.
+        """
         steps = len(self.azimuths())
         x = reference = self.mesh.points[nodes]
         while body is not None:
+            if "surface" in body:
+                x = x + self.surface(body, nodes, k)
+            if "modes" in body:
+                x = x + self.modes(body, nodes, k)
             if "rigid" in body:
                 x = rigid(body["rigid"], x, k / (steps - 1) if steps > 1 else 1.0)
             if "table" in body:
@@ -119,6 +126,27 @@ class Motion:
     def key(self, name, k, offset):
         """Where step k is in a table whose first column has this name."""
         return {"azimuth_deg": self.azimuths()[k] + offset, "time_s": self.times()[k], "step": k}[name]
+
+    def surface(self, body, nodes, k):
+        """Displacements of the rows of this step, by node."""
+        columns = read_table(self.folder / body["surface"]["file"])
+        key = next(iter(columns))
+        here = np.isclose(columns[key], self.key(key, k, offset_of(self.schedule, body)))
+        return by_node(columns, here, nodes)
+
+    def modes(self, body, nodes, k):
+        """The sum of coordinates times shapes."""
+        motion = body["modes"]
+        shapes = read_table(self.folder / motion["shapes"])
+        columns = read_table(self.folder / motion["coordinates"])
+        key = next(iter(columns))
+        at = self.key(key, k, offset_of(self.schedule, body))
+        moved = np.zeros((len(nodes), 3))
+        for j in range(1, len(columns)):
+            kind = motion.get("interpolation", "linear")
+            q = over(columns[key], columns[f"q{j}"], at, kind, key == "azimuth_deg")
+            moved += q * by_node(shapes, shapes["mode"] == j, nodes)
+        return moved
 
     def table(self, body, x, k):
         """Rz Ry Rx about the origin, then the translation; columns that are not there are 0."""
@@ -224,6 +252,15 @@ def read_table(path):
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def by_node(columns, rows, nodes):
+    """The vectors of some rows in the order of `nodes`."""
+    vectors = {
+        int(node): vector
+        for node, *vector in zip(*(columns[name][rows] for name in ("node", "dx", "dy", "dz")))
+    }
+    return np.array([vectors[int(node)] for node in nodes])
 
 
 def over(keys, values, at, kind, periodic):

@@ -21,7 +21,7 @@ pub struct Pace<'a> {
 #[derive(Debug, Clone)]
 enum Link<'a> {
     Rigid(Moving),
-    Sections(Sections<'a>),
+    Sections(Box<Sections<'a>>),
 }
 
 impl Motion {
@@ -68,7 +68,7 @@ impl Motion {
             links.push(Link::Rigid(table.moving()));
         }
         if let Some(sections) = self.sections(index, step, 1.0) {
-            links.push(Link::Sections(sections));
+            links.push(Link::Sections(Box::new(sections)));
         } else if let Some(turns) = self.cyclic_turns(body, step) {
             let still = Moving::still(Transform::IDENTITY);
             let moving = |all: Moving, turn: &Turn| all.then(&turn.moving());

@@ -48,7 +48,7 @@ enum Link<'a> {
     /// The same for every point.
     Rigid(Transform),
     /// One for each section of a beam.
-    Sections(Sections<'a>),
+    Sections(Box<Sections<'a>>),
 }
 
 impl<'a> Pose<'a> {
@@ -85,7 +85,7 @@ impl<'a> Pose<'a> {
 
     /// First `self`, then the bending of a beam.
     pub(super) fn then_sections(mut self, sections: Sections<'a>) -> Self {
-        self.links.push(Link::Sections(sections));
+        self.links.push(Link::Sections(Box::new(sections)));
         self
     }
 
@@ -96,7 +96,7 @@ impl<'a> Pose<'a> {
             .into_iter()
             .fold(self, |pose, link| match link {
                 Link::Rigid(map) => pose.then(&map),
-                Link::Sections(sections) => pose.then_sections(sections),
+                Link::Sections(sections) => pose.then_sections(*sections),
             })
     }
 

@@ -33,6 +33,9 @@ pub enum Given<'a> {
     Free(Free<'a>),
 }
 
+/// Writes the displacements of some surface points at a step.
+pub type Fill<'a> = dyn Fn(usize, Range<usize>, &mut [Vector]) + Sync + 'a;
+
 /// Displacements of any kind: `fill(step, points, out)` writes those of some surface points.
 pub struct Free<'a> {
     /// Steps that it knows.
@@ -41,7 +44,7 @@ pub struct Free<'a> {
     /// not used. Empty where there are none.
     pub rigid: (Vec<Option<u16>>, Vec<Vec<Transform>>),
     /// What writes the displacements.
-    pub fill: Box<dyn Fn(usize, Range<usize>, &mut [Vector]) + Sync + 'a>,
+    pub fill: Box<Fill<'a>>,
 }
 
 /// Unwrapped rotation vectors about one point of a body, with the displacements of that point.

@@ -12,6 +12,7 @@ mod checks;
 mod choose;
 mod deformer;
 mod fields;
+mod given;
 mod glide;
 mod layer;
 mod output;

@@ -3,7 +3,7 @@
 
 use super::Clock;
 use super::nodes::{At, BodyNodes, Filled, Finder};
-use super::shapes::{arrays_of, place_columns, unused};
+use super::shapes::{NamedVectors, arrays_of, place_columns, unused};
 use crate::error::{Error, Result};
 use crate::formats::Source;
 use crate::geometry::vector::{Vector, scale, sub};
@@ -193,7 +193,7 @@ impl SurfaceSets {
         nodes: &BodyNodes,
     ) -> Result<Self> {
         let (points, arrays) = arrays_of(path)?;
-        let named = |array: &&(String, Vec<Vector>)| {
+        let named = |array: &&NamedVectors| {
             let name = array.0.to_ascii_lowercase();
             name.contains("displacement") || ["disp", "d", "u"].contains(&name.as_str())
         };

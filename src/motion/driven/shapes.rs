@@ -224,8 +224,11 @@ impl PlaceColumns {
     }
 }
 
+/// A point array of three components with its name.
+pub(super) type NamedVectors = (String, Vec<Vector>);
+
 /// The points of a mesh file and its point arrays of three components.
-pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<(String, Vec<Vector>)>)> {
+pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)> {
     let source = Source::open(path)?;
     let mesh = formats::read(&source, &ReadOptions::default())?.mesh;
     let mut arrays = Vec::new();
@@ -239,8 +242,7 @@ pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<(String, Vec<Ve
             arrays.push((array.name.clone(), vectors.to_vec()));
         }
     }
-    let finite =
-        |(_, vectors): &(String, Vec<Vector>)| vectors.iter().flatten().all(|x| x.is_finite());
+    let finite = |(_, vectors): &NamedVectors| vectors.iter().flatten().all(|x| x.is_finite());
     if let Some((name, _)) = arrays.iter().find(|array| !finite(array)) {
         let message = "the array holds a value that is not a finite number";
         return Err(Error::input(message).dataset(name).file(path));

@@ -46,7 +46,6 @@ fn a_schedule_without_a_wrong_line_is_good() {
 
 #[test]
 fn features_of_later_versions_are_refused_in_one_sentence() {
-    let motion = "motion is not available in this version; available: cyclic, rigid, table, beam, modes, surface";
     for (section, line, wrong, expected) in [
         (
             "output",
