@@ -172,10 +172,10 @@ fn as_text(plan: &Plan) -> String {
         line("convention", convention);
     }
     let steps = listed(plan);
-    line("azimuth_deg", "largest displacement".into());
+    line(place_name(plan), "largest displacement".into());
     for step in &steps {
         line(
-            &format!("{:>11}", step.azimuth_deg),
+            &format!("{:>11}", place_of(plan, step)),
             format!("{:.6}", plan.largest_displacement(step.index)),
         );
     }
@@ -211,7 +211,7 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
             text,
             "body {}\n{:>11} {:>9} {:>9} {:>9} {:>11} {:>11} {:>11} {:>11}",
             body.name,
-            "azimuth_deg",
+            place_name(plan),
             "pitch_deg",
             "flap_deg",
             "lag_deg",
@@ -224,11 +224,26 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
             let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
             let angles = cells(angles.as_ref().map(<[f64; 3]>::as_slice), 9, 3);
             let tip = cells(at.tip.as_ref().map(<[f64; 3]>::as_slice), 11, 6);
-            let azimuth = plan.motion.steps[at.step].azimuth_deg;
-            let _ = writeln!(text, "{azimuth:>11} {angles} {tip} {:>11.6}", at.largest);
+            let place = place_of(plan, &plan.motion.steps[at.step]);
+            let _ = writeln!(text, "{place:>11} {angles} {tip} {:>11.6}", at.largest);
         }
     }
     text
+}
+
+/// What steps are listed by: their azimuth, or their time where that gives none.
+fn place_name(plan: &Plan) -> &'static str {
+    match (plan.motion.azimuth_rate, plan.motion.steps[0].time_s) {
+        (None, Some(_)) => "time_s",
+        _ => "azimuth_deg",
+    }
+}
+
+fn place_of(plan: &Plan, step: &Step) -> f64 {
+    match step.time_s {
+        Some(time) if plan.motion.azimuth_rate.is_none() => time,
+        _ => step.azimuth_deg,
+    }
 }
 
 /// Three numbers, or three dashes.
