@@ -47,11 +47,17 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
     }
 }
 
-/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode fields.
+/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode
+/// fields, and those of velocities.
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + 8 * plan.n_modes() * deforming
+    let velocity = plan
+        .velocity
+        .as_ref()
+        .map_or(0, |layer| 24 * nodes + 8 * layer.modes.n_modes * deforming);
+    let fields = 8 * plan.n_modes() * deforming + velocity;
+    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + fields
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations

@@ -362,7 +362,7 @@ fn worst_of_runs(targets: &Targets<'_>, residuals: &[f64], runs: usize) -> Vec<u
                     }
                 }
             }
-            (worst.1 >= 0.0).then_some(run * length + worst.0)
+            (worst.1 >= 0.0).then(|| run * length + worst.0)
         })
         .collect()
 }
