@@ -284,6 +284,12 @@ BY_HAND = {
 }
 
 
+BY_OTHERS = {
+    "lagrange_orders.txt": ("where VTK puts the nodes of its Lagrange cells, orders 1 to 6", "make_lagrange_orders.py, VTK 9.7.2"),
+    "gmsh_orders.txt": ("where Gmsh puts the nodes of its elements, every order", "make_gmsh_orders.py, gmsh 4.15.2"),
+}
+
+
 def readme():
     """testdata/README.md: each file, what it is, and what made it."""
     lines = [
@@ -295,10 +301,13 @@ def readme():
         "|---|---|---|---|",
     ]
     by_hand = [(name, f"schedule: {what}", "hand") for name, what in BY_HAND.items()]
-    for name, what, generator in sorted(made + by_hand):
+    by_others = [(name, what, f"scripts/{script}") for name, (what, script) in BY_OTHERS.items()]
+    for name, what, generator in sorted(made + by_hand + by_others):
         size = (FOLDER / name).stat().st_size
         assert size <= 100_000, f"{name} has {size} bytes; at most 100 kB"
         lines.append(f"| `{name}` | {size} | {what.replace('.;', ';')} | {generator} |")
+    lines += ["", "`gmsh/` has one small model by gmsh 4.15.2 in every version of MSH, partitioned, with data, and cells of third"]
+    lines += ["and fourth order (`scripts/make_gmsh_versions.py`)."]
     (FOLDER / "README.md").write_text("\n".join(lines) + "\n")
 
 

@@ -2,7 +2,7 @@
 //! allocation.
 
 use azimesh::formats::{Encoding, Format, ReadOptions, WriteOptions, gmsh, parse};
-use azimesh::mesh::{CellKind, Group, Mesh};
+use azimesh::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use proptest::prelude::*;
 
 fn small_mesh() -> Mesh {
@@ -26,6 +26,14 @@ fn small_mesh() -> Mesh {
             cells: cells.collect(),
         });
     }
+    let values = Values::F64((0..24).map(f64::from).collect());
+    let velocity = DataArray::tuples("velocity", 2, values);
+    mesh.point_arrays.push(velocity);
+    let numbers = Values::I64(vec![7, 3, 4, 9]);
+    mesh.cell_arrays
+        .push(DataArray::scalar("cell_number", numbers));
+    mesh.cell_arrays
+        .push(DataArray::scalar("q", Values::F32(vec![0.5; 4])));
     mesh
 }
 
@@ -110,13 +118,11 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
 
 #[test]
 fn other_versions_are_refused_in_a_sentence() {
-    for version in ["1", "3", "4", "4.0", "5"] {
+    for version in ["0", "4.2", "5"] {
         let file = format!("$MeshFormat\n{version} 0 8\n$EndMeshFormat\n");
         let error = read(file.as_bytes()).expect_err("not read");
-        assert!(error.to_string().contains("versions 2 and 4.1"), "{error}");
+        assert!(error.to_string().contains("versions 1 to 4.1"), "{error}");
     }
-    let error = read(b"$NOD\n1\n1 0 0 0\n$ENDNOD\n").expect_err("version 1");
-    assert!(error.to_string().contains("MSH 1.0"), "{error}");
 }
 
 proptest! {

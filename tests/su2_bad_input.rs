@@ -54,8 +54,13 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
         refusal(&GOOD.replace("MARKER_ELEMS= 0", "MARKER_ELEMS= 99999999999")),
         "line 19: the file ends after 0 of 99999999999 lines of boundary elements"
     );
-    assert!(refusal(&GOOD.replace("NDIME= 2", "NZONE= 3")).contains("one zone"));
-    assert!(refusal(&GOOD.replace("5 0 1 2 0", "205 0 1 2 0")).contains("205"));
+    assert!(refusal(&GOOD.replace("NDIME= 2", "NZONE= 3")).contains("zones in the file: 1"));
+    assert!(refusal(&GOOD.replace("NDIME= 2", "IZONE= 1\nIZONE= 1")).contains("a second IZONE"));
+    assert_eq!(
+        refusal(&GOOD.replace("5 0 1 2 0", "2012 0 1 2 0")),
+        "line 4: element type 2012 is a hexahedron of degree 21; those up to 10 are read"
+    );
+    assert!(refusal(&GOOD.replace("5 0 1 2 0", "206 0 1 2 0")).contains("206"));
     assert!(refusal(&GOOD.replace("NPOIN= 5 5", "NPOIN= -5")).contains("negative"));
 }
 

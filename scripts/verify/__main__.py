@@ -5,7 +5,10 @@ import time
 import traceback
 from importlib import import_module
 
-CHECKS = ["formats", "quality", "all_points", "sequence", "motions", "surface", "pvd", "pitching", "size_skew", "twist"]
+CHECKS = [
+    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "quality", "all_points", "sequence", "motions",
+    "surface", "pvd", "pitching", "size_skew", "twist",
+]
 
 
 def main():

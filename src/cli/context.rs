@@ -67,7 +67,8 @@ impl Context {
         result
     }
 
-    fn read_options(&self) -> ReadOptions {
+    /// What readers are told.
+    pub fn read_options(&self) -> ReadOptions {
         ReadOptions {
             tag_array: self.common.tag_array.clone(),
             step: None,

@@ -2,6 +2,7 @@
 
 use super::{Context, Outcome};
 use crate::error::Result;
+use crate::formats;
 use crate::motion::Schedule;
 use crate::quality::Criterion;
 use crate::sequence::{Finished, Plan, Request, run};
@@ -14,6 +15,10 @@ const SHOWN: usize = 5;
 
 /// Arguments of `azimesh deform`.
 #[derive(Debug, clap::Args)]
+#[command(
+    after_help = "The input's format is found by its content; --format stands in for output.format of \
+the schedule."
+)]
 pub struct DeformArgs {
     /// Mesh with boundary tags; `-` reads standard input
     mesh: PathBuf,
@@ -38,8 +43,11 @@ pub struct DeformArgs {
 }
 
 pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcome> {
-    let schedule = Schedule::read(&args.schedule)?;
-    let mesh = context.read_mesh(&args.mesh)?;
+    let mut schedule = Schedule::read(&args.schedule)?;
+    if let Some(name) = &context.common.format {
+        schedule.output.format = formats::by_name(name)?.name().to_owned();
+    }
+    let mesh = context.read_any(&args.mesh)?;
     let mut plan = Plan::new(mesh, schedule)?;
     for choice in &plan.choices {
         context.note(choice);

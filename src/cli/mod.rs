@@ -6,6 +6,7 @@ mod convert;
 mod deform;
 mod diff;
 mod info;
+mod input;
 mod output;
 mod progress;
 mod quality;

@@ -36,7 +36,8 @@ pub enum TagNames {
 }
 
 impl OutputArgs {
-    fn options(&self) -> WriteOptions {
+    /// What the writer is told.
+    pub fn options(&self) -> WriteOptions {
         WriteOptions {
             encoding: self.encoding,
             compression: self.compression,
@@ -54,7 +55,7 @@ impl OutputArgs {
         Ok(())
     }
 
-    /// Writes the mesh and notes what the format could not hold.
+    /// Writes the mesh, and files that belong beside it, and notes what the format could not hold.
     pub fn save(
         &self,
         mesh: &Mesh,
@@ -62,6 +63,9 @@ impl OutputArgs {
         format: &dyn Format,
         context: &Context,
     ) -> Result<()> {
+        for (companion, _) in format.companions(mesh, path) {
+            self.check(&companion)?;
+        }
         let write = || formats::save(mesh, path, format, &self.options());
         for dropped in context.stage("writing", write)? {
             context.note(&format!("{}: {dropped}", path.display()));

@@ -142,6 +142,11 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// The words between two places, on whatever lines.
+    pub fn between(bytes: &'a [u8], range: Range<usize>) -> Self {
+        Self::new(bytes, range)
+    }
+
     /// What is left of the line, without white space around it.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes[self.at..self.end].trim_ascii()
@@ -282,21 +287,36 @@ impl<'a> Lines<'a> {
         per_line: usize,
         parse: impl Fn(&mut Fields<'a>, &mut [T]) -> Result<()> + Sync,
     ) -> Result<()> {
+        self.parse_each(out, per_line, |line, _, entry| parse(line, entry))
+    }
+
+    /// As [`Lines::parse_into`], with the number of the line among these, from 0.
+    ///
+    /// # Panics
+    /// When `out` has not `per_line` entries for every line.
+    pub fn parse_each<T: Send>(
+        &self,
+        out: &mut [T],
+        per_line: usize,
+        parse: impl Fn(&mut Fields<'a>, usize, &mut [T]) -> Result<()> + Sync,
+    ) -> Result<()> {
         assert_eq!(out.len(), self.n_lines * per_line);
         let mut tasks = Vec::with_capacity(self.chunks.len());
         let mut rest = out;
+        let mut first = 0;
         for (range, n) in &self.chunks {
             let (part, tail) = rest.split_at_mut(n * per_line);
-            tasks.push((range.clone(), part));
+            tasks.push((range.clone(), first, part));
             rest = tail;
+            first += n;
         }
         let results: Vec<Result<()>> = tasks
             .into_par_iter()
-            .map(|(range, part)| {
-                let mut entries = part.chunks_exact_mut(per_line);
+            .map(|(range, first, part)| {
+                let mut entries = (first..).zip(part.chunks_exact_mut(per_line));
                 self.for_each_in(range, |line| {
-                    let entry = entries.next().expect("one entry for each line");
-                    parse(line, entry)
+                    let (i, entry) = entries.next().expect("one entry for each line");
+                    parse(line, i, entry)
                 })
             })
             .collect();

@@ -3,24 +3,61 @@
 //! A format is one file or folder here and one line in [`FORMATS`]. A reader sees bytes and gives
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
+pub mod cgns;
 pub mod gmsh;
+mod hdf5;
+pub mod legacy;
 mod lexer;
+mod packed;
+pub mod pvtu;
 mod records;
 mod save;
+mod sequence;
+mod series;
 mod source;
 pub mod su2;
+pub mod ugrid;
+mod vtk;
+pub mod vtkhdf;
+#[cfg(feature = "vtkio")]
+pub mod vtkio;
 pub mod vtu;
 
-pub use save::{save, save_text, write_whole};
+pub use save::{save, save_text, write_companions, write_whole};
+pub use sequence::{CreateSequence, SequenceFile};
+pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+pub use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Every format, in the order in which their content is tried.
-pub static FORMATS: &[&dyn Format] = &[&vtu::Vtu, &gmsh::Msh, &gmsh::Msh22, &su2::Su2];
+pub static FORMATS: &[&dyn Format] = &[
+    // Before the format that takes any XML of VTK.
+    &pvtu::Pvtu,
+    &vtu::Vtu,
+    &vtkhdf::VtkHdf,
+    &legacy::Legacy,
+    &legacy::Legacy42,
+    &gmsh::Msh,
+    &gmsh::Msh22,
+    &su2::Su2,
+    &cgns::Cgns,
+    &ugrid::TEXT,
+    &ugrid::B8,
+    &ugrid::LB8,
+    &ugrid::B4,
+    &ugrid::LB4,
+    &ugrid::R8,
+    &ugrid::LR8,
+    &ugrid::R4,
+    &ugrid::LR4,
+    &ugrid::B8L,
+    &ugrid::LB8L,
+];
 
 /// A mesh file format.
 pub trait Format: Sync {
@@ -33,6 +70,14 @@ pub trait Format: Sync {
     fn extensions(&self) -> &'static [&'static str];
     /// Whether a file that starts like this is of this format.
     fn recognizes(&self, head: &[u8]) -> bool;
+    /// Whether a file is of this format, for those that its start alone does not tell.
+    fn recognizes_file(&self, source: &Source) -> bool {
+        self.recognizes(source.bytes())
+    }
+    /// Version of the format that a file which starts like this says it has.
+    fn version(&self, _head: &[u8]) -> Option<String> {
+        None
+    }
     /// The mesh in a file; a note for each kind of data that it cannot keep.
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh>;
     /// Times of the steps of a sequence kept in one file; empty where it holds one mesh.
@@ -46,6 +91,14 @@ pub trait Format: Sync {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>>;
+    /// Whether arrays at nodes and cells are written.
+    fn holds_arrays(&self) -> bool {
+        false
+    }
+    /// How a whole sequence is written into one file, where the format has that.
+    fn sequence(&self) -> Option<CreateSequence> {
+        None
+    }
     /// Small files that belong beside a mesh written to `path`, with their content.
     fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         Vec::new()
@@ -169,7 +222,21 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
-    with_extension(path).ok_or_else(|| {
+    if path.as_os_str() == "-" {
+        return Err(Error::input(
+            "standard output has no name that says the format; give --format",
+        ));
+    }
+    let name = file_name(path);
+    let inside = without_packing(&name);
+    let format = with_extension(&name);
+    format.ok_or_else(|| {
+        if inside != name && with_extension(inside).is_some() {
+            return Error::input(format!(
+                "packed files are read, not written; write {inside} and pack it"
+            ))
+            .file(path);
+        }
         let known = FORMATS
             .iter()
             .map(|format| format!(".{}", format.extensions()[0]))
@@ -182,8 +249,15 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     })
 }
 
-fn with_extension(path: &Path) -> Option<&'static dyn Format> {
-    let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn with_extension(name: &str) -> Option<&'static dyn Format> {
+    let name = name.to_ascii_lowercase();
     let matches = |extension: &&&str| {
         let stem = name.strip_suffix(**extension);
         stem.is_some_and(|stem| stem.ends_with('.'))
@@ -200,13 +274,27 @@ fn with_extension(path: &Path) -> Option<&'static dyn Format> {
     Some(format)
 }
 
+/// A file name without the endings of packing and format: what files of one case share. The whole
+/// name where its ending is none of a format.
+pub fn case_name(name: &str) -> &str {
+    let inside = without_packing(name);
+    let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
+    let extensions = FORMATS.iter().flat_map(|format| format.extensions());
+    let starts = extensions.filter_map(|extension| {
+        let start = from(extension)?;
+        let ending = inside.get(start..)?.strip_prefix('.')?;
+        ending.eq_ignore_ascii_case(extension).then_some(start)
+    });
+    starts.min().map_or(name, |start| &inside[..start])
+}
+
 /// The format of a file, by its content or, where that does not tell, by its name.
 pub fn of(source: &Source) -> Result<&'static dyn Format> {
     FORMATS
         .iter()
         .copied()
-        .find(|format| format.recognizes(source.bytes()))
-        .or_else(|| with_extension(source.path()))
+        .find(|format| format.recognizes_file(source))
+        .or_else(|| with_extension(without_packing(&file_name(source.path()))))
         .ok_or_else(|| unknown_content(source))
 }
 
@@ -244,6 +332,18 @@ pub fn read_as(
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
     format.read(&source, options, &mut Notes::default())
+}
+
+/// The word that follows `before` in the first bytes of a text file, up to a blank or a quote.
+fn word_after(head: &[u8], before: &[u8]) -> Option<String> {
+    let head = &head[..head.len().min(4096)];
+    let start = memchr::memmem::find(head, before)? + before.len();
+    let rest = head[start..].trim_ascii_start();
+    let n = rest
+        .iter()
+        .position(|byte| byte.is_ascii_whitespace() || *byte == b'"')?;
+    let word = String::from_utf8(rest[..n].to_vec()).ok()?;
+    (!word.is_empty()).then_some(word)
 }
 
 fn unknown_content(source: &Source) -> Error {

@@ -19,28 +19,40 @@ pub fn write_all(out: &mut dyn Write, bytes: &[u8]) -> Result<()> {
         .map_err(|error| Error::system(error.to_string()))
 }
 
-/// Writes records `0..n`, which `format` appends to a buffer for any range of them.
+/// Writes records `0..n`, which `format` appends to a buffer for any range of them. While a batch is
+/// written, the next one is formatted.
 pub fn write_records(
     out: &mut dyn Write,
     n: usize,
     format: impl Fn(Range<usize>, &mut Vec<u8>) + Sync,
 ) -> Result<()> {
+    if n <= CHUNK {
+        let mut buffer = Vec::new();
+        format(0..n, &mut buffer);
+        return write_all(out, &buffer);
+    }
     let chunks: Vec<Range<usize>> = (0..n)
         .step_by(CHUNK)
         .map(|start| start..n.min(start + CHUNK))
         .collect();
-    for batch in chunks.chunks(BATCH) {
-        let buffers: Vec<Vec<u8>> = batch
-            .par_iter()
-            .map(|range| {
-                let mut buffer = Vec::new();
-                format(range.clone(), &mut buffer);
-                buffer
-            })
-            .collect();
-        for buffer in buffers {
-            write_all(out, &buffer)?;
-        }
+    let fill = |batch: &[Range<usize>], buffers: &mut Vec<Vec<u8>>| {
+        buffers.resize_with(batch.len(), Vec::new);
+        let tasks = batch.par_iter().zip(buffers.par_iter_mut());
+        tasks.for_each(|(range, buffer)| {
+            buffer.clear();
+            format(range.clone(), buffer);
+        });
+    };
+    let (mut ready, mut next) = (Vec::new(), Vec::new());
+    let mut batches = chunks.chunks(BATCH);
+    fill(batches.next().unwrap_or_default(), &mut ready);
+    while !ready.is_empty() {
+        let batch = batches.next().unwrap_or_default();
+        rayon::in_place_scope(|scope| {
+            scope.spawn(|_| fill(batch, &mut next));
+            ready.iter().try_for_each(|buffer| write_all(out, buffer))
+        })?;
+        std::mem::swap(&mut ready, &mut next);
     }
     Ok(())
 }
@@ -50,38 +62,56 @@ pub fn push_integer(buffer: &mut Vec<u8>, value: u64) {
     let mut digits = [0u8; 20];
     let mut at = digits.len();
     let mut left = value;
-    loop {
+    while left >= 100 {
+        at -= 2;
+        let pair = 2 * (left % 100) as usize;
+        digits[at..at + 2].copy_from_slice(&PAIRS[pair..pair + 2]);
+        left /= 100;
+    }
+    if left >= 10 {
+        at -= 2;
+        digits[at..at + 2].copy_from_slice(&PAIRS[2 * left as usize..][..2]);
+    } else {
         at -= 1;
-        digits[at] = b'0' + (left % 10) as u8;
-        left /= 10;
-        if left == 0 {
-            break;
-        }
+        digits[at] = b'0' + left as u8;
     }
     buffer.extend_from_slice(&digits[at..]);
 }
 
+/// The numbers from 00 to 99.
+const PAIRS: &[u8; 200] = b"\
+    0001020304050607080910111213141516171819\
+    2021222324252627282930313233343536373839\
+    4041424344454647484950515253545556575859\
+    6061626364656667686970717273747576777879\
+    8081828384858687888990919293949596979899";
+
 /// Appends a real as the shortest text that reads back to the same bits.
 pub fn push_real(buffer: &mut Vec<u8>, value: f64) {
-    write!(buffer, "{value:?}").expect("a vector takes every byte");
+    let mut text = zmij::Buffer::new();
+    buffer.extend_from_slice(text.format(value).as_bytes());
 }
 
 /// A sentence for each array and option that a format with f64 coordinates and without arrays
-/// leaves out.
-pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions) -> Vec<String> {
+/// leaves out; field arrays in `kept` it writes in a way of its own.
+pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions, kept: &[&str]) -> Vec<String> {
     let kinds = [
         ("point", &mesh.point_arrays),
         ("cell", &mesh.cell_arrays),
         ("field", &mesh.field_arrays),
     ];
-    let arrays = kinds.iter().filter(|(_, arrays)| !arrays.is_empty());
-    let mut notes: Vec<String> = arrays
-        .map(|(kind, arrays)| {
-            let names = arrays.iter().map(|array| format!("\"{}\"", array.name));
-            let names = names.collect::<Vec<_>>().join(", ");
-            format!("{format} holds no {kind} arrays; left out: {names}")
-        })
-        .collect();
+    let mut notes = Vec::new();
+    for (kind, arrays) in kinds {
+        let names = arrays.iter().map(|array| array.name.as_str());
+        let names = names.filter(|name| kind != "field" || !kept.contains(name));
+        let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
+        if !names.is_empty() {
+            let names = names.join(", ");
+            notes.push(format!(
+                "{format} holds no {kind} arrays; left out: {names}"
+            ));
+        }
+    }
     if options.precision == Precision::F32 {
         notes.push(format!("{format} holds coordinates in f64 only"));
     }

@@ -4,7 +4,7 @@ use super::{Format, WriteOptions};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Bytes gathered before the system is asked to write, and the most that it is asked for at once:
@@ -22,14 +22,27 @@ pub fn save(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
+    if path.as_os_str() == "-" && !format.companions(mesh, path).is_empty() {
+        return Err(Error::input(format!(
+            "{} keeps names and conditions of tags in a file beside it, for which standard output \
+             has no place; write to a file",
+            format.name()
+        )));
+    }
     let notes = write_whole(path, |out| format.write(mesh, out, options))?;
+    write_companions(mesh, path, format)?;
+    Ok(notes)
+}
+
+/// Writes the small files that belong beside a mesh written to `path`.
+pub fn write_companions(mesh: &Mesh, path: &Path, format: &dyn Format) -> Result<()> {
     for (companion, content) in format.companions(mesh, path) {
         write_whole(&companion, |out| {
             out.write_all(&content)
                 .map_err(|error| Error::io(&companion, &error))
         })?;
     }
-    Ok(notes)
+    Ok(())
 }
 
 /// Writes text to `path` in the same way.
@@ -70,6 +83,61 @@ pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<
             // The first error is the one to report.
             let _ = fs::remove_file(&temporary);
         })
+}
+
+/// A file that takes its name when its first part is complete, and grows in place after that.
+pub(super) struct Emerging {
+    file: Pieces<File>,
+    path: PathBuf,
+    /// Its name until then.
+    temporary: Option<PathBuf>,
+}
+
+impl Emerging {
+    /// A new file beside `path`, empty.
+    pub fn create(path: &Path) -> Result<Self> {
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let (file, temporary) = create_beside(&target).map_err(|error| Error::io(path, &error))?;
+        Ok(Self {
+            file: Pieces(file),
+            path: target,
+            temporary: Some(temporary),
+        })
+    }
+
+    /// Gives it its name, unless it has it.
+    pub fn appear(&mut self) -> io::Result<()> {
+        if let Some(temporary) = &self.temporary {
+            fs::rename(temporary, &self.path)?;
+            self.temporary = None;
+        }
+        Ok(())
+    }
+}
+
+impl Write for Emerging {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Emerging {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.0.seek(to)
+    }
+}
+
+impl Drop for Emerging {
+    fn drop(&mut self) {
+        if let Some(temporary) = &self.temporary {
+            // Whatever went wrong is told already.
+            let _ = fs::remove_file(temporary);
+        }
+    }
 }
 
 fn fill<T>(

@@ -156,6 +156,55 @@ impl Values {
         pick!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text)
     }
 
+    /// Name of the type of a value, as in Rust; `text` for text.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Values::I8(_) => "i8",
+            Values::U8(_) => "u8",
+            Values::I16(_) => "i16",
+            Values::U16(_) => "u16",
+            Values::I32(_) => "i32",
+            Values::U32(_) => "u32",
+            Values::I64(_) => "i64",
+            Values::U64(_) => "u64",
+            Values::F32(_) => "f32",
+            Values::F64(_) => "f64",
+            Values::Text(_) => "text",
+        }
+    }
+
+    /// Smallest and largest value of each component, without NaN; `None` where there is no number.
+    /// Empty for text.
+    pub fn ranges(&self, n_components: usize) -> Vec<Option<[f64; 2]>> {
+        let of = |component: usize| {
+            with_numbers!(self, v => {
+                let values = v.iter().skip(component).step_by(n_components);
+                let numbers = values.map(|&x| x as f64).filter(|x| !x.is_nan());
+                numbers.fold(None, |range: Option<[f64; 2]>, x| {
+                    Some(range.map_or([x, x], |[low, high]| [low.min(x), high.max(x)]))
+                })
+            }, _text => None)
+        };
+        match self {
+            Values::Text(_) => Vec::new(),
+            _ => (0..n_components).map(of).collect(),
+        }
+    }
+
+    /// Adds the values of another array of the same type at the end; `false` when it is of another.
+    pub fn append(&mut self, other: &Self) -> bool {
+        macro_rules! append {
+            ($($variant:ident),*) => {
+                match (self, other) {
+                    $((Values::$variant(v), Values::$variant(more)) => v.extend_from_slice(more),)*
+                    _ => return false,
+                }
+            };
+        }
+        append!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text);
+        true
+    }
+
     /// Bytes held in memory.
     pub fn memory_bytes(&self) -> usize {
         with_numbers!(self, v => size_of_val(&v[..]), t => t.iter().map(|s| s.len() + 24).sum())
@@ -178,5 +227,12 @@ mod tests {
         values.for_each_stretch(1..6, |value, n| found.push((value, n)));
         assert_eq!(found, [(2, 2), (-1, 3)]);
         assert!(!Values::F64(vec![0.5]).is_integer());
+    }
+
+    #[test]
+    fn ranges_are_of_each_component_and_leave_out_nan() {
+        let values = Values::F32(vec![1.0, f32::NAN, -2.0, f32::NAN]);
+        assert_eq!(values.ranges(2), [Some([-2.0, 1.0]), None]);
+        assert!(Values::Text(vec!["a".into()]).ranges(1).is_empty());
     }
 }

@@ -179,6 +179,29 @@ impl Cells {
         Ok(())
     }
 
+    /// Replaces each node by `new_index[node]`.
+    ///
+    /// # Panics
+    /// When a node is beyond `new_index`.
+    pub fn renumber_nodes(&mut self, new_index: &[u32]) {
+        for node in &mut self.connectivity {
+            *node = new_index[*node as usize];
+        }
+        let stream = &mut self.polyhedra.stream;
+        let mut at = 0;
+        while at < stream.len() {
+            let n_faces = stream[at];
+            at += 1;
+            for _ in 0..n_faces {
+                let n = stream[at] as usize;
+                for node in &mut stream[at + 1..=at + n] {
+                    *node = new_index[*node as usize];
+                }
+                at += n + 1;
+            }
+        }
+    }
+
     fn extend_run(&mut self, kind: CellKind, n_nodes: usize, n_cells: usize) {
         self.extend_run_at(kind, n_nodes, n_cells, self.connectivity.len());
     }

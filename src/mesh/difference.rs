@@ -4,7 +4,7 @@
 //! may put boundary faces before or after the volume cells. Groups are compared by dimension and
 //! name as sets of cells, each known by its kind and nodes.
 
-use super::{CellRef, Cells, DataArray, Group, Mesh, Values};
+use super::{CellKind, CellRef, Cells, DataArray, Group, Mesh, Values};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -269,10 +269,32 @@ fn of_dimension(cells: &Cells, dimension: u8) -> impl Iterator<Item = CellRef<'_
     })
 }
 
+/// Polyhedra are the same when their faces are, in order and going round the same way: formats that
+/// keep a face shared by two cells once do not keep at which node each cell starts it.
 fn same_cell(a: &Mesh, x: &CellRef, b: &Mesh, y: &CellRef) -> bool {
-    x.kind == y.kind
-        && x.nodes == y.nodes
-        && a.cells.face_stream(x.index) == b.cells.face_stream(y.index)
+    if x.kind != CellKind::Polyhedron || y.kind != CellKind::Polyhedron {
+        return x.kind == y.kind && x.nodes == y.nodes;
+    }
+    let ours = a.cells.polyhedron_faces(x.index);
+    let theirs = b.cells.polyhedron_faces(y.index);
+    ours.map(Some)
+        .chain([None])
+        .zip(theirs.map(Some).chain([None]))
+        .all(|pair| match pair {
+            (Some(one), Some(other)) => same_round(one, other),
+            (one, other) => one.is_none() && other.is_none(),
+        })
+}
+
+fn same_round(one: &[u32], other: &[u32]) -> bool {
+    let start = one
+        .first()
+        .and_then(|first| other.iter().position(|n| n == first));
+    one.len() == other.len()
+        && start.is_some_and(|start| {
+            let (end, begin) = other.split_at(start);
+            begin.iter().chain(end).eq(one)
+        })
 }
 
 fn describe(cell: &CellRef) -> String {

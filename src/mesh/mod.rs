@@ -5,14 +5,22 @@
 
 pub mod arrays;
 pub mod cells;
+mod connected;
 pub mod difference;
+pub mod faces;
+pub mod facets;
 pub mod groups;
 pub mod kind;
+pub mod lagrange;
+mod linearize;
+mod nodes;
 pub mod repeated;
+pub mod sides;
 
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{Difference, Tolerance};
+pub use faces::{Faces, OuterFace};
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 

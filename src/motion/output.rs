@@ -83,7 +83,7 @@ impl OutputOptions {
                 .iter()
                 .map(|format| (format.name(), format.name()))
                 .collect();
-            options.format = format.choice(&known, &["vtkhdf", "cgns"])?.to_owned();
+            options.format = format.choice(&known, &[])?.to_owned();
         }
         if let Some(precision) = section.get("precision") {
             let known = [("f64", Precision::F64), ("f32", Precision::F32)];

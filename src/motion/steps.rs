@@ -32,6 +32,13 @@ pub struct Step {
     pub time_s: Option<f64>,
 }
 
+impl Step {
+    /// The time that viewers are told: in seconds where that is known, else the azimuth in degrees.
+    pub fn time(&self) -> f64 {
+        self.time_s.unwrap_or(self.azimuth_deg)
+    }
+}
+
 /// The steps of `[azimuth]`; `rpm` in revolutions a minute gives each its time.
 pub(super) fn from_azimuth(
     entry: &Entry<'_>,

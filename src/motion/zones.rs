@@ -2,7 +2,8 @@
 
 use super::names::Pattern;
 use crate::error::Result;
-use crate::mesh::{CellKind, CellRef, Cells, Mesh};
+use crate::mesh::sides::for_each_side;
+use crate::mesh::{CellKind, Cells, Faces, Mesh};
 
 /// The part of the mesh that deforms when the schedule names zones.
 #[derive(Debug, Clone)]
@@ -70,61 +71,34 @@ fn nodes_in_and_between(mesh: &Mesh, marked: &[bool]) -> (Vec<bool>, Vec<bool>) 
     (inside, outside)
 }
 
+/// Faces of one of the marked cells only, all on the interface, in the order of their nodes.
 fn faces_between(mesh: &Mesh, marked: &[bool], interface: &[bool]) -> Cells {
-    let on = |nodes: &[u32]| nodes.iter().all(|&node| interface[node as usize]);
-    let mut faces: Vec<(Vec<u32>, Vec<u32>)> = Vec::new();
-    for run in mesh.volume_runs() {
-        for (i, nodes) in run.cells().enumerate() {
-            let index = run.first_cell + i;
-            if !marked[index] || !nodes.iter().any(|&node| interface[node as usize]) {
-                continue;
-            }
-            let cell = CellRef {
-                index,
-                kind: run.kind,
-                nodes,
-            };
-            let on_interface = faces_of(mesh, &cell).into_iter().filter(|face| on(face));
-            faces.extend(on_interface.map(|face| {
-                let mut key = face.clone();
+    let is_on = |node: &u32| interface[*node as usize];
+    let faces = Faces::of_cells(mesh, |cell| {
+        marked[cell.index] && cell.nodes.iter().any(is_on)
+    });
+    let mut found: Vec<(Vec<u32>, Vec<u32>)> = Vec::new();
+    for outer in &faces.outer {
+        let cell = mesh.cells.get(outer.cell as usize);
+        for_each_side(&mesh.cells, &cell, |face, corners| {
+            if face == outer.face as usize && corners.iter().all(is_on) {
+                let mut key = corners.to_vec();
                 key.sort_unstable();
-                (key, face)
-            }));
-        }
+                found.push((key, corners.to_vec()));
+            }
+        });
     }
-    faces.sort_unstable();
+    found.sort_unstable();
     let mut single = Cells::new();
-    for same in faces.chunk_by(|a, b| a.0 == b.0) {
-        if let [(_, face)] = same {
-            let kind = match face.len() {
-                1 => CellKind::Vertex,
-                2 => CellKind::Line,
-                3 => CellKind::Triangle,
-                4 => CellKind::Quadrilateral,
-                _ => CellKind::Polygon,
-            };
-            single.push(kind, face);
-        }
+    for (_, face) in found {
+        let kind = match face.len() {
+            1 => CellKind::Vertex,
+            2 => CellKind::Line,
+            3 => CellKind::Triangle,
+            4 => CellKind::Quadrilateral,
+            _ => CellKind::Polygon,
+        };
+        single.push(kind, &face);
     }
     single
-}
-
-/// Corner nodes of each face of a volume cell (of each edge in 2D).
-fn faces_of(mesh: &Mesh, cell: &CellRef<'_>) -> Vec<Vec<u32>> {
-    match cell.kind {
-        CellKind::Polyhedron => mesh
-            .cells
-            .polyhedron_faces(cell.index)
-            .map(<[u32]>::to_vec)
-            .collect(),
-        CellKind::Polygon | CellKind::QuadraticPolygon => {
-            let n = cell.kind.n_corners(cell.nodes.len());
-            let side = |i| vec![cell.nodes[i], cell.nodes[(i + 1) % n]];
-            (0..n).map(side).collect()
-        }
-        kind => {
-            let corners = |face: &&[u8]| face.iter().map(|&i| cell.nodes[i as usize]).collect();
-            kind.faces().iter().map(corners).collect()
-        }
-    }
 }

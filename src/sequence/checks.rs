@@ -87,11 +87,12 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
     Ok(dropped)
 }
 
-/// A sentence where arrays are asked for that only VTU holds.
+/// A sentence where arrays are asked for that the format does not hold.
 fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
     let output = &plan.schedule.output;
-    let asked = output.displacement || output.velocity || output.quality == QualityOutput::Cells;
-    (asked && format.name() != "vtu").then(|| {
+    let asked =
+        output.displacement || output.velocity || output.quality == QualityOutput::Cells;
+    (asked && !format.holds_arrays()).then(|| {
         format!(
             "output.format = \"{}\" holds no arrays: displacement, velocity and cell quality are left out",
             format.name()

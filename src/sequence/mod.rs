@@ -15,6 +15,7 @@ mod fields;
 mod given;
 mod glide;
 mod layer;
+mod meshes;
 mod output;
 mod periodic;
 mod plan;

@@ -1,8 +1,7 @@
 //! The folder of a sequence: names of its files, whole files with their hashes, the time series.
 
 use crate::error::{Error, Result};
-use crate::formats::{Format, WriteOptions, by_extension, write_whole};
-use crate::mesh::Mesh;
+use crate::formats::{Format, case_name, pvd, vtk_series};
 use crate::motion::Step;
 use std::fs::File;
 use std::io::Write;
@@ -68,6 +67,8 @@ pub struct Names {
     pub folder: PathBuf,
     stem: String,
     extension: &'static str,
+    /// Whether one file holds all steps.
+    in_one: bool,
     digits: usize,
     part: Part,
 }
@@ -81,27 +82,31 @@ impl Names {
         n_steps: usize,
         part: Part,
     ) -> Self {
-        // "wing.su2.gz" gives wing_0000.
-        let name = mesh
-            .file_stem()
-            .filter(|name| *name != "-")
-            .map_or("mesh".into(), |name| name.to_string_lossy());
-        let inner = Path::new(&*name);
-        let stem = match by_extension(inner).is_ok() {
-            true => inner.with_extension("").to_string_lossy().into_owned(),
-            false => name.into_owned(),
+        // "wing.b8.ugrid.gz" gives wing_0000.
+        let name = mesh.file_name().filter(|name| *name != "-");
+        let name = name.map_or("mesh".into(), |name| name.to_string_lossy());
+        let stem = match case_name(&name) {
+            case if case.len() < name.len() => case.to_owned(),
+            _ => {
+                let stem = Path::new(&*name).file_stem().unwrap_or_default();
+                stem.to_string_lossy().into_owned()
+            }
         };
         Self {
             folder: folder.to_path_buf(),
             stem,
             extension: format.extensions()[0],
+            in_one: format.sequence().is_some(),
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
             part,
         }
     }
 
-    /// Name of the mesh of a step.
+    /// Name of the file that holds the mesh of a step.
     pub fn mesh(&self, step: usize) -> String {
+        if self.in_one {
+            return self.of_part(&self.stem, self.extension);
+        }
         format!(
             "{}_{step:0digits$}.{}",
             self.stem,
@@ -110,9 +115,10 @@ impl Names {
         )
     }
 
-    /// Path of the time series.
-    pub fn series(&self) -> PathBuf {
-        self.folder.join(format!("{}.pvd", self.stem))
+    /// Path of the time series over files; `None` where one file is that itself, and for a part.
+    pub fn series(&self) -> Option<PathBuf> {
+        let wanted = !self.in_one && !self.is_part();
+        wanted.then(|| self.folder.join(format!("{}.pvd", self.stem)))
     }
 
     /// Path of a file of the folder.
@@ -158,6 +164,14 @@ impl Names {
         }
     }
 
+    /// Whether a file is what a killed run left of one that belongs to a sequence of this name.
+    fn is_leftover(&self, name: &str) -> bool {
+        let inner = name.strip_prefix('.').and_then(|n| n.strip_suffix(".part"));
+        inner
+            .and_then(|name| name.rsplit_once('.'))
+            .is_some_and(|(name, _process)| self.is_ours(name))
+    }
+
     /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
         let parts = |stem: &str, extension: &str| {
@@ -179,6 +193,7 @@ impl Names {
         let mesh = numbered(&self.stem, self.extension);
         if self.is_part() {
             return mesh.is_some_and(|step| self.part.steps.contains(&step))
+                || self.in_one && name == self.mesh(self.part.steps.start)
                 || name == self.of_part("steps", "csv")
                 || name == self.of_part("run", "json");
         }
@@ -189,7 +204,9 @@ impl Names {
             ("base", "vtp"),
         ];
         mesh.is_some()
+            || self.in_one && parts(&self.stem, self.extension).is_some()
             || name == format!("{}.pvd", self.stem)
+            || name == format!("{}.vtk.series", self.stem)
             || whole
                 .iter()
                 .any(|(stem, extension)| parts(stem, extension).is_some())
@@ -198,6 +215,10 @@ impl Names {
 
 /// Files of an earlier run that stand in the folder.
 pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
+    files(names, |name| names.is_ours(name))
+}
+
+fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(&names.folder) else {
         return Vec::new();
     };
@@ -205,14 +226,15 @@ pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(|path| {
             path.file_name()
-                .is_some_and(|n| names.is_ours(&n.to_string_lossy()))
+                .is_some_and(|n| wanted(&n.to_string_lossy()))
         })
         .collect();
     found.sort();
     found
 }
 
-/// Makes the folder ready: it exists, and no file of an earlier run is left in it.
+/// Makes the folder ready: it exists, and no file of an earlier run is left in it, nor any that a
+/// killed run was writing.
 pub fn prepare(names: &Names, force: bool) -> Result<()> {
     if names.folder.is_file() {
         return Err(Error::input("this is a file, not a folder").file(&names.folder));
@@ -227,44 +249,11 @@ pub fn prepare(names: &Names, force: bool) -> Result<()> {
         .file(&names.folder));
     }
     std::fs::create_dir_all(&names.folder).map_err(|error| Error::io(&names.folder, &error))?;
-    for path in existing {
+    let leftovers = files(names, |name| names.is_leftover(name));
+    for path in existing.into_iter().chain(leftovers) {
         std::fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
     }
     Ok(())
-}
-
-/// Writes a mesh whole or not at all; returns the hash of its bytes.
-pub fn write_mesh(
-    mesh: &Mesh,
-    path: &Path,
-    format: &dyn Format,
-    options: &WriteOptions,
-) -> Result<blake3::Hash> {
-    write_whole(path, |out| {
-        let mut hashing = Hashing {
-            out,
-            hasher: blake3::Hasher::new(),
-        };
-        format.write(mesh, &mut hashing, options)?;
-        Ok(hashing.hasher.finalize())
-    })
-}
-
-struct Hashing<'a> {
-    out: &'a mut dyn Write,
-    hasher: blake3::Hasher,
-}
-
-impl Write for Hashing<'_> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let n = self.out.write(bytes)?;
-        self.hasher.update(&bytes[..n]);
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.out.flush()
-    }
 }
 
 /// steps.csv: a row a step, flushed as the step is finished.
@@ -311,20 +300,23 @@ fn quoted(value: &str) -> String {
     }
 }
 
-/// Text of the time series over finished steps: time in s where it is known, else azimuth.
-pub fn series(steps: &[(Step, String)]) -> String {
-    let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
-    );
-    for (step, file) in steps {
-        let time = step.time_s.unwrap_or(step.azimuth_deg);
-        let file = file
-            .replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('"', "&quot;");
-        text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
+/// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
+/// azimuth. Legacy VTK files have a list of their own besides the .pvd.
+pub fn series(names: &Names, steps: &[(Step, String)]) -> Vec<(PathBuf, String)> {
+    let entries = || {
+        steps
+            .iter()
+            .map(|(step, file)| (step.time(), file.as_str()))
+    };
+    let Some(path) = names.series() else {
+        return Vec::new();
+    };
+    let mut lists = vec![(path, pvd(entries()))];
+    if names.extension == "vtk" {
+        let path = names.path(&format!("{}.vtk.series", names.stem));
+        lists.push((path, vtk_series(entries())));
     }
-    text + "  </Collection>\n</VTKFile>\n"
+    lists
 }
 
 #[cfg(test)]
@@ -349,5 +341,33 @@ mod tests {
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
         assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
         assert_eq!(name("-", 1), "mesh_0007.vtu");
+    }
+
+    fn names(steps: Option<Range<usize>>, format: &str) -> Names {
+        let format = crate::formats::by_name(format).expect("it is known");
+        let part = Part::new(steps, 10).expect("there are ten steps");
+        Names::new(Path::new("d"), Path::new("wing.su2"), format, 10, part)
+    }
+
+    #[test]
+    fn one_file_of_all_steps_is_named_after_the_mesh_and_the_part() {
+        let (all, some) = (names(None, "vtkhdf"), names(Some(2..4), "vtkhdf"));
+        assert_eq!(all.mesh(7), "wing.vtkhdf");
+        assert_eq!(some.mesh(3), "wing_2-4.vtkhdf");
+        assert!(all.is_ours("wing.vtkhdf") && all.is_ours("wing_2-4.vtkhdf"));
+        assert!(!all.is_ours("wing_two.vtkhdf") && !all.is_ours("wing.vtkhdf.old"));
+        assert!(some.is_ours("wing_2-4.vtkhdf") && !some.is_ours("wing.vtkhdf"));
+        assert_eq!((all.series(), some.series()), (None, None));
+        assert!(names(None, "vtu").series().is_some());
+    }
+
+    #[test]
+    fn what_a_killed_run_was_writing_is_known_by_its_name() {
+        let (all, some) = (names(None, "vtu"), names(Some(2..4), "vtu"));
+        assert!(all.is_leftover(".wing_0007.vtu.123-0.part"));
+        assert!(all.is_leftover(".run.json.123-0.part"));
+        assert!(!all.is_leftover("wing_0007.vtu") && !all.is_leftover(".tail_0007.vtu.1-0.part"));
+        assert!(some.is_leftover(".wing_0003.vtu.123-0.part"));
+        assert!(!some.is_leftover(".wing_0007.vtu.123-0.part"));
     }
 }

@@ -3,6 +3,7 @@
 
 use super::base;
 use super::checks::before_work;
+use super::meshes::Meshes;
 use super::output::{self, COLUMNS, Names, Part, Table};
 use super::plan::Plan;
 use super::progress::Progress;
@@ -152,6 +153,7 @@ impl Run<'_> {
         let wanted = plan.schedule.output.quality != QualityOutput::None;
         let reference = wanted.then(|| Reference::new(mesh));
         let mut table = Table::create(self.names.table())?;
+        let mut meshes = Meshes::new(self.names, self.format, write_options(plan))?;
         progress.start("steps", Some(steps.len() as u64));
         let mut next = vec![[0.0; 3]; mesh.points.len()];
         let mut computed = compute(stretches, reference.as_ref(), mesh, &steps[0], &mut next)?;
@@ -160,7 +162,7 @@ impl Run<'_> {
             self.judge(step, &computed)?;
             add_arrays(plan, mesh, &mut computed, reference.as_ref());
             let (written, following) = rayon::join(
-                || self.write(mesh, step),
+                || self.write(&mut meshes, mesh, step),
                 || {
                     let following = steps.get(i + 1)?;
                     Some(compute(
@@ -183,13 +185,11 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn write(&self, mesh: &Mesh, step: &Step) -> Result<Written> {
+    fn write(&self, meshes: &mut Meshes, mesh: &Mesh, step: &Step) -> Result<Written> {
         let clock = Clock::start();
-        let file = self.names.mesh(step.index);
-        let path = self.names.path(&file);
-        let hash = output::write_mesh(mesh, &path, self.format, &write_options(self.plan))?;
+        let hash = meshes.write(mesh, step)?;
         Ok(Written {
-            file,
+            file: self.names.mesh(step.index),
             hash,
             seconds: clock.seconds(),
         })
@@ -299,9 +299,11 @@ impl Run<'_> {
         self.record.set("warnings", json!(self.finished.warnings));
         self.record.set("failures", json!(self.finished.failures));
         self.record.timings(&self.finished.timings);
-        let series = match self.written.is_empty() || self.names.is_part() {
+        let series = match self.written.is_empty() {
             true => Ok(()),
-            false => formats::save_text(&output::series(&self.written), &self.names.series()),
+            false => output::series(self.names, &self.written)
+                .iter()
+                .try_for_each(|(path, text)| formats::save_text(text, path)),
         };
         let saved = series.and_then(|()| self.record.save());
         // The first failure is the one to tell of.

@@ -3,13 +3,18 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::{curve, vector::Vector};
+use crate::mesh::facets::facets;
 use crate::mesh::{CellKind, CellRef, Mesh};
 use crate::modes::RigidSurface;
 use crate::motion::{Motion, Role};
 use crate::rbf::constraint::Constraint;
 use crate::rbf::slide::Sliding;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// Facets of a face by its kind and number of nodes.
+type Splits = BTreeMap<(CellKind, usize), Vec<[usize; 3]>>;
 
 /// Distinct surface points with the body each moves with.
 #[derive(Debug, Clone, Default)]
@@ -79,14 +84,22 @@ impl SurfacePoints {
         for (&node, &point) in motion.surface.nodes.nodes.iter().zip(&self.point_of) {
             point_at[node as usize] = point;
         }
+        let faces = &motion.surface.faces;
+        let interface = motion
+            .zone
+            .iter()
+            .flat_map(|zone| zone.interface_faces.iter());
+        let tagged = faces.cells.iter();
+        let tagged = tagged.map(|&cell| mesh.cells.get(cell as usize));
+        let splits = splits(tagged.chain(interface));
         let facets = |face: CellRef<'_>| {
-            let facet = |triangle: [u32; 3]| triangle.map(|node| point_at[node as usize]);
-            let facets = triangles(face.kind, face.nodes).map(facet);
+            let split = &splits[&(face.kind, face.nodes.len())];
+            let point = |i: usize| point_at[face.nodes[i] as usize];
+            let facets = split.iter().map(|facet| facet.map(point));
             facets
                 .filter(|facet| !facet.contains(&u32::MAX))
                 .collect::<Vec<_>>()
         };
-        let faces = &motion.surface.faces;
         let cells = faces.cells.par_iter();
         let cells = cells.flat_map_iter(|&cell| facets(mesh.cells.get(cell as usize)));
         self.facets = cells.collect();
@@ -196,50 +209,19 @@ fn check_roles(nodes: &[u32], roles: &[Role], same: &[u32]) -> Result<()> {
     Ok(())
 }
 
-/// The triangles of a boundary face through all of its nodes; an edge has its second node twice.
-fn triangles(kind: CellKind, nodes: &[u32]) -> impl Iterator<Item = [u32; 3]> {
-    let split: &[[usize; 3]] = match kind {
-        CellKind::Line => &[[0, 1, 1]],
-        CellKind::Line3 => &[[0, 2, 2], [2, 1, 1]],
-        CellKind::CubicLine => &[[0, 2, 2], [2, 3, 3], [3, 1, 1]],
-        CellKind::Triangle => &[[0, 1, 2]],
-        CellKind::Triangle6 => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
-        CellKind::Triangle7 => &[
-            [0, 3, 6],
-            [3, 1, 6],
-            [1, 4, 6],
-            [4, 2, 6],
-            [2, 5, 6],
-            [5, 0, 6],
-        ],
-        CellKind::Quadrilateral => &[[0, 1, 2], [0, 2, 3]],
-        CellKind::QuadraticLinearQuadrilateral => &[[0, 4, 5], [0, 5, 3], [4, 1, 2], [4, 2, 5]],
-        CellKind::Quadrilateral8 => &[
-            [0, 4, 7],
-            [4, 1, 5],
-            [5, 2, 6],
-            [6, 3, 7],
-            [4, 5, 6],
-            [4, 6, 7],
-        ],
-        CellKind::Quadrilateral9 => &[
-            [0, 4, 8],
-            [0, 8, 7],
-            [4, 1, 5],
-            [4, 5, 8],
-            [8, 5, 2],
-            [8, 2, 6],
-            [7, 8, 6],
-            [7, 6, 3],
-        ],
-        _ => &[],
-    };
-    let fan = match kind {
-        CellKind::Polygon => 2..nodes.len(),
-        _ => 0..0,
-    };
-    let split = split.iter().map(|corners| corners.map(|i| nodes[i]));
-    split.chain(fan.map(|i| [nodes[0], nodes[i - 1], nodes[i]]))
+/// The facets of every kind of face among the cells, by kind and number of nodes.
+fn splits<'a>(cells: impl Iterator<Item = CellRef<'a>>) -> Splits {
+    let mut splits = Splits::new();
+    let mut last = None;
+    for cell in cells {
+        let key = (cell.kind, cell.nodes.len());
+        if last != Some(key) {
+            let split = || facets(key.0, key.1);
+            splits.entry(key).or_insert_with(split);
+            last = Some(key);
+        }
+    }
+    splits
 }
 
 #[cfg(test)]
@@ -253,17 +235,5 @@ mod tests {
             first_at_each_place(&places, &curve::along(&places)),
             [0, 1, 0]
         );
-    }
-
-    #[test]
-    fn triangles_of_a_face_use_every_node() {
-        for kind in CellKind::ALL {
-            let Some(n) = kind.n_nodes().filter(|_| matches!(kind.dimension(), 1 | 2)) else {
-                continue;
-            };
-            let nodes: Vec<u32> = (0..n as u32).collect();
-            let used = triangles(kind, &nodes).collect::<Vec<_>>().concat();
-            assert!(nodes.iter().all(|node| used.contains(node)), "{kind:?}");
-        }
     }
 }

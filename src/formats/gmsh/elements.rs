@@ -1,66 +1,93 @@
-//! `$Elements` of version 4.1: blocks of one type and one entity.
+//! `$Elements` of version 4: blocks of one type and one entity.
 
-use super::super::lexer::Lines;
+use super::super::lexer::{Fields, Lines};
 use super::groups::Tagged;
-use super::kinds;
-use super::nodes::{CHUNK, NodeIndex};
-use super::stream::{Binary, Stream};
+use super::index::{Index, Numbers};
+use super::kinds::{self, Type};
+use super::nodes::CHUNK;
+use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Elements of one type in one entity.
 struct Block<'a> {
-    kind: CellKind,
-    n_nodes: usize,
+    of: &'static Type,
+    first_cell: usize,
     n_cells: usize,
     body: Body<'a>,
 }
 
 enum Body<'a> {
-    Text(Lines<'a>),
+    /// The lines and their bytes.
+    Text(Lines<'a>, usize),
     /// Encoding, offset in the file, and the bytes.
     Binary(Binary, usize, &'a [u8]),
 }
 
-/// Reads all elements; `tagged` takes those of each entity.
-pub(super) fn read41(stream: &mut Stream, nodes: &NodeIndex, tagged: &mut Tagged) -> Result<Cells> {
-    let blocks = read_blocks(stream, tagged)?;
-    let n_entries = blocks.iter().map(|block| block.n_nodes * block.n_cells);
+/// Reads all elements; `tagged` takes those of each entity, `numbers` their tags.
+pub(super) fn read(
+    stream: &mut Stream,
+    version: Version,
+    nodes: &Index,
+    tagged: &mut Tagged,
+    numbers: &mut Numbers,
+) -> Result<Cells> {
+    let blocks = read_blocks(stream, version, tagged)?;
+    for block in &blocks {
+        block.check_length(nodes)?;
+    }
+    let n_entries = blocks.iter().map(|block| block.of.n_nodes * block.n_cells);
     let mut connectivity = vec![0u32; n_entries.sum()];
     let mut rest = &mut connectivity[..];
+    let counts_up = AtomicBool::new(true);
     for block in &blocks {
-        let (out, tail) = rest.split_at_mut(block.n_nodes * block.n_cells);
-        block.fill(nodes, out)?;
+        let (out, tail) = rest.split_at_mut(block.of.n_nodes * block.n_cells);
+        block.fill(nodes, out, &counts_up)?;
         rest = tail;
+    }
+    if !counts_up.into_inner() {
+        for block in &blocks {
+            block.numbers(numbers)?;
+        }
     }
     let kinds = blocks
         .iter()
-        .map(|block| (block.kind, block.n_nodes, block.n_cells));
+        .map(|block| (block.of.kind, block.of.n_nodes, block.n_cells));
     Ok(Cells::from_connectivity(connectivity, kinds))
 }
 
 /// Finds the blocks and makes sure that the file holds them whole.
-fn read_blocks<'a>(stream: &mut Stream<'a>, tagged: &mut Tagged) -> Result<Vec<Block<'a>>> {
+fn read_blocks<'a>(
+    stream: &mut Stream<'a>,
+    version: Version,
+    tagged: &mut Tagged,
+) -> Result<Vec<Block<'a>>> {
     let n_blocks = stream.size("the number of element blocks")?;
     let n_elements = stream.size("the number of elements")?;
-    stream.size("the lowest element tag")?;
-    stream.size("the highest element tag")?;
+    if version == Version::V41 {
+        stream.size("the lowest element tag")?;
+        stream.size("the highest element tag")?;
+    }
     let mut blocks = Vec::new();
     let mut n_cells = 0;
     for _ in 0..n_blocks {
-        let dimension = stream.int("the dimension of an entity")?;
-        let entity = stream.int("the tag of an entity")?;
+        let (dimension, entity) = stream.entity(version)?;
         let number = stream.int("an element type")?;
-        let kind = kinds::kind(number.into()).map_err(|why| stream.error(why))?;
-        if dimension != i32::from(kind.dimension()) {
+        let of = kinds::element_type(number.into()).map_err(|why| stream.error(why))?;
+        if dimension != i32::from(of.kind.dimension()) {
             return Err(stream.error(format!(
                 "an entity of dimension {dimension} holds elements of type {number}, a {}",
-                kind.name()
+                of.kind.name()
             )));
         }
-        let block = read_block(stream, kind)?;
-        tagged.add(kind.dimension(), entity, n_cells..n_cells + block.n_cells);
+        let block = read_block(stream, version, of, n_cells)?;
+        tagged.add(
+            of.kind.dimension(),
+            entity,
+            n_cells..n_cells + block.n_cells,
+        );
         n_cells += block.n_cells;
         if n_cells >= u32::MAX as usize {
             return Err(stream.error("at most 4294967294 elements are possible"));
@@ -75,44 +102,81 @@ fn read_blocks<'a>(stream: &mut Stream<'a>, tagged: &mut Tagged) -> Result<Vec<B
     Ok(blocks)
 }
 
-fn read_block<'a>(stream: &mut Stream<'a>, kind: CellKind) -> Result<Block<'a>> {
+fn read_block<'a>(
+    stream: &mut Stream<'a>,
+    version: Version,
+    of: &'static Type,
+    first_cell: usize,
+) -> Result<Block<'a>> {
     let n_cells = stream.size("the number of elements in a block")?;
-    let n_nodes = kind.n_nodes().expect("Gmsh's kinds have a number of nodes");
     let body = match stream.binary {
-        Some(binary) => {
+        Some(mut binary) => {
+            if version == Version::V40 {
+                binary.size_bytes = 4;
+            }
             let start = stream.text.position();
-            let each = binary.size_bytes * (1 + n_nodes);
+            let each = binary.size_bytes * (1 + of.n_nodes);
             Body::Binary(binary, start, stream.take(n_cells, each, "the elements")?)
         }
-        None => Body::Text(stream.lines(n_cells, "the elements")?),
+        None => {
+            let start = stream.text.position();
+            let lines = stream.lines(n_cells, "the elements")?;
+            Body::Text(lines, stream.text.position() - start)
+        }
     };
     Ok(Block {
-        kind,
-        n_nodes,
+        of,
+        first_cell,
         n_cells,
         body,
     })
 }
 
 impl Block<'_> {
-    /// Node indices of the block's cells in VTK's order.
-    fn fill(&self, nodes: &NodeIndex, out: &mut [u32]) -> Result<()> {
-        match &self.body {
-            Body::Text(lines) => lines.parse_into(out, self.n_nodes, |line, cell| {
+    /// Finds the line that is too short in a block of fewer bytes than its nodes need, before there is
+    /// memory for all of them.
+    fn check_length(&self, nodes: &Index) -> Result<()> {
+        let Body::Text(lines, n_bytes) = &self.body else {
+            return Ok(());
+        };
+        let needed = self.n_cells.saturating_mul(2 * (1 + self.of.n_nodes));
+        if *n_bytes + 1 < needed {
+            lines.parse(|line, cell: &mut Vec<u32>| {
+                cell.resize(self.of.n_nodes, 0);
                 line.integer("an element tag")?;
-                parse_nodes(line, self.kind, nodes, cell)
+                parse_nodes(line, self.of, nodes, cell)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Node indices of the block's cells in VTK's order; `counts_up` is cleared where the tags of the
+    /// elements are not those of cells counted from 1.
+    fn fill(&self, nodes: &Index, out: &mut [u32], counts_up: &AtomicBool) -> Result<()> {
+        match &self.body {
+            Body::Text(lines, _) => lines.parse_each(out, self.of.n_nodes, |line, i, cell| {
+                if line.integer("an element tag")? != number_of(self.first_cell + i) {
+                    counts_up.store(false, Ordering::Relaxed);
+                }
+                parse_nodes(line, self.of, nodes, cell)
             }),
             Body::Binary(binary, start, body) => {
-                let each = binary.size_bytes * (1 + self.n_nodes);
+                let each = binary.size_bytes * (1 + self.of.n_nodes);
                 let results: Vec<Result<()>> = out
-                    .par_chunks_mut(CHUNK * self.n_nodes)
+                    .par_chunks_mut(CHUNK * self.of.n_nodes)
                     .zip(body.par_chunks(CHUNK * each))
                     .enumerate()
                     .map(|(i, (out, body))| {
-                        self.decode(*binary, body, nodes, out).map_err(|(at, tag)| {
+                        let first = self.first_cell + i * CHUNK;
+                        let counts = self.decode(*binary, body, nodes, out, first);
+                        let counts = counts.map_err(|(at, tag)| {
                             let place = start + i * CHUNK * each + at;
-                            unknown_node(self.kind, tag).byte(place as u64)
-                        })
+                            unknown_node(self.of.kind, tag).byte(place as u64)
+                        })?;
+                        if !counts {
+                            counts_up.store(false, Ordering::Relaxed);
+                        }
+                        Ok(())
                     })
                     .collect();
                 results.into_iter().collect()
@@ -120,56 +184,83 @@ impl Block<'_> {
         }
     }
 
-    /// Converts binary elements; an unknown node is given with its offset in `body`.
+    /// Converts binary elements from the cell `first` on; whether their tags count up. An unknown node
+    /// is given with its offset in `body`.
     fn decode(
         &self,
         binary: Binary,
         body: &[u8],
-        nodes: &NodeIndex,
+        nodes: &Index,
         out: &mut [u32],
-    ) -> std::result::Result<(), (usize, i64)> {
+        first: usize,
+    ) -> std::result::Result<bool, (usize, i64)> {
         let width = binary.size_bytes;
-        let each = width * (1 + self.n_nodes);
-        let order = kinds::order(self.kind);
+        let each = width * (1 + self.of.n_nodes);
+        let mut counts_up = true;
         for (i, (cell, element)) in out
-            .chunks_exact_mut(self.n_nodes)
+            .chunks_exact_mut(self.of.n_nodes)
             .zip(body.chunks_exact(each))
             .enumerate()
         {
-            for (node, bytes) in cell.iter_mut().zip(element[width..].chunks_exact(width)) {
+            counts_up &= binary.size(&element[..width]) == number_of(first + i);
+            for (j, bytes) in element[width..].chunks_exact(width).enumerate() {
                 let tag = binary.size(bytes);
-                *node = nodes.get(tag).ok_or((i * each, tag))?;
+                cell[self.of.vtk(j)] = nodes.get(tag).ok_or((i * each, tag))?;
             }
-            if let Some(order) = order {
-                kinds::to_vtk(order, cell);
+        }
+        Ok(counts_up)
+    }
+
+    /// Adds the tags of the elements.
+    fn numbers(&self, numbers: &mut Numbers) -> Result<()> {
+        match &self.body {
+            Body::Text(lines, _) => {
+                let parts = lines.parse(|line, part: &mut Numbers| {
+                    part.push(line.integer("an element tag")?);
+                    Ok(())
+                })?;
+                parts.iter().for_each(|part| numbers.extend(part));
+            }
+            Body::Binary(binary, _, body) => {
+                let width = binary.size_bytes;
+                for element in body.chunks_exact(width * (1 + self.of.n_nodes)) {
+                    numbers.push(binary.size(&element[..width]));
+                }
             }
         }
         Ok(())
     }
 }
 
+/// The tag of a cell where tags count up from 1.
+fn number_of(cell: usize) -> i64 {
+    cell as i64 + 1
+}
+
 /// Reads the nodes that end an element's line.
-pub(super) fn parse_nodes(
-    line: &mut super::super::lexer::Fields,
-    kind: CellKind,
-    nodes: &NodeIndex,
+fn parse_nodes(line: &mut Fields, of: &Type, nodes: &Index, cell: &mut [u32]) -> Result<()> {
+    read_nodes(line, of, nodes, cell)?;
+    line.end("an element")
+}
+
+/// Reads the nodes of an element.
+pub(super) fn read_nodes(
+    line: &mut Fields,
+    of: &Type,
+    nodes: &Index,
     cell: &mut [u32],
 ) -> Result<()> {
-    let n_nodes = cell.len();
-    for (i, node) in cell.iter_mut().enumerate() {
+    for i in 0..cell.len() {
         if line.is_done() {
-            let name = kind.name();
-            return Err(line.error(format!("a {name} needs {n_nodes} nodes, found {i}")));
+            let (name, n) = (of.kind.name(), cell.len());
+            return Err(line.error(format!("a {name} needs {n} nodes, found {i}")));
         }
         let tag = line.integer("a node of an element")?;
-        *node = nodes
+        cell[of.vtk(i)] = nodes
             .get(tag)
-            .ok_or_else(|| line.error(unknown_node(kind, tag).message))?;
+            .ok_or_else(|| line.error(unknown_node(of.kind, tag).message))?;
     }
-    if let Some(order) = kinds::order(kind) {
-        kinds::to_vtk(order, cell);
-    }
-    line.end("an element")
+    Ok(())
 }
 
 /// The refusal of a node that `$Nodes` does not have.

@@ -1,134 +1,267 @@
-//! `$Elements` of version 2: each element with its own type and tags.
+//! Elements of versions 1 to 3: each with its own type and tags.
 
-use super::elements::{parse_nodes, unknown_node};
+use super::super::lexer::Fields;
+use super::elements::{read_nodes, unknown_node};
 use super::groups::{Shared, Tagged};
-use super::kinds;
-use super::nodes::{CHUNK, NodeIndex, count};
-use super::stream::{Binary, Stream};
+use super::index::{Index, Numbers};
+use super::kinds::{self, Type};
+use super::nodes::{CHUNK, count};
+use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells};
 use rayon::prelude::*;
+
+/// What the elements tell beside the cells.
+#[derive(Debug, Default)]
+pub(super) struct Tags {
+    /// Cells by physical group.
+    pub physical: Tagged,
+    /// Cells by elementary entity.
+    pub elementary: Tagged,
+    /// Cells by partition; by dimension too, which does not matter.
+    pub partition: Tagged,
+    /// Elements of several partitions.
+    pub n_ghosts: usize,
+    /// Elements that may be there more than once.
+    pub shared: Shared,
+    /// Numbers of the elements.
+    pub numbers: Numbers,
+}
 
 /// Elements in a row, as one task finds them.
 #[derive(Default)]
 struct Part {
     connectivity: Vec<u32>,
     runs: Vec<Run>,
+    numbers: Numbers,
+    n_ghosts: usize,
 }
 
 /// Elements of one type with the same tags.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 struct Run {
-    kind: CellKind,
+    of: &'static Type,
+    tags: ElementTags,
+    n_cells: usize,
+}
+
+/// The tags of an element that are kept; 0 stands for none.
+#[derive(Clone, Copy, PartialEq, Default)]
+struct ElementTags {
     physical: i32,
     elementary: i32,
-    n_cells: usize,
+    partition: i32,
 }
 
 impl Part {
     /// Room for the nodes of one more element.
-    fn push(&mut self, kind: CellKind, physical: i32, elementary: i32) -> &mut [u32] {
-        let tags = |run: &Run| (run.kind, run.physical, run.elementary);
+    fn push(&mut self, of: &'static Type, number: i64, tags: ElementTags) -> &mut [u32] {
+        self.numbers.push(number);
         match self.runs.last_mut() {
-            Some(run) if tags(run) == (kind, physical, elementary) => run.n_cells += 1,
+            Some(run) if std::ptr::eq(run.of, of) && run.tags == tags => run.n_cells += 1,
             _ => self.runs.push(Run {
-                kind,
-                physical,
-                elementary,
+                of,
+                tags,
                 n_cells: 1,
             }),
         }
         let known = self.connectivity.len();
-        let n_nodes = n_nodes_of(kind);
-        self.connectivity.resize(known + n_nodes, 0);
+        self.connectivity.resize(known + of.n_nodes, 0);
         &mut self.connectivity[known..]
     }
 }
 
-/// Reads all elements; `physical` and `elementary` take those of each physical group and entity,
-/// `shared` what tells of elements that are there more than once.
-pub(super) fn read2(
+/// Reads all elements.
+pub(super) fn read(
     stream: &mut Stream,
-    nodes: &NodeIndex,
-    physical: &mut Tagged,
-    elementary: &mut Tagged,
-    shared: &mut Shared,
+    version: Version,
+    nodes: &Index,
+    tags: &mut Tags,
 ) -> Result<Cells> {
     let n = count(stream, "the number of elements")?;
     if n >= u32::MAX as usize {
         return Err(stream.error("at most 4294967294 elements are possible"));
     }
     let mut cells = Cells::new();
-    let mut add = |parts: Vec<Part>| {
-        for part in parts {
-            let mut rest = &part.connectivity[..];
-            for run in part.runs {
-                let n_nodes = n_nodes_of(run.kind);
-                let (own, tail) = rest.split_at(n_nodes * run.n_cells);
-                let range = cells.len()..cells.len() + run.n_cells;
-                let dimension = run.kind.dimension();
-                shared.add(dimension, run.elementary, run.physical);
-                // Version 2 says 0 for an element without a tag.
-                if run.physical != 0 {
-                    physical.add(dimension, run.physical, range.clone());
-                }
-                if run.elementary != 0 {
-                    elementary.add(dimension, run.elementary, range);
-                }
-                cells.push_run(run.kind, n_nodes, own);
-                rest = tail;
-            }
+    match (stream.binary, version) {
+        (None, _) => {
+            let lines = stream.lines(n, "the elements")?;
+            let parts = lines.parse(|line, part| parse_element(line, version, nodes, part))?;
+            parts.iter().for_each(|part| part.add_to(&mut cells, tags));
         }
-    };
-    match stream.binary {
-        None => {
-            let lines = stream.lines(n, "$Elements")?;
-            add(lines.parse(|line, part| parse_element(line, nodes, part))?);
+        (Some(binary), Version::V3) => {
+            let part = read_v3(stream, binary, n, nodes)?;
+            part.add_to(&mut cells, tags);
         }
-        Some(binary) => {
+        (Some(binary), _) => {
             let mut left = n;
             while left > 0 {
                 let block = Block::read(stream, binary, left)?;
                 left -= block.n_cells;
-                add(block.parts(nodes)?);
+                let parts = block.parts(nodes)?;
+                parts.iter().for_each(|part| part.add_to(&mut cells, tags));
             }
         }
     }
     Ok(cells)
 }
 
-fn n_nodes_of(kind: CellKind) -> usize {
-    kind.n_nodes().expect("Gmsh's kinds have a number of nodes")
+impl Part {
+    fn add_to(&self, cells: &mut Cells, tags: &mut Tags) {
+        let mut rest = &self.connectivity[..];
+        for run in &self.runs {
+            let (own, tail) = rest.split_at(run.of.n_nodes * run.n_cells);
+            let range = cells.len()..cells.len() + run.n_cells;
+            let dimension = run.of.kind.dimension();
+            let of = run.tags;
+            tags.shared.add(dimension, of.elementary, of.physical);
+            // 0 stands for an element without a tag.
+            for (tagged, tag) in [
+                (&mut tags.physical, of.physical),
+                (&mut tags.elementary, of.elementary),
+                (&mut tags.partition, of.partition),
+            ] {
+                if tag != 0 {
+                    tagged.add(dimension, tag, range.clone());
+                }
+            }
+            cells.push_run(run.of.kind, run.of.n_nodes, own);
+            rest = tail;
+        }
+        tags.numbers.extend(&self.numbers);
+        tags.n_ghosts += self.n_ghosts;
+    }
 }
 
-/// One line: number, type, number of tags, tags, nodes.
+/// One line. Version 1: number, type, physical group, entity, number of nodes, nodes. Version 2:
+/// number, type, number of tags, tags, nodes. Version 3: number, type, entity, number of nodes and
+/// what follows them, nodes, partitions.
 fn parse_element(
-    line: &mut super::super::lexer::Fields,
-    nodes: &NodeIndex,
+    line: &mut Fields,
+    version: Version,
+    nodes: &Index,
     part: &mut Part,
 ) -> Result<()> {
-    line.integer("an element number")?;
+    let element = line.integer("an element number")?;
     let number = line.integer("an element type")?;
-    let kind = kinds::kind(number).map_err(|why| line.error(why))?;
-    let n_tags: usize = line.narrow("the number of tags")?;
-    let mut tags = [0; 2];
-    for i in 0..n_tags {
-        let tag: i32 = line.narrow("a tag")?;
-        if let Some(known) = tags.get_mut(i) {
-            *known = tag;
+    let of = kinds::element_type(number).map_err(|why| line.error(why))?;
+    let mut tags = ElementTags::default();
+    match version {
+        Version::V1 => {
+            tags.physical = line.narrow("a physical group")?;
+            tags.elementary = line.narrow("an entity")?;
+            check_count(of.kind, of.n_nodes, line.narrow("the number of nodes")?)
+                .map_err(|why| line.error(why))?;
+        }
+        Version::V3 => {
+            tags.elementary = line.narrow("an entity")?;
+            line.integer("the number of nodes")?;
+        }
+        _ => {
+            let n_tags: usize = line.narrow("the number of tags")?;
+            let mut first = [0; 4];
+            for i in 0..n_tags {
+                let tag: i32 = line.narrow("a tag")?;
+                if let Some(known) = first.get_mut(i) {
+                    *known = tag;
+                }
+            }
+            let (found, is_ghost) = version2_tags(n_tags, first);
+            tags = found;
+            part.n_ghosts += usize::from(is_ghost);
         }
     }
-    let [physical, elementary] = tags;
-    let physical = physical
-        .checked_abs()
-        .ok_or_else(|| line.error(format!("physical group {physical} is out of range")))?;
-    parse_nodes(line, kind, nodes, part.push(kind, physical, elementary))
+    tags.physical = positive(tags.physical).map_err(|why| line.error(why))?;
+    if version != Version::V3 {
+        read_nodes(line, of, nodes, part.push(of, element, tags))?;
+        return line.end("an element");
+    }
+    // The partitions of version 3 come last.
+    let mut cell = [0; 1000];
+    let cell = &mut cell[..of.n_nodes];
+    read_nodes(line, of, nodes, cell)?;
+    if !line.is_done() {
+        let n: usize = line.narrow("the number of partitions")?;
+        for i in 0..n {
+            let partition: i32 = line.narrow("a partition")?;
+            if i == 0 {
+                tags.partition = partition;
+            }
+        }
+        part.n_ghosts += usize::from(n > 1);
+    }
+    part.push(of, element, tags).copy_from_slice(cell);
+    line.end("an element")
 }
 
-/// Binary elements of one type with the same number of tags.
+/// Physical group, entity and partition from the first tags of version 2, and whether there are more
+/// partitions. Up to 2.1 the third tag is the partition; later it says how many follow.
+fn version2_tags(
+    n_tags: usize,
+    [physical, elementary, third, fourth]: [i32; 4],
+) -> (ElementTags, bool) {
+    let tags = ElementTags {
+        physical,
+        elementary,
+        partition: if n_tags > 3 { fourth } else { third },
+    };
+    (tags, n_tags > 4 && third > 1)
+}
+
+fn positive(physical: i32) -> std::result::Result<i32, String> {
+    physical
+        .checked_abs()
+        .ok_or_else(|| format!("physical group {physical} is out of range"))
+}
+
+fn check_count(kind: CellKind, n_nodes: usize, found: i64) -> std::result::Result<(), String> {
+    if found == n_nodes as i64 {
+        return Ok(());
+    }
+    let name = kind.name();
+    Err(format!(
+        "a {name} needs {n_nodes} nodes, this element has {found}"
+    ))
+}
+
+/// Binary elements of version 3, integers one after another as in its text.
+fn read_v3(stream: &mut Stream, binary: Binary, n: usize, nodes: &Index) -> Result<Part> {
+    let mut part = Part::default();
+    for _ in 0..n {
+        let start = stream.text.position() as u64;
+        let head = stream.take(4, 4, "the elements")?;
+        let head: [i32; 4] = std::array::from_fn(|i| binary.int(&head[4 * i..4 * i + 4]));
+        let [element, number, elementary, n_data] = head;
+        let wrong = |why: String| Error::input(why).byte(start);
+        let of = kinds::element_type(number.into()).map_err(wrong)?;
+        let n_data = usize::try_from(n_data).unwrap_or(0);
+        if n_data < of.n_nodes {
+            check_count(of.kind, of.n_nodes, n_data as i64).map_err(wrong)?;
+        }
+        let data = stream.take(n_data, 4, "the nodes of an element")?;
+        let int = |i: usize| binary.int(&data[4 * i..4 * i + 4]);
+        let mut tags = ElementTags {
+            elementary,
+            ..ElementTags::default()
+        };
+        if n_data > of.n_nodes + 1 {
+            tags.partition = int(of.n_nodes + 1);
+        }
+        part.n_ghosts += usize::from(n_data > of.n_nodes + 2);
+        let cell = part.push(of, element.into(), tags);
+        for i in 0..of.n_nodes {
+            let tag = i64::from(int(i));
+            let node = nodes.get(tag);
+            cell[of.vtk(i)] = node.ok_or_else(|| unknown_node(of.kind, tag).byte(start))?;
+        }
+    }
+    Ok(part)
+}
+
+/// Binary elements of version 2, of one type with the same number of tags.
 struct Block<'a> {
     binary: Binary,
-    kind: CellKind,
+    of: &'static Type,
     n_tags: usize,
     n_cells: usize,
     /// Offset of `body` in the file.
@@ -139,7 +272,7 @@ struct Block<'a> {
 impl<'a> Block<'a> {
     fn read(stream: &mut Stream<'a>, binary: Binary, left: usize) -> Result<Self> {
         let number = stream.int("an element type")?;
-        let kind = kinds::kind(number.into()).map_err(|why| stream.error(why))?;
+        let of = kinds::element_type(number.into()).map_err(|why| stream.error(why))?;
         let n_cells = stream.int("the number of elements in a block")?;
         let n_tags = stream.int("the number of tags")?;
         let n_cells = usize::try_from(n_cells)
@@ -152,12 +285,12 @@ impl<'a> Block<'a> {
         })?;
         let each = usize::try_from(n_tags)
             .ok()
-            .and_then(|n| n.checked_add(1 + n_nodes_of(kind))?.checked_mul(4))
+            .and_then(|n| n.checked_add(1 + of.n_nodes)?.checked_mul(4))
             .ok_or_else(|| stream.error(format!("a block of elements with {n_tags} tags")))?;
         let start = stream.text.position();
         Ok(Self {
             binary,
-            kind,
+            of,
             n_tags: n_tags as usize,
             n_cells,
             start,
@@ -165,8 +298,8 @@ impl<'a> Block<'a> {
         })
     }
 
-    fn parts(&self, nodes: &NodeIndex) -> Result<Vec<Part>> {
-        let each = 4 * (1 + self.n_tags + n_nodes_of(self.kind));
+    fn parts(&self, nodes: &Index) -> Result<Vec<Part>> {
+        let each = 4 * (1 + self.n_tags + self.of.n_nodes);
         let results: Vec<Result<Part>> = self
             .body
             .par_chunks(CHUNK * each)
@@ -174,7 +307,7 @@ impl<'a> Block<'a> {
             .map(|(i, body)| {
                 let mut part = Part::default();
                 part.connectivity
-                    .reserve(body.len() / each * n_nodes_of(self.kind));
+                    .reserve(body.len() / each * self.of.n_nodes);
                 for (j, element) in body.chunks_exact(each).enumerate() {
                     self.decode(element, nodes, &mut part).map_err(|error| {
                         error.byte((self.start + (i * CHUNK + j) * each) as u64)
@@ -186,19 +319,17 @@ impl<'a> Block<'a> {
         results.into_iter().collect()
     }
 
-    fn decode(&self, element: &[u8], nodes: &NodeIndex, part: &mut Part) -> Result<()> {
+    fn decode(&self, element: &[u8], nodes: &Index, part: &mut Part) -> Result<()> {
         let int = |i: usize| self.binary.int(&element[4 * i..4 * i + 4]);
-        let tag = |i: usize| if i < self.n_tags { int(1 + i) } else { 0 };
-        let physical = tag(0)
-            .checked_abs()
-            .ok_or_else(|| Error::input(format!("physical group {} is out of range", tag(0))))?;
-        let cell = part.push(self.kind, physical, tag(1));
-        for (i, node) in cell.iter_mut().enumerate() {
+        let first = std::array::from_fn(|i| if i < self.n_tags { int(1 + i) } else { 0 });
+        let (mut tags, is_ghost) = version2_tags(self.n_tags, first);
+        tags.physical = positive(tags.physical).map_err(Error::input)?;
+        part.n_ghosts += usize::from(is_ghost);
+        let cell = part.push(self.of, int(0).into(), tags);
+        for i in 0..self.of.n_nodes {
             let tag = i64::from(int(1 + self.n_tags + i));
-            *node = nodes.get(tag).ok_or_else(|| unknown_node(self.kind, tag))?;
-        }
-        if let Some(order) = kinds::order(self.kind) {
-            kinds::to_vtk(order, cell);
+            let node = nodes.get(tag);
+            cell[self.of.vtk(i)] = node.ok_or_else(|| unknown_node(self.of.kind, tag))?;
         }
         Ok(())
     }

@@ -1,10 +1,11 @@
-//! From the tags of elements to the named groups of the mesh.
+//! From the tags of elements to the named groups of the mesh, and to arrays for what groups do not
+//! tell.
 
-use super::entities::Physicals;
+use super::entities::Entities;
 use super::nodes::count;
 use super::stream::Stream;
 use crate::error::Result;
-use crate::mesh::{CellSet, Group, Mesh};
+use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -19,12 +20,42 @@ impl Tagged {
         set.push_range(cells);
     }
 
+    /// Whether no cell has a tag.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Cells by physical group, from cells by entity.
-    pub fn physical(&self, physicals: &Physicals) -> Self {
+    pub fn physical(&self, entities: &Entities) -> Self {
+        self.renamed(|key| match entities.physicals.get(&key) {
+            Some(numbers) => numbers,
+            None => &[],
+        })
+    }
+
+    /// Cells by whole entity and by partition, from cells by entity or part of one.
+    pub fn of_parts(self, entities: &Entities) -> (Self, Self) {
+        if entities.parts.is_empty() {
+            return (self, Self::default());
+        }
+        let parent = |key: (u8, i32)| entities.parts.get(&key).map_or(key.1, |part| part.0);
+        let partition = |key: (u8, i32)| entities.parts.get(&key).map(|part| part.1);
+        let tags: BTreeMap<(u8, i32), [i32; 1]> =
+            self.0.keys().map(|&key| (key, [parent(key)])).collect();
+        let partitions: BTreeMap<(u8, i32), Option<i32>> =
+            self.0.keys().map(|&key| (key, partition(key))).collect();
+        (
+            self.renamed(|key| &tags[&key]),
+            self.renamed(|key| partitions[&key].as_slice()),
+        )
+    }
+
+    /// The same cells under the tags that `names` gives for each key.
+    fn renamed<'a>(&self, names: impl Fn((u8, i32)) -> &'a [i32]) -> Self {
         let mut ranges: BTreeMap<(u8, i32), Vec<Range<usize>>> = BTreeMap::new();
-        for (&(dimension, entity), cells) in &self.0 {
-            for &number in physicals.get(&(dimension, entity)).into_iter().flatten() {
-                let group = ranges.entry((dimension, number)).or_default();
+        for (&key, cells) in &self.0 {
+            for &number in names(key) {
+                let group = ranges.entry((key.0, number)).or_default();
                 group.extend(cells.ranges());
             }
         }
@@ -37,6 +68,17 @@ impl Tagged {
             (key, set)
         });
         Self(sets.collect())
+    }
+
+    /// The tags as an array over `n` cells; 0 where a cell has none.
+    fn array(&self, name: &str, n: usize) -> DataArray {
+        let mut values = vec![0; n];
+        for (&(_, tag), cells) in &self.0 {
+            for range in cells.ranges() {
+                values[range].fill(tag);
+            }
+        }
+        DataArray::scalar(name, Values::I32(values))
     }
 }
 
@@ -89,12 +131,20 @@ pub(super) fn read_names(stream: &mut Stream) -> Result<Vec<PhysicalName>> {
         } else {
             (Some(first), line.integer("the number of a physical group")?)
         };
-        let dimension = dimension.map(|d| u8::try_from(d).ok().filter(|d| *d <= 3));
-        let (Ok(number), None | Some(Some(_))) = (i32::try_from(number), dimension) else {
-            return Err(line.error("a physical group has a dimension of 0 to 3 and a number"));
+        // Old files have a dimension of -1 where it is not known.
+        let dimension = match dimension {
+            None | Some(-1) => None,
+            Some(d @ 0..=3) => Some(d as u8),
+            Some(d) => {
+                return Err(line.error(format!(
+                    "a physical group of dimension {d}; they are 0 to 3"
+                )));
+            }
         };
+        let number = i32::try_from(number)
+            .map_err(|_| line.error(format!("physical group {number} is out of range")))?;
         names.push(PhysicalName {
-            dimension: dimension.flatten(),
+            dimension,
             number,
             name: unquoted(line.rest()),
         });
@@ -114,11 +164,12 @@ fn unquoted(text: &[u8]) -> String {
 }
 
 /// The groups of a mesh of this dimension: named ones in the order of the file, then nameless ones,
-/// called by their number, then entities where the boundary has no physical group.
+/// called by their number, then entities where the boundary has no physical group, or the mesh itself
+/// has none and several entities.
 pub(super) fn groups(
     names: Vec<PhysicalName>,
     physical: Tagged,
-    elementary: Tagged,
+    elementary: &Tagged,
     dimension: u8,
 ) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
@@ -151,12 +202,50 @@ pub(super) fn groups(
         cells,
     };
     groups.extend(left.into_iter().map(nameless));
-    let is_boundary = |of: u8| of + 1 == dimension;
-    if !groups.iter().any(|group| is_boundary(group.dimension)) {
-        let entities = elementary.0.into_iter();
-        groups.extend(entities.filter(|(key, _)| is_boundary(key.0)).map(nameless));
+    for (of, at_least) in [(dimension.checked_sub(1), 1), (Some(dimension), 2)] {
+        let Some(of) = of.filter(|of| groups.iter().all(|group| group.dimension != *of)) else {
+            continue;
+        };
+        let entities = elementary.0.iter().filter(|(key, _)| key.0 == of);
+        if entities.clone().count() >= at_least {
+            let entities = entities.map(|(key, cells)| (*key, cells.clone()));
+            groups.extend(entities.map(nameless));
+        }
     }
     groups
+}
+
+/// Name of the array that says in which elementary entity a cell lies.
+pub(super) const ENTITIES: &str = "gmsh:geometrical";
+/// Name of the array that says in which partition a cell lies.
+const PARTITIONS: &str = "gmsh:partition";
+
+/// Arrays of the entities, where they tell more than the groups do of the mesh's own cells and its
+/// boundary, and of the partitions, where there are any.
+pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Vec<DataArray> {
+    let mut arrays = Vec::new();
+    let mut known = BTreeSet::new();
+    let tells_more = |(key, cells): (&(u8, i32), &CellSet)| {
+        if key.0 + 1 < mesh.dimension() {
+            return false;
+        }
+        let of = |group: &Group| group.dimension == key.0 && overlap(&group.cells, cells);
+        let groups: Vec<bool> = mesh.groups.iter().map(of).collect();
+        !known.insert((key.0, groups))
+    };
+    if elementary.0.iter().any(tells_more) {
+        arrays.push(elementary.array(ENTITIES, mesh.cells.len()));
+    }
+    if !partition.0.is_empty() {
+        arrays.push(partition.array(PARTITIONS, mesh.cells.len()));
+    }
+    arrays
+}
+
+/// Whether two sets have a cell in common: then a range of one starts within the other.
+fn overlap(a: &CellSet, b: &CellSet) -> bool {
+    let starts_in = |a: &CellSet, b: &CellSet| a.ranges().any(|range| b.contains(range.start));
+    starts_in(a, b) || starts_in(b, a)
 }
 
 #[cfg(test)]

@@ -1,8 +1,11 @@
 //! Gmsh's element types and their node order against VTK's.
 
+use super::lattice::lattice;
 use crate::mesh::CellKind::{self, *};
+use crate::mesh::lagrange;
+use std::sync::OnceLock;
 
-/// Gmsh's number and VTK's kind of every element that is read and written.
+/// Gmsh's number and the kind of the elements that have a kind of their own.
 const TYPES: [(i32, CellKind); 18] = [
     (1, Line),
     (2, Triangle),
@@ -24,30 +27,129 @@ const TYPES: [(i32, CellKind); 18] = [
     (19, Pyramid13),
 ];
 
-/// The kind of Gmsh's element type, or a sentence that refuses it.
-pub(super) fn kind(number: i64) -> Result<CellKind, String> {
-    let known = TYPES.iter().find(|(of, _)| i64::from(*of) == number);
-    known.map(|(_, kind)| *kind).ok_or_else(|| {
-        let what = match number {
-            14 => "a pyramid with 14 nodes",
-            20..=33 | 36..=65 | 71..=132 => "an element of third or higher order",
-            _ => "none that azimesh reads",
+/// Gmsh's numbers of complete elements, from first order on.
+const ORDERS: [(CellKind, &[i32]); 7] = [
+    (LagrangeCurve, &[1, 8, 26, 27, 28, 62, 63, 64, 65, 66]),
+    (LagrangeTriangle, &[2, 9, 21, 23, 25, 42, 43, 44, 45, 46]),
+    (
+        LagrangeQuadrilateral,
+        &[3, 10, 36, 37, 38, 47, 48, 49, 50, 51],
+    ),
+    (
+        LagrangeTetrahedron,
+        &[4, 11, 29, 30, 31, 71, 72, 73, 74, 75],
+    ),
+    (LagrangeHexahedron, &[5, 12, 92, 93, 94, 95, 96, 97, 98]),
+    (LagrangeWedge, &[6, 13, 90, 91, 106, 107, 108, 109, 110]),
+    (LagrangePyramid, &[7, 14, 118, 119, 120, 121, 122, 123, 124]),
+];
+
+/// An element type.
+#[derive(Debug)]
+pub(super) struct Type {
+    /// Its cell kind.
+    pub kind: CellKind,
+    /// Nodes of an element.
+    pub n_nodes: usize,
+    /// For each of Gmsh's nodes its place among VTK's; empty where both count alike.
+    to_vtk: Vec<u16>,
+}
+
+impl Type {
+    fn new(kind: CellKind, n_nodes: usize) -> Self {
+        let from: Vec<usize> = match (order(kind), lagrange::order(kind, n_nodes)) {
+            (Some(order), _) => order.to_vec(),
+            (None, Some(order)) => {
+                let gmsh = lattice(kind, order as u16);
+                lagrange::permutation(&lagrange::lattice(kind, order), &gmsh)
+                    .expect("both have the same places")
+            }
+            (None, None) => Vec::new(),
         };
-        format!(
-            "element type {number} is {what}; points, first-order and second-order elements are read"
-        )
+        let mut to_vtk = vec![0; from.len()];
+        for (vtk, &gmsh) in from.iter().enumerate() {
+            to_vtk[gmsh] = vtk as u16;
+        }
+        if to_vtk.iter().zip(0..).all(|(to, i)| *to == i) {
+            to_vtk.clear();
+        }
+        Self {
+            kind,
+            n_nodes,
+            to_vtk,
+        }
+    }
+
+    /// The place among VTK's nodes of Gmsh's node `i`.
+    #[inline]
+    pub fn vtk(&self, i: usize) -> usize {
+        match &self.to_vtk[..] {
+            [] => i,
+            to => to[i].into(),
+        }
+    }
+}
+
+/// The element type with this number, or a sentence that refuses it.
+pub(super) fn element_type(number: i64) -> Result<&'static Type, String> {
+    static KNOWN: [OnceLock<Option<Type>>; 128] = [const { OnceLock::new() }; 128];
+    let known = usize::try_from(number).ok().and_then(|i| KNOWN.get(i));
+    let found = known.and_then(|cell| cell.get_or_init(|| make(number)).as_ref());
+    found.ok_or_else(|| refused(number))
+}
+
+fn make(number: i64) -> Option<Type> {
+    let is = |of: &i32| i64::from(*of) == number;
+    if let Some((_, kind)) = TYPES.iter().find(|(of, _)| is(of)) {
+        return Some(Type::new(*kind, kind.n_nodes()?));
+    }
+    ORDERS.iter().find_map(|(kind, numbers)| {
+        let order = numbers.iter().position(is)? + 1;
+        Some(Type::new(*kind, lagrange::n_nodes(*kind, order)?))
     })
 }
 
-/// Gmsh's number for a kind; `None` for polygons and polyhedra.
-pub(super) fn number(kind: CellKind) -> Option<i32> {
-    let known = TYPES.iter().find(|(_, of)| *of == kind);
-    known.map(|(number, _)| *number)
+fn refused(number: i64) -> String {
+    let incomplete = "an incomplete (serendipity) element of third or higher order, which lacks nodes \
+                      inside; mesh with Mesh.SecondOrderIncomplete = 0 for complete ones";
+    let what = match number {
+        20 | 22 | 24 | 32 | 33 | 39..=41 | 52..=61 | 79..=83 | 99..=105 | 111..=117 | 125..=131 => {
+            incomplete
+        }
+        34 | 35 => "a polygon or polyhedron that Gmsh makes by cutting elements with a level set",
+        67..=70 => "the border between cut elements",
+        84..=89 | 132 => "an element of order zero, which has no corners",
+        133..=136 => "a part of another element, cut by a level set",
+        137..=140 => "an element with bubble or enriched nodes",
+        _ => "unknown",
+    };
+    format!(
+        "element type {number} is {what}; points, complete elements of any order, and incomplete ones \
+         of second order are read"
+    )
 }
 
-/// Where VTK's nodes are among Gmsh's: node `i` of VTK is node `order[i]` of Gmsh. `None` where
-/// both count alike.
-pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
+/// Gmsh's number for elements of this kind with `n_nodes`; `None` where it has none.
+pub(super) fn number(kind: CellKind, n_nodes: usize) -> Option<i32> {
+    if kind == CubicLine {
+        return number(LagrangeCurve, n_nodes);
+    }
+    if let Some((number, _)) = TYPES.iter().find(|(_, of)| *of == kind) {
+        return Some(*number);
+    }
+    let (_, numbers) = ORDERS.iter().find(|(of, _)| *of == kind)?;
+    let order = lagrange::order(kind, n_nodes)?;
+    numbers.get(order - 1).copied()
+}
+
+/// The type that cells of this kind with `n_nodes` are written as.
+pub(super) fn written_type(kind: CellKind, n_nodes: usize) -> Option<(i32, Type)> {
+    Some((number(kind, n_nodes)?, Type::new(kind, n_nodes)))
+}
+
+/// Where VTK's nodes are among Gmsh's, for kinds of second order: node `i` of VTK is node `order[i]`
+/// of Gmsh. `None` where both count alike.
+fn order(kind: CellKind) -> Option<&'static [usize]> {
     Some(match kind {
         Tetrahedron10 => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
         Hexahedron20 => &[
@@ -62,22 +164,6 @@ pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
         Pyramid13 => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
         _ => return None,
     })
-}
-
-/// Puts the nodes of one cell from Gmsh's order into VTK's.
-pub(super) fn to_vtk(order: &[usize], nodes: &mut [u32]) {
-    let mut gmsh = [0; 27];
-    gmsh[..nodes.len()].copy_from_slice(nodes);
-    for (node, &from) in nodes.iter_mut().zip(order) {
-        *node = gmsh[from];
-    }
-}
-
-/// Node tags, from 1, of one cell in Gmsh's order.
-pub(super) fn to_gmsh(order: Option<&[usize]>, cell: &[u32], tags: &mut [u64]) {
-    for (i, node) in cell.iter().enumerate() {
-        tags[order.map_or(i, |order| order[i])] = u64::from(*node) + 1;
-    }
 }
 
 #[cfg(test)]
@@ -141,22 +227,30 @@ mod tests {
     }
 
     #[test]
-    fn there_and_back_is_the_same_order() {
-        for kind in CellKind::ALL {
-            let Some(order) = order(kind) else { continue };
-            let nodes: Vec<u32> = (100..).take(order.len()).collect();
-            let mut tags = vec![0; order.len()];
-            to_gmsh(Some(order), &nodes, &mut tags);
-            let mut back: Vec<u32> = tags.iter().map(|tag| *tag as u32 - 1).collect();
-            to_vtk(order, &mut back);
-            assert_eq!(back, nodes, "{kind:?}");
+    fn every_element_goes_to_its_kind_and_back() {
+        for number in 0..200 {
+            let Ok(of) = element_type(number) else {
+                continue;
+            };
+            let back = super::number(of.kind, of.n_nodes);
+            assert_eq!(back.map(i64::from), Some(number));
+            let mut places: Vec<usize> = (0..of.n_nodes).map(|i| of.vtk(i)).collect();
+            places.sort_unstable();
+            assert!(places.into_iter().eq(0..of.n_nodes), "{number}");
         }
+        assert_eq!(number(CubicLine, 4), Some(26));
+        assert_eq!(number(LagrangePyramid, 14), Some(14));
+        assert_eq!(number(LagrangeHexahedron, 27), Some(12));
+        assert_eq!(number(LagrangeTriangle, 7), None);
+        assert_eq!(number(LagrangeCurve, 12), None);
     }
 
     #[test]
     fn what_is_not_read_is_named() {
-        let sentence = kind(29).expect_err("third order");
-        assert!(sentence.contains("third or higher order"), "{sentence}");
-        assert!(kind(14).is_err() && kind(-1).is_err() && kind(0).is_err());
+        let sentence = element_type(20).expect_err("a triangle with 9 nodes");
+        assert!(sentence.contains("serendipity"), "{sentence}");
+        for number in [-1, 0, 34, 69, 85, 134, 137, 1000, i64::MAX] {
+            assert!(element_type(number).is_err(), "{number}");
+        }
     }
 }

@@ -1,18 +1,25 @@
-//! Gmsh MSH: reads versions 2.0 to 2.2 and 4.1, writes 2.2 and 4.1, as text and binary.
+//! Gmsh MSH: reads versions 1 to 4.1, writes 2.2 and 4.1, as text and binary.
 //!
 //! Physical groups are the groups of the mesh. Where a file has no physical group of the boundary's
 //! dimension but elements there, their elementary entities, called by their number, are the tags.
+//! Values at nodes and elements are arrays of the mesh.
 
+mod data;
 mod elements;
 mod elements2;
 mod entities;
+mod foreign;
 mod groups;
+mod index;
 mod kinds;
+mod lattice;
 mod nodes;
 mod read;
+mod sink;
 mod stream;
 mod write22;
 mod write41;
+mod write_data;
 mod written;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
@@ -39,8 +46,15 @@ impl Format for Msh {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
-    fn read(&self, source: &Source, _options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes())
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b"$MeshFormat")
+    }
+
+    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes(), options, notes)
+    }
+    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+        read::steps(source.bytes())
     }
     fn write(
         &self,
@@ -65,8 +79,11 @@ impl Format for Msh22 {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
-    fn read(&self, source: &Source, _options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes())
+    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes(), options, notes)
+    }
+    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+        read::steps(source.bytes())
     }
     fn write(
         &self,
@@ -78,7 +95,7 @@ impl Format for Msh22 {
     }
 }
 
-/// `$NOD` starts version 1, which is then refused by its name.
+/// Whether a file starts as one of Gmsh's does; `$NOD` starts version 1.
 fn is_msh(head: &[u8]) -> bool {
     let head = head.trim_ascii_start();
     [&b"$MeshFormat"[..], b"$Comments", b"$NOD"]
@@ -86,5 +103,7 @@ fn is_msh(head: &[u8]) -> bool {
         .any(|start| head.starts_with(start))
 }
 
+#[cfg(test)]
+mod fixtures;
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,8 @@
-//! `$Nodes` and `$ParametricNodes`, and the way from node tags to node indices.
+//! `$Nodes`, `$ParametricNodes` and `$NOD` of every version.
 
 use super::super::lexer::Fields;
-use super::stream::{Binary, Stream};
+use super::index::Index;
+use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 
@@ -12,103 +13,50 @@ pub(super) const CHUNK: usize = 1 << 16;
 #[derive(Debug)]
 pub(super) struct Nodes {
     pub points: Vec<[f64; 3]>,
-    pub index: NodeIndex,
+    pub index: Index,
+    /// Their tags, unless they are 1, 2, 3 and so on.
+    pub numbers: Option<Vec<i64>>,
+    /// Nodes with parametric coordinates.
+    pub n_parametric: usize,
 }
 
-/// Finds a node's index by its tag.
-#[derive(Debug)]
-pub(super) enum NodeIndex {
-    /// Tags count up by one from `first`.
-    Consecutive { first: i64, n: u64 },
-    /// Tags with few gaps: the index of each from `first` on, `NONE` in a gap.
-    Dense { first: i64, index: Vec<u32> },
-    /// Tags far apart, ascending.
-    Sparse(Vec<(i64, u32)>),
-}
-
-const NONE: u32 = u32::MAX;
-
-impl NodeIndex {
-    /// From the tags in order of index. Refuses a tag that is there twice. O(n), or O(n log n)
-    /// where tags are far apart.
-    pub fn new(tags: &[i64]) -> Result<Self> {
-        let (Some(&first), Some(&lowest), Some(&highest)) =
-            (tags.first(), tags.iter().min(), tags.iter().max())
-        else {
-            return Ok(Self::Consecutive { first: 0, n: 0 });
-        };
-        if tags.len() >= NONE as usize {
-            return Err(Error::input(format!(
-                "{} nodes, at most {} are possible",
-                tags.len(),
-                NONE - 1
-            )));
-        }
-        let n = tags.len() as u64;
-        if tags
-            .windows(2)
-            .all(|pair| pair[0].checked_add(1) == Some(pair[1]))
-        {
-            return Ok(Self::Consecutive { first, n });
-        }
-        let twice = |tag: i64| Error::input(format!("node {tag} is given twice"));
-        let span = highest.wrapping_sub(lowest) as u64;
-        if span <= 4 * n + 1024 {
-            let mut index = vec![NONE; span as usize + 1];
-            for (i, &tag) in tags.iter().enumerate() {
-                let slot = &mut index[(tag - lowest) as usize];
-                if *slot != NONE {
-                    return Err(twice(tag));
-                }
-                *slot = i as u32;
-            }
-            return Ok(Self::Dense {
-                first: lowest,
-                index,
-            });
-        }
-        let mut index: Vec<(i64, u32)> = tags.iter().copied().zip(0..).collect();
-        index.sort_unstable();
-        match index.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-            Some(pair) => Err(twice(pair[0].0)),
-            None => Ok(Self::Sparse(index)),
-        }
-    }
-
-    /// The index of the node with this tag.
-    #[inline]
-    pub fn get(&self, tag: i64) -> Option<u32> {
-        match self {
-            Self::Consecutive { first, n } => {
-                let i = tag.wrapping_sub(*first) as u64;
-                (i < *n).then_some(i as u32)
-            }
-            Self::Dense { first, index } => {
-                let i = tag.wrapping_sub(*first) as u64;
-                index
-                    .get(usize::try_from(i).ok()?)
-                    .copied()
-                    .filter(|i| *i != NONE)
-            }
-            Self::Sparse(index) => {
-                let at = index.binary_search_by_key(&tag, |(tag, _)| *tag).ok()?;
-                Some(index[at].1)
-            }
-        }
+impl Nodes {
+    fn new(points: Vec<[f64; 3]>, tags: Vec<i64>, n_parametric: usize) -> Result<Self> {
+        let index = Index::new(&tags, "node")?;
+        let counts_up = matches!(index, Index::Consecutive { first: 1, .. }) || tags.is_empty();
+        Ok(Self {
+            points,
+            index,
+            numbers: (!counts_up).then_some(tags),
+            n_parametric,
+        })
     }
 }
 
-/// Reads the nodes of version 4.1: blocks of tags, then coordinates.
-pub(super) fn read41(stream: &mut Stream) -> Result<Nodes> {
+/// Reads the nodes of a section.
+pub(super) fn read(stream: &mut Stream, version: Version, parametric: bool) -> Result<Nodes> {
+    match (version, stream.binary) {
+        (Version::V40 | Version::V41, _) => read_blocks(stream, version),
+        (_, None) => read_list(stream, version, parametric),
+        (Version::V3, Some(binary)) => read_with_entities(stream, binary, true),
+        (_, Some(binary)) if parametric => read_with_entities(stream, binary, false),
+        (_, Some(binary)) => read_binary_list(stream, binary),
+    }
+}
+
+/// Nodes of version 4 come in blocks, one for each entity.
+fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
     let n_blocks = stream.size("the number of node blocks")?;
     let n_nodes = stream.size("the number of nodes")?;
-    stream.size("the lowest node tag")?;
-    stream.size("the highest node tag")?;
+    if version == Version::V41 {
+        stream.size("the lowest node tag")?;
+        stream.size("the highest node tag")?;
+    }
     let mut points = Vec::new();
     let mut tags = Vec::new();
+    let mut n_parametric = 0;
     for _ in 0..n_blocks {
-        let dimension = stream.int("the dimension of an entity")?;
-        stream.int("the tag of an entity")?;
+        let (dimension, _) = stream.entity(version)?;
         let parametric = stream.int("whether nodes are parametric")? != 0;
         let n = stream.size("the number of nodes in a block")?;
         if !(0..=3).contains(&dimension) {
@@ -117,21 +65,25 @@ pub(super) fn read41(stream: &mut Stream) -> Result<Nodes> {
             )));
         }
         let n_parameters = if parametric { dimension as usize } else { 0 };
-        match stream.binary {
-            Some(binary) => {
+        match (stream.binary, version) {
+            (Some(binary), Version::V41) => {
                 let tag_bytes = stream.take(n, binary.size_bytes, "the node tags")?;
-                let start = stream.text.position();
-                let each = 8 * (3 + n_parameters);
-                let coordinates = stream.take(n, each, "the node coordinates")?;
                 let sizes = tag_bytes.chunks_exact(binary.size_bytes);
                 tags.extend(sizes.map(|bytes| binary.size(bytes)));
-                decode(binary, coordinates, each, start, &mut points)?;
+                read_binary(stream, binary, n, [0, 8 * n_parameters], &mut points)?;
             }
-            None => {
+            (Some(binary), _) => {
+                let block = read_binary(stream, binary, n, [4, 8 * n_parameters], &mut points)?;
+                let nodes = block.chunks_exact(28 + 8 * n_parameters);
+                tags.extend(nodes.map(|node| i64::from(binary.int(&node[..4]))));
+            }
+            (None, Version::V41) => {
                 read_tags(stream, n, &mut tags)?;
                 read_coordinates(stream, n, n_parameters, &mut points)?;
             }
+            (None, _) => read_lines(stream, n, n_parameters > 0, &mut tags, &mut points)?,
         }
+        n_parametric += if n_parameters > 0 { n } else { 0 };
     }
     if points.len() != n_nodes {
         return Err(stream.error(format!(
@@ -139,8 +91,7 @@ pub(super) fn read41(stream: &mut Stream) -> Result<Nodes> {
             points.len()
         )));
     }
-    let index = NodeIndex::new(&tags).map_err(|error| at(stream, error))?;
-    Ok(Nodes { points, index })
+    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
 }
 
 /// Reads a block of tags as text.
@@ -193,65 +144,87 @@ fn read_coordinates(
     })
 }
 
-/// Reads the nodes of version 2: a tag and three coordinates each; parametric ones have more after
-/// them.
-pub(super) fn read2(stream: &mut Stream, parametric: bool) -> Result<Nodes> {
+/// Reads lines of a tag and three coordinates; parameters may follow where `more` is set.
+fn read_lines(
+    stream: &mut Stream,
+    n: usize,
+    more: bool,
+    tags: &mut Vec<i64>,
+    points: &mut Vec<[f64; 3]>,
+) -> Result<()> {
+    let lines = stream.lines(n, "the nodes")?;
+    let mut nodes = vec![(0, [0.0; 3]); n];
+    lines.parse_into(&mut nodes, 1, |line, node| {
+        node[0].0 = line.integer("a node number")?;
+        node[0].1 = coordinates_of(line)?;
+        if more { Ok(()) } else { line.end("a node") }
+    })?;
+    tags.extend(nodes.iter().map(|node| node.0));
+    points.extend(nodes.iter().map(|node| node.1));
+    Ok(())
+}
+
+/// Nodes of versions 1 to 3 as text, one a line. Versions 1 and 3 and parametric nodes of version 2
+/// may give the entity after the coordinates, by two numbers, and then parameters.
+fn read_list(stream: &mut Stream, version: Version, parametric: bool) -> Result<Nodes> {
+    let n = count(stream, "the number of nodes")?;
+    let more = parametric || version != Version::V2;
+    let (mut tags, mut points) = (Vec::new(), Vec::new());
+    let start = stream.text.position();
+    read_lines(stream, n, more, &mut tags, &mut points)?;
+    let mut n_parametric = 0;
+    if more {
+        stream.text.set_position(start);
+        let lines = stream.lines(n, "the nodes")?;
+        let counts = lines.parse(|line, found: &mut usize| {
+            let mut words = std::iter::from_fn(|| line.word());
+            *found += usize::from(words.nth(6).is_some());
+            Ok(())
+        })?;
+        n_parametric = counts.iter().sum();
+    }
+    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
+}
+
+/// Binary nodes of version 2: a tag and three coordinates each.
+fn read_binary_list(stream: &mut Stream, binary: Binary) -> Result<Nodes> {
     let n = count(stream, "the number of nodes")?;
     let mut points = Vec::new();
-    let tags: Vec<i64> = match stream.binary {
-        Some(binary) if parametric => read2_parametric(stream, binary, n, &mut points)?,
-        Some(binary) => {
-            let start = stream.text.position();
-            let body = stream.take(n, 28, "the nodes")?;
-            decode(binary, body, 28, start, &mut points)?;
-            let tags = body.chunks_exact(28);
-            tags.map(|node| i64::from(binary.int(&node[..4]))).collect()
-        }
-        None => {
-            let lines = stream.lines(n, "$Nodes")?;
-            let mut nodes = vec![(0, [0.0; 3]); n];
-            lines.parse_into(&mut nodes, 1, |line, node| {
-                node[0].0 = line.integer("a node number")?;
-                node[0].1 = coordinates_of(line)?;
-                if parametric {
-                    Ok(())
-                } else {
-                    line.end("a node")
-                }
-            })?;
-            points = nodes.iter().map(|node| node.1).collect();
-            nodes.iter().map(|node| node.0).collect()
-        }
-    };
-    let index = NodeIndex::new(&tags).map_err(|error| at(stream, error))?;
-    Ok(Nodes { points, index })
+    let body = read_binary(stream, binary, n, [4, 0], &mut points)?;
+    let tags = body.chunks_exact(28);
+    let tags = tags.map(|node| i64::from(binary.int(&node[..4]))).collect();
+    Nodes::new(points, tags, 0).map_err(|error| at(stream, error))
 }
 
-/// Binary parametric nodes: tag, coordinates, dimension and tag of the entity, then as many
-/// parameters as the entity has where it is a curve or a surface.
-fn read2_parametric(
-    stream: &mut Stream,
-    binary: Binary,
-    n: usize,
-    points: &mut Vec<[f64; 3]>,
-) -> Result<Vec<i64>> {
-    let mut tags = Vec::new();
+/// Binary nodes that say where they lie: tag, coordinates, dimension and tag of the entity, and its
+/// parameters. Version 3 gives the tag first, and nothing after a tag of 0.
+fn read_with_entities(stream: &mut Stream, binary: Binary, is_v3: bool) -> Result<Nodes> {
+    let n = count(stream, "the number of nodes")?;
+    let (mut tags, mut points) = (Vec::new(), Vec::new());
+    let mut n_parametric = 0;
     for _ in 0..n {
-        let start = stream.text.position();
-        let node = stream.take(1, 36, "the parametric nodes")?;
+        let node = read_binary(stream, binary, 1, [4, 0], &mut points)?;
         tags.push(i64::from(binary.int(&node[..4])));
-        decode(binary, &node[..28], 28, start, points)?;
-        let n_parameters = match binary.int(&node[28..32]) {
-            1 => 1,
-            2 => 2,
-            _ => 0,
+        let first = stream.int("the entity of a node")?;
+        if is_v3 && first == 0 {
+            continue;
+        }
+        let second = stream.int("the entity of a node")?;
+        let dimension = if is_v3 { second } else { first };
+        let (n_parameters, each) = match dimension {
+            1 => (1, 8),
+            2 => (2, 8),
+            // In a volume version 3 writes three zeros of 4 bytes.
+            3 if is_v3 => (3, 4),
+            _ => (0, 8),
         };
-        stream.take(n_parameters, 8, "the parameters of a node")?;
+        stream.take(n_parameters, each, "the parameters of a node")?;
+        n_parametric += usize::from(n_parameters > 0 && each == 8);
     }
-    Ok(tags)
+    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
 }
 
-/// The count that starts a section of version 2, a line of text in binary files too.
+/// The count that starts a section up to version 3, a line of text in binary files too.
 pub(super) fn count(stream: &mut Stream, what: &str) -> Result<usize> {
     let line = stream.text.line();
     let mut line = line.ok_or_else(|| stream.error(format!("the file ends before {what}")))?;
@@ -268,31 +241,33 @@ fn coordinates_of(line: &mut Fields) -> Result<[f64; 3]> {
     ])
 }
 
-/// Appends the coordinates of nodes of `each` bytes: three doubles that end at byte 28 where a tag
-/// comes first, at byte 24 otherwise. `start` is the offset of `body` in the file.
-fn decode(
+/// Reads `n` binary nodes with three coordinates each, and given numbers of bytes before and after
+/// them; returns them all.
+fn read_binary<'a>(
+    stream: &mut Stream<'a>,
     binary: Binary,
-    body: &[u8],
-    each: usize,
-    start: usize,
+    n: usize,
+    [before, after]: [usize; 2],
     points: &mut Vec<[f64; 3]>,
-) -> Result<()> {
-    let skip = if each == 28 { 4 } else { 0 };
+) -> Result<&'a [u8]> {
+    let start = stream.text.position();
+    let each = before + 24 + after;
+    let body = stream.take(n, each, "the nodes")?;
     let known = points.len();
-    points.resize(known + body.len() / each, [0.0; 3]);
+    points.resize(known + n, [0.0; 3]);
     points[known..]
         .par_chunks_mut(CHUNK)
         .zip(body.par_chunks(CHUNK * each))
         .for_each(|(points, body)| {
             for (point, node) in points.iter_mut().zip(body.chunks_exact(each)) {
                 for (i, x) in point.iter_mut().enumerate() {
-                    *x = binary.real(&node[skip + 8 * i..skip + 8 * i + 8]);
+                    *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
                 }
             }
         });
     let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
     match points[known..].iter().position(|point| !finite(point)) {
-        None => Ok(()),
+        None => Ok(body),
         Some(i) => Err(Error::input(format!(
             "a node at {:?}; coordinates must be finite numbers",
             points[known + i]
@@ -309,30 +284,5 @@ fn at(stream: &Stream, error: Error) -> Error {
             stream.text.bytes(),
             stream.text.position(),
         )),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tags_are_found_whatever_their_order_and_gaps() {
-        for tags in [vec![5, 6, 7], vec![9, 2, 4], vec![1, 1 << 40, -7], vec![]] {
-            let index = NodeIndex::new(&tags).expect("no tag is there twice");
-            for (i, tag) in tags.iter().enumerate() {
-                assert_eq!(index.get(*tag), Some(i as u32));
-            }
-            for missing in [0, 3, 8, i64::MAX, i64::MIN] {
-                assert_eq!(index.get(missing), None, "{missing} in {tags:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_tag_given_twice_is_refused() {
-        assert!(NodeIndex::new(&[3, 1, 3]).is_err());
-        assert!(NodeIndex::new(&[1 << 50, 1, 1 << 50]).is_err());
-        assert!(NodeIndex::new(&[i64::MAX, i64::MIN]).is_ok());
     }
 }

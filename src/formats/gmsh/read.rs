@@ -1,73 +1,84 @@
 //! Reading MSH: the header, then section by section.
 
 use super::super::lexer::shown;
-use super::entities::Physicals;
-use super::groups::{PhysicalName, Shared, Tagged, groups, read_names};
+use super::super::{Notes, ReadOptions};
+use super::data::{self, Data, Kind};
+use super::elements2::Tags;
+use super::entities::Entities;
+use super::groups::{self, PhysicalName, read_names};
 use super::nodes::Nodes;
-use super::stream::{Binary, Stream};
-use super::{elements, elements2, entities, nodes};
-use crate::error::{Error, Result};
-use crate::mesh::{Cells, Mesh};
-
-/// The versions that are read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Version {
-    V2,
-    V41,
-}
+use super::stream::{Binary, Stream, Version};
+use super::{elements, elements2, foreign, nodes};
+use crate::error::Result;
+use crate::mesh::{Cells, DataArray, Mesh, Values};
 
 /// What has been read so far.
 #[derive(Default)]
-struct Parts {
+struct Parts<'a> {
     nodes: Option<Nodes>,
     cells: Option<Cells>,
     names: Vec<PhysicalName>,
-    physical: Tagged,
-    elementary: Tagged,
-    physicals: Physicals,
-    shared: Shared,
+    tags: Tags,
+    entities: Entities,
+    data: Vec<Data<'a>>,
 }
 
 /// The mesh in these bytes.
-pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
-    let mut stream = Stream::new(bytes);
+pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let mut parts = Parts::default();
+    let stream = sections(bytes, |name, version, stream| {
+        parts.read(name, version, stream, notes)
+    })?;
+    parts.mesh(&stream, options, notes)
+}
+
+/// Times of the data, where some array is there more than once.
+pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
+    let mut found = Vec::new();
+    sections(bytes, |name, _, stream| {
+        let Some(kind) = Kind::of(name) else {
+            return Ok(false);
+        };
+        found.push(Data::read(stream, kind)?);
+        Ok(true)
+    })?;
+    Ok(data::times(&found))
+}
+
+/// Hands every section to `read`, which says whether it has read it; others are passed over.
+fn sections<'a>(
+    bytes: &'a [u8],
+    mut read: impl FnMut(&[u8], Version, &mut Stream<'a>) -> Result<bool>,
+) -> Result<Stream<'a>> {
+    let mut stream = Stream::new(bytes);
     let mut version = None;
     while let Some(name) = next_section(&mut stream) {
-        match (name, version) {
-            (b"MeshFormat", None) => version = Some(read_format(&mut stream)?),
-            (b"NOD" | b"ELM", None) => {
-                return Err(stream.error("this is MSH 1.0; versions 2 and 4.1 are read"));
+        let known = match (name, version) {
+            (b"MeshFormat", None) => {
+                version = Some(read_format(&mut stream)?);
+                end_section(name, &mut stream)?;
+                continue;
             }
+            // Version 1 has no other header.
+            (b"NOD" | b"ELM", None) => *version.insert(Version::V1),
             (b"Nodes" | b"Elements" | b"PhysicalNames" | b"Entities", None) => {
                 return Err(stream.error(format!("${} before $MeshFormat", show(name))));
             }
-            (_, Some(version)) if parts.read(name, version, &mut stream)? => {}
-            _ => {
+            (_, Some(version)) => version,
+            (_, None) => {
                 skip_section(name, &mut stream)?;
                 continue;
             }
+        };
+        match read(name, known, &mut stream)? {
+            true => end_section(name, &mut stream)?,
+            false => skip_section(name, &mut stream)?,
         }
-        end_section(name, &mut stream)?;
     }
-    if version.is_none() {
-        return Err(no_format(bytes));
+    match version {
+        Some(_) => Ok(stream),
+        None => Err(foreign::refusal(bytes)),
     }
-    parts.mesh(&stream)
-}
-
-/// Other programs' files end in .msh too.
-fn no_format(bytes: &[u8]) -> Error {
-    let head = bytes.trim_ascii_start();
-    let found = match head.first() {
-        None => "it is empty".to_owned(),
-        Some(b'(') => "it looks like a mesh of Fluent".to_owned(),
-        Some(_) => format!("it starts with {}", shown(&head[..head.len().min(24)])),
-    };
-    Error::input(format!(
-        "no $MeshFormat, so this is no mesh of Gmsh: {found}"
-    ))
-    .line(1)
 }
 
 /// Moves past the next line that starts a section; its name without the `$`.
@@ -84,9 +95,17 @@ fn show(name: &[u8]) -> String {
     name[..name.len().min(40)].escape_ascii().to_string()
 }
 
+/// The line that ends a section; version 1 has it in capitals.
+fn end_of(name: &[u8]) -> Vec<u8> {
+    match name {
+        b"NOD" | b"ELM" => [b"$END", name].concat(),
+        _ => [b"$End", name].concat(),
+    }
+}
+
 /// Moves past the end of a section that is of no use here.
 fn skip_section(name: &[u8], stream: &mut Stream) -> Result<()> {
-    let end = [b"$End", name].concat();
+    let end = end_of(name);
     match memchr::memmem::find(stream.text.rest(), &end) {
         Some(at) => {
             stream
@@ -100,14 +119,21 @@ fn skip_section(name: &[u8], stream: &mut Stream) -> Result<()> {
 
 fn end_section(name: &[u8], stream: &mut Stream) -> Result<()> {
     let before = stream.text.position();
-    let end = [b"$End", name].concat();
+    let end = end_of(name);
     let line = stream.text.line();
     let found = match &line {
         Some(line) if line.rest() == end => return Ok(()),
+        // Real files misspell the end of a section, or leave it out before the next one.
+        Some(line) if stream.binary.is_none() && line.rest().starts_with(b"$") => {
+            if !line.rest().starts_with(b"$End") {
+                stream.text.set_position(before);
+            }
+            return Ok(());
+        }
         Some(line) => shown(line.rest()),
         None => "the end of the file".into(),
     };
-    let message = format!("expected $End{}, found {found}", show(name));
+    let message = format!("expected {}, found {found}", end.escape_ascii());
     match (&stream.binary, line) {
         (None, Some(line)) => Err(line.error(message)),
         _ => {
@@ -125,11 +151,14 @@ fn read_format(stream: &mut Stream) -> Result<Version> {
     let is_binary = line.integer("the file type")?;
     let size = line.integer("the data size")?;
     let version = match number {
+        1.0..2.0 => Version::V1,
         2.0..3.0 => Version::V2,
+        3.0..4.0 => Version::V3,
+        4.0 => Version::V40,
         4.1 => Version::V41,
         _ => {
             return Err(line.error(format!(
-                "this is MSH {number}; versions 2 and 4.1 are read, gmsh -save writes 4.1"
+                "this is MSH {number}; versions 1 to 4.1 are read, gmsh -save writes 4.1"
             )));
         }
     };
@@ -158,24 +187,39 @@ fn read_format(stream: &mut Stream) -> Result<Version> {
     Ok(version)
 }
 
-impl Parts {
-    /// Reads a section that matters; `false` for any other.
-    fn read(&mut self, name: &[u8], version: Version, stream: &mut Stream) -> Result<bool> {
+impl<'a> Parts<'a> {
+    /// Reads a section that matters; `false` for any other, of which there is a note.
+    fn read(
+        &mut self,
+        name: &[u8],
+        version: Version,
+        stream: &mut Stream<'a>,
+        notes: &mut Notes,
+    ) -> Result<bool> {
         match (name, version) {
             (b"PhysicalNames", _) => self.names.extend(read_names(stream)?),
-            (b"Entities", Version::V41) => entities::read(stream, &mut self.physicals)?,
-            (b"PartitionedEntities", Version::V41) => {
-                entities::read_partitioned(stream, &mut self.physicals)?;
+            (b"Entities", Version::V3 | Version::V40 | Version::V41) => {
+                self.entities.read(stream, version)?;
             }
-            (b"Nodes" | b"ParametricNodes", _) if self.nodes.is_some() => {
-                return Err(stream.error("a second section of nodes"));
+            (b"PartitionedEntities", Version::V40 | Version::V41) => {
+                self.entities.read_partitioned(stream, version)?;
             }
-            (b"Nodes", Version::V41) => self.nodes = Some(nodes::read41(stream)?),
-            (b"Nodes" | b"ParametricNodes", Version::V2) => {
-                self.nodes = Some(nodes::read2(stream, name == b"ParametricNodes")?);
+            (b"Nodes" | b"ParametricNodes" | b"NOD", _) => {
+                if self.nodes.is_some() {
+                    return Err(stream.error("a second section of nodes"));
+                }
+                self.nodes = Some(nodes::read(stream, version, name == b"ParametricNodes")?);
             }
-            (b"Elements", _) => self.read_elements(version, stream)?,
-            _ => return Ok(false),
+            (b"Elements" | b"ELM", _) => self.read_elements(version, stream)?,
+            _ => match Kind::of(name) {
+                Some(kind) => self.data.push(Data::read(stream, kind)?),
+                None => {
+                    if let Some(sentence) = not_kept(name) {
+                        notes.push(sentence);
+                    }
+                    return Ok(false);
+                }
+            },
         }
         Ok(true)
     }
@@ -187,29 +231,75 @@ impl Parts {
         if self.cells.is_some() {
             return Err(stream.error("a second section $Elements"));
         }
-        let (physical, elementary) = (&mut self.physical, &mut self.elementary);
+        let tags = &mut self.tags;
         self.cells = Some(match version {
-            Version::V41 => elements::read41(stream, index, elementary)?,
-            Version::V2 => elements2::read2(stream, index, physical, elementary, &mut self.shared)?,
+            Version::V40 | Version::V41 => {
+                let (elementary, numbers) = (&mut tags.elementary, &mut tags.numbers);
+                elements::read(stream, version, index, elementary, numbers)?
+            }
+            _ => elements2::read(stream, version, index, tags)?,
         });
         Ok(())
     }
 
-    fn mesh(self, stream: &Stream) -> Result<Mesh> {
+    fn mesh(self, stream: &Stream, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         let Some(nodes) = self.nodes else {
             return Err(stream.error("no $Nodes in the file"));
         };
+        if nodes.n_parametric > 0 {
+            let n = nodes.n_parametric;
+            notes.push(format!("parametric coordinates of {n} nodes are not kept"));
+        }
+        if self.tags.n_ghosts > 0 {
+            let n = self.tags.n_ghosts;
+            notes.push(format!(
+                "{n} elements are in several partitions; the first of them is kept"
+            ));
+        }
         let mut mesh = Mesh {
             points: nodes.points,
             cells: self.cells.unwrap_or_default(),
             ..Mesh::default()
         };
-        let physical = match self.physicals.is_empty() {
-            true => self.physical,
-            false => self.elementary.physical(&self.physicals),
+        let physical = match self.entities.physicals.is_empty() {
+            true => self.tags.physical,
+            false => self.tags.elementary.physical(&self.entities),
         };
-        mesh.groups = groups(self.names, physical, self.elementary, mesh.dimension());
-        self.shared.merge(&mut mesh);
+        let (elementary, of_parts) = self.tags.elementary.of_parts(&self.entities);
+        mesh.groups = groups::groups(self.names, physical, &elementary, mesh.dimension());
+        let partition = match of_parts.is_empty() {
+            true => self.tags.partition,
+            false => of_parts,
+        };
+        mesh.cell_arrays = groups::arrays(&elementary, &partition, &mesh);
+        let numbers = self.tags.numbers.values();
+        data::add(
+            &self.data,
+            &nodes.index,
+            numbers.as_deref(),
+            &mut mesh,
+            options,
+            notes,
+        )?;
+        let array = |name: &str, numbers| DataArray::scalar(name, Values::I64(numbers));
+        mesh.point_arrays
+            .extend(nodes.numbers.map(|numbers| array("node_number", numbers)));
+        mesh.cell_arrays
+            .extend(numbers.map(|numbers| array("cell_number", numbers)));
+        self.tags.shared.merge(&mut mesh);
         Ok(mesh)
     }
+}
+
+/// The sentence on a section that a mesh has no place for.
+fn not_kept(name: &[u8]) -> Option<String> {
+    Some(match name {
+        b"Comments" | b"Comment" => return None,
+        b"Periodic" => "periodic links between entities ($Periodic) are not kept".to_owned(),
+        b"GhostElements" => "ghost elements of partitions ($GhostElements) are not kept".to_owned(),
+        b"ElementNodeData" => {
+            "values at each element's own nodes ($ElementNodeData) are not kept".to_owned()
+        }
+        _ => format!("section ${} is not kept", show(name)),
+    })
 }

@@ -3,6 +3,16 @@
 use super::super::lexer::{Fields, Lexer, Lines};
 use crate::error::{Error, Result};
 
+/// The versions of the format, as far as they differ; 2 stands for 2.0 to 2.2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Version {
+    V1,
+    V2,
+    V3,
+    V40,
+    V41,
+}
+
 /// How numbers are stored in a binary file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Binary {
@@ -75,6 +85,16 @@ impl<'a> Stream<'a> {
             .map_err(|_| self.error(format!("{what} is {value}, which is out of range")))
     }
 
+    /// Dimension and tag of the entity of a block; version 4.0 gives the tag first.
+    pub fn entity(&mut self, version: Version) -> Result<(i32, i32)> {
+        let first = self.int("the entity of a block")?;
+        let second = self.int("the entity of a block")?;
+        Ok(match version {
+            Version::V40 => (second, first),
+            _ => (first, second),
+        })
+    }
+
     /// The next `double`.
     pub fn real(&mut self, what: &str) -> Result<f64> {
         match self.binary {
@@ -101,6 +121,15 @@ impl<'a> Stream<'a> {
         };
         self.text.set_position(self.text.position() + wanted);
         Ok(&rest[..wanted])
+    }
+
+    /// Moves past the end of a line of text that binary data follow.
+    pub fn pass_line_end(&mut self) {
+        let rest = self.text.rest();
+        let rest = rest.strip_prefix(b"\r").unwrap_or(rest);
+        let rest = rest.strip_prefix(b"\n").unwrap_or(rest);
+        let at = self.text.bytes().len() - rest.len();
+        self.text.set_position(at);
     }
 
     /// The next `n` lines of a text file.

@@ -1,8 +1,9 @@
 //! Round trips, and the oddities of real files.
 
-use super::super::{Encoding, Format, ReadOptions, WriteOptions};
+use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use super::{Msh, Msh22};
 use crate::formats::parse;
+use crate::mesh::lagrange::n_nodes;
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
 
 fn read(bytes: &[u8]) -> Mesh {
@@ -22,10 +23,30 @@ fn group(dimension: u8, name: &str, number: i32, cells: &[usize]) -> Group {
     }
 }
 
-/// One cell of every kind that MSH holds, in groups of every dimension.
+/// Every kind that comes back as itself, with its number of nodes.
+fn sizes() -> Vec<(CellKind, usize)> {
+    let mut sizes = Vec::new();
+    for kind in CellKind::ALL {
+        let lowest = if kind == CellKind::LagrangePyramid {
+            2
+        } else {
+            3
+        };
+        match kind.n_nodes() {
+            Some(n) => sizes.push((kind, n)),
+            None => sizes.extend((lowest..6).filter_map(|p| Some((kind, n_nodes(kind, p)?)))),
+        }
+    }
+    sizes.retain(|(kind, n)| {
+        *kind != CellKind::CubicLine && super::kinds::number(*kind, *n).is_some()
+    });
+    sizes
+}
+
+/// One cell of every kind and order that MSH holds, in groups of every dimension.
 fn every_kind() -> Mesh {
     let mut mesh = Mesh {
-        points: (0..40)
+        points: (0..240)
             .map(|i| {
                 let x = f64::from(i);
                 [x / 3.0, -x * 1e-9, 1e17 / (x + 0.7)]
@@ -34,13 +55,7 @@ fn every_kind() -> Mesh {
         ..Mesh::default()
     };
     let mut of_dimension: [Vec<usize>; 4] = Default::default();
-    for kind in CellKind::ALL {
-        let Some(n) = kind
-            .n_nodes()
-            .filter(|_| super::kinds::number(kind).is_some())
-        else {
-            continue;
-        };
+    for (kind, n) in sizes() {
         let nodes: Vec<u32> = (5..).take(n).collect();
         of_dimension[usize::from(kind.dimension())].push(mesh.cells.len());
         mesh.cells.push(kind, &nodes);
@@ -90,14 +105,18 @@ fn every_kind_and_group_comes_back_from_every_flavour() {
 #[test]
 fn what_is_left_out_is_said() {
     let mut mesh = every_kind();
-    let values = Values::F64(vec![0.0; mesh.points.len()]);
-    mesh.point_arrays
-        .push(DataArray::scalar("pressure", values));
+    let text = Values::Text(vec!["a".into()]);
+    mesh.field_arrays.push(DataArray::scalar("title", text));
+    let large = Values::I64(vec![1 << 60; mesh.points.len()]);
+    mesh.point_arrays.push(DataArray::scalar("hash", large));
+    mesh.groups[0].condition = Some("BCWall".into());
     let notes = Msh
         .write(&mesh, &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
-    assert_eq!(notes.len(), 2, "{notes:?}");
-    assert!(notes[1].contains("\"pressure\""));
+    assert_eq!(notes.len(), 4, "{notes:?}");
+    for (note, word) in notes.iter().zip(["edge", "hash", "title", "conditions"]) {
+        assert!(note.contains(word), "{note}");
+    }
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&Msh as &dyn Format, &Msh22] {
         let error = format
@@ -117,7 +136,7 @@ fn empty_groups_and_unused_nodes_are_kept() {
         let empty = back.groups.iter().filter(|group| group.cells.is_empty());
         let names: Vec<&str> = empty.map(|group| &group.name[..]).collect();
         assert_eq!(names, ["spare", "12"]);
-        assert_eq!(back.points.len(), 40);
+        assert_eq!(back.points.len(), 240);
     }
 }
 
@@ -205,4 +224,118 @@ fn an_element_without_tags_is_in_no_group() {
                 $Elements\n2\n1 2 0 0 1 2\n2 2 3 -6 8 1 0 2 3\n$EndElements\n";
     let mesh = read(file.as_bytes());
     assert_eq!(mesh.groups, [group(2, "plate", 6, &[1])]);
+}
+
+/// Two triangles with sparse node tags, numbers out of order, entities within a group, and values at
+/// some nodes and elements.
+const SPARSE: &str = "\
+$MeshFormat\n4.1 0 8\n$EndMeshFormat
+$PhysicalNames\n2\n-1 7 \"any\"\n2 0 \"zero\"\n$EndPhysicalNames
+$Entities\n0 0 2 0\n5 0 0 0 1 1 0 1 0 0\n9 0 0 0 1 1 0 1 0 0\n$EndEntities
+$Nodes\n1 4 3 900\n2 5 0 4\n900\n3\n40\n41\n0 0 0\n1 0 0\n1 1 0\n0 1 0
+$Elements\n2 2 11 30\n2 5 2 1\n30 900 3 40\n2 9 2 1\n11 900 40 41\n$EndElements
+$NodeData\n1\n\"t\"\n1\n0\n3\n0\n2\n2\n900 1 2\n41 nan -inf\n$EndNodes
+$ElementData\n1\n \"q\"\n0\n3\n0\n1\n2\n11 7.5\n99 1\n$EndElementData
+$Periodic\n0\n$EndPeriodic\n";
+
+#[test]
+fn tags_entities_and_values_survive_both_versions() {
+    let source = Source::from_bytes("sparse".as_ref(), SPARSE.into());
+    let mut notes = Notes::default();
+    let mesh = Msh.read(&source, &ReadOptions::default(), &mut notes);
+    let mesh = mesh.expect("a good file");
+    for word in ["$Periodic", "1 values of \"q\"", "no value at 2 of 4 nodes"] {
+        assert!(notes.iter().any(|note| note.contains(word)), "{notes:?}");
+    }
+    assert_eq!(mesh.groups, [group(2, "zero", 0, &[0, 1])]);
+    let names = |arrays: &[DataArray]| arrays.iter().map(|a| a.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&mesh.point_arrays), ["t", "node_number"]);
+    assert_eq!(
+        names(&mesh.cell_arrays),
+        ["gmsh:geometrical", "q", "cell_number"]
+    );
+    assert_eq!(mesh.cell_arrays[0].values, Values::I32(vec![5, 9]));
+    assert_eq!(mesh.cell_arrays[2].values, Values::I64(vec![30, 11]));
+    let shown = |mesh: &Mesh| format!("{:?}", (&mesh.point_arrays, &mesh.cell_arrays));
+    for format in [&Msh as &dyn Format, &Msh22] {
+        for encoding in [Encoding::Raw, Encoding::Ascii] {
+            let back = read(&written(format, &mesh, encoding));
+            assert_eq!(shown(&back), shown(&mesh));
+            assert_eq!(back.points, mesh.points);
+            assert_eq!(back.cells, mesh.cells);
+        }
+    }
+    let text = String::from_utf8(written(&Msh, &mesh, Encoding::Ascii)).expect("text");
+    assert!(text.contains("\n2 9 2 1\n11 900 40 41\n"), "{text}");
+    assert!(text.contains("\n41 NaN -inf\n$EndNodeData"), "{text}");
+}
+
+#[test]
+fn tags_that_are_not_distinct_are_no_tags() {
+    let mut mesh = read(SQUARE_41.as_bytes());
+    let doubled = Values::I64(vec![3, 3, 4, 5]);
+    mesh.point_arrays = vec![DataArray::scalar("node_number", doubled)];
+    mesh.cell_arrays = vec![DataArray::scalar(
+        "cell_number",
+        Values::I64(vec![-1, 2, 3]),
+    )];
+    let back = read(&written(&Msh, &mesh, Encoding::Raw));
+    assert_eq!(back.cells, mesh.cells);
+    assert_eq!(
+        back.point_arrays[0].values,
+        Values::F64(vec![3.0, 3.0, 4.0, 5.0])
+    );
+    assert_eq!(
+        back.cell_arrays[0].values,
+        Values::F64(vec![-1.0, 2.0, 3.0])
+    );
+}
+
+#[test]
+fn several_volumes_without_groups_are_zones() {
+    let file = SPARSE
+        .replace("1 1 0 1 0 0", "1 1 0 0 0")
+        .replace("\n2 0 \"zero\"", "")
+        .replace("$PhysicalNames\n2", "$PhysicalNames\n1");
+    let mesh = read(file.as_bytes());
+    assert_eq!(
+        mesh.groups,
+        [group(2, "5", 5, &[0]), group(2, "9", 9, &[1])]
+    );
+    assert!(
+        mesh.cell_arrays
+            .iter()
+            .all(|array| array.name != "gmsh:geometrical")
+    );
+}
+
+#[test]
+fn cells_that_msh_lacks_are_refused_with_the_way_out() {
+    let mut mesh = Mesh {
+        points: vec![[0.0; 3]; 8],
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Triangle7, &[0, 1, 2, 3, 4, 5, 6]);
+    let refusal = |mesh: &Mesh| {
+        let refused = Msh.write(mesh, &mut Vec::new(), &WriteOptions::default());
+        refused.expect_err("MSH has no such cell").to_string()
+    };
+    assert!(refusal(&mesh).contains("--linearize"));
+    mesh.cells = Default::default();
+    mesh.cells.push(CellKind::Polygon, &[0, 1, 2, 3, 4]);
+    assert!(!refusal(&mesh).contains("--linearize"));
+}
+
+#[test]
+fn elements_that_a_mesh_lacks_are_refused_by_name() {
+    for (number, word) in [
+        (20, "serendipity"),
+        (34, "level set"),
+        (136, "level set"),
+        (138, "bubble"),
+    ] {
+        let file = SQUARE_41.replace("2 4 3 1\n3 40", &format!("2 4 {number} 1\n3 40"));
+        let error = parse(&Msh, file.as_bytes(), &ReadOptions::default()).expect_err("refused");
+        assert!(error.to_string().contains(word), "{error}");
+    }
 }

@@ -1,9 +1,10 @@
 //! Writing MSH 4.1. All nodes stand in one block of the entity of highest dimension.
 
 use super::super::WriteOptions;
-use super::super::records::{left_out, push_real, write_all, write_records};
-use super::kinds;
-use super::written::{Block, Entity, Plan, Sink, push_point, push_point_binary};
+use super::super::records::{push_real, write_all, write_records};
+use super::sink::{Sink, push_point, push_point_binary};
+use super::write_data;
+use super::written::{Entity, Plan};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
@@ -15,7 +16,7 @@ pub(super) fn write(
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
-    let mut plan = Plan::new(mesh)?;
+    let mut plan = Plan::new(mesh, i64::MAX, 0)?;
     if plan.entities.is_empty() {
         plan.entities.push(Entity {
             dimension: 3,
@@ -28,8 +29,13 @@ pub(super) fn write(
     let mut notes = sink.physical_names(mesh, &plan)?;
     write_entities(mesh, &plan, &mut sink)?;
     write_nodes(mesh, &plan, &mut sink)?;
-    write_elements(mesh, &plan, &mut sink)?;
-    notes.extend(left_out("MSH", mesh, options));
+    let number = |cell: usize| match &plan.cell_numbers {
+        Some(numbers) => numbers[cell] as u64,
+        None => cell as u64 + 1,
+    };
+    write_elements(mesh, &plan, number, &mut sink)?;
+    notes.extend(write_data::write(mesh, &plan, number, &mut sink)?);
+    notes.extend(write_data::left_out(mesh, options));
     Ok(notes)
 }
 
@@ -57,8 +63,9 @@ fn write_entities(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
     sink.line("$Entities")?;
     let counts: Vec<usize> = (0..4).map(|dimension| of(dimension).count()).collect();
     sink.ints_sizes(&[], &counts)?;
+    let bounds = bounds(mesh, plan);
     for (i, entity) in (0..4).flat_map(of) {
-        let [low, high] = bounds(mesh, plan, i);
+        let [low, high] = bounds[i];
         let place = match entity.dimension {
             0 => low.to_vec(),
             _ => [low, high].concat(),
@@ -103,26 +110,35 @@ fn write_entity(entity: &Entity, place: &[f64], sink: &mut Sink) -> Result<()> {
     write_all(sink.out, &bytes)
 }
 
-/// Smallest and largest coordinates of an entity's cells; of all nodes where it has none.
-fn bounds(mesh: &Mesh, plan: &Plan, entity: usize) -> [[f64; 3]; 2] {
-    let blocks = plan.blocks.iter().filter(|block| block.entity == entity);
-    let boxes = blocks.map(|block| {
-        let runs = mesh.cells.runs_in(block.cells.clone());
-        runs.fold(NOWHERE, |all, run| {
+/// Smallest and largest coordinates of each entity's cells; of all nodes where it has none, or all
+/// cells of the mesh's own dimension.
+fn bounds(mesh: &Mesh, plan: &Plan) -> Vec<[[f64; 3]; 2]> {
+    let whole = mesh.bounds().unwrap_or([[0.0; 3]; 2]);
+    let alone = |entity: &Entity| {
+        let same = plan
+            .entities
+            .iter()
+            .filter(|other| other.dimension == entity.dimension);
+        entity.dimension == mesh.dimension() && same.count() == 1
+    };
+    let mut boxes = vec![NOWHERE; plan.entities.len()];
+    for block in &plan.blocks {
+        if alone(&plan.entities[block.entity]) {
+            continue;
+        }
+        let known = &mut boxes[block.entity];
+        for run in mesh.cells.runs_in(block.cells.clone()) {
             let chunks = run.connectivity.par_chunks(1 << 16);
             let of_chunk = |nodes: &[u32]| {
                 let points = nodes.iter().map(|node| mesh.points[*node as usize]);
                 points.fold(NOWHERE, |all, point| joined(all, [point, point]))
             };
-            let boxes: Vec<_> = chunks.map(of_chunk).collect();
-            boxes.into_iter().fold(all, joined)
-        })
-    });
-    let all = boxes.fold(NOWHERE, joined);
-    if all == NOWHERE {
-        return mesh.bounds().unwrap_or([[0.0; 3]; 2]);
+            let parts: Vec<_> = chunks.map(of_chunk).collect();
+            *known = parts.into_iter().fold(*known, joined);
+        }
     }
-    all
+    let or_whole = |known| if known == NOWHERE { whole } else { known };
+    boxes.into_iter().map(or_whole).collect()
 }
 
 const NOWHERE: [[f64; 3]; 2] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
@@ -137,14 +153,15 @@ fn joined([low, high]: [[f64; 3]; 2], [l, h]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
 fn write_nodes(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
     let n = mesh.points.len();
     sink.line("$Nodes")?;
-    sink.ints_sizes(&[], &[1, n, n.min(1), n])?;
+    let [lowest, highest] = plan.node_tags(n);
+    sink.ints_sizes(&[], &[1, n, lowest, highest])?;
     let home = plan.entities.iter().max_by_key(|entity| {
         // The first of the highest dimension.
         (entity.dimension, std::cmp::Reverse(entity.tag))
     });
     let home = home.expect("there is one entity at least");
     sink.ints_sizes(&[home.dimension.into(), home.tag, 0], &[n])?;
-    sink.integers(n, 1, 8, |i, tag| tag[0] = i as u64 + 1)?;
+    sink.integers(n, 1, 8, |i, tag| tag[0] = plan.node_tag(i as u32))?;
     let push = if sink.text {
         push_point
     } else {
@@ -159,26 +176,28 @@ fn write_nodes(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
     sink.line("$EndNodes")
 }
 
-fn write_elements(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_elements(
+    mesh: &Mesh,
+    plan: &Plan,
+    number: impl Fn(usize) -> u64 + Sync,
+    sink: &mut Sink,
+) -> Result<()> {
     let n = mesh.cells.len();
     sink.line("$Elements")?;
-    sink.ints_sizes(&[], &[plan.blocks.len(), n, n.min(1), n])?;
+    let [lowest, highest] = plan.cell_tags(n);
+    sink.ints_sizes(&[], &[plan.blocks.len(), n, lowest, highest])?;
     for block in &plan.blocks {
-        let Block {
-            kind,
-            number,
-            cells,
-            entity,
-        } = block;
-        let entity = &plan.entities[*entity];
-        let order = kinds::order(*kind);
-        let header = [entity.dimension.into(), entity.tag, *number];
-        sink.ints_sizes(&header, &[cells.len()])?;
-        for run in mesh.cells.runs_in(cells.clone()) {
+        let entity = &plan.entities[block.entity];
+        let (type_number, of) = &plan.types[block.of];
+        let header = [entity.dimension.into(), entity.tag, *type_number];
+        sink.ints_sizes(&header, &[block.cells.len()])?;
+        for run in mesh.cells.runs_in(block.cells.clone()) {
             sink.integers(run.n_cells(), 1 + run.n_nodes, 8, |i, values| {
-                values[0] = (run.first_cell + i) as u64 + 1;
+                values[0] = number(run.first_cell + i);
                 let cell = &run.connectivity[i * run.n_nodes..(i + 1) * run.n_nodes];
-                kinds::to_gmsh(order, cell, &mut values[1..]);
+                for (j, tag) in values[1..].iter_mut().enumerate() {
+                    *tag = plan.node_tag(cell[of.vtk(j)]);
+                }
             })?;
         }
     }

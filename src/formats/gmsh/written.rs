@@ -1,18 +1,17 @@
 //! A mesh as Gmsh wants it: entities, physical numbers, and blocks of elements in the mesh's order.
 
-use super::super::records::{push_integer, push_real, write_all, write_records};
-use super::super::{Encoding, WriteOptions};
-use super::kinds;
+use super::groups::ENTITIES;
+use super::index::Index;
+use super::kinds::{self, Type};
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Group, Mesh};
+use crate::mesh::{CellKind, CellRun, DataArray, Group, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Write;
 use std::ops::Range;
 
-/// One entity for each dimension and set of groups.
+/// One entity for each dimension, set of groups and, where the mesh came with them, entity.
 pub(super) struct Entity {
     pub dimension: u8,
-    /// From 1 in each dimension.
+    /// Its own where that is free in its dimension; else counted from 1.
     pub tag: i32,
     /// Physical numbers.
     pub physicals: Vec<i32>,
@@ -20,9 +19,8 @@ pub(super) struct Entity {
 
 /// Consecutive cells of one kind in one entity.
 pub(super) struct Block {
-    pub kind: CellKind,
-    /// Gmsh's element type.
-    pub number: i32,
+    /// Index of the element type.
+    pub of: usize,
     pub cells: Range<usize>,
     /// Index of the entity.
     pub entity: usize,
@@ -32,56 +30,205 @@ pub(super) struct Block {
 pub(super) struct Plan {
     pub entities: Vec<Entity>,
     pub blocks: Vec<Block>,
+    /// Gmsh's number of each element type that occurs, and its node order.
+    pub types: Vec<(i32, Type)>,
     /// Physical number of each group of the mesh.
     pub numbers: Vec<i32>,
+    /// Tags of the nodes, where they do not count from 1.
+    pub node_numbers: Option<Vec<i64>>,
+    /// Tags of the elements, where they do not count from 1.
+    pub cell_numbers: Option<Vec<i64>>,
+    /// Whether entities have the tags they came with.
+    has_own_tags: bool,
 }
 
+/// Name of the array of node tags.
+const NODE_NUMBERS: &str = "node_number";
+/// Name of the array of element tags.
+const CELL_NUMBERS: &str = "cell_number";
+
 impl Plan {
-    /// Refuses polygons and polyhedra.
-    pub fn new(mesh: &Mesh) -> Result<Self> {
-        let numbers = physical_numbers(&mesh.groups);
+    /// With tags up to `highest` and numbers of groups from `lowest_group` on. Refuses kinds of cells
+    /// that Gmsh has not.
+    pub fn new(mesh: &Mesh, highest: i64, lowest_group: i32) -> Result<Self> {
+        let own_tags = own_tags(mesh);
         let mut plan = Self {
             entities: Vec::new(),
             blocks: Vec::new(),
-            numbers,
+            types: Vec::new(),
+            numbers: physical_numbers(&mesh.groups, lowest_group),
+            node_numbers: tags(&mesh.point_arrays, NODE_NUMBERS, highest),
+            cell_numbers: tags(&mesh.cell_arrays, CELL_NUMBERS, highest),
+            has_own_tags: own_tags.is_some(),
         };
-        let mut known: BTreeMap<(u8, Vec<usize>), usize> = BTreeMap::new();
-        let mut next_tag = [1; 4];
+        let mut known = Known::default();
         for (cells, groups) in segments(mesh) {
             for run in mesh.cells.runs_in(cells) {
-                let number = kinds::number(run.kind).ok_or_else(|| {
-                    Error::input(format!(
-                        "cell {} is a {}, which MSH cannot hold",
-                        run.first_cell,
-                        run.kind.name()
-                    ))
-                })?;
-                let dimension = run.kind.dimension();
-                let entity = *known.entry((dimension, groups.clone())).or_insert_with(|| {
-                    let tag = &mut next_tag[usize::from(dimension)];
-                    plan.entities.push(Entity {
-                        dimension,
-                        tag: *tag,
-                        physicals: groups.iter().map(|group| plan.numbers[*group]).collect(),
-                    });
-                    *tag += 1;
-                    plan.entities.len() - 1
-                });
-                let cells = run.first_cell..run.first_cell + run.n_cells();
-                match plan.blocks.last_mut() {
-                    Some(last) if (last.kind, last.entity) == (run.kind, entity) => {
-                        last.cells.end = cells.end;
+                let of = plan.element_type(&mut known, run)?;
+                let first = run.first_cell;
+                let mut add = |own: i64, n: usize, from: &mut usize| {
+                    plan.add(
+                        &mut known,
+                        run.kind.dimension(),
+                        &groups,
+                        own,
+                        of,
+                        *from..*from + n,
+                    );
+                    *from += n;
+                };
+                let mut from = first;
+                match own_tags {
+                    Some(tags) => {
+                        let range = first..first + run.n_cells();
+                        tags.for_each_stretch(range, |own, n| add(own, n, &mut from));
                     }
-                    _ => plan.blocks.push(Block {
-                        kind: run.kind,
-                        number,
-                        cells,
-                        entity,
-                    }),
+                    None => add(0, run.n_cells(), &mut from),
                 }
             }
         }
+        plan.number_entities();
         Ok(plan)
+    }
+
+    fn element_type(&mut self, known: &mut Known, run: CellRun) -> Result<usize> {
+        let key = (run.kind, run.n_nodes);
+        if let Some(&of) = known.types.get(&key) {
+            return Ok(of);
+        }
+        let of = kinds::written_type(run.kind, run.n_nodes).ok_or_else(|| refused(run))?;
+        self.types.push(of);
+        known.types.insert(key, self.types.len() - 1);
+        Ok(self.types.len() - 1)
+    }
+
+    /// Adds cells of one type to the entity of these groups and this own tag, 0 for none.
+    fn add(
+        &mut self,
+        known: &mut Known,
+        dimension: u8,
+        groups: &[usize],
+        own: i64,
+        of: usize,
+        cells: Range<usize>,
+    ) {
+        let of_groups = known.entities.entry((dimension, own)).or_default();
+        let entity = *of_groups.entry(groups.to_vec()).or_insert_with(|| {
+            self.entities.push(Entity {
+                dimension,
+                tag: i32::try_from(own).unwrap_or(0),
+                physicals: groups.iter().map(|group| self.numbers[*group]).collect(),
+            });
+            self.entities.len() - 1
+        });
+        match self.blocks.last_mut() {
+            Some(last)
+                if (last.of, last.entity) == (of, entity) && last.cells.end == cells.start =>
+            {
+                last.cells.end = cells.end;
+            }
+            _ => self.blocks.push(Block { of, cells, entity }),
+        }
+    }
+
+    /// Gives a free tag to entities that have none, or one that an earlier entity has.
+    fn number_entities(&mut self) {
+        let mut taken = BTreeSet::new();
+        for entity in &mut self.entities {
+            if entity.tag <= 0 || !taken.insert((entity.dimension, entity.tag)) {
+                entity.tag = 0;
+            }
+        }
+        let mut next = [1; 4];
+        for entity in self.entities.iter_mut().filter(|entity| entity.tag == 0) {
+            let next = &mut next[usize::from(entity.dimension)];
+            while taken.contains(&(entity.dimension, *next)) {
+                *next += 1;
+            }
+            entity.tag = *next;
+            *next += 1;
+        }
+    }
+
+    /// Tag of a node.
+    pub fn node_tag(&self, node: u32) -> u64 {
+        match &self.node_numbers {
+            Some(numbers) => numbers[node as usize] as u64,
+            None => u64::from(node) + 1,
+        }
+    }
+
+    /// Lowest and highest node tag, of `n` nodes.
+    pub fn node_tags(&self, n: usize) -> [usize; 2] {
+        lowest_and_highest(self.node_numbers.as_deref(), n)
+    }
+
+    /// Lowest and highest element tag, of `n` elements.
+    pub fn cell_tags(&self, n: usize) -> [usize; 2] {
+        lowest_and_highest(self.cell_numbers.as_deref(), n)
+    }
+
+    /// Arrays that are written as values at nodes and at elements: all but those that became tags.
+    pub fn data<'a>(&self, mesh: &'a Mesh) -> [Vec<&'a DataArray>; 2] {
+        let point = mesh.point_arrays.iter();
+        let point = point.filter(|a| self.node_numbers.is_none() || a.name != NODE_NUMBERS);
+        let cell = mesh.cell_arrays.iter();
+        let cell = cell.filter(|a| self.cell_numbers.is_none() || a.name != CELL_NUMBERS);
+        let cell = cell.filter(|a| !self.has_own_tags || a.name != ENTITIES);
+        [point.collect(), cell.collect()]
+    }
+}
+
+/// Indices by what they are looked up with while a plan is made.
+#[derive(Default)]
+struct Known {
+    types: BTreeMap<(CellKind, usize), usize>,
+    entities: BTreeMap<(u8, i64), BTreeMap<Vec<usize>, usize>>,
+}
+
+fn refused(run: CellRun) -> Error {
+    let name = run.kind.name();
+    let remedy = if run.kind.is_curved() {
+        "; --linearize writes corner nodes only"
+    } else {
+        ""
+    };
+    Error::input(format!(
+        "cell {} is a {name} with {} nodes, which MSH cannot hold{remedy}",
+        run.first_cell, run.n_nodes
+    ))
+}
+
+/// The values of the array of this name, where they are distinct tags from 1 to `highest`.
+fn tags(arrays: &[DataArray], name: &str, highest: i64) -> Option<Vec<i64>> {
+    let array = arrays
+        .iter()
+        .find(|array| array.name == name && array.n_components == 1)?;
+    let tags = array.values.to_integers()?;
+    let good =
+        tags.iter().all(|tag| (1..=highest).contains(tag)) && Index::new(&tags, "tag").is_ok();
+    good.then_some(tags)
+}
+
+/// The entity of each cell, where the mesh came with them; 0 where a cell has none.
+fn own_tags(mesh: &Mesh) -> Option<&Values> {
+    let mut arrays = mesh.cell_arrays.iter();
+    let array = arrays.find(|array| array.name == ENTITIES)?;
+    let mut good = array.n_components == 1 && array.values.is_integer();
+    array
+        .values
+        .for_each_stretch(0..array.values.len(), |tag, _| {
+            good &= (0..=i32::MAX.into()).contains(&tag);
+        });
+    good.then_some(&array.values)
+}
+
+fn lowest_and_highest(tags: Option<&[i64]>, n: usize) -> [usize; 2] {
+    match tags {
+        None => [n.min(1), n],
+        Some(tags) => {
+            [tags.iter().min(), tags.iter().max()].map(|tag| tag.map_or(0, |t| *t as usize))
+        }
     }
 }
 
@@ -115,130 +262,23 @@ fn segments(mesh: &Mesh) -> Vec<(Range<usize>, Vec<usize>)> {
     segments
 }
 
-/// A positive number for each group, its own where that is free in its dimension.
-fn physical_numbers(groups: &[Group]) -> Vec<i32> {
+/// A number for each group: its own where that is free in its dimension and not below `lowest`, else
+/// the lowest that is free, from 1 on.
+fn physical_numbers(groups: &[Group], lowest: i32) -> Vec<i32> {
     let mut taken = BTreeSet::new();
-    let mut numbers = vec![0; groups.len()];
+    let mut numbers = vec![None; groups.len()];
     for (number, group) in numbers.iter_mut().zip(groups) {
         let own = group.number.or_else(|| group.name.parse().ok());
-        if let Some(own) = own.filter(|n| *n > 0 && taken.insert((group.dimension, *n))) {
-            *number = own;
-        }
+        *number = own.filter(|n| *n >= lowest && taken.insert((group.dimension, *n)));
     }
-    for (number, group) in numbers.iter_mut().zip(groups).filter(|(n, _)| **n == 0) {
-        *number = (1..)
-            .find(|n| taken.insert((group.dimension, *n)))
-            .expect("there are fewer groups than numbers");
-    }
-    numbers
-}
-
-/// Writes scalars as text or little-endian binary.
-pub(super) struct Sink<'a> {
-    pub out: &'a mut dyn Write,
-    pub text: bool,
-}
-
-impl<'a> Sink<'a> {
-    pub fn new(out: &'a mut dyn Write, options: &WriteOptions) -> Self {
-        Self {
-            out,
-            text: options.encoding == Encoding::Ascii,
-        }
-    }
-
-    /// Writes a line or several, in text and binary files alike.
-    pub fn line(&mut self, line: &str) -> Result<()> {
-        write_all(self.out, line.as_bytes())?;
-        write_all(self.out, b"\n")
-    }
-
-    /// Ends binary data; text ends its lines itself.
-    pub fn end_binary(&mut self) -> Result<()> {
-        if self.text {
-            return Ok(());
-        }
-        write_all(self.out, b"\n")
-    }
-
-    /// Writes `$MeshFormat`.
-    pub fn header(&mut self, version: &str) -> Result<()> {
-        let is_binary = u8::from(!self.text);
-        self.line(&format!("$MeshFormat\n{version} {is_binary} 8"))?;
-        if !self.text {
-            write_all(self.out, &1i32.to_le_bytes())?;
-            self.end_binary()?;
-        }
-        self.line("$EndMeshFormat")
-    }
-
-    /// Writes `$PhysicalNames`. A nameless group goes without, unless it is empty: then the line is
-    /// all that remains of it. Returns sentences about names that had to change.
-    pub fn physical_names(&mut self, mesh: &Mesh, plan: &Plan) -> Result<Vec<String>> {
-        let mut notes = Vec::new();
-        let mut lines = Vec::new();
-        for (group, number) in mesh.groups.iter().zip(&plan.numbers) {
-            if group.name == number.to_string() && !group.cells.is_empty() {
-                continue;
-            }
-            let name = group.name.replace(char::is_control, " ").replace('"', "'");
-            if name != group.name {
-                notes.push(format!(
-                    "group {:?} is written as \"{name}\": MSH cannot hold quotes or line ends",
-                    group.name
-                ));
-            }
-            lines.push(format!("{} {number} \"{name}\"", group.dimension));
-        }
-        if !lines.is_empty() {
-            let n = lines.len();
-            let lines = lines.join("\n");
-            self.line(&format!("$PhysicalNames\n{n}\n{lines}\n$EndPhysicalNames"))?;
-        }
-        Ok(notes)
-    }
-
-    /// Writes many records of integers as lines or in binary of `width` bytes each: `record` puts
-    /// record `i` into the slice of `n_values`.
-    pub fn integers(
-        &mut self,
-        n: usize,
-        n_values: usize,
-        width: usize,
-        record: impl Fn(usize, &mut [u64]) + Sync,
-    ) -> Result<()> {
-        let text = self.text;
-        write_records(self.out, n, |range, buffer| {
-            let mut values = [0; 40];
-            let values = &mut values[..n_values];
-            for i in range {
-                record(i, values);
-                for (at, value) in values.iter().enumerate() {
-                    if text {
-                        push_integer(buffer, *value);
-                        buffer.push(if at + 1 < n_values { b' ' } else { b'\n' });
-                    } else {
-                        buffer.extend_from_slice(&value.to_le_bytes()[..width]);
-                    }
-                }
-            }
+    let free = |(number, group): (Option<i32>, &Group)| {
+        number.unwrap_or_else(|| {
+            (1..)
+                .find(|n| taken.insert((group.dimension, *n)))
+                .expect("there are fewer groups than numbers")
         })
-    }
-}
-
-/// Appends three coordinates as the end of a line.
-pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64; 3]) {
-    for (i, x) in point.iter().enumerate() {
-        push_real(buffer, *x);
-        buffer.push(if i < 2 { b' ' } else { b'\n' });
-    }
-}
-
-/// Appends three coordinates in binary.
-pub(super) fn push_point_binary(buffer: &mut Vec<u8>, point: &[f64; 3]) {
-    for x in point {
-        buffer.extend_from_slice(&x.to_le_bytes());
-    }
+    };
+    numbers.into_iter().zip(groups).map(free).collect()
 }
 
 #[cfg(test)]
@@ -264,7 +304,10 @@ mod tests {
             group("7", None, 0..0),
             group("d", Some(-2), 0..0),
         ];
-        assert_eq!(physical_numbers(&groups), [2, 1, 3, 7, 4]);
+        assert_eq!(physical_numbers(&groups, 1), [2, 1, 3, 7, 4]);
+        let zero = [group("0", Some(0), 0..0)];
+        assert_eq!(physical_numbers(&zero, 0), [0]);
+        assert_eq!(physical_numbers(&zero, 1), [1]);
     }
 
     #[test]

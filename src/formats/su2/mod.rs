@@ -1,7 +1,15 @@
-//! SU2 meshes: plane or solid, linear cells, boundary tags as markers. Node order is VTK's.
+//! SU2 meshes: plane or solid, one zone or several, boundary tags as markers.
+//!
+//! Linear cells have VTK's node order; curved ones, of the discontinuous Galerkin solver, are put
+//! into it. Text that only SU2 understands is kept as it stands.
 
+mod degree;
+mod extra;
+mod keyword;
+mod parts;
 mod read;
 mod write;
+mod zone;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
@@ -24,8 +32,8 @@ impl Format for Su2 {
     fn recognizes(&self, head: &[u8]) -> bool {
         read::recognizes(head)
     }
-    fn read(&self, source: &Source, _options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes())
+    fn read(&self, source: &Source, _options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes(), notes)
     }
     fn write(
         &self,

@@ -1,14 +1,24 @@
 //! Round trips, and the oddities of real files.
 
 use super::super::{Format, ReadOptions, WriteOptions};
+use super::super::{Notes, Source};
 use super::Su2;
-use crate::formats::parse;
-use crate::mesh::{CellKind, Group, Mesh};
+use crate::mesh::{CellKind, Group, Mesh, Values};
+use std::path::Path;
+
+fn read_with_notes(text: &str) -> (Mesh, Vec<String>) {
+    assert!(Su2.recognizes(text.as_bytes()));
+    let source = Source::from_bytes(Path::new("mesh.su2"), text.into());
+    let mut notes = Notes::default();
+    let mesh = Su2.read(&source, &ReadOptions::default(), &mut notes);
+    let mesh = mesh.expect("a good file");
+    mesh.validate().expect("a good mesh");
+    (mesh, notes.iter().map(str::to_owned).collect())
+}
 
 fn read(text: &str) -> Mesh {
-    assert!(Su2.recognizes(text.as_bytes()));
-    let mesh = parse(&Su2, text.as_bytes(), &ReadOptions::default()).expect("a good file");
-    mesh.validate().expect("a good mesh");
+    let (mesh, notes) = read_with_notes(text);
+    assert!(notes.is_empty(), "{notes:?}");
     mesh
 }
 
@@ -98,16 +108,127 @@ fn sections_come_in_any_order_with_whatever_spaces() {
 }
 
 #[test]
-fn periodic_and_deformation_boxes_are_passed_over() {
-    let mesh = read(
-        "NZONE= 1\nNDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0\n1 0\n0 1\nNMARK= 2\n\
-         MARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 2\n\
-         SEND_RECV= 1\n1 0 0\n1 2 0\nNPERIODIC= 1\nPERIODIC_INDEX= 0\n0 0 0\n0 0 0\n\
-         FFD_NBOX= 1\nFFD_CORNER_POINTS= 1\n0.1 0.2\nFFD_SURFACE_POINTS= 1\nwall 0 0.1 0.2 0.3\n",
+fn text_that_only_su2_understands_comes_back_as_it_was() {
+    let file = "NDIME= 2\nAOA_OFFSET= 1.5\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3 2\n0.0 0.0 0\n1.0 0.0 1\n\
+         0.0 1.0 2\nNMARK= 3\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\n\
+         MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= 1\n1 0 1\n\
+         MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= -1\n1 2 1\n\
+         NPERIODIC= 1\nPERIODIC_INDEX= 0\n0 0 0\n0 0 0\n0 0 0\n\
+         FFD_NBOX= 1\nFFD_CORNER_POINTS= 1\n0.1 0.2\nFFD_SURFACE_POINTS= 1\nwall 0 0.1 0.2 0.3\n";
+    let mesh = read(file);
+    assert_eq!(mesh.cells.len(), 2);
+    assert_eq!(mesh.groups, [tag(1, "wall", 1..2)]);
+    let names = mesh.field_arrays.iter().map(|array| array.name.as_str());
+    let expected = [
+        "su2:OFFSET",
+        "su2:SEND_RECEIVE",
+        "su2:PERIODIC",
+        "su2:FFD",
+        "su2:NPOIN",
+    ];
+    assert!(names.eq(expected));
+    let (back, notes) = write(&mesh);
+    assert_eq!(back, file);
+    assert!(notes.is_empty(), "{notes:?}");
+}
+
+/// Two triangles that share no node, each a zone, with a marker of one name on both.
+const ZONES: &str = "NDIME= 2\nNZONE= 2\n\
+    IZONE= 1\nNDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0.0 0.0 0\n1.0 0.0 1\n0.0 1.0 2\n\
+    NMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= spare\nMARKER_ELEMS= 0\n\
+    IZONE= 2\nNDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 4\n5.0 0.0 0\n6.0 0.0 1\n5.0 1.0 2\n\
+    7.0 7.0 3\nNMARK= 1\nMARKER_TAG= wall\nMARKER_ELEMS= 2\n3 0 1\n1 2\n";
+
+#[test]
+fn zones_follow_one_another_and_are_written_apart() {
+    let mesh = read(ZONES);
+    assert_eq!(mesh.points.len(), 7);
+    assert_eq!(mesh.cells.get(2).nodes, [3, 4, 5]);
+    let zones: Vec<&str> = mesh.zones().map(|zone| zone.name.as_str()).collect();
+    assert_eq!(zones, ["1", "2"]);
+    let wall = &mesh.groups[0];
+    assert_eq!(wall.cells.iter().collect::<Vec<_>>(), [1, 3]);
+    let (back, notes) = write(&mesh);
+    assert_eq!(back, ZONES);
+    assert!(notes.is_empty(), "{notes:?}");
+}
+
+#[test]
+fn zones_that_share_a_node_are_one_and_a_note_says_so() {
+    let mut mesh = read(ZONES);
+    mesh.groups.retain(|group| group.dimension > 0);
+    let mut cells = crate::mesh::Cells::new();
+    for cell in mesh.cells.iter() {
+        let nodes: Vec<u32> = cell
+            .nodes
+            .iter()
+            .map(|&n| if n == 3 { 1 } else { n })
+            .collect();
+        cells.push(cell.kind, &nodes);
+    }
+    mesh.cells = cells;
+    let (back, notes) = write(&mesh);
+    assert!(!back.contains("ZONE"));
+    assert!(
+        notes.iter().any(|note| note.contains("share no nodes")),
+        "{notes:?}"
     );
-    assert_eq!(mesh.cells.len(), 4);
+}
+
+#[test]
+fn a_zone_keeps_its_own_text_and_loses_its_name_with_a_note() {
+    let text = ZONES.to_owned() + "FFD_NBOX= 1\n";
+    let mut mesh = read(&text);
+    let boxes = Values::Text(vec![String::new(), "FFD_NBOX= 1\n".into()]);
+    assert_eq!(mesh.field_arrays[0].values, boxes);
+    assert_eq!(write(&mesh).0, text);
+    let zone = mesh.groups.iter_mut().find(|group| group.name == "2");
+    zone.expect("the second zone").name = "solid".into();
+    let (back, notes) = write(&mesh);
+    assert_eq!(back, text);
+    assert!(
+        notes[0].contains("names left out: \"1\", \"solid\""),
+        "{notes:?}"
+    );
+    mesh.groups.retain(|group| group.dimension < 2);
+    let (_, notes) = write(&mesh);
+    assert!(notes[0].contains("\"su2:FFD\""), "{notes:?}");
+}
+
+#[test]
+fn keywords_without_a_meaning_are_noted_once_each() {
+    let (_, notes) = read_with_notes(
+        "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0\n1 0\n0 1\nNMARK= 7 % seven\n\
+         NCHUNK= 2\n1 2\n3 4\nNCORNERS= 0\nNCHUNK= 1\n5 6\n",
+    );
     assert_eq!(
-        mesh.groups,
-        [tag(1, "wall", 1..2), tag(0, "SEND_RECEIVE", 2..4)]
+        notes,
+        [
+            "NCHUNK= is not kept (5 lines)",
+            "NCORNERS= is not kept (1 line)",
+            "NMARK= 7, but there are 0 markers; all are read"
+        ]
     );
+}
+
+#[test]
+fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() {
+    let nodes: String = (0..10)
+        .map(|i| format!("{}.0 {}.0\n", i % 4, i / 4))
+        .collect();
+    let (mesh, notes) = read_with_notes(&format!(
+        "NDIME= 2\nNELEM= 1\n40205 0 1 2 3 4 5 6 7 8 9 0\nNPOIN= 10\n{nodes}NMARK= 1\n\
+         MARKER_TAG= wall\nMARKER_ELEMS= 1\n203 0 1 2 3\n"
+    ));
+    assert_eq!(mesh.cells.get(0).kind, CellKind::LagrangeTriangle);
+    assert_eq!(mesh.cells.get(0).nodes, [0, 3, 9, 1, 2, 6, 8, 7, 4, 5]);
+    assert_eq!(mesh.cells.get(1).kind, CellKind::LagrangeCurve);
+    assert_eq!(mesh.cells.get(1).nodes, [0, 3, 1, 2]);
+    assert_eq!(
+        notes,
+        ["degrees of the solution of 1 elements are not kept"]
+    );
+    let refused = Su2.write(&mesh, &mut Vec::new(), &WriteOptions::default());
+    let message = refused.expect_err("it is curved").to_string();
+    assert!(message.contains("--linearize"), "{message}");
 }

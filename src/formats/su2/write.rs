@@ -1,8 +1,10 @@
-//! Writing SU2: cells of the mesh's dimension, nodes, boundary tags as markers.
+//! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
 
 use super::super::WriteOptions;
 use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
+use super::extra::{self, Extra};
 use super::holds;
+use super::parts::{Marker, Parts};
 use crate::error::{Error, Result};
 use crate::mesh::{CellRun, Group, Mesh};
 use std::io::Write;
@@ -15,38 +17,94 @@ pub(super) fn write(
 ) -> Result<Vec<String>> {
     let dimension = usize::from(mesh.dimension());
     check(mesh, dimension)?;
-    let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
-    let mut notes = left_out("SU2", mesh, options);
+    let parts = Parts::of(mesh);
+    let n_zones = parts.zones.len();
+    let kept = extra::written(mesh, n_zones);
+    let mut notes = left_out("SU2", mesh, options, &kept);
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
-    notes.extend(dropped(mesh));
-    write_all(
-        out,
-        format!("NDIME= {dimension}\nNELEM= {n_cells}\n").as_bytes(),
-    )?;
-    let mut index = 0;
-    for run in mesh.volume_runs() {
-        write_cells(&run, Some(index), out)?;
-        index += run.n_cells();
+    notes.extend(zone_names(mesh, &parts));
+    if parts.is_reordered {
+        notes.push("nodes are written zone by zone, in another order".into());
     }
-    write_points(mesh, dimension, out)?;
-    let n_tags = mesh.boundary_tags().count();
-    write_all(out, format!("NMARK= {n_tags}\n").as_bytes())?;
-    for tag in mesh.boundary_tags() {
-        let name = marker_name(tag, &mut notes);
-        let n = tag.cells.len();
+    notes.extend(dropped(mesh));
+    notes.extend(renamed(&parts));
+    if parts.is_split {
         write_all(
             out,
-            format!("MARKER_TAG= {name}\nMARKER_ELEMS= {n}\n").as_bytes(),
+            format!("NDIME= {dimension}\nNZONE= {n_zones}\n").as_bytes(),
         )?;
-        for range in tag.cells.ranges() {
-            for run in mesh.cells.runs_in(range) {
-                write_cells(&run, None, out)?;
+    }
+    for zone in 0..n_zones {
+        if parts.is_split {
+            write_all(out, format!("IZONE= {}\n", zone + 1).as_bytes())?;
+        }
+        write_zone(mesh, &parts, zone, out)?;
+    }
+    Ok(notes)
+}
+
+/// One zone, with the text that only SU2 understands.
+fn write_zone(mesh: &Mesh, parts: &Parts, zone: usize, out: &mut dyn Write) -> Result<()> {
+    let n_zones = parts.zones.len();
+    let text = |extra: Extra| extra.texts(mesh, n_zones).map_or("", |texts| &texts[zone]);
+    let part = &parts.zones[zone];
+    let dimension = usize::from(mesh.dimension());
+    let n_cells: usize = match part.group {
+        Some(group) => group.cells.len(),
+        None => mesh.volume_runs().map(|run| run.n_cells()).sum(),
+    };
+    let offset = text(Extra::Offset);
+    write_all(
+        out,
+        format!("NDIME= {dimension}\n{offset}NELEM= {n_cells}\n").as_bytes(),
+    )?;
+    let mut index = 0;
+    let mut write_volume = |run: CellRun, out: &mut dyn Write| {
+        write_cells(&run, parts, Some(index), out)?;
+        index += run.n_cells();
+        Ok(())
+    };
+    match part.group {
+        Some(group) => {
+            for run in group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r)) {
+                write_volume(run, out)?;
+            }
+        }
+        None => {
+            for run in mesh.volume_runs() {
+                write_volume(run, out)?;
             }
         }
     }
-    Ok(notes)
+    let own = extra::own_nodes(mesh, n_zones).map(|own| own[zone]);
+    write_points(mesh, part.nodes.as_deref(), own, out)?;
+    let exchange = text(Extra::Exchange);
+    let n_exchanges = exchange.matches("MARKER_TAG=").count();
+    let n_markers = part.markers.len() + n_exchanges;
+    write_all(out, format!("NMARK= {n_markers}\n").as_bytes())?;
+    for marker in &part.markers {
+        write_marker(mesh, parts, marker, out)?;
+    }
+    for text in [exchange, text(Extra::Periodic), text(Extra::Boxes)] {
+        write_all(out, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn write_marker(mesh: &Mesh, parts: &Parts, marker: &Marker, out: &mut dyn Write) -> Result<()> {
+    let name = one_word(&marker.name);
+    let n: usize = marker.cells.iter().map(|range| range.len()).sum();
+    write_all(
+        out,
+        format!("MARKER_TAG= {name}\nMARKER_ELEMS= {n}\n").as_bytes(),
+    )?;
+    let ranges = marker.cells.iter().cloned();
+    for run in ranges.flat_map(|range| mesh.cells.runs_in(range)) {
+        write_cells(&run, parts, None, out)?;
+    }
+    Ok(())
 }
 
 /// Refuses what SU2 cannot hold.
@@ -64,8 +122,12 @@ fn check(mesh: &Mesh, dimension: usize) -> Result<()> {
         .chain(boundary)
         .find(|run| !holds(run.kind))
     {
+        let remedy = match run.kind.is_curved() {
+            true => "; --linearize writes its corners alone",
+            false => "",
+        };
         return Err(Error::input(format!(
-            "cell {} is a {}, which SU2 cannot hold",
+            "cell {} is a {}, which SU2 cannot hold{remedy}",
             run.first_cell,
             run.kind.name()
         )));
@@ -90,39 +152,79 @@ fn height(mesh: &Mesh) -> Result<Option<String>> {
     Ok((!lies_flat).then(|| format!("SU2 holds no z of a plane mesh; left out: z = {}", high[2])))
 }
 
-/// Sentences about cells and groups that are not written.
+/// Names in quotes, for a sentence.
+fn quoted<'a>(groups: impl Iterator<Item = &'a Group>) -> String {
+    let names = groups.map(|group| format!("\"{}\"", group.name));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// A sentence about zones that are left out or lose their names.
+fn zone_names(mesh: &Mesh, parts: &Parts) -> Option<String> {
+    let mut zones = mesh.zones().peekable();
+    zones.peek()?;
+    if !parts.is_split {
+        return Some(format!(
+            "SU2 holds zones only where they are all of the mesh and share no nodes; left out: {}",
+            quoted(zones)
+        ));
+    }
+    let is_numbered = |(i, group): (usize, &Group)| group.name == (i + 1).to_string();
+    let keeps_names = zones.clone().enumerate().all(is_numbered);
+    (!keeps_names).then(|| {
+        let n = parts.zones.len();
+        let names = quoted(zones);
+        format!("zones are written as IZONE= 1 to {n}; names left out: {names}")
+    })
+}
+
+/// Sentences about tags whose names are changed: SU2 ends a name at white space.
+fn renamed(parts: &Parts) -> Vec<String> {
+    let mut notes = Vec::new();
+    for marker in parts.zones.iter().flat_map(|part| &part.markers) {
+        let name = one_word(&marker.name);
+        let note = format!(
+            "tag {:?} is written as \"{name}\": SU2's names have no spaces, % or =",
+            marker.name
+        );
+        if name != marker.name && !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
+    notes
+}
+
+/// Sentences about cells and groups of lower dimension that are not written.
 fn dropped(mesh: &Mesh) -> Vec<String> {
     let dimension = mesh.dimension();
     let mut notes = Vec::new();
-    let names = |groups: Vec<&Group>| {
-        let names = groups.iter().map(|group| format!("\"{}\"", group.name));
-        names.collect::<Vec<_>>().join(", ")
-    };
-    let zones: Vec<&Group> = mesh.zones().collect();
-    if !zones.is_empty() {
-        notes.push(format!("SU2 holds no zones; left out: {}", names(zones)));
-    }
-    let lower = |group: &&Group| group.dimension + 1 < dimension;
-    let lower: Vec<&Group> = mesh.groups.iter().filter(lower).collect();
-    if !lower.is_empty() {
-        let names = names(lower);
+    let is_lower = |group: &&Group| group.dimension + 1 < dimension && group.dimension > 0;
+    let mut lower = mesh.groups.iter().filter(is_lower).peekable();
+    if lower.peek().is_some() {
+        let names = quoted(lower);
         notes.push(format!(
             "SU2 holds boundary tags only; groups left out: {names}"
         ));
     }
     let mut is_tagged = vec![false; mesh.cells.len()];
-    for cell in mesh.boundary_tags().flat_map(|tag| tag.cells.iter()) {
+    let is_point = |group: &&Group| group.dimension == 0 && dimension > 1;
+    let points = mesh.groups.iter().filter(is_point);
+    for cell in mesh
+        .boundary_tags()
+        .chain(points)
+        .flat_map(|tag| tag.cells.iter())
+    {
         is_tagged[cell] = true;
     }
     let mut n_faces = 0;
     let mut n_lower = 0;
     for run in mesh.cells.runs() {
         let of = run.kind.dimension();
+        let cells = &is_tagged[run.first_cell..run.first_cell + run.n_cells()];
+        let n_untagged = || cells.iter().filter(|tagged| !**tagged).count();
         if of + 1 == dimension {
-            let cells = &is_tagged[run.first_cell..run.first_cell + run.n_cells()];
-            n_faces += cells.iter().filter(|tagged| !**tagged).count();
+            n_faces += n_untagged();
         } else if of < dimension {
-            n_lower += run.n_cells();
+            n_lower += n_untagged();
         }
     }
     if n_faces > 0 {
@@ -136,37 +238,26 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
     notes
 }
 
-/// The tag's name on one line; SU2 ends a name at white space.
-fn marker_name(tag: &Group, notes: &mut Vec<String>) -> String {
-    let name: String = tag
-        .name
-        .chars()
-        .map(|c| {
-            if c.is_whitespace() || c.is_control() {
-                '_'
-            } else {
-                c
-            }
-        })
-        .collect();
-    if name != tag.name {
-        notes.push(format!(
-            "tag {:?} is written as \"{name}\": SU2's names have no spaces",
-            tag.name
-        ));
-    }
-    name
+/// A tag's name as SU2 can read it.
+fn one_word(name: &str) -> String {
+    let is_odd = |c: char| c.is_whitespace() || c.is_control() || c == '%' || c == '=';
+    name.replace(is_odd, "_")
 }
 
 /// Type and nodes of each cell, and its index where `first_index` is given.
-fn write_cells(run: &CellRun, first_index: Option<usize>, out: &mut dyn Write) -> Result<()> {
+fn write_cells(
+    run: &CellRun,
+    parts: &Parts,
+    first_index: Option<usize>,
+    out: &mut dyn Write,
+) -> Result<()> {
     let kind = u64::from(run.kind.vtk());
     write_records(out, run.n_cells(), |range, buffer| {
         for i in range {
             push_integer(buffer, kind);
             for node in &run.connectivity[i * run.n_nodes..(i + 1) * run.n_nodes] {
                 buffer.push(b' ');
-                push_integer(buffer, (*node).into());
+                push_integer(buffer, parts.local(*node).into());
             }
             if let Some(first) = first_index {
                 buffer.push(b' ');
@@ -177,11 +268,22 @@ fn write_cells(run: &CellRun, first_index: Option<usize>, out: &mut dyn Write) -
     })
 }
 
-fn write_points(mesh: &Mesh, dimension: usize, out: &mut dyn Write) -> Result<()> {
-    write_all(out, format!("NPOIN= {}\n", mesh.points.len()).as_bytes())?;
-    write_records(out, mesh.points.len(), |range, buffer| {
+/// Nodes, all or those of a zone; `own` of them are no copies, where that is known.
+fn write_points(
+    mesh: &Mesh,
+    nodes: Option<&[u32]>,
+    own: Option<i64>,
+    out: &mut dyn Write,
+) -> Result<()> {
+    let dimension = usize::from(mesh.dimension());
+    let n = nodes.map_or(mesh.points.len(), <[u32]>::len);
+    let own = own.filter(|own| *own >= 0);
+    let own = own.map_or_else(String::new, |own| format!(" {own}"));
+    write_all(out, format!("NPOIN= {n}{own}\n").as_bytes())?;
+    write_records(out, n, |range, buffer| {
         for i in range {
-            for x in &mesh.points[i][..dimension] {
+            let node = nodes.map_or(i, |nodes| nodes[i] as usize);
+            for x in &mesh.points[node][..dimension] {
                 push_real(buffer, *x);
                 buffer.push(b' ');
             }

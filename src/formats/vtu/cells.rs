@@ -1,37 +1,21 @@
-//! Cells of all pieces: types, offsets and node indices as runs.
-//!
-//! Offsets are checked window by window as they are read and never held as an array.
+//! Cells of all pieces of a file: which arrays hold them.
 
-use super::number::{Chunk, Element, Number, need_integers, with_type};
-use super::polyhedra;
+use super::super::vtk::cells::{Built, CellTable, Nodes};
+use super::super::vtk::number::{Element, Number, need_integers, with_type};
+use super::super::vtk::polyhedra::SharedFaces;
+use super::super::vtk::split::polygonal;
+use super::document::Piece;
 use super::read::{collect, count};
 use super::stored::Stored;
-use super::xml::{Array, Layout, Piece};
+use super::xml::{Array, Layout};
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Cells};
-use rayon::prelude::*;
-
-/// Cells of one task.
-const WINDOW: usize = 1 << 15;
-
-const PIXEL: u8 = 8;
-const VOXEL: u8 = 11;
-const POLYHEDRON: u8 = 42;
-
-/// Consecutive cells of one VTK type and one number of nodes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct TypeRun {
-    vtk: u8,
-    n_nodes: u32,
-    n_cells: u32,
-}
+use crate::formats::Notes;
+use crate::mesh::CellKind;
 
 /// The cells of all pieces, with nodes counted through.
-pub(super) fn read(pieces: &[Piece], layout: &Layout) -> Result<Cells> {
-    let mut connectivity = Vec::new();
-    let mut runs = Vec::new();
-    let mut streams = polyhedra::Streams::default();
-    let (mut n_points, mut n_cells) = (0, 0);
+pub(super) fn read(pieces: &[Piece], layout: &Layout, notes: &mut Notes) -> Result<Built> {
+    let mut table = CellTable::default();
+    let mut n_points = 0;
     for piece in pieces {
         let limit = count(piece.n_points)? as u64;
         let nodes = Nodes {
@@ -39,42 +23,110 @@ pub(super) fn read(pieces: &[Piece], layout: &Layout) -> Result<Cells> {
             limit,
         };
         n_points = count(u64::from(n_points) + limit)? as u32;
-        let types = piece_runs(piece, layout, nodes, n_cells, &mut connectivity, &mut runs)?;
-        if types.contains(&POLYHEDRON) {
-            streams.read(&piece.cells, layout, nodes, &types)?;
+        let types = read_piece(piece, layout, nodes, &mut table)?;
+        if types.contains(&CellKind::Polyhedron.vtk()) {
+            faces(&piece.cells, layout, nodes, &types, &mut table)?;
         }
-        n_cells = count(n_cells as u64 + piece.n_cells)?;
+        count(table.len() as u64)?;
     }
-    let kinds = cell_kinds(&runs, &mut connectivity)?;
-    if streams.is_empty() {
-        return Ok(Cells::from_connectivity(connectivity, kinds));
-    }
-    with_polyhedra(&connectivity, &kinds, &streams)
+    table.finish(notes)
 }
 
-/// How node indices of a piece become those of the mesh.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Nodes {
-    /// Nodes of the pieces before.
-    pub base: u32,
-    /// Nodes of this piece.
-    pub limit: u64,
+/// The cells of polygonal data; sets the number of cells of each piece.
+pub(super) fn read_lists(
+    pieces: &mut [Piece],
+    layout: &Layout,
+    notes: &mut Notes,
+) -> Result<Built> {
+    let mut table = CellTable::default();
+    let mut n_points = 0;
+    for piece in pieces {
+        let limit = count(piece.n_points)? as u64;
+        let nodes = Nodes {
+            base: n_points,
+            limit,
+        };
+        n_points = count(u64::from(n_points) + limit)? as u32;
+        piece.n_cells = 0;
+        for ((n_cells, arrays), list) in piece.lists.iter().zip(0..) {
+            let n_cells = count(*n_cells)?;
+            piece.n_cells += n_cells as u64;
+            if n_cells > 0 {
+                list_cells(arrays, list, n_cells, layout, nodes, &mut table)?;
+            }
+        }
+        count(table.len() as u64)?;
+    }
+    table.finish(notes)
 }
 
-/// Appends connectivity and runs of one piece; gives its cell types.
-fn piece_runs(
+/// Appends the cells of one list of polygonal data.
+fn list_cells(
+    arrays: &[Array],
+    list: usize,
+    n_cells: usize,
+    layout: &Layout,
+    nodes: Nodes,
+    table: &mut CellTable,
+) -> Result<()> {
+    let ends = integers(named(arrays, "offsets")?, layout, Some(n_cells))?;
+    let mut before = 0;
+    for end in &ends {
+        let n_nodes = end
+            .checked_sub(before)
+            .and_then(|n| usize::try_from(n).ok());
+        let n_nodes = n_nodes.ok_or_else(|| {
+            Error::input(format!(
+                "a cell ends at {end}, the one before it at {before}"
+            ))
+            .dataset("offsets")
+        })?;
+        let added = table.append_run(polygonal(list, n_nodes), n_nodes, 1);
+        added.map_err(|error| error.dataset("offsets"))?;
+        before = *end;
+    }
+    let array = named(arrays, "connectivity")?;
+    let expected = usize::try_from(before).ok();
+    let (base, limit) = (nodes.base, nodes.limit);
+    indices(
+        array,
+        layout,
+        base,
+        limit,
+        expected,
+        &mut table.connectivity,
+    )
+}
+
+/// Appends cells of one piece; gives their types.
+fn read_piece(
     piece: &Piece,
     layout: &Layout,
     nodes: Nodes,
-    first_cell: usize,
-    connectivity: &mut Vec<u32>,
-    runs: &mut Vec<TypeRun>,
+    table: &mut CellTable,
 ) -> Result<Vec<u8>> {
     let n_cells = count(piece.n_cells).map_err(|error| error.dataset("types"))?;
     if n_cells == 0 {
         return Ok(Vec::new());
     }
-    let array = named(&piece.cells, "types")?;
+    let types = types(&piece.cells, layout, n_cells)?;
+    let before = table.connectivity.len();
+    let array = named(&piece.cells, "connectivity")?;
+    let (base, limit) = (nodes.base, nodes.limit);
+    indices(array, layout, base, limit, None, &mut table.connectivity)?;
+    let end = offsets(&piece.cells, layout, &types, table)?;
+    let found = table.connectivity.len() - before;
+    if end != found as u64 {
+        return Err(Error::input(format!(
+            "the last cell ends at {end}, but there are {found} node indices"
+        ))
+        .dataset("connectivity"));
+    }
+    Ok(types)
+}
+
+fn types(arrays: &[Array], layout: &Layout, n_cells: usize) -> Result<Vec<u8>> {
+    let array = named(arrays, "types")?;
     let mut types = Vec::new();
     // No type is larger than 255, and 255 is none.
     let narrow = |vtk| u8::try_from(vtk).unwrap_or(u8::MAX);
@@ -82,17 +134,6 @@ fn piece_runs(
         chunk.convert::<T, u8>(out, |x| narrow(x.as_index()));
         Ok(())
     })?);
-    let before = connectivity.len();
-    let array = named(&piece.cells, "connectivity")?;
-    indices(array, layout, nodes.base, nodes.limit, None, connectivity)?;
-    let end = offsets(&piece.cells, layout, &types, first_cell, runs)?;
-    let found = connectivity.len() - before;
-    if end != found as u64 {
-        return Err(Error::input(format!(
-            "the last cell ends at {end}, but there are {found} node indices"
-        ))
-        .dataset("connectivity"));
-    }
     Ok(types)
 }
 
@@ -126,14 +167,8 @@ pub(super) fn indices(
     }))
 }
 
-/// Appends the runs of a piece; gives the last offset.
-fn offsets(
-    arrays: &[Array],
-    layout: &Layout,
-    types: &[u8],
-    first_cell: usize,
-    runs: &mut Vec<TypeRun>,
-) -> Result<u64> {
+/// Appends the cells of a piece; gives the last offset.
+fn offsets(arrays: &[Array], layout: &Layout, types: &[u8], table: &mut CellTable) -> Result<u64> {
     let array = named(arrays, "offsets")?;
     let stored = Stored::open(array, layout)?;
     let (mut done, mut last) = (0, 0);
@@ -146,8 +181,7 @@ fn offsets(
     let result = with_type!(array.element, T => stored.for_each(size_of::<T>(), &mut |chunk| {
         let n = chunk.len::<T>();
         let types = types.get(done..done + n).ok_or_else(|| wrong(done + n))?;
-        let cells = Window { chunk, types, first_cell: first_cell + done, last };
-        cells.append_runs::<T>(runs)?;
+        table.append_ends::<T>(types, chunk, last)?;
         last = chunk.get::<T>(n - 1).as_index();
         done += n;
         Ok(())
@@ -163,154 +197,44 @@ fn offsets(
         .map_err(|error| error.dataset("offsets"))
 }
 
-/// Offsets and types of some cells.
-struct Window<'a> {
-    chunk: Chunk<'a>,
-    types: &'a [u8],
-    first_cell: usize,
-    /// Where the cell before ends.
-    last: u64,
+/// Appends the faces of the polyhedra of a piece, whose cells have these types.
+fn faces(
+    arrays: &[Array],
+    layout: &Layout,
+    nodes: Nodes,
+    types: &[u8],
+    table: &mut CellTable,
+) -> Result<()> {
+    let list = |name: &str, limit: u64| -> Result<Vec<u32>> {
+        let mut list = Vec::new();
+        indices(named(arrays, name)?, layout, 0, limit, None, &mut list)?;
+        Ok(list)
+    };
+    let ends = |name: &str, n| integers(named(arrays, name)?, layout, n);
+    let is_new = arrays.iter().any(|a| a.name == "polyhedron_offsets");
+    if !is_new {
+        let faces = list("faces", u32::MAX.into())?;
+        let ends = ends("faceoffsets", Some(types.len()))?;
+        return table.streams.read_streams(&faces, &ends, nodes, types);
+    }
+    let face_nodes = list("face_connectivity", nodes.limit)?;
+    let face_ends = ends("face_offsets", None)?;
+    let cell_faces = list("polyhedron_to_faces", face_ends.len() as u64)?;
+    let cell_ends = ends("polyhedron_offsets", Some(types.len()))?;
+    let shared = SharedFaces {
+        face_nodes: &face_nodes,
+        face_ends: &face_ends,
+        cell_faces: &cell_faces,
+        cell_ends: &cell_ends,
+    };
+    table.streams.read_shared(&shared, nodes, types)
 }
 
-impl Window<'_> {
-    fn append_runs<T: Number>(&self, runs: &mut Vec<TypeRun>) -> Result<()> {
-        let starts: Vec<usize> = (0..self.types.len()).step_by(WINDOW).collect();
-        let parts: Result<Vec<Vec<TypeRun>>> = starts
-            .into_par_iter()
-            .map(|start| self.runs::<T>(start..self.types.len().min(start + WINDOW)))
-            .collect();
-        for run in parts?.into_iter().flatten() {
-            extend(runs, run);
-        }
+fn integers(array: &Array, layout: &Layout, expected: Option<usize>) -> Result<Vec<i64>> {
+    let mut out = Vec::new();
+    with_type!(array.element, T => collect(array, layout, 1, expected, &mut out, |chunk, out| {
+        chunk.convert::<T, i64>(out, |x| x.as_index() as i64);
         Ok(())
-    }
-
-    fn runs<T: Number>(&self, cells: std::ops::Range<usize>) -> Result<Vec<TypeRun>> {
-        let mut runs = Vec::new();
-        let mut before = match cells.start {
-            0 => self.last,
-            start => self.chunk.get::<T>(start - 1).as_index(),
-        };
-        for cell in cells {
-            let end = self.chunk.get::<T>(cell).as_index();
-            let n_nodes = end.checked_sub(before).and_then(|n| u32::try_from(n).ok());
-            let vtk = self.types[cell];
-            let n_nodes = n_nodes.filter(|n| fits(vtk, *n as usize));
-            let n_nodes = n_nodes.ok_or_else(|| self.refused(cell, before, end))?;
-            extend(
-                &mut runs,
-                TypeRun {
-                    vtk,
-                    n_nodes,
-                    n_cells: 1,
-                },
-            );
-            before = end;
-        }
-        Ok(runs)
-    }
-
-    fn refused(&self, cell: usize, before: u64, end: u64) -> Error {
-        let vtk = self.types[cell];
-        let cell = self.first_cell + cell;
-        let (before, end) = (before as i64, end as i64);
-        let Some(n) = end.checked_sub(before).filter(|n| *n >= 0) else {
-            let message = format!("cell {cell} ends at {end}, but the one before it at {before}");
-            return Error::input(message);
-        };
-        let name = type_name(vtk);
-        match CellKind::from_vtk(vtk).map(CellKind::n_nodes) {
-            Some(Some(expected)) => Error::input(format!(
-                "cell {cell} is a {name} of {n} nodes; it must have {expected}"
-            )),
-            _ => Error::input(format!(
-                "cell {cell} is a {name} of {n} nodes (VTK type {vtk}), which cannot be used"
-            )),
-        }
-    }
-}
-
-fn extend(runs: &mut Vec<TypeRun>, run: TypeRun) {
-    match runs.last_mut() {
-        Some(last) if (last.vtk, last.n_nodes) == (run.vtk, run.n_nodes) => {
-            last.n_cells += run.n_cells;
-        }
-        _ => runs.push(run),
-    }
-}
-
-/// Whether a cell of this type and number of nodes is one that can be held.
-fn fits(vtk: u8, n_nodes: usize) -> bool {
-    kind(vtk, n_nodes).is_some_and(|kind| kind.can_have(n_nodes))
-}
-
-/// The kind of a VTK type. Collections of one point, one line or one triangle count as it.
-fn kind(vtk: u8, n_nodes: usize) -> Option<CellKind> {
-    match (vtk, n_nodes) {
-        (2, 1) => Some(CellKind::Vertex),
-        (4, 2) => Some(CellKind::Line),
-        (6, 3) => Some(CellKind::Triangle),
-        (PIXEL, _) => Some(CellKind::Quadrilateral),
-        (VOXEL, _) => Some(CellKind::Hexahedron),
-        _ => CellKind::from_vtk(vtk),
-    }
-}
-
-fn type_name(vtk: u8) -> &'static str {
-    match vtk {
-        0 => "empty cell",
-        2 => "poly-vertex",
-        4 => "polyline",
-        6 => "triangle strip",
-        PIXEL => "pixel",
-        VOXEL => "voxel",
-        _ => CellKind::from_vtk(vtk).map_or("cell of another type", CellKind::name),
-    }
-}
-
-/// Runs by kind; pixels and voxels get the node order of quadrilaterals and hexahedra.
-fn cell_kinds(runs: &[TypeRun], connectivity: &mut [u32]) -> Result<Vec<(CellKind, usize, usize)>> {
-    let mut at = 0;
-    let mut kinds = Vec::with_capacity(runs.len());
-    for run in runs {
-        let (n_nodes, n_cells) = (run.n_nodes as usize, run.n_cells as usize);
-        let entries = &mut connectivity[at..at + n_nodes * n_cells];
-        if matches!(run.vtk, PIXEL | VOXEL) {
-            for face in entries.chunks_exact_mut(4) {
-                face.swap(2, 3);
-            }
-        }
-        at += entries.len();
-        kinds.push((
-            kind(run.vtk, n_nodes).expect("it was checked"),
-            n_nodes,
-            n_cells,
-        ));
-    }
-    Ok(kinds)
-}
-
-fn with_polyhedra(
-    connectivity: &[u32],
-    kinds: &[(CellKind, usize, usize)],
-    streams: &polyhedra::Streams,
-) -> Result<Cells> {
-    let mut cells = Cells::new();
-    cells.reserve(connectivity.len());
-    let mut rest = connectivity;
-    let mut stream = streams.iter();
-    for &(kind, n_nodes, n_cells) in kinds {
-        let (entries, tail) = rest.split_at(n_nodes * n_cells);
-        rest = tail;
-        if kind != CellKind::Polyhedron {
-            cells.push_run(kind, n_nodes, entries);
-            continue;
-        }
-        for nodes in entries.chunks_exact(n_nodes) {
-            let faces = stream.next().expect("one stream a polyhedron");
-            let pushed = cells.push_polyhedron_with_nodes(nodes, faces);
-            pushed.map_err(|error| error.dataset("faces"))?;
-        }
-    }
-    Ok(cells)
+    })?);
+    Ok(out)
 }

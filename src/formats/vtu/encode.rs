@@ -1,61 +1,14 @@
 //! Bytes of one array as a file stores them: text, base64, raw, compressed blocks.
 
 use super::super::Compression;
-use super::content::Content;
-use super::number::{Element, Number, with_type};
-use crate::error::{Error, Result};
+use super::super::vtk::content::Content;
+pub(super) use super::super::vtk::text::{ascii, failed};
+use crate::error::Result;
 use rayon::prelude::*;
-use std::io::{self, Write};
+use std::io::Write;
 
 /// Bytes of a block that is compressed on its own.
 const BLOCK: usize = 256 << 10;
-
-/// Values that one task turns into text; a multiple of every line length.
-const PER_TASK: usize = 7560;
-
-/// An error of the sink.
-pub(super) fn failed(error: io::Error) -> Error {
-    Error::system(format!("cannot write: {error}"))
-}
-
-/// Writes the values as text, a tuple or ten scalars a line.
-pub(super) fn ascii(array: &Content, out: &mut dyn Write) -> Result<()> {
-    let element = match array.element {
-        // Characters are written as numbers.
-        Element::String => Element::UInt8,
-        element => element,
-    };
-    let per_line = match array.n_components {
-        1 => 10,
-        n => n.min(10),
-    };
-    with_type!(element, T => array.for_each(&mut |bytes| {
-        let per_task = PER_TASK / per_line * per_line * size_of::<T>();
-        for group in bytes.chunks(per_task * 64) {
-            let texts: Vec<Vec<u8>> = group
-                .par_chunks(per_task)
-                .map(|bytes| lines::<T>(bytes, per_line))
-                .collect();
-            for text in texts {
-                out.write_all(&text).map_err(failed)?;
-            }
-        }
-        Ok(())
-    }))
-}
-
-fn lines<T: Number>(bytes: &[u8], per_line: usize) -> Vec<u8> {
-    let mut text = Vec::with_capacity(bytes.len() * 2);
-    for line in bytes.chunks(per_line * size_of::<T>()) {
-        for value in line.chunks_exact(size_of::<T>()) {
-            T::from_bytes(value).format(&mut text);
-            text.push(b' ');
-        }
-        text.pop();
-        text.push(b'\n');
-    }
-    text
-}
 
 /// Writes the values as they are, after their number of bytes.
 pub(super) fn raw(array: &Content, out: &mut dyn Write) -> Result<()> {

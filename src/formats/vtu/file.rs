@@ -1,34 +1,23 @@
 //! The XML of a .vtu file that is written, with values behind it or inside it.
 
+use super::super::vtk::content::Content;
+use super::super::vtk::number::Element;
+use super::super::vtk::plan::Sections;
 use super::super::{Compression, Encoding, WriteOptions};
-use super::content::Content;
 use super::encode::{self, Packed, failed};
-use super::number::Element;
 use crate::error::Result;
 use std::io::Write;
 
-/// The arrays of each part of the file.
-pub(super) struct Sections<'a> {
-    pub fields: Vec<Content<'a>>,
-    pub point_data: Vec<Content<'a>>,
-    pub cell_data: Vec<Content<'a>>,
-    pub points: Vec<Content<'a>>,
-    pub cells: Vec<Content<'a>>,
-}
-
-impl<'a> Sections<'a> {
-    /// Every array, in the order of the file.
-    fn all(&self) -> impl Iterator<Item = &Content<'a>> {
-        let of_piece = [&self.point_data, &self.cell_data, &self.points, &self.cells];
-        self.fields.iter().chain(of_piece.into_iter().flatten())
-    }
-}
+/// Arrays that VTK is told to take for the numbers of nodes and cells in a mesh of several files.
+const GLOBAL_IDS: [&str; 2] = ["GlobalNodeIds", "GlobalCellIds"];
 
 /// A file about to be written.
 pub(super) struct File<'a> {
     pub sections: Sections<'a>,
     pub n_points: usize,
     pub n_cells: usize,
+    /// Version of the XML.
+    pub version: &'static str,
     pub options: &'a WriteOptions,
 }
 
@@ -95,6 +84,7 @@ impl File<'_> {
         out: &mut dyn Write,
         array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
     ) -> Result<()> {
+        let version = self.version;
         let order = if cfg!(target_endian = "big") {
             "BigEndian"
         } else {
@@ -109,7 +99,7 @@ impl File<'_> {
         };
         write!(
             out,
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"{version}\" \
              byte_order=\"{order}\" header_type=\"UInt64\"{compressor}>\n  <UnstructuredGrid>\n"
         )
         .map_err(failed)?;
@@ -137,7 +127,11 @@ fn section(
     out: &mut dyn Write,
     write_array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
 ) -> Result<()> {
-    writeln!(out, "<{name}>").map_err(failed)?;
+    let ids = arrays.iter().find(|array| GLOBAL_IDS.contains(&array.name));
+    let ids = ids.map_or(String::new(), |array| {
+        format!(" GlobalIds=\"{}\"", array.name)
+    });
+    writeln!(out, "<{name}{ids}>").map_err(failed)?;
     for array in arrays {
         write_array(array, out)?;
     }
@@ -168,7 +162,7 @@ fn tag(array: &Content, format: &str, offset: Option<usize>) -> (String, &'stati
 }
 
 /// Text for the value of an attribute.
-fn escaped(text: &str) -> String {
+pub(in crate::formats) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

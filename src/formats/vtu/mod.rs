@@ -1,30 +1,28 @@
 //! VTK XML unstructured grids (.vtu).
 //!
 //! Reads every way in which VTK stores numbers and writes the ones that [`WriteOptions`] names.
-//! Boundary tags and zones are integer cell arrays with their names beside them (see `tags`).
+//! Boundary tags and zones are integer cell arrays with their names beside them (see `vtk::tags`).
 //!
 //! ```text
-//! xml     which arrays there are and where their values lie
+//! xml     elements, and where the values of an array lie; document: which arrays there are
 //! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
-//! number  bytes -> numbers
-//! read    arrays -> nodes and arrays; cells: types and offsets -> runs; polyhedra: their faces
-//! tags    integer cell arrays <-> groups
-//! write   mesh -> list of arrays; content: bytes of one array; encode: as text, base64, blocks
+//! read    arrays -> nodes and arrays; cells: types, offsets, connectivity; structured: blocks
+//! write   mesh -> file; encode: one array as text, base64, blocks
 //! file    list of arrays -> XML and values
 //! ```
 
 mod blocks;
 mod cells;
-mod content;
+mod document;
 mod encode;
 mod file;
-mod number;
-mod polyhedra;
-mod read;
+pub(super) mod read;
 mod stored;
-mod tags;
+mod structured;
 mod write;
-mod xml;
+pub(super) mod xml;
+
+pub(super) use file::escaped;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
@@ -53,8 +51,16 @@ impl Format for Vtu {
         memchr::memmem::find(head, b"<VTKFile").is_some()
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, _notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes(), options)
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
+    fn version(&self, head: &[u8]) -> Option<String> {
+        super::word_after(head, b" version=\"")
+    }
+
+    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes(), options, notes)
     }
 
     fn write(

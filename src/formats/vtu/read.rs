@@ -1,32 +1,93 @@
 //! A .vtu file as a mesh: nodes and arrays of all pieces, one after another.
 
-use super::number::{Chunk, Element, Number, with_type};
+use super::super::vtk::cells::repeat_tuples;
+use super::super::vtk::number::{Chunk, Element, Number, with_type};
+use super::super::vtk::{order, tags};
+use super::document::{self, Document, Grid, Piece};
 use super::stored::Stored;
-use super::xml::{self, Array, Layout, Piece};
-use super::{cells, tags};
+use super::xml::{self, Array, Layout};
+use super::{cells, structured};
+
 use crate::error::{Error, Result};
-use crate::formats::ReadOptions;
+use crate::formats::{Notes, ReadOptions};
 use crate::mesh::{DataArray, Mesh, Values};
 
+/// XML of this version on has hexahedra of high order in VTK's present order of nodes.
+const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
+
 /// Reads a mesh. Pieces keep nodes of their own; arrays that not all of them have are left out.
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
-    let document = xml::parse(bytes)?;
-    let (pieces, layout) = (&document.pieces, &document.layout);
-    let mut mesh = Mesh {
-        points: points(pieces, layout)?,
-        cells: cells::read(pieces, layout)?,
-        ..Mesh::default()
-    };
-    mesh.point_arrays = data(pieces, layout, |piece| (piece.n_points, &piece.point_data))?;
-    mesh.cell_arrays = data(pieces, layout, |piece| (piece.n_cells, &piece.cell_data))?;
-    for array in &document.field_data {
-        mesh.field_arrays.push(field(array, layout)?);
-    }
+pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    let mut mesh = raw(bytes, notes)?.mesh;
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
 }
 
-fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>> {
+/// A file's mesh with every array as it is, and the names of those that hold global numbers.
+pub(in crate::formats) struct Raw {
+    /// The mesh, without groups.
+    pub mesh: Mesh,
+    /// Point array with the number of each node in a mesh of several files.
+    pub global_nodes: Option<String>,
+    /// Cell array with the same of each cell.
+    pub global_cells: Option<String>,
+}
+
+/// Reads a file, but for what its arrays mean.
+pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
+    let mut document = document::parse(bytes)?;
+    let (mut mesh, origin) = match document.grid {
+        Grid::Unstructured | Grid::Poly => unstructured(&mut document, notes)?,
+        _ => {
+            let mesh = structured::read(&mut document, bytes.len());
+            (mesh.map_err(|error| error.dataset("Extent"))?, None)
+        }
+    };
+    let (pieces, layout) = (&document.pieces, &document.layout);
+    mesh.point_arrays = data(pieces, layout, "point", point_data, notes)?;
+    mesh.cell_arrays = data(pieces, layout, "cell", cell_data, notes)?;
+    for array in &document.field_data {
+        mesh.field_arrays.push(field(array, layout)?);
+    }
+    if let Some(origin) = &origin {
+        repeat_tuples(&mut mesh.cell_arrays, origin);
+    }
+    if document.version < FIRST_WITH_PRESENT_ORDER {
+        order::swap(&mut mesh, notes);
+    }
+    let first = pieces.iter().find(|piece| piece.n_points > 0);
+    Ok(Raw {
+        mesh,
+        global_nodes: first.and_then(|piece| piece.global_nodes.clone()),
+        global_cells: first.and_then(|piece| piece.global_cells.clone()),
+    })
+}
+
+/// Points and cells that are listed; where each cell comes from, unless all are as listed.
+fn unstructured(document: &mut Document, notes: &mut Notes) -> Result<(Mesh, Option<Vec<usize>>)> {
+    let points = points(&document.pieces, &document.layout)?;
+    let built = match document.grid {
+        Grid::Poly => cells::read_lists(&mut document.pieces, &document.layout, notes),
+        _ => cells::read(&document.pieces, &document.layout, notes),
+    };
+    let built = built.map_err(|error| error.dataset("Cells"))?;
+    let mesh = Mesh {
+        points,
+        cells: built.cells,
+        ..Mesh::default()
+    };
+    Ok((mesh, built.origin))
+}
+
+fn point_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
+    (piece.n_points, &piece.point_data)
+}
+
+fn cell_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
+    (piece.n_cells, &piece.cell_data)
+}
+
+/// Coordinates of the nodes of all pieces.
+pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>> {
     let mut points = Vec::new();
     for piece in pieces {
         let array = match piece.points.as_slice() {
@@ -140,21 +201,33 @@ fn grow<U: Copy + Default>(out: &mut Vec<U>, n: usize, total: usize) {
     out.resize(out.len() + n, U::default());
 }
 
-/// The arrays that all pieces with nodes (or cells) have, of one type.
+/// The arrays that all pieces with nodes (or cells) have, of one type; a note on others.
 fn data<'d, 'a: 'd>(
     pieces: &'d [Piece<'a>],
     layout: &Layout,
+    what: &str,
     of: impl Fn(&'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>),
+    notes: &mut Notes,
 ) -> Result<Vec<DataArray>> {
     let parts: Vec<_> = pieces.iter().map(of).filter(|(n, _)| *n > 0).collect();
     let Some(((_, first), rest)) = parts.split_first() else {
         return Ok(Vec::new());
     };
-    let mut arrays = Vec::new();
+    let mut arrays: Vec<DataArray> = Vec::new();
+    let mut left_out: Vec<&String> = Vec::new();
     for array in first.iter() {
         let same = |other: &&Array| {
-            (&other.name, other.element, other.n_components)
-                == (&array.name, array.element, array.n_components)
+            (
+                &other.name,
+                other.element,
+                other.is_bits,
+                other.n_components,
+            ) == (
+                &array.name,
+                array.element,
+                array.is_bits,
+                array.n_components,
+            )
         };
         let others: Option<Vec<_>> = rest
             .iter()
@@ -163,15 +236,49 @@ fn data<'d, 'a: 'd>(
         let Some(others) = others else {
             continue;
         };
+        let everywhere: Vec<&Array> = std::iter::once(array).chain(others).collect();
         let mut all = empty(array);
-        let everywhere = std::iter::once(array).chain(others);
+        let mut is_longer = false;
         for ((n, _), array) in parts.iter().zip(everywhere) {
             let n = count(*n).map_err(|error| error.dataset(&array.name))?;
+            is_longer = has_more(array, layout, n)?;
+            if is_longer {
+                break;
+            }
             append(&mut all.values, array, layout, Some(n))?;
         }
-        arrays.push(all);
+        if is_longer {
+            let name = &array.name;
+            notes.push(format!(
+                "the {what} array \"{name}\" is left out: it has more tuples than there are {what}s"
+            ));
+            left_out.push(name);
+        } else {
+            arrays.push(all);
+        }
+    }
+    for array in parts.iter().flat_map(|(_, part)| part.iter()) {
+        let name = &array.name;
+        if !left_out.contains(&name) && !arrays.iter().any(|kept| kept.name == *name) {
+            notes.push(format!(
+                "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
+            ));
+        }
     }
     Ok(arrays)
+}
+
+/// Whether an array has whole tuples beyond the first `n`.
+fn has_more(array: &Array, layout: &Layout, n: usize) -> Result<bool> {
+    if array.element == Element::String || array.is_bits {
+        return Ok(false);
+    }
+    let stored = Stored::open(array, layout)?;
+    let tuple = array.element.size().checked_mul(array.n_components);
+    let fits = |n_bytes: usize| tuple.is_some_and(|tuple| n_bytes.is_multiple_of(tuple));
+    let needed = tuple.and_then(|tuple| tuple.checked_mul(n));
+    let n_bytes = stored.n_bytes().filter(|n_bytes| fits(*n_bytes));
+    Ok(n_bytes.is_some_and(|n_bytes| needed.is_some_and(|needed| n_bytes > needed)))
 }
 
 fn field(array: &Array, layout: &Layout) -> Result<DataArray> {
@@ -209,6 +316,7 @@ fn append(values: &mut Values, array: &Array, layout: &Layout, n: Option<usize>)
     macro_rules! numbers {
         ($($variant:ident),*) => {
             match values {
+                Values::U8(out) if array.is_bits => bits(array, layout, n, out),
                 $(Values::$variant(out) => {
                     let values = n.map(|n| n.checked_mul(array.n_components).unwrap_or(usize::MAX));
                     collect(array, layout, 1, values, out, |chunk, out| {
@@ -226,6 +334,25 @@ fn append(values: &mut Values, array: &Array, layout: &Layout, n: Option<usize>)
         let message = format!("{found} values are no whole number of tuples of {n}");
         return Err(Error::input(message).dataset(&array.name));
     }
+    Ok(())
+}
+
+/// Bits, the first of a byte its highest; as text, a word each.
+fn bits(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<u8>) -> Result<()> {
+    let n = n.and_then(|n| n.checked_mul(array.n_components));
+    let is_text = array.place == xml::Place::Ascii;
+    let expected = n.map(|n| if is_text { n } else { n.div_ceil(8) });
+    let mut bytes: Vec<u8> = Vec::new();
+    collect(array, layout, 1, expected, &mut bytes, |chunk, out| {
+        chunk.convert::<u8, u8>(out, |x| x);
+        Ok(())
+    })?;
+    if is_text {
+        out.append(&mut bytes);
+        return Ok(());
+    }
+    let n = n.unwrap_or(8 * bytes.len());
+    out.extend((0..n).map(|i| bytes[i / 8] >> (7 - i % 8) & 1));
     Ok(())
 }
 

@@ -4,8 +4,8 @@
 //! and values pass through in chunks, so that unpacking needs little more than its result.
 
 use super::super::Compression;
+use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
 use super::blocks::{Blocks, check_ratio};
-use super::number::{Chunk, Element, Number, parse_words, with_type};
 use super::xml::{Array, Layout, Place, line_after};
 use crate::error::{Error, Result};
 use rayon::prelude::*;

@@ -289,8 +289,8 @@ fn errors_say_where_and_what() {
         ("1 1 0</", "1 1</", " Points: "),
         (
             "type=\"UnstructuredGrid\"",
-            "type=\"PolyData\"",
-            "line 2: the file holds a VTK PolyData",
+            "type=\"Table\"",
+            "line 2: the file holds a VTK Table",
         ),
         ("</Cells>", "", "line 8"),
     ];

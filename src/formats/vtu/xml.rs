@@ -1,28 +1,18 @@
-//! The XML of a .vtu file: which arrays there are and where their values lie.
+//! XML of VTK: elements, attributes, and where the values of an array lie.
 //!
-//! Knows elements and attributes; nothing of how values are stored or of what they mean.
+//! Knows nothing of how values are stored or of what they mean.
 
 use super::super::Compression;
-use super::number::Element;
+use super::super::vtk::number::Element;
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
 use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-/// What a file holds.
-pub(super) struct Document<'a> {
-    /// How binary values are laid out.
-    pub layout: Layout,
-    /// Arrays of the mesh as a whole.
-    pub field_data: Vec<Array<'a>>,
-    /// The parts of the mesh.
-    pub pieces: Vec<Piece<'a>>,
-}
-
 /// How binary values are laid out, the same for all arrays of a file.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Layout {
+pub(in crate::formats) struct Layout {
     /// Byte order.
     pub big_endian: bool,
     /// Bytes of one number of a header: 4 or 8.
@@ -31,21 +21,13 @@ pub(super) struct Layout {
     pub compression: Compression,
 }
 
-/// One part of the mesh, with nodes of its own.
-pub(super) struct Piece<'a> {
-    pub n_points: u64,
-    pub n_cells: u64,
-    pub points: Vec<Array<'a>>,
-    pub cells: Vec<Array<'a>>,
-    pub point_data: Vec<Array<'a>>,
-    pub cell_data: Vec<Array<'a>>,
-}
-
 /// One array and where its values lie.
 #[derive(Clone)]
-pub(super) struct Array<'a> {
+pub(in crate::formats) struct Array<'a> {
     pub name: String,
     pub element: Element,
+    /// Whether its values are bits, eight to a byte; `element` is then that of the bytes.
+    pub is_bits: bool,
     pub n_components: usize,
     pub component_names: Vec<String>,
     /// Number of tuples, which only arrays of field data give.
@@ -59,7 +41,7 @@ pub(super) struct Array<'a> {
 
 /// In which form values are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
+pub(in crate::formats) enum Place {
     Ascii,
     Base64,
     Raw,
@@ -68,27 +50,6 @@ pub(super) enum Place {
 /// One-based line after `before`.
 pub(super) fn line_after(before: &[u8]) -> u64 {
     1 + memchr::memchr_iter(b'\n', before).count() as u64
-}
-
-/// Finds every array of the file.
-pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
-    let start = memchr::memmem::find(bytes, b"<AppendedData");
-    let xml = &bytes[..start.unwrap_or(bytes.len())];
-    let text = std::str::from_utf8(xml).map_err(|error| {
-        let at = error.valid_up_to();
-        Error::input("the XML is not UTF-8 text").byte(at as u64)
-    })?;
-    let appended = start
-        .map(|start| appended_section(bytes, start))
-        .transpose()?;
-    let mut reader = Reader::from_str(text);
-    reader.config_mut().expand_empty_elements = true;
-    let parser = Parser {
-        reader,
-        bytes,
-        appended,
-    };
-    parser.document()
 }
 
 /// The data after the underscore of `<AppendedData encoding="...">_`, and where it starts.
@@ -125,7 +86,8 @@ struct Appended {
     start: usize,
 }
 
-struct Parser<'a> {
+/// A place in the XML.
+pub(in crate::formats) struct Parser<'a> {
     reader: Reader<&'a [u8]>,
     bytes: &'a [u8],
     appended: Option<Appended>,
@@ -140,14 +102,35 @@ fn value(attribute: &Attribute) -> String {
 }
 
 /// What may come inside an element.
-enum Child<'a> {
+pub(in crate::formats) enum Child<'a> {
     Element(BytesStart<'a>),
     /// Text that is not blank, as a range of the file.
     Text(std::ops::Range<usize>),
 }
 
 impl<'a> Parser<'a> {
-    fn document(mut self) -> Result<Document<'a>> {
+    /// At the start of a file.
+    pub fn open(bytes: &'a [u8]) -> Result<Self> {
+        let start = memchr::memmem::find(bytes, b"<AppendedData");
+        let xml = &bytes[..start.unwrap_or(bytes.len())];
+        let text = std::str::from_utf8(xml).map_err(|error| {
+            let at = error.valid_up_to();
+            Error::input("the XML is not UTF-8 text").byte(at as u64)
+        })?;
+        let appended = start
+            .map(|start| appended_section(bytes, start))
+            .transpose()?;
+        let mut reader = Reader::from_str(text);
+        reader.config_mut().expand_empty_elements = true;
+        Ok(Self {
+            reader,
+            bytes,
+            appended,
+        })
+    }
+
+    /// The outermost element, which must be VTKFile.
+    pub fn root(&mut self) -> Result<BytesStart<'a>> {
         let root = loop {
             match self.next_event()? {
                 Event::Start(root) => break root,
@@ -158,107 +141,11 @@ impl<'a> Parser<'a> {
         if root.name().as_ref() != "VTKFile" {
             return Err(self.error("the outermost element is not VTKFile"));
         }
-        let kind = self.attribute(&root, "type")?.unwrap_or_default();
-        if kind != "UnstructuredGrid" {
-            return Err(self.error(format!(
-                "the file holds a VTK {kind}; what can be read is an UnstructuredGrid"
-            )));
-        }
-        let mut document = Document {
-            layout: self.layout(&root)?,
-            field_data: Vec::new(),
-            pieces: Vec::new(),
-        };
-        let mut found = false;
-        while let Some(child) = self.child("VTKFile")? {
-            match child {
-                Child::Element(e) if e.name().as_ref() == "UnstructuredGrid" => {
-                    found = true;
-                    self.grid(&mut document)?;
-                }
-                other => self.skip(other)?,
-            }
-        }
-        if !found {
-            return Err(self.error("there is no element UnstructuredGrid"));
-        }
-        Ok(document)
+        Ok(root)
     }
 
-    fn layout(&self, root: &BytesStart) -> Result<Layout> {
-        let order = self.attribute(root, "byte_order")?;
-        let big_endian = match order.as_deref() {
-            Some("BigEndian") => true,
-            Some("LittleEndian") | None => false,
-            Some(other) => return Err(self.error(format!("byte_order \"{other}\" is not known"))),
-        };
-        let header = self.attribute(root, "header_type")?;
-        let header_bytes = match header.as_deref() {
-            Some("UInt32") | None => 4,
-            Some("UInt64") => 8,
-            Some(other) => return Err(self.error(format!("header_type \"{other}\" is not known"))),
-        };
-        let compressor = self.attribute(root, "compressor")?;
-        let compression = match compressor.as_deref() {
-            None | Some("") => Compression::None,
-            Some("vtkZLibDataCompressor") => Compression::Zlib,
-            Some("vtkLZ4DataCompressor") => Compression::Lz4,
-            Some("vtkLZMADataCompressor") => Compression::Lzma,
-            Some(other) => return Err(self.error(format!("compressor \"{other}\" is not known"))),
-        };
-        Ok(Layout {
-            big_endian,
-            header_bytes,
-            compression,
-        })
-    }
-
-    fn grid(&mut self, document: &mut Document<'a>) -> Result<()> {
-        while let Some(child) = self.child("UnstructuredGrid")? {
-            match child {
-                Child::Element(e) if e.name().as_ref() == "FieldData" => {
-                    document.field_data.extend(self.arrays("FieldData")?);
-                }
-                Child::Element(e) if e.name().as_ref() == "Piece" => {
-                    let piece = self.piece(&e)?;
-                    document.pieces.push(piece);
-                }
-                other => self.skip(other)?,
-            }
-        }
-        Ok(())
-    }
-
-    fn piece(&mut self, element: &BytesStart) -> Result<Piece<'a>> {
-        let mut piece = Piece {
-            n_points: self.count(element, "NumberOfPoints")?.unwrap_or(0),
-            n_cells: self.count(element, "NumberOfCells")?.unwrap_or(0),
-            points: Vec::new(),
-            cells: Vec::new(),
-            point_data: Vec::new(),
-            cell_data: Vec::new(),
-        };
-        while let Some(child) = self.child("Piece")? {
-            let Child::Element(element) = child else {
-                continue;
-            };
-            match element.name().as_ref() {
-                "Points" => {
-                    piece.points.extend(self.arrays("Points")?);
-                    // Errors name the array, whatever the file calls it.
-                    let arrays = piece.points.iter_mut();
-                    arrays.for_each(|array| array.name = "Points".into());
-                }
-                "Cells" => piece.cells.extend(self.arrays("Cells")?),
-                "PointData" => piece.point_data.extend(self.arrays("PointData")?),
-                "CellData" => piece.cell_data.extend(self.arrays("CellData")?),
-                _ => self.skip(Child::Element(element))?,
-            }
-        }
-        Ok(piece)
-    }
-
-    fn arrays(&mut self, parent: &str) -> Result<Vec<Array<'a>>> {
+    /// Arrays inside an element.
+    pub fn arrays(&mut self, parent: &str) -> Result<Vec<Array<'a>>> {
         let mut arrays = Vec::new();
         while let Some(child) = self.child(parent)? {
             match child {
@@ -274,7 +161,13 @@ impl<'a> Parser<'a> {
     fn array(&mut self, element: &BytesStart) -> Result<Array<'a>> {
         let name = self.attribute(element, "Name")?.unwrap_or_default();
         let kind = self.attribute(element, "type")?.unwrap_or_default();
-        let kind = Element::from_name(&kind).ok_or_else(|| {
+        let is_bits = kind == "Bit";
+        let known = if is_bits {
+            Some(Element::UInt8)
+        } else {
+            Element::from_name(&kind)
+        };
+        let kind = known.ok_or_else(|| {
             self.error(format!(
                 "array \"{name}\" has values of type \"{kind}\", which is not known"
             ))
@@ -298,6 +191,7 @@ impl<'a> Parser<'a> {
         Ok(Array {
             name,
             element: kind,
+            is_bits,
             n_components,
             component_names,
             n_tuples,
@@ -372,7 +266,7 @@ impl<'a> Parser<'a> {
     }
 
     /// The next element or text inside `parent`; `None` at its end.
-    fn child(&mut self, parent: &str) -> Result<Option<Child<'a>>> {
+    pub fn child(&mut self, parent: &str) -> Result<Option<Child<'a>>> {
         loop {
             let start = self.reader.buffer_position() as usize;
             match self.next_event()? {
@@ -394,7 +288,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn skip(&mut self, child: Child) -> Result<()> {
+    /// Passes over an element.
+    pub fn skip(&mut self, child: Child) -> Result<()> {
         if let Child::Element(element) = child {
             let skipped = self.reader.read_to_end(element.name()).map(drop);
             skipped.map_err(|error| self.error(error.to_string()))?;
@@ -410,13 +305,15 @@ impl<'a> Parser<'a> {
         })
     }
 
-    fn attribute(&self, element: &BytesStart, name: &str) -> Result<Option<String>> {
+    /// The value of an attribute.
+    pub fn attribute(&self, element: &BytesStart, name: &str) -> Result<Option<String>> {
         let attribute = element.try_get_attribute(name);
         let attribute = attribute.map_err(|error| self.error(error.to_string()))?;
         Ok(attribute.map(|attribute| value(&attribute)))
     }
 
-    fn count(&self, element: &BytesStart, name: &str) -> Result<Option<u64>> {
+    /// An attribute that is a whole number.
+    pub fn count(&self, element: &BytesStart, name: &str) -> Result<Option<u64>> {
         let value = self.attribute(element, name)?;
         let value = value
             .as_deref()
@@ -432,7 +329,8 @@ impl<'a> Parser<'a> {
         count.transpose()
     }
 
-    fn error(&self, message: impl Into<String>) -> Error {
+    /// An error at this place.
+    pub fn error(&self, message: impl Into<String>) -> Error {
         let at = (self.reader.buffer_position() as usize).min(self.bytes.len());
         Error::input(message).line(line_after(&self.bytes[..at]))
     }

@@ -1,0 +1,195 @@
+//! What `azimesh convert` does to a mesh on the way.
+
+use crate::error::{Error, Result, nearest_name};
+use crate::geometry::transform::Transform;
+use crate::mesh::{DataArray, Group, Mesh, Values};
+
+/// Changes of the mesh, made in this order: scale, rotate, linearize, tag, rename.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Changes {
+    /// Multiply all coordinates, as 0.001 for millimetres to metres
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    scale: Option<f64>,
+    /// Turn by an angle in degrees: x,90 or 0,0,1,90; about a point with three more numbers:
+    /// x,90,0.5,0,0. Vectors in arrays keep their components
+    #[arg(long, value_name = "AXIS,ANGLE", value_parser = rotation, allow_hyphen_values = true)]
+    rotate: Option<Transform>,
+    /// Corner nodes only: curved cells become linear ones
+    #[arg(long)]
+    linearize: bool,
+    /// Make tags boundary_1, boundary_2, ... of the outer faces that have none, the largest connected
+    /// part first
+    #[arg(long, value_name = "HOW")]
+    tag_boundary: Option<TagBoundary>,
+    /// Rename a boundary tag or zone; repeatable
+    #[arg(long, value_name = "OLD=NEW", value_parser = renaming)]
+    rename_tag: Vec<(String, String)>,
+}
+
+/// How faces are gathered into tags.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TagBoundary {
+    /// Faces that share a node are in one tag
+    Connected,
+}
+
+fn renaming(text: &str) -> std::result::Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((old, new)) if !old.is_empty() && !new.is_empty() => Ok((old.into(), new.into())),
+        _ => Err("write OLD=NEW".into()),
+    }
+}
+
+/// Reads `x,90`, `0,0,1,90`, and both with a point behind.
+fn rotation(text: &str) -> std::result::Result<Transform, String> {
+    let form = "write AXIS,ANGLE as x,90 or 0,0,1,90, with X,Y,Z of a point on the axis behind";
+    let words: Vec<&str> = text.split(',').map(str::trim).collect();
+    let (axis, rest) = match words[0] {
+        "x" => ([1.0, 0.0, 0.0], &words[1..]),
+        "y" => ([0.0, 1.0, 0.0], &words[1..]),
+        "z" => ([0.0, 0.0, 1.0], &words[1..]),
+        _ if words.len() < 4 => return Err(form.into()),
+        _ => (vector(&words[..3])?, &words[3..]),
+    };
+    let (angle, origin) = match rest {
+        [angle] => (number(angle)?, [0.0; 3]),
+        [angle, point @ ..] if point.len() == 3 => (number(angle)?, vector(point)?),
+        _ => return Err(form.into()),
+    };
+    if axis == [0.0; 3] {
+        return Err("the axis must have a length".into());
+    }
+    let mut turn = Transform::rotation(axis, origin, angle.to_radians());
+    if angle % 90.0 == 0.0 && axis.iter().filter(|x| **x != 0.0).count() == 1 {
+        // Quarter turns about an axis of coordinates are exact.
+        turn.rotation = turn.rotation.map(|row| row.map(f64::round));
+        let moved = turn.turn(origin);
+        turn.translation = [0, 1, 2].map(|i| origin[i] - moved[i]);
+    }
+    Ok(turn)
+}
+
+fn number(text: &str) -> std::result::Result<f64, String> {
+    let found = text.parse().ok().filter(|x: &f64| x.is_finite());
+    found.ok_or_else(|| format!("\"{text}\" should be a number"))
+}
+
+fn vector(words: &[&str]) -> std::result::Result<[f64; 3], String> {
+    Ok([number(words[0])?, number(words[1])?, number(words[2])?])
+}
+
+impl Changes {
+    /// Refuses what no mesh can be changed by.
+    pub fn check(&self) -> Result<()> {
+        match self.scale {
+            Some(factor) if !factor.is_finite() || factor == 0.0 => Err(Error::input(format!(
+                "--scale {factor}: the factor must be a finite number other than 0"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Changes the mesh; gives remarks on it.
+    pub fn apply(&self, mesh: &mut Mesh) -> Result<Vec<String>> {
+        let mut remarks = Vec::new();
+        if let Some(factor) = self.scale {
+            for point in &mut mesh.points {
+                *point = point.map(|x| x * factor);
+            }
+        }
+        if let Some(turn) = &self.rotate {
+            for point in &mut mesh.points {
+                *point = turn.apply(*point);
+            }
+            remarks.extend(vectors(mesh));
+        }
+        if self.scale.is_some() || self.rotate.is_some() {
+            // Coordinates that overflow are found before anything is written.
+            mesh.validate()?;
+        }
+        if self.linearize {
+            let (n_cells, n_nodes) = mesh.linearize();
+            if n_cells > 0 {
+                remarks.push(format!(
+                    "--linearize: {n_cells} curved cells became linear, {n_nodes} nodes went"
+                ));
+            }
+        }
+        if self.tag_boundary.is_some() {
+            let (n_faces, n_tags) = mesh.tag_connected_boundary()?;
+            remarks.push(format!(
+                "--tag-boundary: {n_tags} new tags, {n_faces} new boundary faces"
+            ));
+        }
+        rename(mesh, &self.rename_tag)?;
+        Ok(remarks)
+    }
+}
+
+/// A remark on arrays that look like vectors.
+fn vectors(mesh: &Mesh) -> Option<String> {
+    let is_vector = |array: &&DataArray| {
+        array.n_components == 3 && matches!(array.values, Values::F32(_) | Values::F64(_))
+    };
+    let arrays = mesh.point_arrays.iter().chain(&mesh.cell_arrays);
+    let names: Vec<&str> = arrays
+        .filter(is_vector)
+        .map(|array| array.name.as_str())
+        .collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "--rotate: arrays of three components are not turned: {}",
+            names.join(", ")
+        )
+    })
+}
+
+/// Renames all at once, so that two tags can swap their names.
+fn rename(mesh: &mut Mesh, renamings: &[(String, String)]) -> Result<()> {
+    let names: Vec<String> = mesh.groups.iter().map(|group| group.name.clone()).collect();
+    for (old, _) in renamings {
+        if !names.contains(old) {
+            let hint = nearest_name(old, names.iter().map(String::as_str))
+                .map_or_else(String::new, |name| format!(" (did you mean \"{name}\"?)"));
+            return Err(Error::input(format!(
+                "--rename-tag: there is no \"{old}\"{hint}; there are: {}",
+                names.join(", ")
+            )));
+        }
+    }
+    for group in &mut mesh.groups {
+        if let Some((_, new)) = renamings.iter().find(|(old, _)| *old == group.name) {
+            group.name.clone_from(new);
+        }
+    }
+    for (i, group) in mesh.groups.iter().enumerate() {
+        let twin = |other: &&Group| other.dimension == group.dimension && other.name == group.name;
+        if mesh.groups[..i].iter().any(|other| twin(&other)) && !renamings.is_empty() {
+            return Err(Error::input(format!(
+                "--rename-tag: two groups would be called \"{}\"",
+                group.name
+            )));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quarter_turn_is_exact() {
+        let turn = rotation("x,90").expect("a good form");
+        assert_eq!(turn.apply([1.0, 2.0, 3.0]), [1.0, -3.0, 2.0]);
+        let about = rotation("0,0,2,-180,1,0,0").expect("a good form");
+        assert_eq!(about.apply([3.0, 1.0, 5.0]), [-1.0, -1.0, 5.0]);
+        let slanted = rotation("1,1,1,120")
+            .expect("a good form")
+            .apply([1.0, 0.0, 0.0]);
+        assert!((slanted[1] - 1.0).abs() < 1e-15, "{slanted:?}");
+        for wrong in ["x", "w,90", "1,2,90", "0,0,0,90", "x,90,1", "x,nan"] {
+            assert!(rotation(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! `azimesh convert`.
+
+mod changes;
+mod target;
+
+use super::input::Input;
+use super::output::OutputArgs;
+use super::{Context, Outcome};
+use crate::error::{Error, Result};
+use crate::formats;
+use crate::mesh::Mesh;
+use changes::Changes;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use target::{Place, Written};
+
+/// Arguments of `azimesh convert`.
+#[derive(Debug, clap::Args)]
+#[command(
+    override_usage = "azimesh convert [OPTIONS] IN OUT\n       \
+azimesh convert [OPTIONS] IN... OUT.vtkhdf|OUT.cgns|OUT.pvd\n       \
+azimesh convert [OPTIONS] IN... -o DIR --format F",
+    after_help = "The input's format is found by its content; --format names that of the output \
+where its ending does not. A .pvd, a .vtk.series and a file that holds a sequence are sequences: they \
+go into one file of a format that holds sequences, or into files that OUT.pvd or a .pvd in DIR lists."
+)]
+pub struct ConvertArgs {
+    /// Meshes to read, then the one to write unless -o says where; - is standard input and output
+    #[arg(value_name = "MESH", required = true)]
+    paths: Vec<PathBuf>,
+    /// Folder for the meshes, in the format of --format, each under its own name
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Read this step of a sequence only, counted from 0
+    #[arg(long, value_name = "I")]
+    step: Option<usize>,
+    /// Write N pieces and a .pvtu that lists them
+    #[arg(long, value_name = "N")]
+    pieces: Option<NonZeroUsize>,
+    #[command(flatten)]
+    changes: Changes,
+    #[command(flatten)]
+    write: OutputArgs,
+}
+
+/// What one run does.
+struct Run<'a> {
+    args: &'a ConvertArgs,
+    context: &'a Context,
+    /// Remarks that have been made: one on every mesh of a sequence is made once.
+    told: RefCell<BTreeSet<String>>,
+    written: RefCell<Vec<Written>>,
+}
+
+pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
+    args.changes.check()?;
+    if let (Some(_), [.., out], None) = (args.pieces, &args.paths[..], &args.output)
+        && out.extension().is_none_or(|ending| ending != "pvtu")
+    {
+        let message = "--pieces N writes a .pvtu and its pieces; the name must end so";
+        return Err(Error::input(message).file(out));
+    }
+    let run = Run {
+        args,
+        context,
+        told: RefCell::default(),
+        written: RefCell::default(),
+    };
+    match &args.output {
+        Some(folder) => run.into_folder(folder)?,
+        None => run.into_file()?,
+    }
+    run.report()?;
+    Ok(Outcome::Fine)
+}
+
+impl Run<'_> {
+    /// `IN OUT`, or the files of a sequence and `OUT`.
+    fn into_file(&self) -> Result<()> {
+        let (out, inputs) = self.args.paths.split_last().expect("clap asks for one");
+        let input = match inputs {
+            [] => {
+                return Err(Error::input(
+                    "convert needs a mesh to read and one to write, or -o DIR",
+                ));
+            }
+            [one] => {
+                let place = self.place(out)?;
+                self.args.write.check(out)?;
+                let input = Input::open(one, None)?;
+                if place.is_one_mesh() {
+                    return self.one_mesh(&input, &place);
+                }
+                input
+            }
+            several => {
+                let place = self.place(out)?;
+                if place.is_one_mesh() {
+                    return Err(Error::input(
+                        "several meshes go into one file as a sequence: .pvd, .vtkhdf or .cgns; -o DIR \
+                         converts each",
+                    )
+                    .file(out));
+                }
+                self.args.write.check(out)?;
+                Input::of_parts(several)?
+            }
+        };
+        match (self.place(out)?, input.times()) {
+            (place @ Place::File { .. }, None) => self.one_mesh(&input, &place),
+            (place, times) => self.sequence(&input, &times.unwrap_or(vec![0.0]), &place),
+        }
+    }
+
+    /// Each input into a folder.
+    fn into_folder(&self, folder: &Path) -> Result<()> {
+        let format = self.output_format(None)?;
+        if folder.is_file() {
+            return Err(Error::input("this is a file, not a folder").file(folder));
+        }
+        let inputs = self.args.paths.iter().map(|path| Input::open(path, None));
+        let inputs = inputs.collect::<Result<Vec<_>>>()?;
+        let mut names = BTreeSet::new();
+        for input in &inputs {
+            if !names.insert(input.stem()) {
+                return Err(Error::input(format!(
+                    "another input is called {} as well; both would be written to the same file",
+                    input.stem()
+                ))
+                .file(input.path()));
+            }
+        }
+        std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
+        for input in &inputs {
+            let stem = folder.join(input.stem());
+            match (input.times(), self.args.step) {
+                (Some(times), None) => {
+                    let place = Place::listed(&stem, format);
+                    self.sequence(input, &times, &place)?;
+                }
+                _ => {
+                    let path = target::with_ending(&stem, self.ending(format));
+                    self.args.write.check(&path)?;
+                    self.one_mesh(input, &Place::File { path, format })?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn one_mesh(&self, input: &Input, place: &Place) -> Result<()> {
+        let Place::File { path, format } = place else {
+            return self.sequence(input, &[0.0], place);
+        };
+        self.check_step(input)?;
+        if let (Some(times), None) = (input.times(), self.args.step) {
+            self.tell(format!(
+                "{}: a sequence of {} meshes; the last is written (--step I, or -o DIR for all)",
+                input.path().display(),
+                times.len()
+            ));
+        }
+        let mesh = self.read(input, self.args.step)?;
+        self.save(&mesh, path, *format)
+    }
+
+    fn check_step(&self, input: &Input) -> Result<()> {
+        let n = input.times().map_or(1, |times| times.len());
+        match self.args.step {
+            Some(step) if step >= n => Err(Error::input(format!(
+                "--step {step}: there are {n} meshes, 0 to {}",
+                n - 1
+            ))
+            .file(input.path())),
+            _ => Ok(()),
+        }
+    }
+
+    /// The mesh of a step, changed as asked.
+    fn read(&self, input: &Input, step: Option<usize>) -> Result<Mesh> {
+        let loaded = input.read(step, self.context)?;
+        let path = input.path();
+        for note in loaded.notes.iter() {
+            self.tell(format!("{}: {note}", path.display()));
+        }
+        let mut mesh = loaded.mesh;
+        let remarks = self.args.changes.apply(&mut mesh);
+        for remark in remarks.map_err(|error| error.file(path))? {
+            self.tell(remark);
+        }
+        Ok(mesh)
+    }
+
+    /// Makes a remark, once.
+    fn tell(&self, remark: String) {
+        if !self.told.borrow().contains(&remark) {
+            self.context.note(&remark);
+            self.told.borrow_mut().insert(remark);
+        }
+    }
+
+    fn report(&self) -> Result<()> {
+        let written = self.written.borrow();
+        if self.context.common.json {
+            return self.context.print_json(target::as_json(&written));
+        }
+        for file in written.iter() {
+            self.context.detail(&file.to_string());
+        }
+        Ok(())
+    }
+
+    /// The format that `--format` or, without it, the name of the output gives.
+    fn output_format(&self, path: Option<&Path>) -> Result<&'static dyn formats::Format> {
+        match (&self.context.common.format, path) {
+            (Some(name), _) => formats::by_name(name),
+            (None, Some(path)) => formats::by_extension(path),
+            (None, None) => Err(Error::input(
+                "-o DIR needs --format, which names the format",
+            )),
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
+
+use super::{Input, Run};
+use crate::error::{Error, Result};
+use crate::formats::{self, Format, is_series, pvd, save_text, vtk_series};
+use crate::mesh::Mesh;
+use serde_json::{Value, json};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Where meshes go.
+pub enum Place {
+    /// A file, of a format that may hold a sequence.
+    File {
+        path: PathBuf,
+        format: &'static dyn Format,
+    },
+    /// Files `stem_0000` and so on, and lists of them.
+    Listed {
+        stem: PathBuf,
+        format: &'static dyn Format,
+        lists: Vec<PathBuf>,
+    },
+}
+
+/// A file that was written.
+pub struct Written {
+    path: PathBuf,
+    format: &'static str,
+    nodes: usize,
+    cells: usize,
+    time: Option<f64>,
+}
+
+impl Place {
+    /// Numbered files with a .pvd, and with a .vtk.series where they are legacy VTK files.
+    pub fn listed(stem: &Path, format: &'static dyn Format) -> Self {
+        let mut lists = vec![with_ending(stem, "pvd")];
+        if format.extensions()[0] == "vtk" {
+            lists.push(with_ending(stem, "vtk.series"));
+        }
+        Place::Listed {
+            stem: stem.to_path_buf(),
+            format,
+            lists,
+        }
+    }
+
+    /// Whether it takes one mesh only.
+    pub fn is_one_mesh(&self) -> bool {
+        matches!(self, Place::File { format, .. } if format.sequence().is_none())
+    }
+}
+
+/// A path with an ending behind its last name, which may have dots of its own.
+pub fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.file_name().unwrap_or_default().to_os_string();
+    name.push(".");
+    name.push(ending);
+    stem.with_file_name(name)
+}
+
+impl Run<'_> {
+    /// Where an output of this name goes.
+    pub(super) fn place(&self, path: &Path) -> Result<Place> {
+        if !is_series(path) {
+            return Ok(Place::File {
+                format: self.output_format(Some(path))?,
+                path: path.to_path_buf(),
+            });
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let of_format = name.strip_suffix(".series").map(Path::new);
+        let stem = match of_format {
+            Some(inner) => inner.file_stem().unwrap_or_default().to_os_string(),
+            None => path.file_stem().unwrap_or_default().to_os_string(),
+        };
+        let format = match (of_format, &self.context.common.format) {
+            (Some(inner), _) => formats::by_extension(inner)?,
+            (None, Some(name)) => formats::by_name(name)?,
+            (None, None) => formats::by_name("vtu")?,
+        };
+        Ok(Place::Listed {
+            stem: path.with_file_name(stem),
+            format,
+            lists: vec![path.to_path_buf()],
+        })
+    }
+
+    /// The ending of one mesh of this format.
+    pub(super) fn ending(&self, format: &dyn Format) -> &'static str {
+        match self.args.pieces {
+            Some(_) => "pvtu",
+            None => format.extensions()[0],
+        }
+    }
+
+    /// Writes every mesh of a sequence.
+    pub(super) fn sequence(&self, input: &Input, times: &[f64], place: &Place) -> Result<()> {
+        if self.args.pieces.is_some() {
+            return Err(
+                Error::input("--pieces is for one mesh; this is a sequence").file(input.path())
+            );
+        }
+        let is_sequence = input.times().is_some();
+        let steps: Vec<usize> = match self.args.step {
+            Some(step) => {
+                self.check_step(input)?;
+                vec![step]
+            }
+            None => (0..times.len()).collect(),
+        };
+        let steps = steps
+            .into_iter()
+            .map(|step| (is_sequence.then_some(step), times[step]));
+        match place {
+            Place::File { path, format } => self.into_one_file(input, steps, path, *format),
+            Place::Listed {
+                stem,
+                format,
+                lists,
+            } => self.into_files(input, steps, stem, *format, lists),
+        }
+    }
+
+    fn into_one_file(
+        &self,
+        input: &Input,
+        steps: impl Iterator<Item = (Option<usize>, f64)>,
+        path: &Path,
+        format: &'static dyn Format,
+    ) -> Result<()> {
+        let create = format.sequence().expect("asked before");
+        let mut file = create(path, &self.args.write.options())?;
+        for (step, time) in steps {
+            let mesh = self.read(input, step)?;
+            let append = || file.append(time, &mesh).map_err(|error| error.file(path));
+            self.context.stage("writing", append)?;
+            self.note_written(&mesh, path, format, Some(time));
+        }
+        Ok(())
+    }
+
+    fn into_files(
+        &self,
+        input: &Input,
+        steps: impl ExactSizeIterator<Item = (Option<usize>, f64)>,
+        stem: &Path,
+        format: &'static dyn Format,
+        lists: &[PathBuf],
+    ) -> Result<()> {
+        let digits = steps.len().saturating_sub(1).to_string().len().max(4);
+        let name = stem.file_name().unwrap_or_default().to_string_lossy();
+        let file = |i| format!("{name}_{i:0digits$}.{}", format.extensions()[0]);
+        let steps: Vec<_> = steps.zip(0..).map(|(step, i)| (step, file(i))).collect();
+        let files = steps.iter().map(|(_, file)| stem.with_file_name(file));
+        for path in files.chain(lists.iter().cloned()) {
+            self.args.write.check(&path)?;
+        }
+        for ((step, time), file) in &steps {
+            let mesh = self.read(input, *step)?;
+            let path = stem.with_file_name(file);
+            self.save(&mesh, &path, format)?;
+            if let Some(last) = self.written.borrow_mut().last_mut() {
+                last.time = Some(*time);
+            }
+        }
+        let entries = || steps.iter().map(|((_, time), file)| (*time, file.as_str()));
+        for list in lists {
+            let text = match list.extension().is_some_and(|ending| ending == "pvd") {
+                true => pvd(entries()),
+                false => vtk_series(entries()),
+            };
+            save_text(&text, list)?;
+        }
+        Ok(())
+    }
+
+    /// Writes one mesh; remarks on what the format cannot hold.
+    pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
+        let options = self.args.write.options();
+        let write = || match self.args.pieces {
+            Some(n) => formats::pvtu::write_pieces(mesh, path, n.get(), &options),
+            None => formats::save(mesh, path, format, &options),
+        };
+        for dropped in self.context.stage("writing", write)? {
+            // Said once for all meshes of a sequence.
+            self.tell(format!("{}: {dropped}", format.title()));
+        }
+        self.note_written(mesh, path, format, None);
+        Ok(())
+    }
+
+    fn note_written(&self, mesh: &Mesh, path: &Path, format: &dyn Format, time: Option<f64>) {
+        if path.as_os_str() != "-" {
+            self.written.borrow_mut().push(Written {
+                path: path.to_path_buf(),
+                format: format.name(),
+                nodes: mesh.points.len(),
+                cells: mesh.cells.len(),
+                time,
+            });
+        }
+    }
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let path = self.path.display();
+        write!(f, "{path}: {} nodes, {} cells", self.nodes, self.cells)?;
+        self.time.map_or(Ok(()), |time| write!(f, ", time {time}"))
+    }
+}
+
+/// The files as JSON; one file is told without a list.
+pub fn as_json(written: &[Written]) -> Value {
+    let of = |file: &Written| {
+        let mut told = json!({
+            "output": file.path.display().to_string(),
+            "format": file.format,
+            "nodes": file.nodes,
+            "cells": file.cells,
+        });
+        if let Some(time) = file.time {
+            told["time"] = json!(time);
+        }
+        told
+    };
+    match written {
+        [one] => of(one),
+        several => json!({ "outputs": several.iter().map(of).collect::<Vec<_>>() }),
+    }
+}

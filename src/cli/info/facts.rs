@@ -1,0 +1,119 @@
+//! What there is to know of a mesh file.
+
+use crate::cli::input::Input;
+use crate::formats::Loaded;
+use crate::mesh::{CellKind, DataArray, Faces, Group, Mesh};
+use std::collections::BTreeMap;
+
+/// What `azimesh info` tells.
+pub struct Facts<'a> {
+    /// The mesh; of a sequence, the last.
+    pub mesh: &'a Mesh,
+    /// What the file's format is.
+    pub format: &'static str,
+    /// Version of the format, where the file says it.
+    pub version: Option<String>,
+    /// Remarks of the reader.
+    pub notes: Vec<&'a str>,
+    /// Times of a sequence.
+    pub times: Option<Vec<f64>>,
+    /// Number of cells of each kind.
+    pub cells: BTreeMap<CellKind, usize>,
+    /// Cells with nodes besides their corners.
+    pub n_curved: usize,
+    /// Nodes that no cell has.
+    pub n_orphan_nodes: usize,
+    /// Nodes at the place of one before them.
+    pub n_repeated_nodes: usize,
+    /// Faces and boundary cells that do not make a closed boundary.
+    pub boundary: Boundary,
+}
+
+/// How the boundary cells lie on the cells.
+pub struct Boundary {
+    /// Boundary cells in the file that no tag holds.
+    pub n_untagged: usize,
+    /// Faces of one cell that no tag holds.
+    pub n_open: usize,
+    /// Boundary cells with a tag between two cells.
+    pub n_inside: usize,
+    /// Boundary cells that lie on no face of a cell.
+    pub n_loose: usize,
+    /// Faces of more than two cells.
+    pub n_crowded: usize,
+}
+
+impl<'a> Facts<'a> {
+    /// Looks at the mesh.
+    pub fn of(input: &Input, loaded: &'a Loaded) -> Self {
+        let mesh = &loaded.mesh;
+        let mut cells = BTreeMap::new();
+        for run in mesh.cells.runs() {
+            *cells.entry(run.kind).or_default() += run.n_cells();
+        }
+        let curved = cells.iter().filter(|(kind, _)| kind.is_curved());
+        let n_curved = curved.map(|(_, count)| count).sum();
+        let nodes = || (mesh.n_orphan_nodes(), mesh.n_repeated_nodes());
+        let ((n_orphan_nodes, n_repeated_nodes), boundary) =
+            rayon::join(nodes, || Boundary::of(mesh));
+        Self {
+            mesh,
+            format: loaded.format.title(),
+            version: input.version(),
+            notes: loaded.notes.iter().collect(),
+            times: input.times(),
+            cells,
+            n_curved,
+            n_orphan_nodes,
+            n_repeated_nodes,
+            boundary,
+        }
+    }
+
+    /// Groups that are neither boundary tags nor zones.
+    pub fn other_groups(&self) -> impl Iterator<Item = &'a Group> {
+        let dimension = self.mesh.dimension();
+        self.mesh
+            .groups
+            .iter()
+            .filter(move |group| group.dimension + 1 < dimension || group.dimension > dimension)
+    }
+
+    /// Arrays and where their values are.
+    pub fn arrays(&self) -> impl Iterator<Item = (&'static str, &'a DataArray)> {
+        [
+            ("point", &self.mesh.point_arrays),
+            ("cell", &self.mesh.cell_arrays),
+            ("field", &self.mesh.field_arrays),
+        ]
+        .into_iter()
+        .flat_map(|(place, arrays)| arrays.iter().map(move |array| (place, array)))
+    }
+}
+
+impl Boundary {
+    fn of(mesh: &Mesh) -> Self {
+        let tagged = mesh.in_a_boundary_tag();
+        let faces = Faces::of(mesh);
+        let is_open = |boundary: Option<u32>| boundary.is_none_or(|cell| !tagged[cell as usize]);
+        let open = faces.outer.iter().filter(|face| is_open(face.boundary));
+        let inside = faces.inside.iter().filter(|cell| tagged[**cell as usize]);
+        Self {
+            n_untagged: untagged(mesh, &tagged),
+            n_open: open.count(),
+            n_inside: inside.count(),
+            n_loose: faces.loose.len(),
+            n_crowded: faces.n_crowded,
+        }
+    }
+}
+
+fn untagged(mesh: &Mesh, tagged: &[bool]) -> usize {
+    let runs = mesh.cells.runs();
+    let runs = runs.filter(|run| run.kind.dimension() + 1 == mesh.dimension());
+    runs.map(|run| {
+        let cells = &tagged[run.first_cell..run.first_cell + run.n_cells()];
+        cells.iter().filter(|&&tagged| !tagged).count()
+    })
+    .sum()
+}

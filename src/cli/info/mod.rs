@@ -1,0 +1,35 @@
+//! `azimesh info`.
+
+mod facts;
+mod json;
+mod text;
+
+use super::input::Input;
+use super::{Context, Outcome};
+use crate::error::Result;
+use crate::formats;
+use facts::Facts;
+use std::path::PathBuf;
+
+/// Arguments of `azimesh info`.
+#[derive(Debug, clap::Args)]
+pub struct InfoArgs {
+    /// Mesh or sequence to look at; - is standard input
+    mesh: PathBuf,
+}
+
+pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
+    let format = context.common.format.as_deref().map(formats::by_name);
+    let input = Input::open(&args.mesh, format.transpose()?)?;
+    let loaded = input.read(None, context)?;
+    let facts = context.stage("looking", || Ok(Facts::of(&input, &loaded)))?;
+    if context.common.json {
+        context.print_json(json::of(&facts))?;
+    } else {
+        for note in loaded.notes.iter() {
+            context.note(&format!("{}: {note}", args.mesh.display()));
+        }
+        context.print(&text::of(&facts))?;
+    }
+    Ok(Outcome::Fine)
+}

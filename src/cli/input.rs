@@ -1,0 +1,114 @@
+//! What a command reads: a mesh, or the meshes of a sequence one after another.
+
+use super::Context;
+use crate::error::{Error, Result};
+use crate::formats::{self, Format, Loaded, Source};
+use std::path::{Path, PathBuf};
+
+/// One input, opened.
+pub struct Input {
+    path: PathBuf,
+    meshes: Meshes,
+}
+
+enum Meshes {
+    /// A file with one mesh, or with a sequence.
+    File {
+        source: Source,
+        format: &'static dyn Format,
+        times: Vec<f64>,
+    },
+    /// A list of files with a time each.
+    Listed(Vec<(f64, PathBuf)>),
+}
+
+impl Input {
+    /// Opens a mesh file, of a format that is known or that its content tells, or a list of them.
+    pub fn open(path: &Path, format: Option<&'static dyn Format>) -> Result<Self> {
+        let meshes = match formats::is_series(path) {
+            true => Meshes::Listed(formats::read_series(path)?),
+            false => {
+                let source = Source::open(path)?;
+                let format = format.map_or_else(|| formats::of(&source), Ok)?;
+                let times = format.steps(&source).map_err(|error| error.file(path))?;
+                Meshes::File {
+                    source,
+                    format,
+                    times,
+                }
+            }
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            meshes,
+        })
+    }
+
+    /// Files that are the meshes of one sequence, in order; their times are 0, 1, 2, ...
+    pub fn of_parts(paths: &[PathBuf]) -> Result<Self> {
+        if let Some(list) = paths.iter().find(|path| formats::is_series(path)) {
+            return Err(Error::input("a list of meshes cannot be a part of a sequence").file(list));
+        }
+        let times = (0..paths.len()).map(|i| i as f64);
+        Ok(Self {
+            path: paths[0].clone(),
+            meshes: Meshes::Listed(times.zip(paths.iter().cloned()).collect()),
+        })
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Version of the format that the file says it has.
+    pub fn version(&self) -> Option<String> {
+        match &self.meshes {
+            Meshes::File { source, format, .. } => format.version(source.bytes()),
+            Meshes::Listed(_) => None,
+        }
+    }
+
+    /// Times of a sequence; `None` where it is one mesh.
+    pub fn times(&self) -> Option<Vec<f64>> {
+        match &self.meshes {
+            Meshes::File { times, .. } => (times.len() > 1).then(|| times.clone()),
+            Meshes::Listed(list) => Some(list.iter().map(|(time, _)| *time).collect()),
+        }
+    }
+
+    /// Name without folder and endings.
+    pub fn stem(&self) -> String {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let name = formats::without_packing(&name);
+        let name = name.strip_suffix(".series").unwrap_or(name);
+        let known = formats::FORMATS
+            .iter()
+            .flat_map(|format| format.extensions());
+        let stem = known
+            .chain(&["pvd"])
+            .filter_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
+            .min_by_key(|stem| stem.len());
+        match stem.unwrap_or(name) {
+            "" | "-" => "mesh".to_owned(),
+            stem => stem.to_owned(),
+        }
+    }
+
+    /// Reads a mesh: that of a step of a sequence, or the one there is.
+    pub fn read(&self, step: Option<usize>, context: &Context) -> Result<Loaded> {
+        context.stage("reading", || {
+            let mut options = context.read_options();
+            match &self.meshes {
+                Meshes::File { source, format, .. } => {
+                    options.step = step;
+                    formats::read_as(*format, source, &options)
+                }
+                Meshes::Listed(list) => {
+                    let (_, path) = &list[step.unwrap_or(list.len() - 1)];
+                    formats::read(&Source::open(path)?, &options)
+                }
+            }
+        })
+    }
+}

@@ -1,0 +1,95 @@
+//! CGNS files (.cgns) in HDF5.
+//!
+//! ```text
+//! node          names, labels, data, children; links
+//! read          all zones -> mesh; zone: one zone's sizes and nodes; time: steps of a sequence
+//! unstructured  sections, polyhedra -> cells; regions -> groups; exterior: faces the file lacks
+//! structured    index ranges -> cells, faces
+//! families, tags, arrays, solution: names of groups; groups; arrays of all zones
+//! element       element types and their node order; lattice: of third and fourth order
+//! ```
+
+mod arrays;
+mod element;
+mod exterior;
+mod families;
+mod lattice;
+mod node;
+mod polyhedra;
+mod read;
+mod regions;
+mod sections;
+mod solution;
+mod structured;
+mod tags;
+mod time;
+mod unstructured;
+mod write;
+mod zone;
+
+use super::hdf5::is_hdf5;
+use super::{CreateSequence, Format, Notes, ReadOptions, Source, WriteOptions};
+use crate::error::Result;
+use crate::mesh::Mesh;
+use std::io::Write;
+
+/// Name of the node that holds a name in full which is too long for CGNS.
+const FULL_NAME: &str = "FullName";
+
+/// Name of the node that holds arrays of the mesh as a whole.
+const FIELD_ARRAYS: &str = "FieldArrays";
+
+/// CGNS in HDF5 (.cgns).
+pub struct Cgns;
+
+impl Format for Cgns {
+    fn name(&self) -> &'static str {
+        "cgns"
+    }
+
+    fn title(&self) -> &'static str {
+        "CGNS (.cgns)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["cgns"]
+    }
+
+    /// A file in the old ADF format, of which the reader says how to convert it. The start does not
+    /// tell what an HDF5 file is for.
+    fn recognizes(&self, head: &[u8]) -> bool {
+        node::is_adf(head)
+    }
+
+    fn recognizes_file(&self, source: &Source) -> bool {
+        self.recognizes(source.bytes()) || (is_hdf5(source.bytes()) && node::has_bases(source))
+    }
+
+    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(source, options, notes)
+    }
+
+    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+        time::times(&node::Node::root(source)?).map_err(|error| error.file(source.path()))
+    }
+
+    fn write(
+        &self,
+        mesh: &Mesh,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Vec<String>> {
+        write::write(mesh, out, options)
+    }
+
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
+    fn sequence(&self) -> Option<CreateSequence> {
+        Some(|path, options| Ok(Box::new(write::sequence::Sequence::create(path, options)?)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,223 @@
+//! Nodes of a CGNS file: a name, a label, data, children. In HDF5 each is a group; links, also into
+//! other files, are followed where they are met.
+
+use super::super::Source;
+use super::super::hdf5::{Dataset, File, Group};
+use crate::error::{Error, Result};
+use crate::mesh::Values;
+use std::cell::OnceCell;
+
+/// Most links that lead from one to the next.
+const MOST_LINKS: usize = 16;
+
+/// A node and, once they are asked for, its children.
+pub(super) struct Node {
+    group: Group,
+    name: String,
+    label: String,
+    path: String,
+    children: OnceCell<Vec<Node>>,
+}
+
+impl Node {
+    /// The node above all bases.
+    pub fn root(source: &Source) -> Result<Self> {
+        if is_adf(source.bytes()) {
+            return Err(Error::input(
+                "this is a CGNS file in the old ADF format; convert it with \"adf2hdf\", a tool of CGNS, \
+                 and read the result",
+            ));
+        }
+        let group = File::open(source)?.root()?;
+        Ok(Self {
+            group,
+            name: String::new(),
+            label: String::new(),
+            path: String::new(),
+            children: OnceCell::new(),
+        })
+    }
+
+    fn below(parent: &str, group: Group) -> Result<Self> {
+        let name = group.name().to_owned();
+        let path = format!("{parent}/{name}");
+        let mut target = group;
+        let mut links = 0;
+        while text_of(&target, "type", &path)?.as_deref() == Some("LK") {
+            links += 1;
+            let next = match links {
+                0..=MOST_LINKS => target.group(" link").map_err(|e| e.dataset(&path))?,
+                _ => return Err(Error::input("its links lead in a circle").dataset(&path)),
+            };
+            target = next.ok_or_else(|| broken_link(&target, &path))?;
+        }
+        let label = text_of(&target, "label", &path)?.unwrap_or_default();
+        Ok(Self {
+            group: target,
+            name,
+            label,
+            path,
+            children: OnceCell::new(),
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it is: `Zone_t`.
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// Adds its place to an error.
+    pub fn refuse(&self, message: impl Into<String>) -> Error {
+        Error::input(message).dataset(&self.path)
+    }
+
+    /// Its children, in the order in which they were made where the file tells, else by name.
+    pub fn children(&self) -> Result<&[Node]> {
+        if let Some(children) = self.children.get() {
+            return Ok(children);
+        }
+        let groups = self.group.groups().map_err(|e| e.dataset(&self.path))?;
+        let children: Result<Vec<Node>> = groups
+            .into_iter()
+            .filter(|group| !group.name().starts_with(' '))
+            .map(|group| Node::below(&self.path, group))
+            .collect();
+        let children = children?;
+        Ok(self.children.get_or_init(|| children))
+    }
+
+    /// Its children with this label.
+    pub fn labelled<'a>(&'a self, label: &'a str) -> Result<impl Iterator<Item = &'a Node>> {
+        let children = self.children()?.iter();
+        Ok(children.filter(move |child| child.label == label))
+    }
+
+    /// Its child of this name.
+    pub fn child(&self, name: &str) -> Result<Option<&Node>> {
+        Ok(self.children()?.iter().find(|child| child.name == name))
+    }
+
+    /// Its child of this name, which must be there.
+    pub fn need(&self, name: &str) -> Result<&Node> {
+        self.child(name)?
+            .ok_or_else(|| self.refuse(format!("it has no \"{name}\"")))
+    }
+
+    /// Its data as it is stored.
+    pub fn dataset(&self) -> Result<Dataset> {
+        let data = self.group.dataset(" data");
+        data.map_err(|error| error.dataset(&self.path))?
+            .ok_or_else(|| self.refuse("it has no data"))
+    }
+
+    /// All of its data.
+    pub fn values(&self) -> Result<Values> {
+        let values = self.dataset()?.values();
+        values.map_err(|error| self.refuse(error.message))
+    }
+
+    /// Its data, which must be integers.
+    pub fn integers(&self) -> Result<Vec<i64>> {
+        let values = self.values()?;
+        values
+            .to_integers()
+            .ok_or_else(|| self.refuse("its data must be integers"))
+    }
+
+    /// Its data, which must be numbers.
+    pub fn numbers(&self) -> Result<Vec<f64>> {
+        super::arrays::to_f64(&self.values()?)
+            .ok_or_else(|| self.refuse("its data must be numbers"))
+    }
+
+    /// Its data as text, without what fills it up.
+    pub fn text(&self) -> Result<String> {
+        let bytes = self.bytes()?;
+        Ok(trimmed(&bytes))
+    }
+
+    /// Its data as names of 32 characters each.
+    pub fn names(&self) -> Result<Vec<String>> {
+        Ok(self.bytes()?.chunks(32).map(trimmed).collect())
+    }
+
+    /// Its data as strings, each with a zero after it.
+    pub fn strings(&self) -> Result<Vec<String>> {
+        let bytes = self.bytes()?;
+        let ended = bytes.strip_suffix(b"\0").unwrap_or(&bytes);
+        let strings = ended.split(|&byte| byte == 0);
+        Ok(strings
+            .map(|text| String::from_utf8_lossy(text).into_owned())
+            .collect())
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>> {
+        match self.values()? {
+            Values::I8(bytes) => Ok(bytes.into_iter().map(|byte| byte as u8).collect()),
+            Values::U8(bytes) => Ok(bytes),
+            Values::Text(lines) => Ok(lines.concat().into_bytes()),
+            _ => Err(self.refuse("its data must be text")),
+        }
+    }
+
+    /// Text of a child of this name; `None` without it.
+    pub fn child_text(&self, name: &str) -> Result<Option<String>> {
+        self.child(name)?.map(Node::text).transpose()
+    }
+
+    /// Sizes of its data as CGNS counts them, the first index running fastest.
+    pub fn sizes(&self) -> Result<Vec<u64>> {
+        let dataset = self.dataset()?;
+        Ok(dataset.shape().iter().rev().copied().collect())
+    }
+}
+
+/// Whether an HDF5 file holds what every CGNS file does.
+pub(super) fn has_bases(source: &Source) -> bool {
+    let names = File::open(source).and_then(|file| file.root()?.names());
+    names.is_ok_and(|(groups, _)| groups.iter().any(|name| name == "CGNSLibraryVersion"))
+}
+
+/// Whether a file is of the old format: four bytes of any kind, then its name.
+pub(super) fn is_adf(head: &[u8]) -> bool {
+    head.get(4..16) == Some(b"ADF Database")
+}
+
+fn text_of(group: &Group, attribute: &str, path: &str) -> Result<Option<String>> {
+    let text = group.text(attribute).map_err(|e| e.dataset(path))?;
+    Ok(text.map(|text| trimmed(text.as_bytes())))
+}
+
+/// Text up to the first zero, without spaces at its end.
+fn trimmed(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|&byte| byte == 0);
+    let text = &bytes[..end.unwrap_or(bytes.len())];
+    String::from_utf8_lossy(text).trim_end().to_owned()
+}
+
+fn broken_link(group: &Group, path: &str) -> Error {
+    let word = |name: &str| {
+        let dataset = group.dataset(name).ok()??;
+        match dataset.values().ok()? {
+            Values::I8(bytes) => Some(bytes.into_iter().map(|b| b as u8).collect::<Vec<u8>>()),
+            Values::U8(bytes) => Some(bytes),
+            Values::Text(lines) => Some(lines.concat().into_bytes()),
+            _ => None,
+        }
+        .map(|bytes| trimmed(&bytes))
+    };
+    let to = word(" path").unwrap_or_default();
+    let message = match word(" file") {
+        Some(file) => format!(
+            "this is a link to \"{to}\" of the file \"{file}\", which was not found beside this one or \
+             does not have it"
+        ),
+        None => format!("this is a link to \"{to}\", which the file does not have"),
+    };
+    Error::input(message).dataset(path)
+}

@@ -1,0 +1,220 @@
+//! A CGNS file as a mesh: all zones of all bases one after another.
+
+use super::super::{Notes, ReadOptions, Source};
+use super::arrays::Arrays;
+use super::families::Families;
+use super::node::Node;
+use super::tags::Tags;
+use super::time::Step;
+use super::zone::Zone;
+use super::{solution, structured, unstructured};
+use crate::error::{Error, Result};
+use crate::mesh::{Cells, DataArray, Mesh};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// What has been read so far.
+#[derive(Default)]
+pub(super) struct Found {
+    points: Vec<[f64; 3]>,
+    pub cells: Cells,
+    pub tags: Tags,
+    pub point_arrays: Arrays,
+    pub cell_arrays: Arrays,
+    field_arrays: Vec<DataArray>,
+    /// Elements of which only the corners are kept, by type.
+    pub incomplete: BTreeMap<&'static str, usize>,
+    /// What is left behind, and how many of it.
+    left: BTreeMap<String, usize>,
+}
+
+/// Reads a file at one of its steps.
+pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    let root = Node::root(source)?;
+    let step = Step::choose(&root, options.step)?;
+    let version = version(&root)?;
+    let mut found = Found::default();
+    let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
+    if bases.is_empty() {
+        return Err(Error::input(
+            "this HDF5 file holds no CGNSBase_t: it is no CGNS file",
+        ));
+    }
+    let mut zones = Vec::new();
+    for base in &bases {
+        let at = (zones.len(), version);
+        zones.extend(zones_of(base, &step, at, &mut found)?);
+    }
+    let several = zones.len() > 1;
+    for (zone, families) in zones {
+        read_zone(zone, &families, &step, several, &mut found)?;
+    }
+    found.say(notes);
+    let n_cells = found.cells.len();
+    Ok(Mesh {
+        point_arrays: found.point_arrays.into_data_arrays(found.points.len()),
+        cell_arrays: found.cell_arrays.into_data_arrays(n_cells),
+        points: found.points,
+        cells: found.cells,
+        groups: found.tags.into_groups(),
+        field_arrays: found.field_arrays,
+    })
+}
+
+fn version(root: &Node) -> Result<f64> {
+    let version = root.child("CGNSLibraryVersion")?.map(Node::numbers);
+    let version = version.transpose()?;
+    Ok(version.and_then(|v| v.first().copied()).unwrap_or(4.0))
+}
+
+type ZoneOfBase<'a> = (Zone<'a>, std::rc::Rc<Families>);
+
+/// The zones of a base that exist at this step.
+fn zones_of<'a>(
+    base: &'a Node,
+    step: &Step,
+    (n_before, version): (usize, f64),
+    found: &mut Found,
+) -> Result<Vec<ZoneOfBase<'a>>> {
+    let dimension = match base.integers()?.first() {
+        Some(&dimension @ 1..=3) => dimension as u8,
+        other => {
+            return Err(base.refuse(format!(
+                "the dimension of its cells is {other:?}, not 1 to 3"
+            )));
+        }
+    };
+    let families = std::rc::Rc::new(Families::read(base)?);
+    let present = step.zones(base)?;
+    let is_present = |zone: &&Node| {
+        let listed = |names: &Vec<String>| names.iter().any(|name| name == zone.name());
+        present.as_ref().is_none_or(listed)
+    };
+    let mut zones = Vec::new();
+    for node in base.labelled("Zone_t")?.filter(is_present) {
+        let mut zone = Zone::open(node, base.name(), n_before + zones.len(), dimension)?;
+        zone.version = version;
+        zones.push((zone, families.clone()));
+    }
+    const KEPT: [&str; 7] = [
+        "Zone_t",
+        "Family_t",
+        "BaseIterativeData_t",
+        "SimulationType_t",
+        "DataClass_t",
+        "Ordinal_t",
+        "Descriptor_t",
+    ];
+    for child in base.children()? {
+        if !KEPT.contains(&child.label()) && child.name() != super::FIELD_ARRAYS {
+            found.leave(child.label(), 1);
+        }
+    }
+    found.field_arrays.extend(solution::field_arrays(base)?);
+    Ok(zones)
+}
+
+fn read_zone(
+    mut zone: Zone,
+    families: &Families,
+    step: &Step,
+    is_group: bool,
+    found: &mut Found,
+) -> Result<()> {
+    let mut points = std::mem::take(&mut found.points);
+    let read = zone.read_points(step, &mut points);
+    found.points = points;
+    read?;
+    let first_cell = found.cells.len();
+    match zone.is_structured {
+        true => structured::read(&zone, families, found)?,
+        false => unstructured::read(&zone, families, found)?,
+    }
+    let dimension = zone.cell_dimension;
+    let runs = found.cells.runs_in(first_cell..found.cells.len());
+    let solid: Vec<Range<usize>> = runs
+        .filter(|run| run.kind.dimension() == dimension)
+        .map(|run| run.first_cell..run.first_cell + run.n_cells())
+        .collect();
+    solution::read(&zone, &solid, step, found)?;
+    if is_group {
+        found
+            .tags
+            .add_new(zone.node.name(), zone.base, dimension, &solid);
+    }
+    for family in zone.node.labelled("FamilyName_t")? {
+        for name in families.names(&family.text()?) {
+            if !(is_group && name == zone.node.name()) {
+                found
+                    .tags
+                    .add(&name, zone.base, dimension, None, solid.clone());
+            }
+        }
+    }
+    leave_others(&zone, found)
+}
+
+/// Counts what a zone has that is not read.
+fn leave_others(zone: &Zone, found: &mut Found) -> Result<()> {
+    const KEPT: [&str; 16] = [
+        "ZoneType_t",
+        "UserDefinedData_t",
+        "GridCoordinates_t",
+        "Elements_t",
+        "ZoneBC_t",
+        "ZoneSubRegion_t",
+        "FlowSolution_t",
+        "DiscreteData_t",
+        "FamilyName_t",
+        "ZoneIterativeData_t",
+        "ArbitraryGridMotion_t",
+        "DataClass_t",
+        "DimensionalUnits_t",
+        "Ordinal_t",
+        "Descriptor_t",
+        "ZoneGridConnectivity_t",
+    ];
+    for child in zone.node.children()? {
+        if !KEPT.contains(&child.label()) {
+            found.leave(child.label(), 1);
+        }
+    }
+    for connectivity in zone.node.labelled("ZoneGridConnectivity_t")? {
+        for interface in connectivity.children()? {
+            if interface.label().starts_with("GridConnectivity") {
+                found.leave("interfaces to other zones", 1);
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Found {
+    /// Counts something that a mesh cannot hold.
+    pub fn leave(&mut self, what: &str, n: usize) {
+        *self.left.entry(what.to_owned()).or_default() += n;
+    }
+
+    /// An error when there would be too many cells.
+    pub fn check_room(&self, n: usize) -> Result<()> {
+        match self.cells.len().checked_add(n) {
+            Some(total) if total < u32::MAX as usize => Ok(()),
+            _ => Err(Error::input("the file has more than 4294967294 cells")),
+        }
+    }
+
+    fn say(&self, notes: &mut Notes) {
+        for (what, n) in &self.left {
+            notes.push(match (what.contains(' '), n) {
+                (true, _) => format!("{n} {what} are not kept"),
+                (false, 1) => format!("a node of type {what} is not kept"),
+                (false, _) => format!("{n} nodes of type {what} are not kept"),
+            });
+        }
+        for (name, n) in &self.incomplete {
+            notes.push(format!(
+                "of {n} elements of type {name} only the corner nodes are kept: no cell has their others"
+            ));
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Boundary conditions and subregions of a zone: their names, and what they are given by.
+
+use super::families::{self, Families};
+use super::node::Node;
+use super::read::Found;
+use super::zone::Zone;
+use crate::error::Result;
+use std::ops::Range;
+
+/// A part of a zone that has a name.
+pub(super) struct Region<'a> {
+    pub node: &'a Node,
+    /// Names that users know it by.
+    pub names: Vec<String>,
+    /// Type of its boundary condition.
+    pub condition: Option<String>,
+    pub place: Place,
+    /// Dimension of its elements.
+    pub dimension: u8,
+    /// Numbers as they are in the file: one an entity in an unstructured zone, else one an index.
+    pub numbers: Vec<i64>,
+    /// Whether the numbers are the two ends of a range.
+    pub is_range: bool,
+}
+
+/// What the numbers of a region count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// Nodes, because the file says so or says nothing.
+    Nodes,
+    /// Elements, or faces of a structured zone.
+    Elements,
+    /// Cells of a structured zone.
+    CellCenters,
+    /// Faces of a structured zone across this index.
+    FacesAcross(usize),
+}
+
+/// The regions of a zone, in the order of the file.
+pub(super) fn regions<'a>(
+    zone: &Zone<'a>,
+    families: &Families,
+    found: &mut Found,
+) -> Result<Vec<Region<'a>>> {
+    let mut regions = Vec::new();
+    for conditions in zone.node.labelled("ZoneBC_t")? {
+        for node in conditions.labelled("BC_t")? {
+            let text = node.text()?;
+            let known = families::condition(&text);
+            let boundary = zone.cell_dimension - 1;
+            regions.extend(region(node, boundary, known, families, found)?);
+        }
+    }
+    for node in zone.node.labelled("ZoneSubRegion_t")? {
+        let dimension = match node.integers()?[..] {
+            [dimension @ 0..=3] => dimension as u8,
+            _ => return Err(node.refuse("the dimension of a subregion must be 0 to 3")),
+        };
+        regions.extend(region(node, dimension, None, families, found)?);
+    }
+    for node in zone.node.labelled("UserDefinedData_t")? {
+        let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
+        if has("FamilyName")? && (has("PointRange")? || has("PointList")?) {
+            regions.extend(region(node, 1, None, families, found)?);
+        } else {
+            found.leave("UserDefinedData_t", 1);
+        }
+    }
+    Ok(regions)
+}
+
+fn region<'a>(
+    node: &'a Node,
+    dimension: u8,
+    mut condition: Option<String>,
+    families: &Families,
+    found: &mut Found,
+) -> Result<Option<Region<'a>>> {
+    let mut names = Vec::new();
+    let mut points = None;
+    let mut full_name = None;
+    for child in node.children()? {
+        match (child.label(), child.name()) {
+            ("FamilyName_t" | "AdditionalFamilyName_t", _) => {
+                let family = child.text()?;
+                condition = condition.or_else(|| families.condition(&family).map(str::to_owned));
+                names.extend(families.names(&family));
+            }
+            ("IndexRange_t" | "IndexArray_t", "PointRange" | "PointList") => {
+                points = Some((child, false));
+            }
+            ("IndexRange_t" | "IndexArray_t", "ElementRange" | "ElementList") => {
+                points = Some((child, true));
+            }
+            ("Descriptor_t", super::FULL_NAME) => full_name = Some(child.text()?),
+            ("GridLocation_t" | "Ordinal_t", _) | (_, "InwardNormalList") => {}
+            (label, _) => found.leave(label, 1),
+        }
+    }
+    if names.is_empty() {
+        names.push(full_name.unwrap_or_else(|| node.name().to_owned()));
+    }
+    names.dedup();
+    let Some((points, are_elements)) = points else {
+        found.leave(&format!("{} without points", node.label()), 1);
+        return Ok(None);
+    };
+    let location = node.child_text("GridLocation")?;
+    let place = match location.as_deref() {
+        _ if are_elements => Place::Elements,
+        Some("CellCenter") => Place::CellCenters,
+        Some("FaceCenter" | "EdgeCenter") => Place::Elements,
+        Some("IFaceCenter") => Place::FacesAcross(0),
+        Some("JFaceCenter") => Place::FacesAcross(1),
+        Some("KFaceCenter") => Place::FacesAcross(2),
+        _ => Place::Nodes,
+    };
+    Ok(Some(Region {
+        node,
+        names,
+        condition,
+        place,
+        dimension,
+        numbers: points.integers()?,
+        is_range: points.name().ends_with("Range"),
+    }))
+}
+
+impl Region<'_> {
+    /// The numbers of an unstructured zone as ranges, in the order of the file.
+    pub fn ranges(&self) -> Vec<Range<i64>> {
+        if let (true, &[a, b]) = (self.is_range, &self.numbers[..]) {
+            let range = a.min(b)..a.max(b).saturating_add(1);
+            return std::iter::once(range).collect();
+        }
+        let follows = |a: &i64, b: &i64| a.checked_add(1) == Some(*b);
+        let stretches = self.numbers.chunk_by(follows);
+        let range = |s: &[i64]| s[0]..s[s.len() - 1].saturating_add(1);
+        stretches.map(range).collect()
+    }
+}

@@ -1,0 +1,289 @@
+//! Sections of elements of an unstructured zone, and which element is which cell.
+
+use super::element::{
+    self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
+};
+use super::node::Node;
+use super::read::Found;
+use super::zone::Zone;
+use crate::error::Result;
+use crate::mesh::{CellKind, Values};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Node indices taken from the file at a time.
+const BLOCK: u64 = 1 << 22;
+
+/// A section before its elements are read.
+pub(super) struct Section<'a> {
+    pub node: &'a Node,
+    /// Number of the element type.
+    pub element_type: i64,
+    /// Number of its first element.
+    pub first: i64,
+    pub n_elements: usize,
+    /// Elements at its start that lie on the boundary, where the file says so.
+    pub n_boundary: usize,
+}
+
+/// Which cells the elements of a section became.
+pub(super) struct Span {
+    pub first: i64,
+    pub n_elements: usize,
+    pub cells: Cells,
+}
+
+/// Cells of a section.
+pub(super) enum Cells {
+    /// Consecutive ones from this on.
+    From(usize),
+    /// For each element its cell, or `u32::MAX` for a face inside.
+    Each(Vec<u32>),
+}
+
+/// The sections of a zone in the order of their elements.
+pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
+    let mut sections = Vec::new();
+    for node in zone.node.labelled("Elements_t")? {
+        let data = node.integers()?;
+        let range = node.need("ElementRange")?.integers()?;
+        let element_type = data.first().map(|&n| current_number(n, zone.version));
+        let (Some(element_type), &[first, last]) = (element_type, &range[..]) else {
+            return Err(node.refuse("its data must be a type, its ElementRange two numbers"));
+        };
+        let n = last.checked_sub(first).and_then(|n| n.checked_add(1));
+        let n = n.filter(|n| first >= 1 && (0..i64::from(u32::MAX)).contains(n));
+        let Some(n) = n else {
+            return Err(node.refuse(format!(
+                "its ElementRange is {first} to {last}; elements are counted from 1"
+            )));
+        };
+        let n_boundary = data.get(1).map_or(0, |&n| usize::try_from(n).unwrap_or(0));
+        sections.push(Section {
+            node,
+            element_type,
+            first,
+            n_elements: n as usize,
+            n_boundary,
+        });
+    }
+    sections.sort_by_key(|section| section.first);
+    Ok(sections)
+}
+
+impl Section<'_> {
+    /// Dimension of its elements; `None` for MIXED sections.
+    pub fn dimension(&self) -> Option<u8> {
+        match self.element_type {
+            NGON_N => Some(2),
+            NFACE_N => Some(3),
+            other => Some(ElementType::from_number(other)?.kind.dimension()),
+        }
+    }
+
+    /// The numbers of its elements.
+    pub fn range(&self) -> Range<i64> {
+        self.first..self.first.saturating_add(self.n_elements as i64)
+    }
+
+    /// Appends its elements to the cells. NGON_n and NFACE_n are for `polyhedra` to read.
+    pub fn read(&self, zone: &Zone, found: &mut Found) -> Result<Span> {
+        let first_cell = found.cells.len();
+        match self.element_type {
+            MIXED => self.read_mixed(zone, found)?,
+            number if old_polygon(number, zone.version).is_some() => {
+                self.read_old_polygons(zone, found)?;
+            }
+            number => {
+                let element = ElementType::from_number(number).ok_or_else(|| {
+                    let name = type_name(number);
+                    self.node
+                        .refuse(format!("elements of {name} are not known"))
+                })?;
+                self.read_fixed(element, zone, found)?;
+            }
+        }
+        Ok(Span {
+            first: self.first,
+            n_elements: self.n_elements,
+            cells: Cells::From(first_cell),
+        })
+    }
+
+    fn read_fixed(&self, element: ElementType, zone: &Zone, found: &mut Found) -> Result<()> {
+        let node = self.node.need("ElementConnectivity")?;
+        let dataset = node.dataset()?;
+        let n_entries: Option<u64> = dataset
+            .shape()
+            .iter()
+            .try_fold(1, |p: u64, n| p.checked_mul(*n));
+        let expected = self.n_elements as u64 * element.n_nodes as u64;
+        if n_entries != Some(expected) {
+            return Err(node.refuse(format!(
+                "it has {} entries; {} elements of {} have {expected}",
+                n_entries.unwrap_or(u64::MAX),
+                self.n_elements,
+                element.name
+            )));
+        }
+        found.check_room(self.n_elements)?;
+        let step = match dataset.shape() {
+            [_] => BLOCK / element.n_nodes as u64 * element.n_nodes as u64,
+            _ => u64::MAX,
+        };
+        let order = element.vtk_from_cgns();
+        let rows = dataset.n_rows();
+        let mut start = 0;
+        while start < rows {
+            let end = start.saturating_add(step).min(rows);
+            let block = dataset
+                .rows(start..end)
+                .map_err(|e| node.refuse(e.message))?;
+            let mut nodes = node_indices(&block, node, zone)?;
+            drop(block);
+            if let Some(order) = &order {
+                permute(&mut nodes, order);
+            }
+            push(element, &nodes, found);
+            start = end;
+        }
+        Ok(())
+    }
+
+    /// Polygons that have one number of nodes, which their element type tells.
+    fn read_old_polygons(&self, zone: &Zone, found: &mut Found) -> Result<()> {
+        let n = old_polygon(self.element_type, zone.version).expect("the type was checked");
+        let node = self.node.need("ElementConnectivity")?;
+        let nodes = node_indices(&node.values()?, node, zone)?;
+        if Some(nodes.len()) != n.checked_mul(self.n_elements) {
+            return Err(node.refuse(format!(
+                "it has {} entries; {} polygons of {n} nodes have others",
+                nodes.len(),
+                self.n_elements
+            )));
+        }
+        found.check_room(self.n_elements)?;
+        found.cells.push_run(CellKind::Polygon, n, &nodes);
+        Ok(())
+    }
+
+    fn read_mixed(&self, zone: &Zone, found: &mut Found) -> Result<()> {
+        let node = self.node.need("ElementConnectivity")?;
+        let stream = node
+            .values()?
+            .to_integers()
+            .ok_or_else(|| node.refuse("node numbers must be integers"))?;
+        found.check_room(self.n_elements)?;
+        let mut rest = &stream[..];
+        let mut nodes: Vec<u32> = Vec::new();
+        let mut of: Option<ElementType> = None;
+        for i in 0..self.n_elements {
+            let number = current_number(rest.first().copied().unwrap_or(0), zone.version);
+            let polygon = old_polygon(number, zone.version);
+            let element = ElementType::from_number(number).filter(|_| polygon.is_none());
+            let n = polygon.or(element.map(|element| element.n_nodes));
+            let Some(n) = n.filter(|n| *n < rest.len()) else {
+                return Err(node.refuse(format!(
+                    "element {} of {} is of {} where {} entries are left",
+                    i + 1,
+                    self.n_elements,
+                    type_name(number),
+                    rest.len()
+                )));
+            };
+            if element != of {
+                flush(of, &mut nodes, found);
+                of = element;
+            }
+            for &number in &rest[1..=n] {
+                nodes.push(node_index(number, node, zone)?);
+            }
+            if polygon.is_some() {
+                found.cells.push(CellKind::Polygon, &nodes);
+                nodes.clear();
+            }
+            rest = &rest[n + 1..];
+        }
+        flush(of, &mut nodes, found);
+        Ok(())
+    }
+}
+
+/// Appends elements of one type gathered from a MIXED section.
+fn flush(element: Option<ElementType>, nodes: &mut Vec<u32>, found: &mut Found) {
+    if let Some(element) = element {
+        if let Some(order) = element.vtk_from_cgns() {
+            permute(nodes, &order);
+        }
+        push(element, nodes, found);
+    }
+    nodes.clear();
+}
+
+/// Appends elements whose nodes are in VTK's order. Of one that VTK does not have, the corners.
+fn push(element: ElementType, nodes: &[u32], found: &mut Found) {
+    if element.is_kept() {
+        found.cells.push_run(element.kind, element.n_nodes, nodes);
+        return;
+    }
+    let n = element.n_kept();
+    let corners = nodes.chunks_exact(element.n_nodes);
+    let corners: Vec<u32> = corners.flat_map(|nodes| &nodes[..n]).copied().collect();
+    found.cells.push_run(element.kind, n, &corners);
+    *found.incomplete.entry(element.name).or_default() += nodes.len() / element.n_nodes;
+}
+
+/// Node indices of the mesh for the node numbers of a zone.
+pub(super) fn node_indices(values: &Values, node: &Node, zone: &Zone) -> Result<Vec<u32>> {
+    let n = zone.n_nodes.iter().product::<usize>();
+    let first = zone.first_node as u32;
+    macro_rules! indices {
+        ($numbers:expr, $type:ty) => {{
+            let limit = <$type>::try_from(n).unwrap_or(<$type>::MAX);
+            let is_wrong = |number: &$type| *number < 1 || *number > limit;
+            match $numbers.par_iter().find_first(|number| is_wrong(number)) {
+                Some(&number) => Err(i64::try_from(number).unwrap_or(i64::MAX)),
+                None => Ok($numbers
+                    .par_iter()
+                    .with_min_len(1 << 14)
+                    .map(|&number| (number as u32 - 1) + first)
+                    .collect()),
+            }
+        }};
+    }
+    let indices = match values {
+        Values::I32(numbers) => indices!(numbers, i32),
+        Values::I64(numbers) => indices!(numbers, i64),
+        Values::U32(numbers) => indices!(numbers, u32),
+        Values::U64(numbers) => indices!(numbers, u64),
+        _ => return Err(node.refuse("node numbers must be integers of 4 or 8 bytes")),
+    };
+    indices.map_err(|number| outside(number, node, n))
+}
+
+/// The node index of the mesh for one node number of a zone.
+pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
+    let n = zone.n_nodes.iter().product::<usize>();
+    match usize::try_from(number) {
+        Ok(number) if (1..=n).contains(&number) => Ok((number - 1 + zone.first_node) as u32),
+        _ => Err(outside(number, node, n)),
+    }
+}
+
+fn outside(number: i64, node: &Node, n: usize) -> crate::error::Error {
+    node.refuse(format!(
+        "it names node {number}; the zone has the nodes 1 to {n}"
+    ))
+}
+
+/// Whether a section's name only says what its elements are: an element type, or of cells their
+/// shape in any words.
+pub(super) fn says_nothing(name: &str, of_cells: bool) -> bool {
+    const SHAPES: [&str; 14] = [
+        "HEX", "TET", "PYR", "PRISM", "PENTA", "WEDGE", "TRI", "QUAD", "POLY", "ELEM", "CELL",
+        "SECTION", "MIXED", "NFACE",
+    ];
+    let upper = name.to_ascii_uppercase();
+    let has = |word: &str| upper.contains(word);
+    element::names().any(has) || (of_cells && SHAPES.iter().copied().any(has))
+}

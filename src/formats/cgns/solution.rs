@@ -1,0 +1,97 @@
+//! Solutions of a zone, as arrays at its nodes and cells.
+
+use super::node::Node;
+use super::read::Found;
+use super::time::Step;
+use super::zone::{Zone, rind};
+use crate::error::Result;
+use crate::mesh::{DataArray, Values};
+use std::ops::Range;
+
+/// Adds the arrays of the solutions of a zone that belong to this step. `cells` are its cells.
+pub(super) fn read(
+    zone: &Zone,
+    cells: &[Range<usize>],
+    step: &Step,
+    found: &mut Found,
+) -> Result<()> {
+    for label in ["FlowSolution_t", "DiscreteData_t"] {
+        let all = zone.node.labelled(label)?.collect();
+        for solution in step.solutions(zone.node, all)? {
+            read_solution(zone, solution, cells, found)?;
+        }
+    }
+    Ok(())
+}
+
+/// The arrays of the mesh as a whole that azimesh has put into a base.
+pub(super) fn field_arrays(base: &Node) -> Result<Vec<DataArray>> {
+    let Some(node) = base.child(super::FIELD_ARRAYS)? else {
+        return Ok(Vec::new());
+    };
+    let mut arrays = Vec::new();
+    for array in node.labelled("DataArray_t")? {
+        let full_name = array.child_text(super::FULL_NAME)?;
+        let name = full_name.unwrap_or_else(|| array.name().to_owned());
+        let (n_components, values) = match array.values()? {
+            Values::I8(_) | Values::U8(_) | Values::Text(_) => (1, Values::Text(array.strings()?)),
+            values => match array.sizes()?[..] {
+                [n, _] if n >= 1 && (values.len() as u64).is_multiple_of(n) => (n as usize, values),
+                _ => (1, values),
+            },
+        };
+        arrays.push(DataArray::tuples(name, n_components, values));
+    }
+    Ok(arrays)
+}
+
+fn read_solution(
+    zone: &Zone,
+    solution: &Node,
+    cells: &[Range<usize>],
+    found: &mut Found,
+) -> Result<()> {
+    let location = solution.child_text("GridLocation")?;
+    let n = zone.total_nodes()?;
+    let nodes = zone.first_node..zone.first_node + n;
+    let (sizes, places) = match location.as_deref() {
+        None | Some("Vertex") => (&zone.n_nodes, vec![nodes]),
+        Some("CellCenter") => (&zone.n_cells, cells.to_vec()),
+        Some(other) => {
+            found.leave(&format!("solutions at {other}"), 1);
+            return Ok(());
+        }
+    };
+    if solution.child("PointRange")?.is_some() || solution.child("PointList")?.is_some() {
+        found.leave("solutions on a part of a zone", 1);
+        return Ok(());
+    }
+    let rind = rind(solution)?;
+    let n: usize = places.iter().map(Range::len).sum();
+    for array in solution.labelled("DataArray_t")? {
+        let values = zone.core(array, sizes, &rind)?;
+        if matches!(values, Values::Text(_) | Values::I8(_) | Values::U8(_)) {
+            found.leave("solution arrays of text", 1);
+        } else if values.len() != n {
+            return Err(array.refuse(format!(
+                "it has {} values for {n} {}",
+                values.len(),
+                if location.as_deref() == Some("CellCenter") {
+                    "cells"
+                } else {
+                    "nodes"
+                }
+            )));
+        } else {
+            let arrays = match location.as_deref() {
+                Some("CellCenter") => &mut found.cell_arrays,
+                _ => &mut found.point_arrays,
+            };
+            let full_name = array.child_text(super::FULL_NAME)?;
+            let name = full_name.as_deref().unwrap_or(array.name());
+            let names = [solution.name(), name];
+            arrays.add(zone.number, names, places.clone(), values);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,291 @@
+//! Structured zones: hexahedra, quadrilaterals or lines, and the faces of their boundary conditions.
+
+use super::families::Families;
+use super::read::Found;
+use super::regions::{Place, Region, regions};
+use super::zone::Zone;
+use crate::error::Result;
+use crate::mesh::CellKind;
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// Appends the cells of a structured zone and the faces of its boundary conditions.
+pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Result<()> {
+    let grid = Grid::of(zone)?;
+    found.check_room(grid.cells.iter().product())?;
+    grid.append_cells(found);
+    for region in regions(zone, families, found)? {
+        if region.place == Place::CellCenters && grid.is_solid(&region) {
+            found.leave("groups of cells of structured zones", 1);
+            continue;
+        }
+        let start = found.cells.len();
+        match region.is_range {
+            true => grid.append_range(&region, found)?,
+            false => grid.append_list(&region, found)?,
+        }
+        let cells = start..found.cells.len();
+        if cells.is_empty() {
+            found.leave(
+                "names of boundary conditions for which no faces were found",
+                1,
+            );
+            continue;
+        }
+        for name in &region.names {
+            let condition = region.condition.as_deref();
+            let dimension = zone.cell_dimension - 1;
+            found.tags.add(
+                name,
+                zone.node.name(),
+                dimension,
+                condition,
+                [cells.clone()],
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A grid of 1 to 3 indices; the ones that it does not have are 1 node wide.
+struct Grid {
+    n_indices: usize,
+    nodes: [usize; 3],
+    cells: [usize; 3],
+    first_node: usize,
+}
+
+impl Grid {
+    fn of(zone: &Zone) -> Result<Self> {
+        let size = |i: usize| zone.n_nodes.get(i).copied().unwrap_or(1);
+        let nodes = std::array::from_fn(size);
+        zone.total_nodes()?;
+        if zone.n_nodes.iter().any(|&n| n < 2) {
+            return Err(zone.node.refuse(format!(
+                "it has {:?} nodes along its indices; there must be 2 along each",
+                zone.n_nodes
+            )));
+        }
+        Ok(Self {
+            n_indices: zone.n_nodes.len(),
+            nodes,
+            cells: nodes.map(|n| n.saturating_sub(1).max(1)),
+            first_node: zone.first_node,
+        })
+    }
+
+    fn node(&self, [i, j, k]: [usize; 3]) -> u32 {
+        (self.first_node + i + self.nodes[0] * (j + self.nodes[1] * k)) as u32
+    }
+
+    /// Nodes of the cell or face that spreads from `at` along the indices `along`, in VTK's order.
+    fn corners(&self, at: [usize; 3], along: &[usize]) -> Vec<u32> {
+        let moved = |steps: &[usize]| {
+            let mut at = at;
+            steps.iter().for_each(|&index| at[index] += 1);
+            self.node(at)
+        };
+        match *along {
+            [a] => vec![moved(&[]), moved(&[a])],
+            [a, b] => vec![moved(&[]), moved(&[a]), moved(&[a, b]), moved(&[b])],
+            [a, b, c] => {
+                let bottom = [moved(&[]), moved(&[a]), moved(&[a, b]), moved(&[b])];
+                let top = [
+                    moved(&[c]),
+                    moved(&[a, c]),
+                    moved(&[a, b, c]),
+                    moved(&[b, c]),
+                ];
+                [bottom, top].concat()
+            }
+            _ => vec![moved(&[])],
+        }
+    }
+
+    fn append_cells(&self, found: &mut Found) {
+        let along: Vec<usize> = (0..self.n_indices).collect();
+        let kind = kind(self.n_indices);
+        let mut nodes = Vec::with_capacity(self.cells[0] << self.n_indices);
+        for k in 0..self.cells[2] {
+            for j in 0..self.cells[1] {
+                nodes.clear();
+                for i in 0..self.cells[0] {
+                    nodes.extend(self.corners([i, j, k], &along));
+                }
+                found.cells.push_run(kind, 1 << self.n_indices, &nodes);
+            }
+        }
+    }
+
+    /// Whether a region spreads along all indices: it is a part of the grid, no boundary.
+    fn is_solid(&self, region: &Region) -> bool {
+        let (low, high) = region.numbers.split_at(region.numbers.len() / 2);
+        let wide = low.iter().zip(high).filter(|(a, b)| a != b).count();
+        region.is_range && wide == self.n_indices
+    }
+
+    /// Appends the faces in a range of nodes, of faces, or of the cells beside them.
+    fn append_range(&self, region: &Region, found: &mut Found) -> Result<()> {
+        let n = self.n_indices;
+        if region.numbers.len() != 2 * n {
+            return Err(region.node.refuse(format!(
+                "its range has {} numbers; in a zone of {n} indices it has {}",
+                region.numbers.len(),
+                2 * n
+            )));
+        }
+        let (mut low, mut high) = ([1_usize; 3], [1_usize; 3]);
+        for i in 0..n {
+            let ends = [region.numbers[i], region.numbers[n + i]];
+            let ends = ends.map(|end| usize::try_from(end).unwrap_or(0));
+            (low[i], high[i]) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            if low[i] < 1 || high[i] > self.nodes[i] {
+                return Err(region.node.refuse(format!(
+                    "its range {:?} leaves the zone of {:?} nodes",
+                    region.numbers,
+                    &self.nodes[..n]
+                )));
+            }
+        }
+        let Some(across) = self.across(region, low, high) else {
+            found.leave(
+                "names of boundary conditions for which no faces were found",
+                1,
+            );
+            return Ok(());
+        };
+        let counts_nodes =
+            region.place == Place::Nodes || (0..n).any(|i| i != across && high[i] > self.cells[i]);
+        let layer = match region.place {
+            Place::CellCenters if low[across] > 1 => low[across],
+            _ => low[across] - 1,
+        };
+        let mut ranges: [Range<usize>; 3] = [0..1, 0..1, 0..1];
+        for i in (0..n).filter(|&i| i != across) {
+            ranges[i] = match counts_nodes {
+                true => low[i] - 1..high[i] - 1,
+                false => low[i] - 1..high[i],
+            };
+        }
+        ranges[across] = layer..layer + 1;
+        self.append_faces(across, ranges, found);
+        Ok(())
+    }
+
+    /// The index across which a range lies: the one that does not change, at an end of the zone if
+    /// there are several.
+    fn across(&self, region: &Region, low: [usize; 3], high: [usize; 3]) -> Option<usize> {
+        if let Place::FacesAcross(index) = region.place {
+            return Some(index).filter(|i| *i < self.n_indices && low[*i] == high[*i]);
+        }
+        let flat: Vec<usize> = (0..self.n_indices).filter(|&i| low[i] == high[i]).collect();
+        let last = |i: usize| match region.place {
+            Place::CellCenters => self.cells[i],
+            _ => self.nodes[i],
+        };
+        let at_end = |&&i: &&usize| low[i] == last(i) || low[i] == 1;
+        let beyond_cells =
+            |&&i: &&usize| region.place != Place::CellCenters && low[i] > self.cells[i];
+        let mut ends = flat.iter();
+        flat.iter()
+            .find(beyond_cells)
+            .or_else(|| ends.find(at_end))
+            .or(flat.first())
+            .copied()
+    }
+
+    /// Appends the faces across an index whose lowest corners lie in `ranges`, turned outward.
+    fn append_faces(&self, across: usize, ranges: [Range<usize>; 3], found: &mut Found) {
+        let along: Vec<usize> = match self.n_indices {
+            3 => vec![(across + 1) % 3, (across + 2) % 3],
+            2 => vec![1 - across],
+            _ => Vec::new(),
+        };
+        let is_low = ranges[across].start == 0;
+        let turned = if self.n_indices == 2 {
+            is_low == (across == 0)
+        } else {
+            is_low
+        };
+        let kind = kind(self.n_indices - 1);
+        for k in ranges[2].clone() {
+            for j in ranges[1].clone() {
+                for i in ranges[0].clone() {
+                    let mut nodes = self.corners([i, j, k], &along);
+                    if turned {
+                        nodes.reverse();
+                    }
+                    found.cells.push(kind, &nodes);
+                }
+            }
+        }
+    }
+
+    /// Appends the faces given by a list: all faces of the six sides with only such nodes, or the
+    /// faces that are named.
+    fn append_list(&self, region: &Region, found: &mut Found) -> Result<()> {
+        let n = self.n_indices;
+        let mut points: BTreeSet<[usize; 3]> = BTreeSet::new();
+        for numbers in region.numbers.chunks(n) {
+            let mut point = [0; 3];
+            for (i, &number) in numbers.iter().enumerate() {
+                point[i] = usize::try_from(number.saturating_sub(1)).unwrap_or(usize::MAX);
+            }
+            if numbers.len() < n || (0..n).any(|i| point[i] >= self.nodes[i]) {
+                return Err(region.node.refuse(format!(
+                    "its list names {numbers:?}, which is not in the zone of {:?} nodes",
+                    &self.nodes[..n]
+                )));
+            }
+            points.insert(point);
+        }
+        let across = match region.place {
+            Place::FacesAcross(index) if index < n => Some(index),
+            Place::Elements => (0..n).find(|&i| {
+                let mut places = points.iter().map(|point| point[i]);
+                let first = places.next().unwrap_or(0);
+                (first == 0 || first + 1 == self.nodes[i]) && places.all(|place| place == first)
+            }),
+            _ => None,
+        };
+        match across {
+            Some(across) => {
+                for point in &points {
+                    self.append_faces(across, point.map(|i| i..i + 1), found);
+                }
+            }
+            None => self.append_sides(&points, found),
+        }
+        Ok(())
+    }
+
+    fn append_sides(&self, points: &BTreeSet<[usize; 3]>, found: &mut Found) {
+        for across in 0..self.n_indices {
+            for side in [0, self.nodes[across] - 1] {
+                for point in points.iter().filter(|point| point[across] == side) {
+                    let others = (0..self.n_indices).filter(|&i| i != across);
+                    let others: Vec<usize> = others.collect();
+                    let all = (0..1_usize << others.len()).all(|corner| {
+                        let mut place = *point;
+                        for (bit, &index) in others.iter().enumerate() {
+                            place[index] += corner >> bit & 1;
+                        }
+                        points.contains(&place)
+                    });
+                    if all {
+                        self.append_faces(across, point.map(|i| i..i + 1), found);
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn kind(dimension: usize) -> CellKind {
+    match dimension {
+        0 => CellKind::Vertex,
+        1 => CellKind::Line,
+        2 => CellKind::Quadrilateral,
+        _ => CellKind::Hexahedron,
+    }
+}

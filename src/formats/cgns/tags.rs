@@ -1,0 +1,104 @@
+//! Groups as they are found: the same name in several places is one group.
+
+use crate::mesh::{CellSet, Group};
+use std::ops::Range;
+
+/// Groups found so far.
+#[derive(Default)]
+pub(super) struct Tags {
+    found: Vec<Found>,
+}
+
+struct Found {
+    dimension: u8,
+    name: String,
+    condition: Option<String>,
+    cells: Vec<Range<usize>>,
+}
+
+impl Tags {
+    /// Adds cells of one dimension to the group of this name. Where there is one that has another
+    /// boundary condition, the name is told apart by `place`.
+    pub fn add(
+        &mut self,
+        name: &str,
+        place: &str,
+        dimension: u8,
+        condition: Option<&str>,
+        cells: impl IntoIterator<Item = Range<usize>>,
+    ) {
+        let fits = |found: &Found| {
+            let other = found.condition.as_deref();
+            other.is_none() || condition.is_none() || other == condition
+        };
+        let named =
+            |found: &&mut Found, name: &str| found.dimension == dimension && found.name == name;
+        let apart = format!("{place}/{name}");
+        let same = self
+            .found
+            .iter()
+            .position(|f| f.dimension == dimension && f.name == name);
+        let name = match same {
+            Some(i) if !fits(&self.found[i]) => &apart,
+            _ => name,
+        };
+        if let Some(found) = self.found.iter_mut().find(|found| named(found, name)) {
+            found.cells.extend(cells);
+            if found.condition.is_none() {
+                found.condition = condition.map(str::to_owned);
+            }
+            return;
+        }
+        self.found.push(Found {
+            dimension,
+            name: name.to_owned(),
+            condition: condition.map(str::to_owned),
+            cells: cells.into_iter().collect(),
+        });
+    }
+
+    /// Adds a group of its own; where the name is taken it is told apart by `place`.
+    pub fn add_new(&mut self, name: &str, place: &str, dimension: u8, cells: &[Range<usize>]) {
+        let taken = |name: &str| {
+            let mut found = self.found.iter();
+            found.any(|found| found.dimension == dimension && found.name == name)
+        };
+        let mut unique = name.to_owned();
+        let mut count = 1;
+        while taken(&unique) {
+            unique = match count {
+                1 => format!("{place}/{name}"),
+                _ => format!("{place}/{name} {count}"),
+            };
+            count += 1;
+        }
+        self.add(&unique, place, dimension, None, cells.iter().cloned());
+    }
+
+    /// The groups that hold cells, in the order in which they were found.
+    pub fn into_groups(self) -> Vec<Group> {
+        let groups = self.found.into_iter().map(|found| Group {
+            dimension: found.dimension,
+            name: found.name,
+            number: None,
+            condition: found.condition,
+            cells: set(found.cells),
+        });
+        groups.filter(|group| !group.cells.is_empty()).collect()
+    }
+}
+
+/// The cells of ranges in any order, which may overlap.
+fn set(mut ranges: Vec<Range<usize>>) -> CellSet {
+    ranges.sort_unstable_by_key(|range| range.start);
+    let mut set = CellSet::new();
+    let mut end = 0;
+    for range in ranges {
+        let start = range.start.max(end);
+        if start < range.end {
+            set.push_range(start..range.end);
+            end = range.end;
+        }
+    }
+    set
+}

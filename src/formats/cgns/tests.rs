@@ -1,0 +1,445 @@
+//! Files in the layouts of real writers, round trips, sequences, damaged files.
+
+use super::Cgns;
+use crate::error::Error;
+use crate::formats::{Format, Notes, ReadOptions, Source, WriteOptions, parse, read};
+use crate::mesh::{CellKind, DataArray, Difference, Group, Mesh, Tolerance, Values};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("testdata/cgns")
+        .join(name)
+}
+
+fn load(name: &str, step: Option<usize>) -> (Mesh, Notes) {
+    let options = ReadOptions {
+        step,
+        ..ReadOptions::default()
+    };
+    let source = Source::open(&path(name)).expect("the file is there");
+    let loaded = read(&source, &options).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(loaded.format.name(), "cgns");
+    (loaded.mesh, loaded.notes)
+}
+
+fn written(mesh: &Mesh) -> (Vec<u8>, Vec<String>) {
+    let mut bytes = Vec::new();
+    let notes = Cgns.write(mesh, &mut bytes, &WriteOptions::default());
+    (bytes, notes.unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn refused(bytes: &[u8]) -> Error {
+    parse(&Cgns, bytes, &ReadOptions::default()).expect_err("it should be refused")
+}
+
+/// Faces of each tag as sets of nodes.
+fn faces(mesh: &Mesh) -> BTreeMap<String, BTreeSet<BTreeSet<u32>>> {
+    let of = |group: &Group| {
+        let faces = group.cells.iter().map(|cell| mesh.cells.get(cell).nodes);
+        faces.map(|nodes| nodes.iter().copied().collect()).collect()
+    };
+    mesh.boundary_tags()
+        .map(|tag| (tag.name.clone(), of(tag)))
+        .collect()
+}
+
+fn set(nodes: &[u32]) -> BTreeSet<u32> {
+    nodes.iter().copied().collect()
+}
+
+fn group(dimension: u8, name: &str, cells: std::ops::Range<usize>) -> Group {
+    Group {
+        dimension,
+        name: name.to_owned(),
+        number: None,
+        condition: None,
+        cells: cells.collect(),
+    }
+}
+
+#[test]
+fn every_layout_holds_the_same_two_cells_and_three_tags() {
+    let all = [
+        "polyhedra_offsets.cgns",
+        "polyhedra_counts.cgns",
+        "parents_only.cgns",
+        "linked_families.cgns",
+        "structured_rind.cgns",
+    ];
+    for name in all {
+        let (mesh, notes) = load(name, None);
+        assert!(notes.is_empty(), "{name}: {notes:?}");
+        assert_eq!(mesh.points.len(), 12, "{name}");
+        assert_eq!(mesh.points[11], [2.0, 1.0, 1.0], "{name}");
+        let cells: Vec<BTreeSet<u32>> = mesh
+            .cells
+            .iter()
+            .filter(|cell| cell.kind.dimension() == 3)
+            .map(|cell| set(cell.nodes))
+            .collect();
+        let expected = [
+            set(&[0, 1, 3, 4, 6, 7, 9, 10]),
+            set(&[1, 2, 4, 5, 7, 8, 10, 11]),
+        ];
+        assert_eq!(cells, expected, "{name}");
+        let tags = faces(&mesh);
+        assert_eq!(tags.len(), 3, "{name}: {tags:?}");
+        assert_eq!(tags["low"], [set(&[0, 3, 6, 9])].into(), "{name}");
+        assert_eq!(tags["high"], [set(&[2, 5, 8, 11])].into(), "{name}");
+        assert_eq!(tags["sides"].len(), 8, "{name}");
+        assert!(tags["sides"].contains(&set(&[7, 8, 10, 11])), "{name}");
+        for (tag, condition) in [
+            ("low", "BCInflow"),
+            ("high", "BCOutflow"),
+            ("sides", "BCWallViscous"),
+        ] {
+            let group = mesh.boundary_tags().find(|group| group.name == tag);
+            let found = group.and_then(|group| group.condition.as_deref());
+            assert_eq!(found, Some(condition), "{name}: {tag}");
+        }
+    }
+}
+
+#[test]
+fn a_face_between_polyhedra_goes_round_outward_for_both() {
+    for name in [
+        "polyhedra_offsets.cgns",
+        "polyhedra_counts.cgns",
+        "parents_only.cgns",
+    ] {
+        let (mesh, _) = load(name, None);
+        let between: Vec<Vec<u32>> = mesh
+            .cells
+            .iter()
+            .filter(|cell| cell.kind == CellKind::Polyhedron)
+            .flat_map(|cell| mesh.cells.polyhedron_faces(cell.index))
+            .filter(|face| set(face) == set(&[1, 4, 7, 10]))
+            .map(<[u32]>::to_vec)
+            .collect();
+        assert_eq!(between, [[1, 4, 10, 7], [1, 7, 10, 4]], "{name}");
+    }
+}
+
+#[test]
+fn boundaries_given_by_nodes_get_the_faces_that_the_file_lacks() {
+    let (mesh, notes) = load("by_nodes_big_endian_packed.cgns", None);
+    assert!(notes.is_empty());
+    let tags = faces(&mesh);
+    assert_eq!(tags["low"], [set(&[0, 3, 6, 9])].into());
+    assert_eq!(tags["high"], [set(&[2, 5, 8, 11])].into());
+    assert_eq!(tags["all"].len(), 10);
+    assert_eq!(mesh.cells.len(), 12, "a face in two tags is one cell");
+}
+
+#[test]
+fn ghost_layers_are_left_out() {
+    let (mesh, _) = load("structured_rind.cgns", None);
+    let pressure = &mesh.cell_arrays[0];
+    let Values::F64(values) = &pressure.values else {
+        panic!("pressure is of 64 bits");
+    };
+    assert_eq!(values[..2], [7.0, 8.0]);
+    assert!(values[2..].iter().all(|value| value.is_nan()));
+}
+
+#[test]
+fn zones_of_one_name_are_told_apart_and_their_tags_are_one() {
+    let (mesh, _) = load("two_bases.cgns", None);
+    let zones: Vec<&str> = mesh.zones().map(|zone| zone.name.as_str()).collect();
+    assert_eq!(zones, ["Zone", "Right/Zone"]);
+    let tags = faces(&mesh);
+    assert_eq!(tags["wall"].len(), 2);
+    assert_eq!(mesh.points[12][0], 5.0);
+}
+
+#[test]
+fn each_step_has_its_own_positions_and_arrays() {
+    let source = Source::open(&path("sequence.cgns")).expect("the file is there");
+    assert_eq!(Cgns.steps(&source).expect("it has steps"), [0.0, 0.5, 1.0]);
+    for (step, y) in [(Some(0), 0.0), (Some(1), 10.0), (Some(2), 0.0), (None, 0.0)] {
+        let (mesh, _) = load("sequence.cgns", step);
+        assert_eq!(mesh.points[0][1], y);
+        let pressure = vec![step.unwrap_or(2) as f64; 12];
+        assert_eq!(
+            mesh.point_arrays,
+            [DataArray::scalar("Pressure", Values::F64(pressure))]
+        );
+    }
+    let beyond = ReadOptions {
+        step: Some(3),
+        ..ReadOptions::default()
+    };
+    let error = Cgns.read(&source, &beyond, &mut Notes::default());
+    let message = error.expect_err("there is no such step").to_string();
+    assert!(message.contains("steps 0 to 2"), "{message}");
+}
+
+#[test]
+fn what_is_read_is_written_and_read_again() {
+    for name in [
+        "polyhedra_offsets.cgns",
+        "by_nodes_big_endian_packed.cgns",
+        "linked_families.cgns",
+        "structured_rind.cgns",
+        "sequence.cgns",
+        "two_bases.cgns",
+    ] {
+        let (mesh, _) = load(name, None);
+        let (bytes, notes) = written(&mesh);
+        let n_renamed = if name == "two_bases.cgns" { 2 } else { 0 };
+        assert_eq!(notes.len(), n_renamed, "{name}: {notes:?}");
+        let mut again = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read again");
+        again.merge_repeated_faces();
+        let difference = Difference::between(&mesh, &again, Tolerance::default());
+        assert!(difference.is_same(), "{name}: {difference:?}");
+        let conditions = |mesh: &Mesh| -> Vec<_> {
+            let groups = mesh.boundary_tags();
+            groups
+                .map(|g| (g.name.clone(), g.condition.clone()))
+                .collect()
+        };
+        assert_eq!(conditions(&mesh), conditions(&again), "{name}");
+    }
+}
+
+/// A mesh with everything that CGNS puts in a place of its own.
+fn rich_mesh() -> Mesh {
+    let mut mesh = Mesh {
+        points: (0..40)
+            .map(|i| [f64::from(i), f64::from(i % 7), 0.5])
+            .collect(),
+        ..Mesh::default()
+    };
+    let nodes: Vec<u32> = (0..40).collect();
+    mesh.cells.push(CellKind::Triangle6, &nodes[3..9]);
+    mesh.cells.push(CellKind::Hexahedron27, &nodes[..27]);
+    mesh.cells.push(CellKind::Wedge18, &nodes[7..25]);
+    mesh.cells.push(CellKind::Quadrilateral9, &nodes[9..18]);
+    mesh.cells.push(CellKind::Quadrilateral9, &nodes[12..21]);
+    mesh.cells.push(CellKind::Line, &[4, 8]);
+    mesh.cells.push(CellKind::Vertex, &[39]);
+    mesh.cells
+        .push(CellKind::LagrangeTetrahedron, &nodes[5..25]);
+    let long = "a boundary whose name has more than thirty-two characters";
+    mesh.groups = vec![
+        group(3, "rotor", 1..2),
+        group(2, long, 3..5),
+        group(2, "a/b", 0..1),
+        group(1, "edge", 5..6),
+        group(0, "probe", 6..7),
+    ];
+    mesh.groups[2].condition = Some("BCSymmetryPlane".into());
+    let velocity: Vec<f32> = (0..120_i16).map(f32::from).collect();
+    mesh.point_arrays = vec![
+        DataArray::tuples("velocity", 3, Values::F32(velocity)),
+        DataArray::scalar("node_number", Values::I64((1..=40).rev().collect())),
+        DataArray::scalar(long, Values::I32((0..40).collect())),
+    ];
+    let nan = f64::NAN;
+    let quality = vec![nan, 0.5, 0.25, nan, nan, nan, nan, 1.0];
+    mesh.cell_arrays = vec![DataArray::scalar("quality", Values::F64(quality))];
+    let lines = vec![
+        "NBOX= 1\n  % a box".to_owned(),
+        String::new(),
+        "é".to_owned(),
+    ];
+    mesh.field_arrays = vec![
+        DataArray::scalar("su2:FFD", Values::Text(lines)),
+        DataArray::tuples("hub", 3, Values::F32(vec![1.0, 2.0, 3.0])),
+    ];
+    mesh
+}
+
+#[test]
+fn long_names_curved_cells_groups_of_any_dimension_and_arrays_come_back() {
+    let mesh = rich_mesh();
+    mesh.validate().expect("a good mesh");
+    let (bytes, notes) = written(&mesh);
+    assert_eq!(notes.len(), 2, "{notes:?}");
+    assert!(notes[0].contains("32 bytes"), "{notes:?}");
+    let again = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read again");
+    let difference = Difference::between(&mesh, &again, Tolerance::default());
+    assert!(difference.is_same(), "{difference:?}");
+    let tag = again
+        .groups
+        .iter()
+        .find(|g| g.name == "a/b")
+        .expect("it keeps its name");
+    assert_eq!(tag.condition.as_deref(), Some("BCSymmetryPlane"));
+}
+
+#[test]
+fn scattered_types_share_a_mixed_section() {
+    let mut mesh = Mesh {
+        points: (0..10).map(|i| [f64::from(i), 1.0, 2.0]).collect(),
+        ..Mesh::default()
+    };
+    for i in 0..700 {
+        match i % 2 {
+            0 => mesh
+                .cells
+                .push(CellKind::Tetrahedron, &[0, 1, 2, 3 + i % 7]),
+            _ => mesh.cells.push(CellKind::Pyramid, &[0, 1, 2, 3, 4 + i % 6]),
+        }
+    }
+    let (bytes, _) = written(&mesh);
+    assert!(bytes.len() < 60_000, "one section, {} bytes", bytes.len());
+    let again = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read again");
+    assert_eq!(again.cells, mesh.cells);
+}
+
+#[test]
+fn cells_that_cgns_does_not_have_are_refused_with_the_remedy() {
+    let mut mesh = Mesh {
+        points: vec![[0.0; 3]; 12],
+        ..Mesh::default()
+    };
+    let nodes: Vec<u32> = (0..12).collect();
+    mesh.cells.push(CellKind::HexagonalPrism, &nodes);
+    let error = Cgns.write(&mesh, &mut Vec::new(), &WriteOptions::default());
+    let message = error.expect_err("there is no such element").to_string();
+    assert!(
+        message.contains("hexagonal_prism") && message.contains("--linearize"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_sequence_grows_and_is_whole_after_each_step() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("moving.cgns");
+    let create = Cgns.sequence().expect("CGNS has sequences");
+    let mut file = create(&path, &WriteOptions::default()).expect("it starts");
+    assert!(!path.exists(), "no file before the first step is whole");
+    let mut mesh = rich_mesh();
+    for step in 0..4 {
+        for point in &mut mesh.points {
+            point[2] += 1.0;
+        }
+        if step == 2 {
+            mesh.cell_arrays[0].values = Values::F64(vec![f64::from(step); 8]);
+        }
+        file.append(f64::from(step) * 0.25, &mesh)
+            .expect("it is appended");
+        let source = Source::open(&path).expect("it has its name");
+        let times: Vec<f64> = (0..=step).map(|i| f64::from(i) * 0.25).collect();
+        assert_eq!(Cgns.steps(&source).expect("steps"), times);
+        for earlier in 0..=step {
+            let options = ReadOptions {
+                step: usize::try_from(earlier).ok(),
+                ..ReadOptions::default()
+            };
+            let found = Cgns
+                .read(&source, &options, &mut Notes::default())
+                .expect("it is read");
+            assert_eq!(found.points[5][2], 1.5 + f64::from(earlier));
+            assert_eq!(found.point_arrays, mesh.point_arrays);
+            let Values::F64(quality) = &found.cell_arrays[0].values else {
+                panic!("quality is of 64 bits");
+            };
+            assert_eq!(quality[1], if earlier < 2 { 0.5 } else { 2.0 });
+            assert_eq!(found.groups.len(), 5);
+        }
+    }
+    let mut other = mesh.clone();
+    other.cells.push(CellKind::Vertex, &[0]);
+    let error = file.append(9.0, &other).expect_err("other cells");
+    assert!(
+        error.to_string().contains("other nodes or cells"),
+        "{error}"
+    );
+}
+
+#[test]
+fn adf_files_are_refused_with_the_tool_that_converts_them() {
+    let mut bytes = b"\xc0\xa8\xa3\xa9ADF Database Version A02011>".to_vec();
+    bytes.resize(4096, 0);
+    assert!(Cgns.recognizes(&bytes));
+    assert!(refused(&bytes).to_string().contains("adf2hdf"));
+}
+
+#[test]
+fn a_link_to_a_missing_file_is_named() {
+    let bytes = std::fs::read(path("linked_families.cgns")).expect("the file is there");
+    let message = refused(&bytes).to_string();
+    assert!(
+        message.contains("linked_grid.cgns") && message.contains("/Base/Zone/"),
+        "{message}"
+    );
+}
+
+/// Replaces the last place where these numbers stand, in four bytes each: values follow headers.
+fn patched(mut bytes: Vec<u8>, from: &[i32], to: &[i32]) -> Vec<u8> {
+    let from: &[u8] = bytemuck::cast_slice(from);
+    let at = memchr::memmem::rfind(&bytes, from).expect("it is there");
+    bytes[at..at + from.len()].copy_from_slice(bytemuck::cast_slice(to));
+    bytes
+}
+
+#[test]
+fn wrong_numbers_are_told_with_their_place() {
+    let mut mesh = Mesh {
+        points: vec![[0.0; 3]; 7],
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Pyramid, &[4, 3, 2, 1, 0]);
+    let (good, _) = written(&mesh);
+    let node = patched(good.clone(), &[5, 4, 3, 2, 1], &[5, 4, 3, 2, 8]);
+    let message = refused(&node).to_string();
+    let expected =
+        "/Base/Zone/PYRA_5/ElementConnectivity: it names node 8; the zone has the nodes 1 to 7";
+    assert!(message.contains(expected), "{message}");
+    let range = patched(good.clone(), &[12, 0], &[17, 0]);
+    let message = refused(&range).to_string();
+    assert!(
+        message.contains("5 entries; 1 elements of HEXA_8 have 8"),
+        "{message}"
+    );
+    let unknown = patched(good.clone(), &[12, 0], &[99, 0]);
+    assert!(
+        refused(&unknown).to_string().contains("type 99"),
+        "an element type of the future"
+    );
+    let size = patched(good, &[7, 1, 0], &[2_000_000_000, 1, 0]);
+    let message = refused(&size).to_string();
+    assert!(
+        message.contains("the zone has 2000000000 nodes"),
+        "{message}"
+    );
+}
+
+#[test]
+fn damaged_files_give_an_error_or_a_mesh() {
+    let mut state = 7_u64;
+    let mut random = move |n: usize| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 33) as usize % n
+    };
+    let names = [
+        "polyhedra_offsets.cgns",
+        "structured_rind.cgns",
+        "sequence.cgns",
+    ];
+    let files = names.map(|name| std::fs::read(path(name)).expect("the file is there"));
+    let (own, _) = written(&rich_mesh());
+    for good in files.iter().chain([&own]) {
+        for _ in 0..120 {
+            let mut bytes = good.clone();
+            for _ in 0..=random(3) {
+                let at = random(bytes.len());
+                bytes[at] = match random(3) {
+                    0 => 0xff,
+                    1 => 0,
+                    _ => bytes[at] ^ (1 << random(8)),
+                };
+            }
+            let _ = parse(&Cgns, &bytes, &ReadOptions::default()).map(|mesh| mesh.validate());
+            bytes.truncate(random(bytes.len()));
+            let _ = parse(&Cgns, &bytes, &ReadOptions::default()).map(|mesh| mesh.validate());
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! Cells and groups of an unstructured zone.
+
+use super::element::{NFACE_N, NGON_N};
+use super::exterior::exterior_faces;
+use super::families::Families;
+use super::polyhedra::Polyhedra;
+use super::read::Found;
+use super::regions::{Place, Region, regions};
+use super::sections::{Cells, Section, Span, says_nothing, sections};
+use super::zone::Zone;
+use crate::error::Result;
+use std::ops::Range;
+
+/// Appends the cells of a zone, and its boundary conditions as groups.
+pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Result<()> {
+    let sections = sections(zone)?;
+    let regions = regions(zone, families, found)?;
+    let first_cell = found.cells.len();
+    let spans = read_cells(zone, &sections, &regions, found)?;
+    let mut members = Members {
+        zone,
+        spans: &spans,
+        first_cell,
+        is_covered: vec![false; spans.len()],
+    };
+    let mut cells: Vec<Vec<Range<usize>>> = regions
+        .iter()
+        .map(|region| members.cells_of(region, found))
+        .collect();
+    make_faces(zone, &regions, &mut cells, first_cell, found);
+    for (region, cells) in regions.iter().zip(&cells) {
+        if cells.is_empty() {
+            found.leave(
+                "names of boundary conditions for which no faces were found",
+                1,
+            );
+        }
+        for name in &region.names {
+            tag(name, region.condition.as_deref(), cells, zone, found);
+        }
+    }
+    tag_sections(zone, &sections, &members, found);
+    Ok(())
+}
+
+fn read_cells(
+    zone: &Zone,
+    sections: &[Section],
+    regions: &[Region],
+    found: &mut Found,
+) -> Result<Vec<Span>> {
+    let has_polygons = |s: &Section| [NGON_N, NFACE_N].contains(&s.element_type);
+    let mut spans = Vec::with_capacity(sections.len());
+    if !sections.iter().any(has_polygons) {
+        for section in sections {
+            spans.push(section.read(zone, found)?);
+        }
+        return Ok(spans);
+    }
+    let polyhedra = Polyhedra::read(zone, sections)?;
+    let named = named_faces(zone, &polyhedra, regions);
+    for section in sections {
+        spans.push(match section.element_type {
+            NGON_N => polyhedra.append_faces(section, &named, found)?,
+            NFACE_N => polyhedra.append_section(section, found)?,
+            _ => section.read(zone, found)?,
+        });
+    }
+    spans.extend(polyhedra.append_others(sections, zone.node, found)?);
+    Ok(spans)
+}
+
+fn named_faces(zone: &Zone, polyhedra: &Polyhedra, regions: &[Region]) -> Vec<bool> {
+    let mut named = polyhedra.none_named();
+    if !polyhedra.has_solids() {
+        return named;
+    }
+    for region in regions {
+        match NodeSet::of(region, zone) {
+            Some(nodes) => polyhedra.name_nodes(|node| nodes.has(node), &mut named),
+            None => polyhedra.name_elements(&region.ranges(), &mut named),
+        }
+    }
+    named
+}
+
+/// Which cells belong to a region.
+struct Members<'a> {
+    zone: &'a Zone<'a>,
+    spans: &'a [Span],
+    first_cell: usize,
+    /// Sections of which a region has elements.
+    is_covered: Vec<bool>,
+}
+
+impl Members<'_> {
+    fn cells_of(&mut self, region: &Region, found: &Found) -> Vec<Range<usize>> {
+        let Some(nodes) = NodeSet::of(region, self.zone) else {
+            return self.cells_in(&region.ranges());
+        };
+        self.faces_within(&nodes, region.dimension, found)
+    }
+
+    /// The cells of these elements.
+    fn cells_in(&mut self, elements: &[Range<i64>]) -> Vec<Range<usize>> {
+        let mut cells = Vec::new();
+        for range in elements {
+            let first = self.spans.partition_point(|span| span.end() <= range.start);
+            for (i, span) in self.spans.iter().enumerate().skip(first) {
+                if span.first >= range.end {
+                    break;
+                }
+                let n = span.n_elements as i64;
+                let start = range.start.saturating_sub(span.first).clamp(0, n) as usize;
+                let end = range.end.saturating_sub(span.first).clamp(0, n) as usize;
+                self.is_covered[i] |= start < end;
+                span.push_cells(start..end, &mut cells);
+            }
+        }
+        cells
+    }
+
+    /// The faces that have only nodes of a set. A section of all these nodes and no other is meant
+    /// alone: faces across a corner may have only such nodes too.
+    fn faces_within(&mut self, nodes: &NodeSet, dimension: u8, found: &Found) -> Vec<Range<usize>> {
+        let mut cells = Vec::new();
+        for (i, span) in self.spans.iter().enumerate() {
+            let mut all = Vec::new();
+            span.push_cells(0..span.n_elements, &mut all);
+            let (mut within, mut n) = (Vec::new(), 0);
+            for run in all.into_iter().flat_map(|range| found.cells.runs_in(range)) {
+                n += run.n_cells();
+                if run.kind.dimension() != dimension {
+                    continue;
+                }
+                for (k, face) in run.cells().enumerate() {
+                    if face.iter().all(|&node| nodes.has(node)) {
+                        within.push(run.first_cell + k..run.first_cell + k + 1);
+                    }
+                }
+            }
+            self.is_covered[i] |= !within.is_empty();
+            if n > 0 && within.len() == n && self.are_all(&within, nodes, found) {
+                return within;
+            }
+            cells.extend(within);
+        }
+        cells
+    }
+
+    /// Whether cells have all nodes of a set.
+    fn are_all(&self, cells: &[Range<usize>], nodes: &NodeSet, found: &Found) -> bool {
+        let mut seen = NodeSet::none(self.zone);
+        for range in cells {
+            for run in found.cells.runs_in(range.clone()) {
+                run.connectivity.iter().for_each(|&node| seen.add(node));
+            }
+        }
+        seen.count() == nodes.count()
+    }
+}
+
+/// Makes faces for the regions that are given by nodes where the file has no elements of them.
+fn make_faces(
+    zone: &Zone,
+    regions: &[Region],
+    cells: &mut [Vec<Range<usize>>],
+    first_cell: usize,
+    found: &mut Found,
+) {
+    let lacks_faces = |(_, (_, cells)): &(usize, (&Region, &Vec<Range<usize>>))| cells.is_empty();
+    let wanted: Vec<(usize, NodeSet)> = regions
+        .iter()
+        .zip(cells.iter())
+        .enumerate()
+        .filter(lacks_faces)
+        .filter(|(_, (region, _))| region.dimension + 1 == zone.cell_dimension)
+        .filter_map(|(i, (region, _))| Some((i, NodeSet::of(region, zone)?)))
+        .collect();
+    if wanted.is_empty() {
+        return;
+    }
+    let mut any = NodeSet::none(zone);
+    for (_, nodes) in &wanted {
+        any.unite(nodes);
+    }
+    let end = found.cells.len();
+    let has = |node| any.has(node);
+    let faces = exterior_faces(&found.cells, first_cell..end, zone.cell_dimension, has);
+    for (i, nodes) in &wanted {
+        let start = found.cells.len();
+        for (kind, face) in &faces {
+            if face.iter().all(|&node| nodes.has(node)) {
+                found.cells.push(*kind, face);
+            }
+        }
+        cells[*i].extend((start < found.cells.len()).then(|| start..found.cells.len()));
+    }
+}
+
+/// Adds cells to groups of this name, one for each dimension that they have.
+fn tag(
+    name: &str,
+    condition: Option<&str>,
+    cells: &[Range<usize>],
+    zone: &Zone,
+    found: &mut Found,
+) {
+    for dimension in 0..=3 {
+        let of_dimension = cells.iter().flat_map(|range| {
+            let runs = found.cells.runs_in(range.clone());
+            let runs = runs.filter(|run| run.kind.dimension() == dimension);
+            runs.map(|run| run.first_cell..run.first_cell + run.n_cells())
+        });
+        let of_dimension: Vec<Range<usize>> = of_dimension.collect();
+        if !of_dimension.is_empty() {
+            let place = zone.node.name();
+            found
+                .tags
+                .add(name, place, dimension, condition, of_dimension);
+        }
+    }
+}
+
+/// Sections of which no region has an element are groups by their own name: many programs name the
+/// boundary so. Names of the only section of cells, or that say their kind, are not.
+fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mut Found) {
+    let mut n_solid = 0;
+    let mut named = Vec::new();
+    for (i, section) in sections.iter().enumerate() {
+        let mut cells = Vec::new();
+        members.spans[i].push_cells(0..section.n_elements, &mut cells);
+        let mut runs = cells
+            .iter()
+            .flat_map(|range| found.cells.runs_in(range.clone()));
+        let has_solids = runs.any(|run| run.kind.dimension() == zone.cell_dimension);
+        n_solid += usize::from(has_solids);
+        if !members.is_covered[i] && !says_nothing(section.node.name(), has_solids) {
+            named.push((section.node.name(), has_solids, cells));
+        }
+    }
+    for (name, has_solids, cells) in named {
+        if !has_solids || n_solid > 1 {
+            tag(name, None, &cells, zone, found);
+        }
+    }
+    debug_assert!(members.first_cell <= found.cells.len());
+}
+
+impl Span {
+    fn end(&self) -> i64 {
+        self.first.saturating_add(self.n_elements as i64)
+    }
+
+    /// The cells of some of its elements, counted from its first.
+    fn push_cells(&self, elements: Range<usize>, into: &mut Vec<Range<usize>>) {
+        if elements.is_empty() {
+            return;
+        }
+        match &self.cells {
+            Cells::From(first) => into.push(first + elements.start..first + elements.end),
+            Cells::Each(cells) => {
+                for &cell in cells[elements].iter().filter(|cell| **cell != u32::MAX) {
+                    let cell = cell as usize;
+                    match into.last_mut() {
+                        Some(last) if last.end == cell => last.end += 1,
+                        _ => into.push(cell..cell + 1),
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Some of the nodes of a zone.
+pub(super) struct NodeSet {
+    bits: Vec<u64>,
+    first_node: usize,
+}
+
+impl NodeSet {
+    pub fn none(zone: &Zone) -> Self {
+        let n: usize = zone.n_nodes.iter().product();
+        Self {
+            bits: vec![0; n.div_ceil(64)],
+            first_node: zone.first_node,
+        }
+    }
+
+    /// The nodes of a region of an unstructured zone; `None` for a region of elements, or where the
+    /// numbers are too large for nodes.
+    fn of(region: &Region, zone: &Zone) -> Option<Self> {
+        let n = zone.n_nodes.iter().product::<usize>() as i64;
+        let ranges = region.ranges();
+        let fits = |range: &Range<i64>| range.start >= 1 && range.end <= n + 1;
+        if region.place != Place::Nodes || !ranges.iter().all(fits) {
+            return None;
+        }
+        let mut set = Self::none(zone);
+        for number in ranges.into_iter().flatten() {
+            set.add((number - 1 + zone.first_node as i64) as u32);
+        }
+        Some(set)
+    }
+
+    pub fn add(&mut self, node: u32) {
+        let i = node as usize - self.first_node;
+        self.bits[i / 64] |= 1 << (i % 64);
+    }
+
+    pub fn has(&self, node: u32) -> bool {
+        let i = node as usize - self.first_node;
+        self.bits[i / 64] >> (i % 64) & 1 == 1
+    }
+
+    fn unite(&mut self, other: &Self) {
+        for (bits, more) in self.bits.iter_mut().zip(&other.bits) {
+            *bits |= more;
+        }
+    }
+
+    fn count(&self) -> u32 {
+        self.bits.iter().map(|bits| bits.count_ones()).sum()
+    }
+}

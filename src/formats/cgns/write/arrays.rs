@@ -1,0 +1,181 @@
+//! Arrays of a mesh as solutions at nodes and at cells.
+
+use super::super::FULL_NAME;
+use super::draft::{Draft, Kind, Make, Place};
+use super::names::Names;
+use crate::mesh::{CellKind, DataArray, Mesh, Values};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Name of the solution at the nodes.
+pub(super) const AT_NODES: &str = "PointArrays";
+/// Name of the solution at the cells.
+pub(super) const AT_CELLS: &str = "CellArrays";
+/// Values converted at a time.
+const BLOCK: usize = 1 << 20;
+
+/// One scalar array of a solution: a component of an array of the mesh.
+pub(super) struct Scalar<'a> {
+    /// Its name in the file.
+    pub name: String,
+    /// Its name in full where that is too long.
+    pub full_name: Option<String>,
+    pub kind: Kind,
+    pub n: usize,
+    array: &'a DataArray,
+    component: usize,
+    /// Tuples that are written.
+    tuples: Vec<Range<usize>>,
+}
+
+/// The scalars of arrays at nodes or, where `cells` gives them, at cells.
+pub(super) fn scalars<'a>(
+    arrays: &'a [DataArray],
+    tuples: &[Range<usize>],
+    notes: &mut Vec<String>,
+) -> Vec<Scalar<'a>> {
+    let mut names = Names::default();
+    names.give("GridLocation");
+    let mut scalars = Vec::new();
+    for array in arrays {
+        if matches!(array.values, Values::Text(_)) {
+            notes.push(format!("array \"{}\" of text is not written", array.name));
+            continue;
+        }
+        if ![1, 3].contains(&array.n_components) {
+            notes.push(format!(
+                "array \"{}\" of {} components is written as so many arrays",
+                array.name, array.n_components
+            ));
+        }
+        for component in 0..array.n_components {
+            let full_name = match array.n_components {
+                1 => array.name.clone(),
+                3 => format!("{}{}", array.name, ["X", "Y", "Z"][component]),
+                _ => format!("{}_{}", array.name, component + 1),
+            };
+            let name = names.give(&full_name);
+            scalars.push(Scalar {
+                full_name: (name != full_name).then_some(full_name),
+                name,
+                kind: kind(&array.values),
+                n: tuples.iter().map(Range::len).sum(),
+                array,
+                component,
+                tuples: tuples.to_vec(),
+            });
+        }
+    }
+    scalars
+}
+
+/// Cells of the mesh's own dimension.
+pub(super) fn volume_cells(mesh: &Mesh) -> Vec<Range<usize>> {
+    let runs = mesh.volume_runs();
+    let ranges = runs.map(|run| run.first_cell..run.first_cell + run.n_cells());
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last) if last.end == range.start => last.end = range.end,
+            _ => joined.push(range),
+        }
+    }
+    joined
+}
+
+/// A sentence for cell arrays that have values on the boundary, which CGNS does not keep.
+pub(super) fn note_boundary_values(mesh: &Mesh, notes: &mut Vec<String>) {
+    let dimension = mesh.dimension();
+    let runs = mesh
+        .cells
+        .runs()
+        .filter(|run| run.kind.dimension() != dimension && run.kind != CellKind::Polyhedron);
+    let others: Vec<Range<usize>> = runs
+        .map(|run| run.first_cell..run.first_cell + run.n_cells())
+        .collect();
+    for array in &mesh.cell_arrays {
+        let n = array.n_components;
+        let mut values = others.iter().map(|range| range.start * n..range.end * n);
+        if values.any(|range| says_something(&array.values, range)) {
+            notes.push(format!(
+                "values of the array \"{}\" on faces are not kept: CGNS has values of cells",
+                array.name
+            ));
+        }
+    }
+}
+
+fn says_something(values: &Values, range: Range<usize>) -> bool {
+    match values {
+        Values::F64(v) => v[range].iter().any(|x| !x.is_nan() && *x != 0.0),
+        Values::F32(v) => v[range].iter().any(|x| !x.is_nan() && *x != 0.0),
+        Values::Text(_) => false,
+        other => {
+            let mut any = false;
+            other.for_each_stretch(range, |value, _| any |= value != 0);
+            any
+        }
+    }
+}
+
+fn kind(values: &Values) -> Kind {
+    match values {
+        Values::F32(_) => Kind::R4,
+        Values::F64(_) => Kind::R8,
+        Values::U32(_) | Values::I64(_) | Values::U64(_) => Kind::I8,
+        _ => Kind::I4,
+    }
+}
+
+impl<'a> Scalar<'a> {
+    /// Makes its bytes.
+    pub fn make(&self) -> Make<'a> {
+        let (array, component, tuples) = (self.array, self.component, self.tuples.clone());
+        Box::new(move |sink| {
+            for range in &tuples {
+                let mut start = range.start;
+                while start < range.end {
+                    let end = (start + BLOCK).min(range.end);
+                    sink(&bytes(array, component, start..end))?;
+                    start = end;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Adds it to a solution.
+    pub fn add(&self, draft: &mut Draft<'a>, solution: Place) {
+        let name = (self.name.as_str(), "DataArray_t");
+        let node = draft.stream(solution, name, self.kind, self.n, self.make());
+        if let Some(full_name) = &self.full_name {
+            draft.text(node, FULL_NAME, "Descriptor_t", full_name);
+        }
+    }
+}
+
+/// The bytes of one component of some tuples.
+fn bytes(array: &DataArray, component: usize, tuples: Range<usize>) -> Vec<u8> {
+    let n = array.n_components;
+    macro_rules! each {
+        ($values:expr, $type:ty, $as:expr) => {{
+            let of_tuples = &$values[tuples.start * n..tuples.end * n];
+            let chosen = of_tuples.par_chunks(n).with_min_len(1 << 14);
+            let chosen: Vec<$type> = chosen.map(|tuple| $as(tuple[component])).collect();
+            bytemuck::cast_slice(&chosen).to_vec()
+        }};
+    }
+    match &array.values {
+        Values::I8(v) => each!(v, i32, i32::from),
+        Values::U8(v) => each!(v, i32, i32::from),
+        Values::I16(v) => each!(v, i32, i32::from),
+        Values::U16(v) => each!(v, i32, i32::from),
+        Values::I32(v) => each!(v, i32, |x| x),
+        Values::U32(v) => each!(v, i64, i64::from),
+        Values::I64(v) => each!(v, i64, |x| x),
+        Values::U64(v) => each!(v, i64, |x| i64::try_from(x).unwrap_or(i64::MAX)),
+        Values::F32(v) => each!(v, f32, |x| x),
+        Values::F64(v) => each!(v, f64, |x| x),
+        Values::Text(_) => Vec::new(),
+    }
+}

@@ -1,0 +1,179 @@
+//! Groups of a mesh: boundary tags as boundary conditions with their families, others as subregions
+//! of the zone with theirs. All share the nodes of the one zone.
+
+use super::super::FULL_NAME;
+use super::draft::{Draft, Kind, Place};
+use super::names::Names;
+use crate::mesh::{CellSet, Group, Mesh};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Types of boundary conditions that CGNS knows.
+const CONDITIONS: [&str; 25] = [
+    "UserDefined",
+    "BCAxisymmetricWedge",
+    "BCDegenerateLine",
+    "BCDegeneratePoint",
+    "BCDirichlet",
+    "BCExtrapolate",
+    "BCFarfield",
+    "BCGeneral",
+    "BCInflow",
+    "BCInflowSubsonic",
+    "BCInflowSupersonic",
+    "BCNeumann",
+    "BCOutflow",
+    "BCOutflowSubsonic",
+    "BCOutflowSupersonic",
+    "BCSymmetryPlane",
+    "BCSymmetryPolar",
+    "BCTunnelInflow",
+    "BCTunnelOutflow",
+    "BCWall",
+    "BCWallInviscid",
+    "BCWallViscous",
+    "BCWallViscousHeatFlux",
+    "BCWallViscousIsothermal",
+    "FamilySpecified",
+];
+
+/// Adds the groups of a mesh, families to the base, the rest to the zone.
+pub(super) fn add(
+    draft: &mut Draft,
+    (base, zone): (Place, Place),
+    mesh: &Mesh,
+    names: &mut Names,
+    kind: Kind,
+    notes: &mut Vec<String>,
+) {
+    let dimension = mesh.dimension();
+    let mut families = Families::new(base);
+    let mut conditions = None;
+    let mut condition_names = Names::default();
+    for group in &mesh.groups {
+        let family = families.family(draft, group, notes);
+        if group.cells.is_empty() {
+            notes.push(format!(
+                "group \"{}\" has no cells; CGNS keeps its family alone",
+                group.name
+            ));
+            continue;
+        }
+        let node = if group.dimension + 1 == dimension {
+            let parent = *conditions.get_or_insert_with(|| draft.group(zone, "ZoneBC", "ZoneBC_t"));
+            let name = condition_names.give(&group.name);
+            let condition = known_condition(group).unwrap_or("FamilySpecified");
+            draft.text(parent, &name, "BC_t", condition)
+        } else {
+            let name = names.give(&group.name);
+            add_region(draft, zone, &name, group.dimension, dimension)
+        };
+        add_points(draft, node, group, mesh, kind);
+        draft.text(node, "FamilyName", "FamilyName_t", &family);
+    }
+}
+
+/// Cells and nodes are subregions. Edges in space would be too, but for the CGNS library's own checker,
+/// which wants subregions of cells or of faces.
+fn add_region(draft: &mut Draft, zone: Place, name: &str, of: u8, mesh: u8) -> Place {
+    if of == 1 && mesh == 3 {
+        return draft.group(zone, name, "UserDefinedData_t");
+    }
+    let name = (name, "ZoneSubRegion_t");
+    draft.integers(zone, name, Kind::I4, &[1], &[of.into()])
+}
+
+fn known_condition(group: &Group) -> Option<&str> {
+    let condition = group.condition.as_deref()?;
+    CONDITIONS.contains(&condition).then_some(condition)
+}
+
+/// Adds the elements of a group, of one of nodes the nodes.
+fn add_points(draft: &mut Draft, parent: Place, group: &Group, mesh: &Mesh, kind: Kind) {
+    let location = match group.dimension {
+        0 => "Vertex",
+        1 if mesh.dimension() > 1 => "EdgeCenter",
+        2 if mesh.dimension() > 2 => "FaceCenter",
+        _ => "CellCenter",
+    };
+    let numbers = match group.dimension {
+        0 => nodes_of(group, mesh),
+        _ => group.cells.clone(),
+    };
+    let mut ranges = numbers.ranges();
+    if let (Some(range), None) = (ranges.next(), ranges.next()) {
+        let ends = [range.start as i64 + 1, range.end as i64];
+        let name = ("PointRange", "IndexRange_t");
+        draft.integers(parent, name, kind, &[1, 2], &ends);
+    } else {
+        let list: Vec<i64> = numbers.iter().map(|cell| cell as i64 + 1).collect();
+        let name = ("PointList", "IndexArray_t");
+        draft.integers(parent, name, kind, &[1, list.len() as u64], &list);
+    }
+    draft.text(parent, "GridLocation", "GridLocation_t", location);
+}
+
+fn nodes_of(group: &Group, mesh: &Mesh) -> CellSet {
+    let cells = group.cells.iter();
+    cells
+        .map(|cell| mesh.cells.get(cell).nodes[0] as usize)
+        .collect()
+}
+
+/// Families of a base, one for each name of a group.
+struct Families {
+    base: Place,
+    names: Names,
+    by_name: BTreeMap<String, (String, Place)>,
+    with_condition: BTreeSet<Place>,
+}
+
+impl Families {
+    fn new(base: Place) -> Self {
+        let mut names = Names::default();
+        for taken in [
+            super::ZONE,
+            super::TIMES,
+            super::SIMULATION,
+            "DataClass",
+            super::super::FIELD_ARRAYS,
+        ] {
+            names.give(taken);
+        }
+        Self {
+            base,
+            names,
+            by_name: BTreeMap::new(),
+            with_condition: BTreeSet::new(),
+        }
+    }
+
+    /// The name of the family of a group.
+    fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Vec<String>) -> String {
+        let base = self.base;
+        if !self.by_name.contains_key(&group.name) {
+            let name = self.names.give(&group.name);
+            let family = draft.group(base, &name, "Family_t");
+            // VTK's reader complains of a family without children.
+            draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
+            if name != group.name {
+                notes.push(format!(
+                    "the name \"{}\" is \"{name}\" in CGNS, which takes 32 bytes, no slash and each name once",
+                    group.name
+                ));
+            }
+            self.by_name.insert(group.name.clone(), (name, family));
+        }
+        let (name, family) = self.by_name[&group.name].clone();
+        match (&group.condition, known_condition(group)) {
+            (Some(_), Some(condition)) if self.with_condition.insert(family) => {
+                draft.text(family, "FamilyBC", "FamilyBC_t", condition);
+            }
+            (Some(condition), None) => notes.push(format!(
+                "the condition \"{condition}\" of \"{}\" is none of CGNS",
+                group.name
+            )),
+            _ => {}
+        }
+        name
+    }
+}

@@ -1,0 +1,197 @@
+//! A mesh as a CGNS file: one base, one zone, a section for each run of cells of one type.
+//!
+//! ```text
+//! plan      which cells make up which section; names: what CGNS takes for a name
+//! sections  connectivity; faces: those of polyhedra, each once
+//! groups    boundary conditions, subregions, families; arrays: solutions; fields: of the mesh as a whole
+//! draft     nodes with name, label and data -> HDF5
+//! ```
+
+mod arrays;
+mod draft;
+mod faces;
+mod fields;
+mod groups;
+mod names;
+mod plan;
+mod sections;
+pub(super) mod sequence;
+
+use super::super::{Precision, WriteOptions};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use draft::{Draft, Kind, Make, Place};
+use faces::FaceTable;
+use names::Names;
+use std::io::Write;
+use std::slice::from_ref;
+
+/// Version of CGNS that is written: the first in which polygons have start offsets.
+const VERSION: f32 = 3.4;
+/// Name of the zone.
+const ZONE: &str = "Zone";
+/// Name of the node with the times of a sequence.
+const TIMES: &str = "TimeIterValues";
+/// Name of the node that says that a sequence is one in time.
+const SIMULATION: &str = "SimulationType";
+/// What numbers are measured in: whatever the mesh is.
+const UNITS: &str = "NormalizedByUnknownDimensional";
+/// Nodes whose coordinates are gathered at a time.
+const BLOCK: usize = 1 << 18;
+
+/// Writes the mesh; returns a sentence for each thing that is not in the file.
+pub(super) fn write(
+    mesh: &Mesh,
+    out: &mut dyn Write,
+    options: &WriteOptions,
+) -> Result<Vec<String>> {
+    let faces = FaceTable::of(mesh);
+    let mut static_part = Static::new(mesh, &faces)?;
+    let (draft, zone) = (&mut static_part.draft, static_part.zone);
+    check_precision(mesh, options)?;
+    let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
+    for (name, kind, make) in coordinates(mesh, options, static_part.n_axes) {
+        let node = draft.stream(grid, (name, "DataArray_t"), kind, mesh.points.len(), make);
+        add_length_exponents(draft, node);
+    }
+    let mut notes = static_part.notes;
+    let everywhere = 0..mesh.points.len();
+    let at_nodes = arrays::scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
+    add_solution(draft, zone, (arrays::AT_NODES, "Vertex"), &at_nodes);
+    let cells = arrays::volume_cells(mesh);
+    let at_cells = arrays::scalars(&mesh.cell_arrays, &cells, &mut notes);
+    add_solution(draft, zone, (arrays::AT_CELLS, "CellCenter"), &at_cells);
+    draft.tree(None).write(out)?;
+    Ok(notes)
+}
+
+fn add_solution<'a>(
+    draft: &mut Draft<'a>,
+    zone: Place,
+    (name, location): (&str, &str),
+    scalars: &[arrays::Scalar<'a>],
+) {
+    if scalars.is_empty() {
+        return;
+    }
+    let solution = draft.group(zone, name, "FlowSolution_t");
+    draft.text(solution, "GridLocation", "GridLocation_t", location);
+    for scalar in scalars {
+        scalar.add(draft, solution);
+    }
+}
+
+/// All but coordinates and solutions.
+struct Static<'a> {
+    draft: Draft<'a>,
+    base: Place,
+    zone: Place,
+    /// Coordinates that nodes have.
+    n_axes: usize,
+    notes: Vec<String>,
+}
+
+impl<'a> Static<'a> {
+    fn new(mesh: &'a Mesh, faces: &'a FaceTable) -> Result<Self> {
+        let mut notes = Vec::new();
+        let dimension = mesh.dimension().max(1);
+        let n_axes = match dimension {
+            3 => 3,
+            _ if mesh.points.iter().all(|point| point[2] == 0.0) => 2,
+            _ => 3,
+        };
+        let mut names = Names::of_zone();
+        let sections = plan::sections(mesh, &mut names)?;
+        let kind = index_kind(mesh, faces);
+        let mut draft = Draft::default();
+        draft.version(VERSION);
+        let sizes = [i64::from(dimension), n_axes as i64];
+        let name = ("Base", "CGNSBase_t");
+        let base = draft.integers(None, name, Kind::I4, &[2], &sizes);
+        draft.text(base, "DataClass", "DataClass_t", UNITS);
+        let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
+        let n_cells = if mesh.dimension() == 0 { 0 } else { n_cells };
+        let sizes = [mesh.points.len() as i64, n_cells as i64, 0];
+        let zone = draft.integers(base, (ZONE, "Zone_t"), kind, &[1, 3], &sizes);
+        draft.text(zone, "ZoneType", "ZoneType_t", "Unstructured");
+        for section in &sections {
+            sections::add(&mut draft, zone, section, mesh, faces, kind);
+        }
+        if faces.len() > 0 {
+            let name = names.give("NGON_n");
+            sections::add_faces(&mut draft, zone, &name, faces, kind);
+        }
+        groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
+        fields::add(&mut draft, base, &mesh.field_arrays);
+        arrays::note_boundary_values(mesh, &mut notes);
+        Ok(Self {
+            draft,
+            base,
+            zone,
+            n_axes,
+            notes,
+        })
+    }
+}
+
+/// The type of integers in which all numbers of nodes, elements and entries fit.
+fn index_kind(mesh: &Mesh, faces: &FaceTable) -> Kind {
+    let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.n_entries();
+    let largest = entries
+        .max(mesh.points.len())
+        .max(faces.first_element() + faces.len());
+    match i32::try_from(largest) {
+        Ok(_) => Kind::I4,
+        Err(_) => Kind::I8,
+    }
+}
+
+fn check_precision(mesh: &Mesh, options: &WriteOptions) -> Result<()> {
+    if options.precision == Precision::F64 {
+        return Ok(());
+    }
+    let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
+    match mesh.points.iter().position(too_large) {
+        Some(node) => Err(Error::input(format!(
+            "node {node} has coordinates {:?}, too large for 32 bits; write 64",
+            mesh.points[node]
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Says that an array holds lengths.
+fn add_length_exponents(draft: &mut Draft, array: Place) {
+    let exponents = [0.0, 1.0, 0.0, 0.0, 0.0];
+    let name = ("DimensionalExponents", "DimensionalExponents_t");
+    draft.reals(array, name, &exponents);
+}
+
+/// The arrays of coordinates: name, type, bytes.
+fn coordinates<'a>(
+    mesh: &'a Mesh,
+    options: &WriteOptions,
+    n_axes: usize,
+) -> Vec<(&'static str, Kind, Make<'a>)> {
+    let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
+    let kind = match options.precision {
+        Precision::F64 => Kind::R8,
+        Precision::F32 => Kind::R4,
+    };
+    let make = move |axis: usize| -> Make<'a> {
+        Box::new(move |sink| {
+            for block in mesh.points.chunks(BLOCK) {
+                if kind == Kind::R8 {
+                    let values: Vec<f64> = block.iter().map(|point| point[axis]).collect();
+                    sink(bytemuck::cast_slice(&values))?;
+                } else {
+                    let values: Vec<f32> = block.iter().map(|point| point[axis] as f32).collect();
+                    sink(bytemuck::cast_slice(&values))?;
+                }
+            }
+            Ok(())
+        })
+    };
+    let axes = names.into_iter().enumerate().take(n_axes);
+    axes.map(|(axis, name)| (name, kind, make(axis))).collect()
+}

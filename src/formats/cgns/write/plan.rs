@@ -1,0 +1,144 @@
+//! Which cells make up which section. Every cell is one element, in the order of the mesh: the number
+//! of an element is that of its cell plus one. Faces of polyhedra that are no cells follow.
+
+use super::super::element::ElementType;
+use super::names::Names;
+use crate::error::{Error, Result};
+use crate::mesh::{CellKind, CellRun, Mesh};
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// Runs of cells of one type are a section each as long as there are no more of them.
+const MOST_SECTIONS: usize = 500;
+/// A section of a boundary is cut where tags begin and end as long as there are no more places.
+const MOST_CUTS: usize = 1000;
+
+/// A section to be.
+pub(super) struct Planned {
+    pub name: String,
+    pub form: Form,
+    pub cells: Range<usize>,
+}
+
+/// What a section consists of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Elements of one type.
+    Fixed(ElementType),
+    /// Elements that name their own type.
+    Mixed,
+    /// NGON_n.
+    Polygons,
+    /// NFACE_n.
+    Polyhedra,
+}
+
+/// The sections of a mesh, in the order of its cells.
+pub(super) fn sections(mesh: &Mesh, names: &mut Names) -> Result<Vec<Planned>> {
+    let mut stretches: Vec<(Form, u8, Range<usize>)> = Vec::new();
+    for run in mesh.cells.runs() {
+        let (form, range) = (form(&run)?, run.first_cell..run.first_cell + run.n_cells());
+        match stretches.last_mut() {
+            Some((last, _, cells)) if *last == form => cells.end = range.end,
+            _ => stretches.push((form, run.kind.dimension(), range)),
+        }
+    }
+    for of_one_dimension in [true, false] {
+        if stretches.len() > MOST_SECTIONS {
+            stretches = mixed(stretches, of_one_dimension);
+        }
+    }
+    let cuts = cuts(mesh);
+    let mut sections = Vec::new();
+    for (form, _, cells) in stretches {
+        let inside = cuts.range(cells.start + 1..cells.end.max(cells.start + 1));
+        let mut start = cells.start;
+        for end in inside.copied().chain([cells.end]) {
+            let name = names.give(&name(mesh, form, start..end));
+            sections.push(Planned {
+                name,
+                form,
+                cells: start..end,
+            });
+            start = end;
+        }
+    }
+    Ok(sections)
+}
+
+/// Joins neighbours that a MIXED section can hold.
+fn mixed(
+    stretches: Vec<(Form, u8, Range<usize>)>,
+    of_one_dimension: bool,
+) -> Vec<(Form, u8, Range<usize>)> {
+    let mut joined: Vec<(Form, u8, Range<usize>)> = Vec::new();
+    let can = |form: &Form| matches!(form, Form::Fixed(_) | Form::Mixed);
+    for (form, dimension, range) in stretches {
+        match joined.last_mut() {
+            Some((last, of, cells))
+                if can(last) && can(&form) && (!of_one_dimension || *of == dimension) =>
+            {
+                *last = Form::Mixed;
+                cells.end = range.end;
+            }
+            _ => joined.push((form, dimension, range)),
+        }
+    }
+    joined
+}
+
+fn form(run: &CellRun) -> Result<Form> {
+    match run.kind {
+        CellKind::Polygon => Ok(Form::Polygons),
+        CellKind::Polyhedron => Ok(Form::Polyhedra),
+        kind => ElementType::of(kind, run.n_nodes).map(Form::Fixed).ok_or_else(|| {
+            Error::input(format!(
+                "cell {} is a {} of {} nodes, which CGNS does not have; --linearize keeps its corners",
+                run.first_cell,
+                kind.name(),
+                run.n_nodes
+            ))
+        }),
+    }
+}
+
+/// Cells at which a group of the boundary or of lower dimension begins or ends.
+fn cuts(mesh: &Mesh) -> BTreeSet<usize> {
+    let dimension = mesh.dimension();
+    let mut cuts = BTreeSet::new();
+    for group in mesh.groups.iter().filter(|g| g.dimension < dimension) {
+        if group.cells.ranges().len() > MOST_CUTS {
+            continue;
+        }
+        cuts.extend(
+            group
+                .cells
+                .ranges()
+                .flat_map(|range| [range.start, range.end]),
+        );
+    }
+    if cuts.len() > MOST_CUTS {
+        cuts.clear();
+    }
+    cuts
+}
+
+/// A section of the cells of one group is called by it, another by its type.
+fn name(mesh: &Mesh, form: Form, cells: Range<usize>) -> String {
+    let dimension = mesh.dimension();
+    let mut groups = mesh
+        .groups
+        .iter()
+        .filter(|group| group.dimension < dimension);
+    let is_of = |range: Range<usize>| range.start <= cells.start && cells.end <= range.end;
+    if let Some(group) = groups.find(|group| group.cells.ranges().any(is_of)) {
+        return group.name.clone();
+    }
+    let name = match form {
+        Form::Fixed(element) => element.name,
+        Form::Mixed => "MIXED",
+        Form::Polygons => "NGON_n",
+        Form::Polyhedra => "NFACE_n",
+    };
+    name.to_owned()
+}

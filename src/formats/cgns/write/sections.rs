@@ -1,0 +1,281 @@
+//! Sections of elements: connectivity in CGNS's node order, counted from 1.
+
+use super::super::element::{ElementType, MIXED, NFACE_N, NGON_N};
+use super::draft::{Draft, Kind, Make, Place};
+use super::faces::FaceTable;
+use super::plan::{Form, Planned};
+use crate::error::Result;
+use crate::formats::hdf5::Sink;
+use crate::mesh::Mesh;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Cells made into elements at a time.
+const BLOCK: usize = 1 << 16;
+
+/// Adds a section to a zone.
+pub(super) fn add<'a>(
+    draft: &mut Draft<'a>,
+    zone: Place,
+    planned: &Planned,
+    mesh: &'a Mesh,
+    faces: &'a FaceTable,
+    kind: Kind,
+) {
+    let cells = planned.cells.clone();
+    let (number, n_boundary) = match planned.form {
+        Form::Fixed(element) => (element.number, 0),
+        Form::Mixed => (MIXED, 0),
+        Form::Polygons if mesh.cells.has_polyhedra() => (NGON_N, cells.len() as i64),
+        Form::Polygons => (NGON_N, 0),
+        Form::Polyhedra => (NFACE_N, 0),
+    };
+    let range = [cells.start as i64 + 1, cells.end as i64];
+    let section = header(
+        draft,
+        zone,
+        &planned.name,
+        (number, n_boundary),
+        range,
+        kind,
+    );
+    let (n, offsets): (usize, Option<Make>) = match planned.form {
+        Form::Fixed(element) => (cells.len() * element.n_nodes, None),
+        _ => {
+            let sizes = move |emit: &mut dyn FnMut(usize)| sizes(mesh, cells.clone(), number, emit);
+            let mut n = 0;
+            sizes(&mut |size| n += size);
+            (n, Some(offsets(kind, sizes)))
+        }
+    };
+    if let Some(offsets) = offsets {
+        let name = ("ElementStartOffset", "DataArray_t");
+        draft.stream(section, name, kind, planned.cells.len() + 1, offsets);
+    }
+    let cells = planned.cells.clone();
+    let make: Make<'a> = match planned.form {
+        Form::Fixed(element) => {
+            Box::new(move |sink| fixed(mesh, cells.clone(), element, kind, sink))
+        }
+        Form::Mixed => Box::new(move |sink| mixed(mesh, cells.clone(), kind, sink)),
+        Form::Polygons => Box::new(move |sink| polygons(mesh, cells.clone(), kind, sink)),
+        Form::Polyhedra => Box::new(move |sink| polyhedra(mesh, cells.clone(), faces, kind, sink)),
+    };
+    draft.stream(
+        section,
+        ("ElementConnectivity", "DataArray_t"),
+        kind,
+        n,
+        make,
+    );
+}
+
+/// Adds the section of those faces of polyhedra that are no cells.
+pub(super) fn add_faces<'a>(
+    draft: &mut Draft<'a>,
+    zone: Place,
+    name: &str,
+    faces: &'a FaceTable,
+    kind: Kind,
+) {
+    let first = faces.first_element() as i64;
+    let range = [first, first + faces.len() as i64 - 1];
+    let section = header(draft, zone, name, (NGON_N, 0), range, kind);
+    let sizes = move |emit: &mut dyn FnMut(usize)| faces.iter().for_each(|face| emit(face.len()));
+    let name = ("ElementStartOffset", "DataArray_t");
+    draft.stream(section, name, kind, faces.len() + 1, offsets(kind, sizes));
+    let make: Make<'a> = Box::new(move |sink| {
+        let mut buffer = Buffer::new(kind, sink);
+        for face in faces.iter() {
+            face.iter()
+                .try_for_each(|&node| buffer.push(i64::from(node) + 1))?;
+        }
+        buffer.flush()
+    });
+    let name = ("ElementConnectivity", "DataArray_t");
+    draft.stream(section, name, kind, faces.n_entries(), make);
+}
+
+fn header(
+    draft: &mut Draft,
+    zone: Place,
+    name: &str,
+    (number, n_boundary): (i64, i64),
+    range: [i64; 2],
+    kind: Kind,
+) -> Place {
+    let data = [number, n_boundary];
+    let section = draft.integers(zone, (name, "Elements_t"), Kind::I4, &[2], &data);
+    let name = ("ElementRange", "IndexRange_t");
+    draft.integers(section, name, kind, &[2], &range);
+    section
+}
+
+/// Entries of each element.
+fn sizes(mesh: &Mesh, cells: Range<usize>, number: i64, emit: &mut dyn FnMut(usize)) {
+    for run in mesh.cells.runs_in(cells) {
+        for i in 0..run.n_cells() {
+            emit(match number {
+                NFACE_N => n_faces(mesh, run.first_cell + i),
+                MIXED => run.n_nodes + 1,
+                _ => run.n_nodes,
+            });
+        }
+    }
+}
+
+fn n_faces(mesh: &Mesh, cell: usize) -> usize {
+    let stream = mesh.cells.face_stream(cell);
+    stream
+        .and_then(|stream| stream.first())
+        .map_or(0, |&n| n as usize)
+}
+
+fn offsets<'a>(kind: Kind, sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a) -> Make<'a> {
+    Box::new(move |sink| {
+        let mut buffer = Buffer::new(kind, sink);
+        buffer.push(0)?;
+        let mut offset = 0;
+        let mut pushed = Ok(());
+        sizes(&mut |size| {
+            offset += size as i64;
+            if pushed.is_ok() {
+                pushed = buffer.push(offset);
+            }
+        });
+        pushed?;
+        buffer.flush()
+    })
+}
+
+/// Elements of one type, a block at a time on all threads.
+fn fixed(
+    mesh: &Mesh,
+    cells: Range<usize>,
+    element: ElementType,
+    kind: Kind,
+    sink: Sink,
+) -> Result<()> {
+    let order = element.cgns_from_vtk();
+    for run in mesh.cells.runs_in(cells) {
+        for block in run.connectivity.chunks(BLOCK * 8 * run.n_nodes) {
+            match kind {
+                Kind::I8 => sink(bytemuck::cast_slice(&numbers(
+                    block,
+                    order.as_deref(),
+                    run.n_nodes,
+                    |n| i64::from(n) + 1,
+                )))?,
+                _ => sink(bytemuck::cast_slice(&numbers(
+                    block,
+                    order.as_deref(),
+                    run.n_nodes,
+                    |n| (n + 1) as i32,
+                )))?,
+            }
+        }
+    }
+    Ok(())
+}
+
+fn numbers<T: Send + Copy + Default>(
+    nodes: &[u32],
+    order: Option<&[usize]>,
+    n_nodes: usize,
+    number: impl Fn(u32) -> T + Sync,
+) -> Vec<T> {
+    let mut numbers = vec![T::default(); nodes.len()];
+    let chunk = BLOCK / n_nodes.max(1) * n_nodes;
+    let chunk = chunk.max(n_nodes);
+    let chunks = numbers.par_chunks_mut(chunk).zip(nodes.par_chunks(chunk));
+    chunks.for_each(|(numbers, nodes)| match order {
+        None => numbers
+            .iter_mut()
+            .zip(nodes)
+            .for_each(|(to, &node)| *to = number(node)),
+        Some(order) => {
+            let cells = numbers
+                .chunks_exact_mut(n_nodes)
+                .zip(nodes.chunks_exact(n_nodes));
+            for (numbers, nodes) in cells {
+                for (to, &from) in numbers.iter_mut().zip(order) {
+                    *to = number(nodes[from]);
+                }
+            }
+        }
+    });
+    numbers
+}
+
+fn mixed(mesh: &Mesh, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
+    let mut buffer = Buffer::new(kind, sink);
+    for run in mesh.cells.runs_in(cells) {
+        let element = ElementType::of(run.kind, run.n_nodes).expect("the plan has looked at it");
+        let order = element.cgns_from_vtk();
+        for nodes in run.cells() {
+            buffer.push(element.number)?;
+            for i in 0..nodes.len() {
+                let from = order.as_ref().map_or(i, |order| order[i]);
+                buffer.push(i64::from(nodes[from]) + 1)?;
+            }
+        }
+    }
+    buffer.flush()
+}
+
+fn polygons(mesh: &Mesh, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
+    let mut buffer = Buffer::new(kind, sink);
+    for run in mesh.cells.runs_in(cells) {
+        for &node in run.connectivity {
+            buffer.push(i64::from(node) + 1)?;
+        }
+    }
+    buffer.flush()
+}
+
+fn polyhedra(
+    mesh: &Mesh,
+    cells: Range<usize>,
+    faces: &FaceTable,
+    kind: Kind,
+    sink: Sink,
+) -> Result<()> {
+    let mut buffer = Buffer::new(kind, sink);
+    for cell in cells {
+        for &face in faces.of_polyhedron(mesh, cell) {
+            buffer.push(face)?;
+        }
+    }
+    buffer.flush()
+}
+
+/// Gathers integers into blocks of bytes.
+struct Buffer<'s> {
+    kind: Kind,
+    numbers: Vec<i64>,
+    sink: Sink<'s>,
+}
+
+impl<'s> Buffer<'s> {
+    fn new(kind: Kind, sink: Sink<'s>) -> Self {
+        Self {
+            kind,
+            numbers: Vec::with_capacity(BLOCK),
+            sink,
+        }
+    }
+
+    fn push(&mut self, number: i64) -> Result<()> {
+        self.numbers.push(number);
+        match self.numbers.len() {
+            BLOCK => self.flush(),
+            _ => Ok(()),
+        }
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        let bytes = self.kind.bytes_of(&self.numbers);
+        self.numbers.clear();
+        (self.sink)(&bytes)
+    }
+}

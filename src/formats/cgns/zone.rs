@@ -1,0 +1,215 @@
+//! One zone: its kind, its sizes, its nodes.
+
+use super::arrays::to_f64;
+use super::node::Node;
+use super::time::Step;
+use crate::error::{Error, Result};
+use crate::mesh::Values;
+use rayon::prelude::*;
+
+/// A zone of the file and what is read of it first.
+pub(super) struct Zone<'a> {
+    pub node: &'a Node,
+    /// Name of its base.
+    pub base: &'a str,
+    /// Its number among all zones.
+    pub number: usize,
+    /// Dimension of its cells.
+    pub cell_dimension: u8,
+    /// Nodes along each index; one entry for an unstructured zone.
+    pub n_nodes: Vec<usize>,
+    /// Cells along each index.
+    pub n_cells: Vec<usize>,
+    pub is_structured: bool,
+    /// Index in the mesh of its first node.
+    pub first_node: usize,
+    /// CGNS version of the file.
+    pub version: f64,
+}
+
+impl<'a> Zone<'a> {
+    /// Reads the kind and the sizes.
+    pub fn open(node: &'a Node, base: &'a str, number: usize, cell_dimension: u8) -> Result<Self> {
+        let kind = node.child_text("ZoneType")?.unwrap_or_default();
+        let is_structured = match kind.as_str() {
+            "Structured" => true,
+            "Unstructured" => false,
+            other => {
+                return Err(node.refuse(format!(
+                    "ZoneType is \"{other}\"; it must be Structured or Unstructured"
+                )));
+            }
+        };
+        let n_indices = if is_structured {
+            cell_dimension.into()
+        } else {
+            1
+        };
+        let sizes = node.integers()?;
+        let count = |&n: &i64| {
+            usize::try_from(n)
+                .ok()
+                .filter(|n| *n < u32::MAX as usize)
+                .ok_or_else(|| node.refuse(format!("its size {n} is not one of a mesh")))
+        };
+        let sizes: Vec<usize> = sizes.iter().map(count).collect::<Result<_>>()?;
+        if sizes.len() < 2 * n_indices {
+            return Err(node.refuse(format!(
+                "its data has {} sizes; a zone of {n_indices} indices has {}",
+                sizes.len(),
+                3 * n_indices
+            )));
+        }
+        Ok(Self {
+            node,
+            base,
+            number,
+            cell_dimension,
+            n_nodes: sizes[..n_indices].to_vec(),
+            n_cells: sizes[n_indices..2 * n_indices].to_vec(),
+            is_structured,
+            first_node: 0,
+            version: 4.0,
+        })
+    }
+
+    /// Number of its nodes.
+    pub fn total_nodes(&self) -> Result<usize> {
+        let product = self
+            .n_nodes
+            .iter()
+            .try_fold(1_usize, |p, n| p.checked_mul(*n));
+        product
+            .filter(|n| *n < u32::MAX as usize)
+            .ok_or_else(|| self.node.refuse("it has more than 4294967294 nodes"))
+    }
+
+    /// Appends its nodes at this step to `points`.
+    pub fn read_points(&mut self, step: &Step, points: &mut Vec<[f64; 3]>) -> Result<()> {
+        let coordinates = self.coordinates(step)?;
+        let rind = rind(coordinates)?;
+        let n = self.total_nodes()?;
+        self.first_node = points.len();
+        let axes = axes_of(coordinates)?;
+        for (axis, node) in axes.iter().enumerate() {
+            let Some(node) = node else { continue };
+            let values = self.core(node, &self.n_nodes, &rind)?;
+            if values.len() != n {
+                return Err(node.refuse(format!(
+                    "it has {} values; the zone has {n} nodes",
+                    values.len()
+                )));
+            }
+            if points.len() == self.first_node {
+                points.resize(self.first_node + n, [0.0; 3]);
+            }
+            put(&mut points[self.first_node..], axis, &values)
+                .ok_or_else(|| node.refuse("coordinates must be numbers"))?;
+        }
+        if points.len() + 1 >= u32::MAX as usize {
+            return Err(Error::input("the file has more than 4294967294 nodes"));
+        }
+        Ok(())
+    }
+
+    fn coordinates(&self, step: &Step) -> Result<&'a Node> {
+        let named = step.pointer(self.node, "GridCoordinatesPointers")?;
+        if let Some(name) = named {
+            return self.node.need(&name);
+        }
+        if let Some(original) = self.node.child("GridCoordinates")? {
+            return Ok(original);
+        }
+        let mut any = self.node.labelled("GridCoordinates_t")?;
+        any.next().ok_or_else(|| {
+            self.node
+                .refuse("it has no coordinates (GridCoordinates_t)")
+        })
+    }
+
+    /// The values of an array without those of rind planes, that is of ghost nodes or cells.
+    pub fn core(&self, node: &Node, sizes: &[usize], rind: &[usize]) -> Result<Values> {
+        let values = node.values()?;
+        if rind.iter().all(|&n| n == 0) {
+            return Ok(values);
+        }
+        let planes = |i: usize| rind.get(i).copied().unwrap_or(0);
+        let full = |i: usize| {
+            let both = planes(2 * i).checked_add(planes(2 * i + 1))?;
+            both.checked_add(sizes[i])
+        };
+        let whole: Option<Vec<usize>> = (0..sizes.len()).map(full).collect();
+        let n = whole
+            .as_ref()
+            .and_then(|whole| whole.iter().try_fold(1_usize, |p, n| p.checked_mul(*n)));
+        let Some(whole) = whole.filter(|_| n == Some(values.len())) else {
+            return Err(node.refuse(format!(
+                "it has {} values, which do not fit the zone and its rind {rind:?}",
+                values.len()
+            )));
+        };
+        let mut keep = Vec::new();
+        let get = |list: &[usize], i: usize, or: usize| list.get(i).copied().unwrap_or(or);
+        for k in 0..get(sizes, 2, 1) {
+            for j in 0..get(sizes, 1, 1) {
+                let row = (k + planes(4)) * get(&whole, 1, 1) + j + planes(2);
+                let start = row * whole[0] + planes(0);
+                keep.extend(start..start + sizes[0]);
+            }
+        }
+        Ok(values.select(1, &keep))
+    }
+}
+
+/// The rind of coordinates or of a solution: ghost planes at both ends of each index.
+pub(super) fn rind(node: &Node) -> Result<Vec<usize>> {
+    let Some(rind) = node.labelled("Rind_t")?.next() else {
+        return Ok(Vec::new());
+    };
+    let planes = rind.integers()?;
+    let count = |&n: &i64| usize::try_from(n).map_err(|_| rind.refuse("rind planes below zero"));
+    planes.iter().map(count).collect()
+}
+
+/// The arrays for x, y and z.
+fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
+    let mut axes = [None; 3];
+    for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"]
+        .iter()
+        .enumerate()
+    {
+        axes[axis] = coordinates.child(name)?;
+    }
+    if axes[0].is_none() || (axes[1].is_none() && axes[2].is_some()) {
+        let found = coordinates.labelled("DataArray_t")?;
+        let found: Vec<&str> = found.map(Node::name).collect();
+        return Err(coordinates.refuse(format!(
+            "it has the coordinates {}; those that are read are CoordinateX, CoordinateY, CoordinateZ",
+            found.join(", ")
+        )));
+    }
+    Ok(axes)
+}
+
+/// Sets one coordinate of every point; `None` for text.
+fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<()> {
+    const CHUNK: usize = 1 << 16;
+    macro_rules! each {
+        ($values:expr) => {
+            points
+                .par_chunks_mut(CHUNK)
+                .zip($values.par_chunks(CHUNK))
+                .for_each(|(points, values)| {
+                    for (point, value) in points.iter_mut().zip(values) {
+                        point[axis] = (*value).into();
+                    }
+                })
+        };
+    }
+    match values {
+        Values::F64(values) => each!(values),
+        Values::F32(values) => each!(values),
+        other => each!(to_f64(other)?),
+    }
+    Some(())
+}

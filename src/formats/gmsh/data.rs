@@ -1,0 +1,281 @@
+//! `$NodeData` and `$ElementData`: values at nodes and elements, as arrays of the mesh.
+
+use super::super::lexer::{Fields, Lines, shown};
+use super::super::{Notes, ReadOptions};
+use super::index::Index;
+use super::stream::{Binary, Stream};
+use crate::error::{Error, Result};
+use crate::mesh::{DataArray, Mesh, Values};
+
+/// More components than any field has.
+const MOST_COMPONENTS: usize = 100;
+
+/// What the values belong to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    Nodes,
+    Elements,
+}
+
+impl Kind {
+    /// The kind of the section with this name.
+    pub fn of(section: &[u8]) -> Option<Self> {
+        match section {
+            b"NodeData" => Some(Self::Nodes),
+            b"ElementData" => Some(Self::Elements),
+            _ => None,
+        }
+    }
+
+    fn items(self) -> &'static str {
+        match self {
+            Self::Nodes => "nodes",
+            Self::Elements => "elements",
+        }
+    }
+}
+
+/// A section of data.
+#[derive(Debug)]
+pub(super) struct Data<'a> {
+    kind: Kind,
+    name: String,
+    time: f64,
+    n_components: usize,
+    rows: Rows<'a>,
+}
+
+/// A tag and values each.
+#[derive(Debug)]
+enum Rows<'a> {
+    Text(Lines<'a>),
+    Binary(Binary, &'a [u8]),
+}
+
+impl<'a> Data<'a> {
+    /// Reads a section: a name, a time, three integers or more (step, components, number of values),
+    /// each list after its length, then the values. All but the values is text in binary files too.
+    pub fn read(stream: &mut Stream<'a>, kind: Kind) -> Result<Self> {
+        let mut name = String::new();
+        for i in 0..length(stream, "the number of string tags")? {
+            let line = stream.text.line();
+            let line = line.ok_or_else(|| stream.error("the file ends within string tags"))?;
+            if i == 0 {
+                let text = line.rest();
+                let bare = text.strip_prefix(b"\"").and_then(|t| t.strip_suffix(b"\""));
+                name = String::from_utf8_lossy(bare.unwrap_or(text)).into_owned();
+            }
+        }
+        let mut time = 0.0;
+        for i in 0..length(stream, "the number of real tags")? {
+            let value = stream.word("a real tag")?.real("a real tag")?;
+            time = if i == 0 { value } else { time };
+        }
+        let mut integers = [0, 1, 0];
+        let n_integers = length(stream, "the number of integer tags")?;
+        for i in 0..n_integers {
+            let value = stream.word("an integer tag")?.integer("an integer tag")?;
+            if let Some(known) = integers.get_mut(i) {
+                *known = value;
+            }
+        }
+        let [_, n_components, n_rows] = integers.map(|value| usize::try_from(value).ok());
+        let n_components = n_components.filter(|n| (1..=MOST_COMPONENTS).contains(n));
+        let (Some(n_components), Some(n_rows), 3..) = (n_components, n_rows, n_integers) else {
+            return Err(stream.error(format!(
+                "data \"{name}\" with integer tags {integers:?}; there are three at least: step, \
+                 components from 1 to {MOST_COMPONENTS}, and number of values"
+            )));
+        };
+        let rows = match stream.binary {
+            Some(binary) => {
+                stream.pass_line_end();
+                Rows::Binary(
+                    binary,
+                    stream.take(n_rows, 4 + 8 * n_components, "the values")?,
+                )
+            }
+            None => Rows::Text(stream.lines(n_rows, "the values")?),
+        };
+        Ok(Self {
+            kind,
+            name,
+            time,
+            n_components,
+            rows,
+        })
+    }
+
+    /// Puts the values where they belong; returns how many belong to nothing in the mesh.
+    fn fill(&self, index: &Index, values: &mut [f64]) -> Result<usize> {
+        let n = self.n_components;
+        let mut n_lost = 0;
+        let mut put = |tag: i64, row: &mut dyn Iterator<Item = f64>| match index.get(tag) {
+            Some(i) => {
+                let place = &mut values[i as usize * n..][..n];
+                place
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(to, value)| *to = value);
+            }
+            None => n_lost += 1,
+        };
+        match &self.rows {
+            Rows::Binary(binary, bytes) => {
+                for row in bytes.chunks_exact(4 + 8 * n) {
+                    let mut reals = row[4..].chunks_exact(8).map(|bytes| binary.real(bytes));
+                    put(binary.int(&row[..4]).into(), &mut reals);
+                }
+            }
+            Rows::Text(lines) => {
+                let parts = lines.parse(|line, (tags, values): &mut (Vec<i64>, Vec<f64>)| {
+                    tags.push(line.integer("a tag of a value")?);
+                    for _ in 0..n {
+                        values.push(value(line)?);
+                    }
+                    line.end("a value")
+                })?;
+                for (tags, values) in parts {
+                    for (tag, row) in tags.iter().zip(values.chunks_exact(n)) {
+                        put(*tag, &mut row.iter().copied());
+                    }
+                }
+            }
+        }
+        Ok(n_lost)
+    }
+}
+
+/// The length of a list of tags.
+fn length(stream: &mut Stream, what: &str) -> Result<usize> {
+    stream.word(what)?.narrow(what)
+}
+
+/// A value, which may be infinite or no number, unlike a coordinate.
+fn value(line: &mut Fields) -> Result<f64> {
+    let word = line.word().unwrap_or_default();
+    fast_float2::parse(word).map_err(|_| {
+        let found = shown(word);
+        line.error(format!("expected a number as a value, found {found}"))
+    })
+}
+
+/// The times that some array is given for more than once, ascending; empty where there is no such
+/// array.
+pub(super) fn times(data: &[Data]) -> Vec<f64> {
+    let changes = |one: &&Data| {
+        let same = |other: &Data| (other.kind, &other.name) == (one.kind, &one.name);
+        data.iter()
+            .any(|other| same(other) && other.time != one.time)
+    };
+    let mut times: Vec<f64> = data.iter().filter(changes).map(|data| data.time).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
+
+/// Adds the arrays of the step that is asked for, by default the last.
+pub(super) fn add(
+    data: &[Data],
+    nodes: &Index,
+    elements: Option<&[i64]>,
+    mesh: &mut Mesh,
+    options: &ReadOptions,
+    notes: &mut Notes,
+) -> Result<()> {
+    let times = times(data);
+    let until = match options.step {
+        Some(step) if !times.is_empty() => *times.get(step).ok_or_else(|| {
+            let n = times.len();
+            Error::input(format!(
+                "step {step} is asked for, but the data have {n} (0 to {})",
+                n - 1
+            ))
+        })?,
+        _ => f64::INFINITY,
+    };
+    if times.len() > 1 {
+        let n = times.len() - 1;
+        notes.push(format!(
+            "values of {n} other times of the data are not kept"
+        ));
+    }
+    let elements = match elements {
+        None => Ok(Index::Consecutive {
+            first: 1,
+            n: mesh.cells.len() as u64,
+        }),
+        Some(numbers) => Index::new(numbers, "element"),
+    };
+    for (i, one) in data.iter().enumerate() {
+        let same = |other: &&Data| (other.kind, &other.name) == (one.kind, &one.name);
+        if data[..i].iter().any(|other| same(&other)) {
+            continue;
+        }
+        let all = data.iter().filter(same);
+        let time = all
+            .clone()
+            .map(|data| data.time)
+            .filter(|time| *time <= until || times.is_empty());
+        let Some(time) = time.max_by(f64::total_cmp) else {
+            continue;
+        };
+        let now: Vec<&Data> = all.filter(|data| data.time == time).collect();
+        let (index, n) = match (one.kind, &elements) {
+            (Kind::Nodes, _) => (nodes, mesh.points.len()),
+            (Kind::Elements, Ok(index)) => (index, mesh.cells.len()),
+            (Kind::Elements, Err(error)) => {
+                notes.push(format!(
+                    "data \"{}\" of elements are not kept: {error}",
+                    one.name
+                ));
+                continue;
+            }
+        };
+        let Some(array) = array(&now, index, n, notes)? else {
+            continue;
+        };
+        match one.kind {
+            Kind::Nodes => mesh.point_arrays.push(array),
+            Kind::Elements => mesh.cell_arrays.push(array),
+        }
+    }
+    Ok(())
+}
+
+/// The array of the sections of one name and time; the parts of a partitioned mesh each have one.
+fn array(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<Option<DataArray>> {
+    let first = data[0];
+    let (name, items) = (&first.name, first.kind.items());
+    if data
+        .iter()
+        .any(|data| data.n_components != first.n_components)
+    {
+        notes.push(format!(
+            "data \"{name}\" of {items} have different numbers of components and are not kept"
+        ));
+        return Ok(None);
+    }
+    let n_components = first.n_components;
+    let mut values = vec![f64::NAN; n * n_components];
+    let mut n_lost = 0;
+    for data in data {
+        n_lost += data.fill(index, &mut values)?;
+    }
+    if n_lost > 0 {
+        notes.push(format!(
+            "{n_lost} values of \"{name}\" belong to {items} that are not in the mesh"
+        ));
+    }
+    let missing = values.chunks_exact(n_components);
+    let missing = missing
+        .filter(|row| row.iter().all(|value| value.is_nan()))
+        .count();
+    if missing > 0 {
+        notes.push(format!(
+            "\"{name}\" has no value at {missing} of {n} {items}, where it is NaN"
+        ));
+    }
+    let values = Values::F64(values);
+    Ok(Some(DataArray::tuples(name.clone(), n_components, values)))
+}

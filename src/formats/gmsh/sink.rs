@@ -1,0 +1,130 @@
+//! Scalars and records of an MSH file, as text or little-endian binary.
+
+use super::super::records::{push_integer, push_real, write_all, write_records};
+use super::super::{Encoding, WriteOptions};
+use super::written::Plan;
+use crate::error::Result;
+use crate::mesh::Mesh;
+use std::io::Write;
+
+/// Most values in one record: the tags of an element and its nodes.
+const MOST_VALUES: usize = 1024;
+
+/// Writes scalars as text or little-endian binary.
+pub(super) struct Sink<'a> {
+    pub out: &'a mut dyn Write,
+    pub text: bool,
+}
+
+impl<'a> Sink<'a> {
+    pub fn new(out: &'a mut dyn Write, options: &WriteOptions) -> Self {
+        Self {
+            out,
+            text: options.encoding == Encoding::Ascii,
+        }
+    }
+
+    /// Writes a line or several, in text and binary files alike.
+    pub fn line(&mut self, line: &str) -> Result<()> {
+        write_all(self.out, line.as_bytes())?;
+        write_all(self.out, b"\n")
+    }
+
+    /// Ends binary data; text ends its lines itself.
+    pub fn end_binary(&mut self) -> Result<()> {
+        if self.text {
+            return Ok(());
+        }
+        write_all(self.out, b"\n")
+    }
+
+    /// Writes `$MeshFormat`.
+    pub fn header(&mut self, version: &str) -> Result<()> {
+        let is_binary = u8::from(!self.text);
+        self.line(&format!("$MeshFormat\n{version} {is_binary} 8"))?;
+        if !self.text {
+            write_all(self.out, &1i32.to_le_bytes())?;
+            self.end_binary()?;
+        }
+        self.line("$EndMeshFormat")
+    }
+
+    /// Writes `$PhysicalNames`. A nameless group goes without, unless it is empty: then the line is
+    /// all that remains of it. Returns sentences about names that had to change.
+    pub fn physical_names(&mut self, mesh: &Mesh, plan: &Plan) -> Result<Vec<String>> {
+        let mut notes = Vec::new();
+        let mut lines = Vec::new();
+        for (group, number) in mesh.groups.iter().zip(&plan.numbers) {
+            if group.name == number.to_string() && !group.cells.is_empty() {
+                continue;
+            }
+            if let Some(own) = group.number.filter(|own| own != number) {
+                notes.push(format!(
+                    "group \"{}\" has number {number} instead of {own}, which is taken or none of MSH",
+                    group.name
+                ));
+            }
+            let name = plain(&group.name);
+            if name != group.name {
+                notes.push(format!(
+                    "group {:?} is written as \"{name}\": MSH cannot hold quotes or line ends",
+                    group.name
+                ));
+            }
+            lines.push(format!("{} {number} \"{name}\"", group.dimension));
+        }
+        if !lines.is_empty() {
+            let n = lines.len();
+            let lines = lines.join("\n");
+            self.line(&format!("$PhysicalNames\n{n}\n{lines}\n$EndPhysicalNames"))?;
+        }
+        Ok(notes)
+    }
+
+    /// Writes many records of integers as lines or in binary of `width` bytes each: `record` puts
+    /// record `i` into the slice of `n_values`.
+    pub fn integers(
+        &mut self,
+        n: usize,
+        n_values: usize,
+        width: usize,
+        record: impl Fn(usize, &mut [u64]) + Sync,
+    ) -> Result<()> {
+        let text = self.text;
+        write_records(self.out, n, |range, buffer| {
+            let mut values = [0; MOST_VALUES];
+            let values = &mut values[..n_values];
+            for i in range {
+                record(i, values);
+                for (at, value) in values.iter().enumerate() {
+                    if text {
+                        push_integer(buffer, *value);
+                        buffer.push(if at + 1 < n_values { b' ' } else { b'\n' });
+                    } else {
+                        buffer.extend_from_slice(&value.to_le_bytes()[..width]);
+                    }
+                }
+            }
+        })
+    }
+}
+
+/// Appends three coordinates as the end of a line.
+pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64; 3]) {
+    for (i, x) in point.iter().enumerate() {
+        push_real(buffer, *x);
+        buffer.push(if i < 2 { b' ' } else { b'\n' });
+    }
+}
+
+/// Appends three coordinates in binary.
+pub(super) fn push_point_binary(buffer: &mut Vec<u8>, point: &[f64; 3]) {
+    for x in point {
+        buffer.extend_from_slice(&x.to_le_bytes());
+    }
+}
+
+/// A name without what would end it too early.
+pub(super) fn plain(name: &str) -> String {
+    name.replace(char::is_control, " ").replace('"', "'")
+}

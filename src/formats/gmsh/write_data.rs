@@ -1,0 +1,128 @@
+//! Writing arrays as `$NodeData` and `$ElementData`, and saying what MSH has no place for.
+
+use super::super::records::{push_integer, push_real, write_records};
+use super::super::{Precision, WriteOptions};
+use super::sink::{Sink, plain};
+use super::written::Plan;
+use crate::error::Result;
+use crate::mesh::arrays::with_numbers;
+use crate::mesh::{DataArray, Mesh, Values};
+
+/// Writes arrays of numbers as 64-bit reals; `number` gives the tag of a cell's element. Returns a
+/// sentence for each thing that is not as it was.
+pub(super) fn write(
+    mesh: &Mesh,
+    plan: &Plan,
+    number: impl Fn(usize) -> u64 + Sync,
+    sink: &mut Sink,
+) -> Result<Vec<String>> {
+    let [point, cell] = plan.data(mesh);
+    let mut notes = Vec::new();
+    for array in point {
+        let tag = |node: usize| plan.node_tag(node as u32);
+        write_array("NodeData", array, tag, sink, &mut notes)?;
+    }
+    for array in cell {
+        write_array("ElementData", array, &number, sink, &mut notes)?;
+    }
+    Ok(notes)
+}
+
+fn write_array(
+    section: &str,
+    array: &DataArray,
+    tag: impl Fn(usize) -> u64 + Sync,
+    sink: &mut Sink,
+    notes: &mut Vec<String>,
+) -> Result<()> {
+    if let Values::Text(_) = array.values {
+        notes.push(format!(
+            "MSH holds no text; array \"{}\" is left out",
+            array.name
+        ));
+        return Ok(());
+    }
+    let name = plain(&array.name);
+    if name != array.name {
+        notes.push(format!(
+            "array {:?} is written as \"{name}\": MSH cannot hold quotes or line ends",
+            array.name
+        ));
+    }
+    if !all_are_exact(&array.values) {
+        notes.push(format!(
+            "array \"{}\" has integers above 2^53, which MSH holds as the nearest 64-bit real",
+            array.name
+        ));
+    }
+    let n = array.n_components;
+    let rows = with_numbers!(&array.values, v => rows_of_numbers(v, n), _t => Vec::new());
+    sink.line(&format!(
+        "${section}\n1\n\"{name}\"\n1\n0.0\n3\n0\n{n}\n{}",
+        rows.len()
+    ))?;
+    let text = sink.text;
+    with_numbers!(&array.values, values => write_records(sink.out, rows.len(), |range, buffer| {
+        for &row in &rows[range] {
+            let row = row as usize;
+            let own = values[row * n..(row + 1) * n].iter().map(|value| *value as f64);
+            if text {
+                push_integer(buffer, tag(row));
+                own.for_each(|value| {
+                    buffer.push(b' ');
+                    push_real(buffer, value);
+                });
+                buffer.push(b'\n');
+            } else {
+                buffer.extend_from_slice(&(tag(row) as i32).to_le_bytes());
+                own.for_each(|value| buffer.extend_from_slice(&value.to_le_bytes()));
+            }
+        }
+    })?, _t => ());
+    sink.end_binary()?;
+    sink.line(&format!("$End{section}"))
+}
+
+/// Rows with a number in them: those that are NaN throughout have no value in the file.
+#[allow(clippy::eq_op)] // only NaN differs from itself, and integers never do
+fn rows_of_numbers<T: PartialEq>(values: &[T], n_components: usize) -> Vec<u32> {
+    let rows = (0..).zip(values.chunks_exact(n_components));
+    let numbers = rows.filter(|(_, row)| row.iter().any(|value| value == value));
+    numbers.map(|(row, _)| row).collect()
+}
+
+fn all_are_exact(values: &Values) -> bool {
+    const LARGEST: i64 = 1 << 53;
+    match values {
+        Values::I64(v) => v.iter().all(|x| (-LARGEST..=LARGEST).contains(x)),
+        Values::U64(v) => v.iter().all(|x| *x <= LARGEST as u64),
+        _ => true,
+    }
+}
+
+/// A sentence for each array and option that MSH has no place for.
+pub(super) fn left_out(mesh: &Mesh, options: &WriteOptions) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !mesh.field_arrays.is_empty() {
+        let names = mesh
+            .field_arrays
+            .iter()
+            .map(|array| format!("\"{}\"", array.name));
+        let names = names.collect::<Vec<_>>().join(", ");
+        notes.push(format!("MSH holds no field arrays; left out: {names}"));
+    }
+    let conditions = mesh
+        .groups
+        .iter()
+        .filter(|group| group.condition.is_some())
+        .count();
+    if conditions > 0 {
+        notes.push(format!(
+            "MSH holds no types of boundary conditions; those of {conditions} tags are left out"
+        ));
+    }
+    if options.precision == Precision::F32 {
+        notes.push("MSH holds coordinates in f64 only".to_owned());
+    }
+    notes
+}

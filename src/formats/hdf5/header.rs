@@ -1,0 +1,206 @@
+//! The metadata of a file as bytes: superblock, object headers, chunk index, heap of strings.
+//!
+//! Format: HDF5 File Format Specification version 3.0; superblock version 2, object headers
+//! version 2, layout messages version 3 (contiguous) and 4 (chunked, fixed array). Read by
+//! libhdf5 from 1.8, files with chunks from 1.10.
+
+use super::checksum::lookup3;
+use super::tree::{Attribute, Id, Node};
+use crate::error::{Error, Result};
+
+/// The address that is none.
+pub(super) const NOWHERE: u64 = u64::MAX;
+/// Bytes of the superblock.
+pub(super) const SUPERBLOCK: usize = 48;
+/// Page size of a fixed array, as a power of two: no array has a second page.
+const PAGE_BITS: u8 = 30;
+
+/// Where the values of a dataset lie.
+#[derive(Debug, Clone)]
+pub(super) enum Place {
+    /// In one piece.
+    Contiguous(u64),
+    /// In chunks of so many rows, by way of the index at this address.
+    Chunked { rows: u64, index: u64 },
+}
+
+/// The superblock of a file of `end` bytes whose root group has its header at `root`.
+pub(super) fn superblock(root: u64, end: u64) -> Vec<u8> {
+    let mut block = b"\x89HDF\r\n\x1a\n".to_vec();
+    block.extend([2, 8, 8, 0]);
+    for address in [0, NOWHERE, end, root] {
+        block.extend(address.to_le_bytes());
+    }
+    with_checksum(block)
+}
+
+/// The object header of a group or a dataset. `addresses` are those of all nodes' headers.
+pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Vec<u8>> {
+    let mut messages = Messages(Vec::new());
+    match &node.dataset {
+        Some(dataset) => {
+            messages.push(1, 0, &dataspace(Some(&dataset.shape)))?;
+            messages.push(3, 1, &dataset.element.encode())?;
+            messages.push(5, 1, &[3, 0x0a])?;
+            let element = dataset.element.size();
+            let layout = layout(place, &dataset.shape, element, dataset.n_bytes());
+            messages.push(8, 0, &layout)?;
+        }
+        None => {
+            let mut info = vec![0, 3];
+            info.extend((node.children.len() as u64).to_le_bytes());
+            for _ in 0..3 {
+                info.extend(NOWHERE.to_le_bytes());
+            }
+            messages.push(2, 0, &info)?;
+            messages.push(10, 1, &[0, 0])?;
+        }
+    }
+    for (order, (name, Id(child))) in node.children.iter().enumerate() {
+        messages.push(6, 0, &link(order, name, addresses[*child])?)?;
+    }
+    for attribute in &node.attributes {
+        let message = attribute_message(attribute);
+        let pushed = messages.push(12, 0, &message);
+        pushed.map_err(|error| error.dataset(&attribute.name))?;
+    }
+    let mut header = b"OHDR\x02\x02".to_vec();
+    let size = u32::try_from(messages.0.len());
+    let size = size.map_err(|_| Error::input("a group of more than 4 GB of names"))?;
+    header.extend(size.to_le_bytes());
+    header.extend(messages.0);
+    Ok(with_checksum(header))
+}
+
+struct Messages(Vec<u8>);
+
+impl Messages {
+    fn push(&mut self, kind: u8, flags: u8, body: &[u8]) -> Result<()> {
+        let size = u16::try_from(body.len()).map_err(|_| {
+            Error::input(format!(
+                "{} bytes in the header of an HDF5 object; there can be 65535",
+                body.len()
+            ))
+        })?;
+        self.0.push(kind);
+        self.0.extend(size.to_le_bytes());
+        self.0.push(flags);
+        self.0.extend(body);
+        Ok(())
+    }
+}
+
+fn dataspace(shape: Option<&[u64]>) -> Vec<u8> {
+    let Some(shape) = shape else {
+        return vec![2, 0, 0, 0];
+    };
+    let mut message = vec![2, shape.len() as u8, 0, 1];
+    message.extend(shape.iter().flat_map(|n| n.to_le_bytes()));
+    message
+}
+
+fn layout(place: &Place, shape: &[u64], element: u64, n_bytes: u64) -> Vec<u8> {
+    match *place {
+        Place::Contiguous(address) => {
+            let mut message = vec![3, 1];
+            message.extend(address.to_le_bytes());
+            message.extend(n_bytes.to_le_bytes());
+            message
+        }
+        Place::Chunked { rows, index } => {
+            let others = shape.iter().copied().skip(1);
+            let sizes = || std::iter::once(rows).chain(others.clone()).chain([element]);
+            // libhdf5 refuses more bytes for each than the largest needs.
+            let largest = sizes().max().unwrap_or(1).max(1);
+            let width = (u64::BITS - largest.leading_zeros()).div_ceil(8) as usize;
+            let mut message = vec![4, 2, 0, shape.len() as u8 + 1, width as u8];
+            for n in sizes() {
+                message.extend(&n.to_le_bytes()[..width]);
+            }
+            message.extend([3, PAGE_BITS]);
+            message.extend(index.to_le_bytes());
+            message
+        }
+    }
+}
+
+fn link(order: usize, name: &str, address: u64) -> Result<Vec<u8>> {
+    const WITH_ORDER_AND_CHARSET: u8 = 0x14;
+    const LENGTH_OF_2_BYTES: u8 = 0x01;
+    const UTF8: u8 = 1;
+    let length = u16::try_from(name.len())
+        .map_err(|_| Error::input(format!("a name of {} bytes; HDF5 has 65535", name.len())))?;
+    let mut message = vec![1, WITH_ORDER_AND_CHARSET | LENGTH_OF_2_BYTES];
+    message.extend((order as u64).to_le_bytes());
+    message.push(UTF8);
+    message.extend(length.to_le_bytes());
+    message.extend(name.as_bytes());
+    message.extend(address.to_le_bytes());
+    Ok(message)
+}
+
+fn attribute_message(attribute: &Attribute) -> Vec<u8> {
+    let datatype = attribute.element.encode();
+    let space = dataspace(attribute.shape.as_deref());
+    let mut message = vec![3, 0];
+    for size in [attribute.name.len() + 1, datatype.len(), space.len()] {
+        message.extend((size as u16).to_le_bytes());
+    }
+    message.push(1);
+    message.extend(attribute.name.as_bytes());
+    message.push(0);
+    message.extend(datatype);
+    message.extend(space);
+    message.extend(&attribute.bytes);
+    message
+}
+
+/// Index of the chunks at these addresses; it will lie at `at`.
+pub(super) fn fixed_array(at: u64, chunks: &[u64]) -> Vec<u8> {
+    const HEADER: u64 = 28;
+    let mut header = b"FAHD\0\0".to_vec();
+    header.extend([8, PAGE_BITS]);
+    header.extend((chunks.len() as u64).to_le_bytes());
+    header.extend((at + HEADER).to_le_bytes());
+    let mut block = b"FADB\0\0".to_vec();
+    block.extend(at.to_le_bytes());
+    block.extend(chunks.iter().flat_map(|address| address.to_le_bytes()));
+    let mut index = with_checksum(header);
+    index.extend(with_checksum(block));
+    index
+}
+
+/// Strings as a heap that will lie at `at`, and the references to them.
+pub(super) fn heap(at: u64, strings: &[String]) -> (Vec<u8>, Vec<u8>) {
+    const MOST_OBJECTS: usize = 60_000;
+    const SMALLEST: usize = 4096;
+    let mut heap: Vec<u8> = Vec::new();
+    let mut references = Vec::with_capacity(strings.len() * 16);
+    for some in strings.chunks(MOST_OBJECTS) {
+        let start = heap.len();
+        heap.extend(b"GCOL\x01\0\0\0\0\0\0\0\0\0\0\0");
+        for (index, string) in (1u16..).zip(some) {
+            references.extend((string.len() as u32).to_le_bytes());
+            references.extend((at + start as u64).to_le_bytes());
+            references.extend(u32::from(index).to_le_bytes());
+            heap.extend(index.to_le_bytes());
+            heap.extend([1, 0, 0, 0, 0, 0]);
+            heap.extend((string.len() as u64).to_le_bytes());
+            heap.extend(string.as_bytes());
+            heap.resize(heap.len().next_multiple_of(8), 0);
+        }
+        let free = (start + SMALLEST).saturating_sub(heap.len()).max(16);
+        let free_at = heap.len();
+        heap.resize(free_at + free, 0);
+        heap[free_at + 8..free_at + 16].copy_from_slice(&(free as u64).to_le_bytes());
+        let size = (heap.len() - start) as u64;
+        heap[start + 8..start + 16].copy_from_slice(&size.to_le_bytes());
+    }
+    (heap, references)
+}
+
+fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
+    let sum = lookup3(&bytes);
+    bytes.extend(sum.to_le_bytes());
+    bytes
+}

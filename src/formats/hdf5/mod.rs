@@ -1,0 +1,61 @@
+//! HDF5 files: our own small writer, and the one home of the crate that reads them.
+//!
+//! Knows groups, datasets and attributes; what they mean is for CGNS and VTKHDF to know.
+//!
+//! Writing a file whose content is known, front to back into any sink:
+//!
+//! ```text
+//! let mut tree = Tree::new();
+//! let group = tree.group(Tree::ROOT, "VTKHDF");
+//! tree.text_attribute(group, "Type", "UnstructuredGrid");
+//! tree.number_attribute(group, "Version", &[2_i64, 3], false);
+//! let bytes = Data::Bytes(bytemuck::cast_slice(&mesh.points).into());   // not copied
+//! tree.dataset(group, "Points", Element::F64, &[n_points, 3], bytes);
+//! tree.write(out)?;
+//! ```
+//!
+//! Values that are not in memory as they shall be in the file are a [`Data::Stream`], a closure
+//! that hands over bytes. A file that grows step by step and is whole after each:
+//!
+//! ```text
+//! let mut file = Growing::create(path)?;                                // hidden until the first step is whole
+//! let x = file.store(|sink| sink(bytemuck::cast_slice(&x)))?;           // keep `x` for later steps
+//! let mut tree = ...;                                                   // all that is in the file now
+//! tree.dataset(group, "CoordinateX", Element::F64, &[n], Data::Stored(x));
+//! let hash = file.finish_step(&tree)?;                                  // from here on it can be read
+//! ```
+//!
+//! A dataset that gets longer with each step has one [`Data::Chunks`] piece a step. Reading:
+//!
+//! ```text
+//! let file = File::open(source)?;
+//! for group in file.root()?.groups()? { ... group.text("label")? ... group.dataset(" data")? ... }
+//! let values: Values = dataset.values()?;
+//! ```
+
+mod checksum;
+mod element;
+mod grow;
+mod header;
+mod read;
+mod tree;
+mod write;
+
+pub(super) use self::{
+    element::Element,
+    grow::{Growing, Stored},
+    read::{Dataset, File, Group},
+    tree::{Data, Id, Sink, Tree},
+};
+
+/// Whether these are the bytes of an HDF5 file, also behind a block of another program's.
+pub(super) fn is_hdf5(bytes: &[u8]) -> bool {
+    let doubling = std::iter::successors(Some(512_usize), |at| at.checked_mul(2));
+    std::iter::once(0)
+        .chain(doubling)
+        .take_while(|at| *at < bytes.len())
+        .any(|at| bytes[at..].starts_with(b"\x89HDF\r\n\x1a\n"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,349 @@
+//! Reading, by way of the crate `hdf5-reader`: groups, attributes, and datasets as [`Values`].
+
+use super::super::Source;
+use crate::error::{Error, Result};
+use crate::mesh::Values;
+use hdf5_reader::error::Error as Refused;
+use hdf5_reader::{
+    Attribute, Datatype, ExternalLinkResolver, H5Type, Hdf5File, OpenOptions, SliceInfo,
+    SliceInfoElem,
+};
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Unpacked data can be so many times larger than the file.
+const MOST_RATIO: usize = 1100;
+/// A small file may unpack to this.
+const SMALLEST_LIMIT: usize = 64 << 20;
+
+/// An open file.
+pub(in crate::formats) struct File(Hdf5File);
+
+/// A group; links are followed, also into other files.
+#[derive(Clone)]
+pub(in crate::formats) struct Group(hdf5_reader::group::Group);
+
+/// A dataset.
+pub(in crate::formats) struct Dataset {
+    inner: hdf5_reader::Dataset,
+    /// Bytes that it may have, by the size of the file.
+    limit: u64,
+}
+
+impl File {
+    /// Opens the file. Its links into other files are relative to its folder.
+    pub fn open(source: &Source) -> Result<Self> {
+        let folder = source.path().parent().map(PathBuf::from);
+        let resolver = folder.map(|folder| Arc::new(Beside { folder }) as _);
+        Hdf5File::from_owner(source.shared(), options(source.bytes().len(), resolver))
+            .map(Self)
+            .map_err(refused)
+    }
+
+    /// The group that holds everything.
+    pub fn root(&self) -> Result<Group> {
+        self.0.root_group().map(Group).map_err(refused)
+    }
+}
+
+/// Options for a file of `n_bytes`.
+fn options(n_bytes: usize, resolver: Option<Arc<dyn ExternalLinkResolver>>) -> OpenOptions {
+    OpenOptions {
+        external_link_resolver: resolver,
+        max_read_bytes: limit(n_bytes),
+        max_chunk_bytes: limit(n_bytes).min(hdf5_reader::HDF5_MAX_CHUNK_BYTES),
+        ..OpenOptions::default()
+    }
+}
+
+/// Bytes that a dataset of a file of `n_bytes` may have when it is unpacked.
+fn limit(n_bytes: usize) -> usize {
+    n_bytes.saturating_mul(MOST_RATIO).max(SMALLEST_LIMIT)
+}
+
+/// Finds linked files beside the one that links.
+struct Beside {
+    folder: PathBuf,
+}
+
+impl ExternalLinkResolver for Beside {
+    fn resolve_external_link(&self, name: &str) -> hdf5_reader::error::Result<Option<Hdf5File>> {
+        let path = self.folder.join(name);
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let size = usize::try_from(path.metadata()?.len()).unwrap_or(usize::MAX);
+        let options = options(size, None);
+        Hdf5File::open_with_options(path, options).map(Some)
+    }
+}
+
+impl Group {
+    /// Its name in the group that holds it.
+    pub fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    /// Its groups, in the order in which they were made where the file tells, else by name.
+    pub fn groups(&self) -> Result<Vec<Group>> {
+        let groups = self.0.groups().map_err(|error| self.refused(error))?;
+        Ok(groups.into_iter().map(Group).collect())
+    }
+
+    /// Its datasets, in the same order.
+    pub fn datasets(&self) -> Result<Vec<Dataset>> {
+        let datasets = self.0.datasets().map_err(|error| self.refused(error))?;
+        Ok(datasets
+            .into_iter()
+            .map(|inner| self.bounded(inner))
+            .collect())
+    }
+
+    /// Names of its groups and of its datasets.
+    pub fn names(&self) -> Result<(Vec<String>, Vec<String>)> {
+        self.0.member_names().map_err(|error| self.refused(error))
+    }
+
+    /// The group of this name; `None` where there is none, also where a link leads nowhere.
+    pub fn group(&self, name: &str) -> Result<Option<Group>> {
+        self.found(self.0.group(name).map(Group))
+    }
+
+    /// The dataset of this name; `None` where there is none.
+    pub fn dataset(&self, name: &str) -> Result<Option<Dataset>> {
+        self.found(self.0.dataset(name).map(|inner| self.bounded(inner)))
+    }
+
+    /// The dataset of this name, which must be there.
+    pub fn need(&self, name: &str) -> Result<Dataset> {
+        let found = self.dataset(name)?;
+        found.ok_or_else(|| Error::input("the dataset is missing").dataset(name))
+    }
+
+    /// An attribute that is text.
+    pub fn text(&self, name: &str) -> Result<Option<String>> {
+        let attribute = self.found(self.0.attribute(name))?;
+        attribute
+            .map(|attribute| attribute.read_string().map_err(refused))
+            .transpose()
+            .map_err(|error| error.dataset(name))
+    }
+
+    /// An attribute that is numbers or text.
+    pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
+        let attribute = self.found(self.0.attribute(name))?;
+        attribute
+            .map(|attribute| attribute_values(&attribute))
+            .transpose()
+            .map_err(|error| error.dataset(name))
+    }
+
+    fn bounded(&self, inner: hdf5_reader::Dataset) -> Dataset {
+        let limit = limit(usize::try_from(self.0.storage().len()).unwrap_or(usize::MAX));
+        Dataset {
+            inner,
+            limit: limit as u64,
+        }
+    }
+
+    fn found<T>(&self, found: std::result::Result<T, Refused>) -> Result<Option<T>> {
+        match found {
+            Ok(found) => Ok(Some(found)),
+            Err(
+                Refused::GroupNotFound(_)
+                | Refused::DatasetNotFound(_)
+                | Refused::AttributeNotFound(_),
+            ) => Ok(None),
+            Err(error) => Err(self.refused(error)),
+        }
+    }
+
+    fn refused(&self, error: Refused) -> Error {
+        refused(error).dataset(self.name())
+    }
+}
+
+/// Runs `$body` with `$T` standing for the Rust type of numbers of this datatype and `$variant`
+/// for the variant of [`Values`]; `$other` for anything that is no such number.
+macro_rules! with_number {
+    ($datatype:expr, $T:ident, $variant:ident => $body:expr, $other:expr) => {
+        with_number!(@match $datatype, $T, $variant, $body, $other;
+            (FixedPoint 1 true i8 I8) (FixedPoint 1 false u8 U8)
+            (FixedPoint 2 true i16 I16) (FixedPoint 2 false u16 U16)
+            (FixedPoint 4 true i32 I32) (FixedPoint 4 false u32 U32)
+            (FixedPoint 8 true i64 I64) (FixedPoint 8 false u64 U64))
+    };
+    (@match $datatype:expr, $T:ident, $variant:ident, $body:expr, $other:expr;
+        $((FixedPoint $size:literal $signed:literal $type:ident $name:ident))*) => {
+        match $datatype {
+            $(Datatype::FixedPoint { size: $size, signed: $signed, .. } => {
+                type $T = $type;
+                use Values::$name as $variant;
+                $body
+            })*
+            Datatype::FloatingPoint { size: 4, .. } => {
+                type $T = f32;
+                use Values::F32 as $variant;
+                $body
+            }
+            Datatype::FloatingPoint { size: 8, .. } => {
+                type $T = f64;
+                use Values::F64 as $variant;
+                $body
+            }
+            other => $other(other),
+        }
+    };
+}
+
+impl Dataset {
+    /// Its name in the group that holds it.
+    pub fn name(&self) -> &str {
+        self.inner.name()
+    }
+
+    /// How many values there are along each index; empty for a single value.
+    pub fn shape(&self) -> &[u64] {
+        self.inner.shape()
+    }
+
+    /// Number of rows: values of the first index.
+    pub fn n_rows(&self) -> u64 {
+        self.shape().first().copied().unwrap_or(1)
+    }
+
+    /// Values in one row.
+    pub fn row(&self) -> Result<usize> {
+        let others = self.shape().iter().skip(1);
+        others
+            .map(|n| usize::try_from(*n).ok())
+            .try_fold(1_usize, |product, n| product.checked_mul(n?))
+            .ok_or_else(|| Error::input("its rows are too long").dataset(self.name()))
+    }
+
+    /// Bytes of one value; 0 for what is neither a number nor text.
+    pub fn value_size(&self) -> usize {
+        hdf5_reader::dtype_element_size(self.inner.dtype()).unwrap_or(0)
+    }
+
+    /// All values, in their own type and the byte order of this machine.
+    pub fn values(&self) -> Result<Values> {
+        with_number!(
+            self.inner.dtype(),
+            T, Variant => self.numbers::<T>().map(Variant),
+            |other: &Datatype| self.others(other)
+        )
+        .map_err(|error| error.dataset(self.name()))
+    }
+
+    /// Refuses rows that are not there, and more than a file of this size can hold. Whoever reads
+    /// rows part by part asks for all of them first.
+    pub fn check_rows(&self, rows: &Range<u64>) -> Result<()> {
+        let wrong = |message: String| Err(Error::input(message).dataset(self.name()));
+        let n = self.n_rows();
+        if rows.start > rows.end || rows.end > n {
+            return wrong(format!("rows {} to {} of {n} rows", rows.start, rows.end));
+        }
+        let row = self.row()?.saturating_mul(self.value_size().max(1)) as u64;
+        let n_bytes = (rows.end - rows.start).saturating_mul(row);
+        if n_bytes > self.limit {
+            return wrong(format!(
+                "{n_bytes} bytes, more than a file of this size holds"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The values of some rows. Text is not read in parts.
+    pub fn rows(&self, rows: Range<u64>) -> Result<Values> {
+        self.check_rows(&rows)?;
+        if self.shape().is_empty() || rows == (0..self.n_rows()) {
+            return self.values();
+        }
+        with_number!(
+            self.inner.dtype(),
+            T, Variant => self.some_numbers::<T>(&rows).map(Variant),
+            |other: &Datatype| {
+                let Values::Text(text) = self.others(other)? else {
+                    return Err(unknown(other));
+                };
+                let row = self.row()?;
+                let part = rows.start as usize * row..rows.end as usize * row;
+                Ok(Values::Text(text[part].to_vec()))
+            }
+        )
+        .map_err(|error| error.dataset(self.name()))
+    }
+
+    fn numbers<T: H5Type>(&self) -> Result<Vec<T>> {
+        let array = self.inner.read_array_parallel::<T>().map_err(refused)?;
+        Ok(array.into_raw_vec_and_offset().0)
+    }
+
+    fn some_numbers<T: H5Type>(&self, rows: &Range<u64>) -> Result<Vec<T>> {
+        if rows.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut selection = SliceInfo::all(self.shape().len());
+        selection.selections[0] = SliceInfoElem::Slice {
+            start: rows.start,
+            end: rows.end,
+            step: 1,
+        };
+        let array = self.inner.read_slice_parallel::<T>(&selection);
+        Ok(array.map_err(refused)?.into_raw_vec_and_offset().0)
+    }
+
+    fn others(&self, datatype: &Datatype) -> Result<Values> {
+        match datatype {
+            Datatype::String { .. } | Datatype::VarLen { .. } => {
+                self.inner.read_strings().map(Values::Text).map_err(refused)
+            }
+            Datatype::Enum { base, .. } if is_byte(base) => {
+                self.inner.read_raw_bytes().map(Values::U8).map_err(refused)
+            }
+            other => Err(unknown(other)),
+        }
+    }
+}
+
+/// The base of a truth value.
+fn is_byte(base: &Datatype) -> bool {
+    matches!(base, Datatype::FixedPoint { size: 1, .. })
+}
+
+fn attribute_values(attribute: &Attribute) -> Result<Values> {
+    with_number!(
+        &attribute.datatype,
+        T, Variant => attribute.read_1d::<T>().map(Variant).map_err(refused),
+        |other: &Datatype| match other {
+            Datatype::String { .. } | Datatype::VarLen { .. } => {
+                attribute.read_strings().map(Values::Text).map_err(refused)
+            }
+            other => Err(unknown(other)),
+        }
+    )
+}
+
+fn unknown(datatype: &Datatype) -> Error {
+    let found = match datatype {
+        Datatype::FixedPoint { size, .. } => format!("integers of {size} bytes"),
+        Datatype::FloatingPoint { size, .. } => format!("floating-point numbers of {size} bytes"),
+        Datatype::Compound { .. } => "compounds".to_owned(),
+        Datatype::Array { .. } => "arrays".to_owned(),
+        Datatype::Enum { .. } => "enumerations".to_owned(),
+        Datatype::Opaque { .. } => "opaque bytes".to_owned(),
+        Datatype::Reference { .. } => "references".to_owned(),
+        Datatype::Bitfield { .. } => "bit fields".to_owned(),
+        Datatype::String { .. } | Datatype::VarLen { .. } => "text".to_owned(),
+    };
+    Error::input(format!("it holds {found}, which are not read"))
+}
+
+fn refused(error: Refused) -> Error {
+    match error {
+        Refused::Io(error) => Error::system(error.to_string()),
+        other => Error::input(format!("HDF5: {other}")),
+    }
+}

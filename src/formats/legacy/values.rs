@@ -1,0 +1,346 @@
+//! Values of arrays in a legacy file: numbers as text or in big-endian bytes, bits, strings.
+
+use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
+use super::cursor::{Cursor, decoded};
+use crate::error::{Error, Result};
+use crate::mesh::Values;
+use rayon::prelude::*;
+
+/// Bytes of text that one task parses.
+const PER_TASK: usize = 1 << 18;
+/// Tasks whose numbers are held before they are appended.
+const BATCH: usize = 32;
+
+/// Type of the values of an array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Type {
+    /// Numbers.
+    Number(Element),
+    /// VTK's ids: 64 bits in memory, 32 in binary files.
+    Id,
+    /// Eight to a byte, the first one highest.
+    Bit,
+    /// Strings.
+    Text,
+}
+
+impl Type {
+    /// The type with this name.
+    pub fn from_name(name: &[u8]) -> Option<Self> {
+        let element = match name.to_ascii_lowercase().as_slice() {
+            b"bit" => return Some(Type::Bit),
+            b"vtkidtype" => return Some(Type::Id),
+            b"string" | b"utf8_string" => return Some(Type::Text),
+            b"char" | b"signed_char" | b"vtktypeint8" => Element::Int8,
+            b"unsigned_char" | b"vtktypeuint8" => Element::UInt8,
+            b"short" | b"vtktypeint16" => Element::Int16,
+            b"unsigned_short" | b"vtktypeuint16" => Element::UInt16,
+            b"int" | b"vtktypeint32" => Element::Int32,
+            b"unsigned_int" | b"vtktypeuint32" => Element::UInt32,
+            b"long" | b"long_long" | b"vtktypeint64" => Element::Int64,
+            b"unsigned_long" | b"unsigned_long_long" | b"vtktypeuint64" => Element::UInt64,
+            b"float" | b"vtktypefloat32" => Element::Float32,
+            b"double" | b"vtktypefloat64" => Element::Float64,
+            _ => return None,
+        };
+        Some(Type::Number(element))
+    }
+
+    /// Reads the next word as a type.
+    pub fn read(cursor: &mut Cursor) -> Result<Self> {
+        let word = cursor.need("a type of values")?;
+        Self::from_name(word).ok_or_else(|| {
+            let name = super::super::lexer::shown(word);
+            cursor.error(format!(
+                "{name} is no type of values; there are: bit, char, unsigned_char, short, \
+                 unsigned_short, int, unsigned_int, long, unsigned_long, vtktypeint64, \
+                 vtktypeuint64, vtkIdType, float, double, string"
+            ))
+        })
+    }
+}
+
+/// Reads `n` values.
+pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Values> {
+    let element = match kind {
+        Type::Number(element) => element,
+        Type::Id if cursor.binary => {
+            let mut ids = Vec::new();
+            binary(cursor, Element::Int32, n, &mut |chunk| {
+                ids = vec![0i64; chunk.len::<i32>()];
+                chunk.convert::<i32, i64>(&mut ids, i64::from);
+                Ok(())
+            })?;
+            return Ok(Values::I64(ids));
+        }
+        Type::Id => Element::Int64,
+        Type::Bit => return bits(cursor, n).map(Values::U8),
+        Type::Text => return strings(cursor, n).map(Values::Text),
+    };
+    Ok(match element {
+        Element::Int8 => Values::I8(numbers(cursor, element, n)?),
+        Element::UInt8 | Element::String => Values::U8(numbers(cursor, element, n)?),
+        Element::Int16 => Values::I16(numbers(cursor, element, n)?),
+        Element::UInt16 => Values::U16(numbers(cursor, element, n)?),
+        Element::Int32 => Values::I32(numbers(cursor, element, n)?),
+        Element::UInt32 => Values::U32(numbers(cursor, element, n)?),
+        Element::Int64 => Values::I64(numbers(cursor, element, n)?),
+        Element::UInt64 => Values::U64(numbers(cursor, element, n)?),
+        Element::Float32 => Values::F32(numbers(cursor, element, n)?),
+        Element::Float64 => Values::F64(numbers(cursor, element, n)?),
+    })
+}
+
+/// Reads `n` coordinates of whatever type.
+pub(super) fn coordinates(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<f64>> {
+    let element = coordinate_type(cursor, kind, n)?;
+    let mut out = vec![0.0; n];
+    fill(cursor, element, &mut out)?;
+    Ok(out)
+}
+
+/// Reads the coordinates of `n` points.
+pub(super) fn points(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<[f64; 3]>> {
+    let n_values = n.checked_mul(3);
+    let n_values = n_values.ok_or_else(|| cursor.error("there are too many points"))?;
+    let element = coordinate_type(cursor, kind, n_values)?;
+    let mut out = vec![[0.0; 3]; n];
+    fill(cursor, element, out.as_flattened_mut())?;
+    Ok(out)
+}
+
+/// The type of `n` coordinates, which the file has room for.
+fn coordinate_type(cursor: &Cursor, kind: Type, n: usize) -> Result<Element> {
+    let element = match kind {
+        Type::Number(element) => element,
+        Type::Id if cursor.binary => Element::Int32,
+        Type::Id => Element::Int64,
+        Type::Bit | Type::Text => return Err(cursor.error("coordinates must be numbers")),
+    };
+    match cursor.binary {
+        true => take(&mut cursor.clone(), n.checked_mul(element.size()), n).map(drop)?,
+        false => check_text(cursor, n)?,
+    }
+    Ok(element)
+}
+
+/// Reads as many coordinates as `out` has. As text, a float is rounded to one, as VTK does.
+fn fill(cursor: &mut Cursor, element: Element, out: &mut [f64]) -> Result<()> {
+    let n = out.len();
+    with_type!(element, T => {
+        if cursor.binary {
+            return binary(cursor, element, n, &mut |chunk| {
+                chunk.convert::<T, f64>(out, T::as_f64);
+                Ok(())
+            });
+        }
+        let mut at = 0;
+        text::<T>(cursor, element, n, &mut |some| {
+            let part = out[at..at + some.len()].iter_mut();
+            part.zip(some).for_each(|(out, x)| *out = x.as_f64());
+            at += some.len();
+        })
+    })
+}
+
+/// Reads `n` numbers of the type that `element` says.
+pub(super) fn numbers<T: Number>(
+    cursor: &mut Cursor,
+    element: Element,
+    n: usize,
+) -> Result<Vec<T>> {
+    let mut values: Vec<T> = Vec::new();
+    if !cursor.binary {
+        check_text(cursor, n)?;
+        values.reserve_exact(n);
+        text(cursor, element, n, &mut |some| {
+            values.extend_from_slice(some)
+        })?;
+        return Ok(values);
+    }
+    binary(cursor, element, n, &mut |chunk| {
+        values = vec![T::zeroed(); n];
+        chunk.convert::<T, T>(&mut values, |x| x);
+        Ok(())
+    })?;
+    Ok(values)
+}
+
+/// Hands the bytes of `n` values that start on the next line to `sink`.
+pub(super) fn binary<'a>(
+    cursor: &mut Cursor<'a>,
+    element: Element,
+    n: usize,
+    sink: &mut dyn FnMut(Chunk<'a>) -> Result<()>,
+) -> Result<()> {
+    cursor.line();
+    let bytes = take(cursor, n.checked_mul(element.size()), n)?;
+    sink(Chunk {
+        bytes,
+        swap: cfg!(target_endian = "little"),
+    })
+}
+
+/// The next `n_bytes` bytes, of `n` values.
+fn take<'a>(cursor: &mut Cursor<'a>, n_bytes: Option<usize>, n: usize) -> Result<&'a [u8]> {
+    let rest = cursor.rest();
+    let bytes = n_bytes.and_then(|n_bytes| rest.get(..n_bytes));
+    let bytes = bytes.ok_or_else(|| {
+        let left = rest.len();
+        let message = format!("{n} values are announced, but {left} bytes are left in the file");
+        cursor.error_at(cursor.at, message)
+    })?;
+    cursor.at += bytes.len();
+    Ok(bytes)
+}
+
+/// Refuses more values than the rest of a text can hold.
+fn check_text(cursor: &Cursor, n: usize) -> Result<()> {
+    let left = cursor.rest().len();
+    if n > left.div_ceil(2) {
+        let message = format!("{n} values are announced, but {left} characters are left");
+        return Err(cursor.error_at(cursor.at, message));
+    }
+    Ok(())
+}
+
+/// Reads `n` words as numbers. Some text behind them may be parsed in vain.
+fn text<T: Number>(
+    cursor: &mut Cursor,
+    element: Element,
+    n: usize,
+    sink: &mut dyn FnMut(&[T]),
+) -> Result<()> {
+    let mut done = 0;
+    while done < n {
+        let guess = (n - done).saturating_mul(24).max(256);
+        let end = cursor.at.saturating_add(guess.min(PER_TASK * BATCH));
+        let cuts = cuts(cursor.bytes, cursor.at, word_end(cursor.bytes, end));
+        let parts: Vec<Part<T>> = cuts
+            .par_windows(2)
+            .map(|cut| Part::parse(cursor.bytes, cut[0], cut[1], element))
+            .collect();
+        for part in parts {
+            let missing = n - done;
+            if part.numbers.len() >= missing {
+                sink(&part.numbers[..missing]);
+                cursor.at = part.after(cursor.bytes, missing);
+                return Ok(());
+            }
+            sink(&part.numbers);
+            done += part.numbers.len();
+            cursor.at = part.end;
+            if let Some((at, message)) = part.wrong {
+                let message = format!("{message} (after {done} of {n} values)");
+                return Err(cursor.error_at(at, message));
+            }
+        }
+        if done < n && cursor.at == cursor.bytes.len() {
+            let message = format!("the file ends after {done} of {n} values");
+            return Err(cursor.error_at(cursor.at, message));
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of one stretch of text.
+struct Part<T> {
+    numbers: Vec<T>,
+    start: usize,
+    end: usize,
+    wrong: Option<(usize, String)>,
+}
+
+impl<T: Number> Part<T> {
+    fn parse(bytes: &[u8], start: usize, end: usize, element: Element) -> Self {
+        let mut part = Self {
+            numbers: Vec::new(),
+            start,
+            end,
+            wrong: None,
+        };
+        match parse_words::<T>(&bytes[start..end], element) {
+            Ok(numbers) => part.numbers = numbers,
+            Err((at, message)) => {
+                let before = parse_words::<T>(&bytes[start..start + at], element);
+                part.numbers = before.unwrap_or_default();
+                part.wrong = Some((start + at, message));
+            }
+        }
+        part
+    }
+
+    /// Where the number with this one-based index ends.
+    fn after(&self, bytes: &[u8], n: usize) -> usize {
+        let mut at = self.start;
+        for _ in 0..n {
+            let blank = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
+            at = word_end(bytes, at + blank.count());
+        }
+        at
+    }
+}
+
+/// Ends of stretches of about equal length.
+fn cuts(bytes: &[u8], start: usize, end: usize) -> Vec<usize> {
+    let mut cuts = vec![start];
+    while cuts[cuts.len() - 1] < end {
+        cuts.push(word_end(&bytes[..end], cuts[cuts.len() - 1] + PER_TASK));
+    }
+    cuts
+}
+
+/// The end of the word that `at` is in.
+fn word_end(text: &[u8], at: usize) -> usize {
+    let Some(rest) = text.get(at..) else {
+        return text.len();
+    };
+    let length = rest.iter().position(u8::is_ascii_whitespace);
+    at + length.unwrap_or(rest.len())
+}
+
+fn bits(cursor: &mut Cursor, n: usize) -> Result<Vec<u8>> {
+    if !cursor.binary {
+        return numbers(cursor, Element::UInt8, n);
+    }
+    cursor.line();
+    let bytes = take(cursor, Some(n.div_ceil(8)), n)?;
+    let bit = |i: usize| bytes[i / 8] >> (7 - i % 8) & 1;
+    Ok((0..n).map(bit).collect())
+}
+
+/// Strings: in text one a line; in binary files their length comes first, in one, two, four or
+/// eight bytes, as its first two bits tell.
+fn strings(cursor: &mut Cursor, n: usize) -> Result<Vec<String>> {
+    cursor.line();
+    let mut strings = Vec::new();
+    for i in 0..n {
+        if cursor.rest().is_empty() {
+            let message = format!("the file ends after {i} of {n} strings");
+            return Err(cursor.error_at(cursor.at, message));
+        }
+        if !cursor.binary {
+            let line = cursor.line();
+            strings.push(decoded(line.strip_suffix(b"\r").unwrap_or(line)));
+            continue;
+        }
+        let width = 8 >> (cursor.rest()[0] >> 6);
+        let header = take(cursor, Some(width), 1)?;
+        let length = header
+            .iter()
+            .fold(0u64, |n, byte| n << 8 | u64::from(*byte));
+        let length = length & (u64::MAX >> (64 - 8 * width + 2));
+        let bytes = take(cursor, usize::try_from(length).ok(), 1)?;
+        strings.push(String::from_utf8_lossy(bytes).into_owned());
+    }
+    Ok(strings)
+}
+
+/// Refuses a count that the rest of the file cannot hold.
+pub(super) fn check_count(cursor: &Cursor, n: usize, what: &str) -> Result<()> {
+    if n >= u32::MAX as usize {
+        let message = format!("{n} {what} are more than the 4294967294 that can be held");
+        return Err(Error::input(message).byte(cursor.at as u64));
+    }
+    Ok(())
+}

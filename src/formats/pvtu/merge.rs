@@ -1,0 +1,296 @@
+//! Pieces as one mesh: nodes that they share become one.
+//!
+//! Shared are nodes of the same global number, or without those nodes of different pieces at the
+//! very same place, where each piece has but one node. Cells and nodes with global numbers are put
+//! in the order of these, others stay piece by piece.
+
+use super::read::mismatch;
+use super::subset::push;
+use crate::error::Result;
+use crate::formats::Notes;
+use crate::mesh::{Cells, DataArray, Mesh, Values};
+use rayon::prelude::*;
+
+/// One piece, with the names of the arrays that hold its global numbers.
+pub(in crate::formats) struct Piece {
+    /// Its mesh, without groups.
+    pub mesh: Mesh,
+    /// Point array.
+    pub node_ids: Option<String>,
+    /// Cell array.
+    pub cell_ids: Option<String>,
+}
+
+/// Where the nodes of the pieces are in the whole mesh.
+struct Joined {
+    /// For each node of the whole, the node it is taken from, counted through all pieces.
+    origin: Vec<usize>,
+    /// For each node of all pieces, its index in the whole.
+    new_index: Vec<u32>,
+}
+
+/// One mesh of all pieces.
+pub(in crate::formats) fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Result<Mesh> {
+    let is_empty = |piece: &Piece| piece.mesh.points.is_empty() && piece.mesh.cells.is_empty();
+    let mut fields = field_arrays(&pieces, notes);
+    pieces.retain(|piece| !is_empty(piece));
+    let n_nodes: usize = pieces.iter().map(|piece| piece.mesh.points.len()).sum();
+    if n_nodes >= u32::MAX as usize {
+        let message = format!("the pieces have {n_nodes} nodes, more than can be held");
+        return Err(mismatch(message));
+    }
+    let points: Vec<[f64; 3]> = pieces
+        .iter()
+        .flat_map(|piece| piece.mesh.points.iter().copied())
+        .collect();
+    let node_ids = all_numbers(&pieces, |p| {
+        Piece::numbers(&p.mesh.point_arrays, &p.node_ids)
+    });
+    let by_ids = node_ids
+        .as_ref()
+        .and_then(|ids| joined_by_ids(ids, &points, notes));
+    let counted = by_ids.is_some();
+    let joined = by_ids.unwrap_or_else(|| joined_by_place(&pieces, &points, notes));
+    note_joined(&pieces, &points, &joined, counted, notes);
+
+    let cell_ids = all_numbers(&pieces, |p| {
+        Piece::numbers(&p.mesh.cell_arrays, &p.cell_ids)
+    });
+    let order = cell_order(&pieces, cell_ids.as_deref());
+    let mut mesh = Mesh {
+        points: joined.origin.iter().map(|&node| points[node]).collect(),
+        cells: cells(&pieces, &order, &joined.new_index),
+        point_arrays: arrays(&pieces, "point", |m| &m.point_arrays, &joined.origin, notes),
+        cell_arrays: arrays(&pieces, "cell", |m| &m.cell_arrays, &order, notes),
+        ..Mesh::default()
+    };
+    mesh.field_arrays.append(&mut fields);
+    // Numbers that count through say no more than the order.
+    if let Some(first) = pieces.first() {
+        drop_counted(
+            &mut mesh.point_arrays,
+            first.node_ids.as_ref().filter(|_| counted),
+        );
+        drop_counted(
+            &mut mesh.cell_arrays,
+            first.cell_ids.as_ref().filter(|_| cell_ids.is_some()),
+        );
+    }
+    Ok(mesh)
+}
+
+/// Global numbers of all pieces one after another, if every piece has them under one name.
+fn all_numbers(pieces: &[Piece], numbers: impl Fn(&Piece) -> Option<Vec<i64>>) -> Option<Vec<i64>> {
+    let all: Option<Vec<Vec<i64>>> = pieces.iter().map(numbers).collect();
+    Some(all?.concat())
+}
+
+/// Nodes of one number as one; `None` when the numbers are not good for that.
+fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<Joined> {
+    let mut sorted: Vec<(i64, usize)> = ids.iter().copied().zip(0..).collect();
+    sorted.par_sort_unstable();
+    let elsewhere = |pair: &[(i64, usize)]| {
+        pair[0].0 == pair[1].0 && bits(points[pair[0].1]) != bits(points[pair[1].1])
+    };
+    if sorted.par_windows(2).any(elsewhere) {
+        notes.push("global numbers of nodes are not used: they join nodes at different places");
+        return None;
+    }
+    let mut joined = Joined {
+        origin: Vec::with_capacity(ids.len()),
+        new_index: vec![0; ids.len()],
+    };
+    for group in sorted.chunk_by(|a, b| a.0 == b.0) {
+        for (_, node) in group {
+            joined.new_index[*node] = joined.origin.len() as u32;
+        }
+        joined.origin.push(group[0].1);
+    }
+    Some(joined)
+}
+
+fn bits(point: [f64; 3]) -> [u64; 3] {
+    point.map(f64::to_bits)
+}
+
+/// Nodes at one place as one, where no piece has several there.
+fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> Joined {
+    let piece_of: Vec<u32> = pieces
+        .iter()
+        .zip(0..)
+        .flat_map(|(piece, i)| std::iter::repeat_n(i, piece.mesh.points.len()))
+        .collect();
+    let mut sorted: Vec<([u64; 3], usize)> =
+        points.iter().map(|point| bits(*point)).zip(0..).collect();
+    if pieces.len() > 1 {
+        sorted.par_sort_unstable();
+    }
+    // The first node at each place stands for those of the other pieces.
+    let mut first: Vec<usize> = (0..points.len()).collect();
+    let (mut n_apart, mut n_joined) = (0, 0);
+    for group in sorted.chunk_by(|a, b| a.0 == b.0) {
+        let of_pieces = || group.iter().map(|(_, node)| piece_of[*node]);
+        if of_pieces().zip(of_pieces().skip(1)).any(|(a, b)| a == b) {
+            let several = of_pieces().any(|piece| piece != piece_of[group[0].1]);
+            n_apart += usize::from(several);
+            continue;
+        }
+        n_joined += usize::from(group.len() > 1);
+        for (_, node) in group {
+            first[*node] = group[0].1;
+        }
+    }
+    if n_apart > n_joined {
+        // Cells that share no nodes within a piece share none with other pieces.
+        notes.push("the pieces are not joined: their cells have nodes of their own");
+        first = (0..points.len()).collect();
+    } else if n_apart > 0 {
+        notes.push(format!(
+            "nodes at {n_apart} places are kept apart: a piece has several of them there"
+        ));
+    }
+    let mut joined = Joined {
+        origin: Vec::new(),
+        new_index: vec![0; points.len()],
+    };
+    for (node, &first) in first.iter().enumerate() {
+        if first == node {
+            joined.new_index[node] = joined.origin.len() as u32;
+            joined.origin.push(node);
+        } else {
+            joined.new_index[node] = joined.new_index[first];
+        }
+    }
+    joined
+}
+
+fn note_joined(
+    pieces: &[Piece],
+    points: &[[f64; 3]],
+    joined: &Joined,
+    counted: bool,
+    notes: &mut Notes,
+) {
+    let n_shared = points.len() - joined.origin.len();
+    if n_shared > 0 {
+        let n = pieces.len();
+        let how = if counted { "number" } else { "place" };
+        notes.push(format!(
+            "{n} pieces are joined at {n_shared} nodes that have the same {how}"
+        ));
+    }
+}
+
+/// Cells of the whole, counted through all pieces.
+fn cell_order(pieces: &[Piece], ids: Option<&[i64]>) -> Vec<usize> {
+    let n: usize = pieces.iter().map(|piece| piece.mesh.cells.len()).sum();
+    let mut order: Vec<usize> = (0..n).collect();
+    if let Some(ids) = ids {
+        order.par_sort_by_key(|cell| ids[*cell]);
+    }
+    order
+}
+
+fn cells(pieces: &[Piece], order: &[usize], new_index: &[u32]) -> Cells {
+    let mut starts = vec![(0, 0)];
+    let (mut cell, mut node) = (0, 0);
+    for piece in pieces {
+        cell += piece.mesh.cells.len();
+        node += piece.mesh.points.len();
+        starts.push((cell, node));
+    }
+    let mut cells = Cells::new();
+    cells.reserve(
+        pieces
+            .iter()
+            .map(|p| p.mesh.cells.connectivity().len())
+            .sum(),
+    );
+    for &cell in order {
+        let piece = starts.partition_point(|(start, _)| *start <= cell) - 1;
+        let (first_cell, first_node) = starts[piece];
+        push(
+            &mut cells,
+            &pieces[piece].mesh.cells,
+            cell - first_cell,
+            |node| new_index[first_node + node as usize],
+        );
+    }
+    cells
+}
+
+/// Arrays that all pieces have alike, with the tuples `origin` of those of all pieces.
+fn arrays(
+    pieces: &[Piece],
+    what: &str,
+    of: impl Fn(&Mesh) -> &Vec<DataArray>,
+    origin: &[usize],
+    notes: &mut Notes,
+) -> Vec<DataArray> {
+    // A piece without nodes or cells needs no arrays for them.
+    let parts: Vec<&Vec<DataArray>> = pieces
+        .iter()
+        .filter(|piece| what == "point" || !piece.mesh.cells.is_empty())
+        .map(|piece| of(&piece.mesh))
+        .collect();
+    let Some((first, rest)) = parts.split_first() else {
+        return Vec::new();
+    };
+    let mut arrays: Vec<DataArray> = Vec::new();
+    for array in first.iter() {
+        let same = |other: &&DataArray| {
+            other.name == array.name && other.n_components == array.n_components
+        };
+        let others: Option<Vec<&Values>> = rest
+            .iter()
+            .map(|part| part.iter().find(same).map(|array| &array.values))
+            .collect();
+        let mut all = array.values.clone();
+        if others.is_some_and(|others| others.into_iter().all(|values| all.append(values))) {
+            arrays.push(DataArray {
+                values: all.select(array.n_components, origin),
+                ..array.clone()
+            });
+        }
+    }
+    for array in parts.iter().flat_map(|part| part.iter()) {
+        if !arrays.iter().any(|kept| kept.name == array.name) {
+            let name = &array.name;
+            notes.push(format!(
+                "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
+            ));
+        }
+    }
+    arrays
+}
+
+/// Field arrays of the first piece; a note where another piece has another.
+fn field_arrays(pieces: &[Piece], notes: &mut Notes) -> Vec<DataArray> {
+    let mut arrays: Vec<DataArray> = Vec::new();
+    for array in pieces.iter().flat_map(|piece| &piece.mesh.field_arrays) {
+        match arrays.iter().find(|known| known.name == array.name) {
+            None => arrays.push(array.clone()),
+            Some(known) if known != array => notes.push(format!(
+                "the field array \"{}\" is that of the first piece; others differ",
+                array.name
+            )),
+            Some(_) => {}
+        }
+    }
+    arrays
+}
+
+/// Removes an array of numbers that count through from 0, each once or more.
+fn drop_counted(arrays: &mut Vec<DataArray>, name: Option<&String>) {
+    let Some(name) = name else {
+        return;
+    };
+    let counts = |array: &DataArray| {
+        let numbers = array.values.to_integers().unwrap_or_default();
+        let steps = numbers
+            .windows(2)
+            .all(|two| (0..=1).contains(&(two[1] - two[0])));
+        numbers.first().is_none_or(|first| *first == 0) && steps
+    };
+    arrays.retain(|array| array.name != *name || !counts(array));
+}

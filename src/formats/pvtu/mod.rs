@@ -1,0 +1,65 @@
+//! VTK XML grids in several files (.pvtu): pieces that are read into one mesh, and a mesh cut into
+//! pieces.
+//!
+//! ```text
+//! read     the list of pieces -> their meshes
+//! ghosts   cells that a piece only shows for its neighbour, left out
+//! merge    nodes that pieces share -> one mesh
+//! subset   some cells of a mesh and their nodes
+//! cut      which piece each cell goes to
+//! write    pieces and the list of them
+//! ```
+
+mod cut;
+mod ghosts;
+pub(super) mod merge;
+mod read;
+mod subset;
+mod write;
+
+pub use write::write_pieces;
+
+use super::{Format, Notes, ReadOptions, Source, WriteOptions};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use std::io::Write;
+
+/// Point array with the number of each node in the whole mesh.
+const NODE_IDS: &str = "GlobalNodeIds";
+/// Cell array with the number of each cell in the whole mesh.
+const CELL_IDS: &str = "GlobalCellIds";
+
+/// VTK XML grid in several files (.pvtu).
+pub struct Pvtu;
+
+impl Format for Pvtu {
+    fn name(&self) -> &'static str {
+        "pvtu"
+    }
+
+    fn title(&self) -> &'static str {
+        "VTK XML grid in pieces (.pvtu)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["pvtu"]
+    }
+
+    fn recognizes(&self, head: &[u8]) -> bool {
+        let head = &head[..head.len().min(4096)];
+        let finds = |what: &str| memchr::memmem::find(head, what.as_bytes()).is_some();
+        finds("<VTKFile") && (finds("\"PUnstructuredGrid\"") || finds("'PUnstructuredGrid'"))
+    }
+
+    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(source, options, notes)
+    }
+
+    fn write(&self, _: &Mesh, _: &mut dyn Write, _: &WriteOptions) -> Result<Vec<String>> {
+        let message = "a .pvtu is a list of files; write it with convert --pieces N";
+        Err(Error::input(message))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,147 @@
+//! Lists of the meshes of a sequence and their times: .pvd of ParaView, .vtk.series and .vtu.series.
+
+use super::lexer;
+use crate::error::{Error, Result};
+use quick_xml::XmlVersion;
+use quick_xml::events::Event;
+use std::path::{Path, PathBuf};
+
+/// Endings of such lists.
+const ENDINGS: [&str; 2] = [".pvd", ".series"];
+
+/// Whether a file is, by its name, a list of meshes.
+pub fn is_series(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.to_ascii_lowercase();
+    ENDINGS.iter().any(|ending| name.ends_with(ending))
+}
+
+/// Times and files of a list, in its order. Files are relative to the list.
+pub fn read_series(path: &Path) -> Result<Vec<(f64, PathBuf)>> {
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+    let is_json = text.trim_start().starts_with('{');
+    let entries = match is_json {
+        true => of_json(&text),
+        false => of_pvd(&text),
+    };
+    let entries = entries.map_err(|error| error.file(path))?;
+    if entries.is_empty() {
+        return Err(Error::input("the list names no mesh").file(path));
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let relative = |(time, file): (f64, String)| (time, folder.join(file));
+    Ok(entries.into_iter().map(relative).collect())
+}
+
+fn of_json(text: &str) -> Result<Vec<(f64, String)>> {
+    let list: serde_json::Value =
+        serde_json::from_str(text).map_err(|error| Error::input(error.to_string()))?;
+    let files = list["files"]
+        .as_array()
+        .ok_or_else(|| Error::input("there is no list \"files\", so this is no series"))?;
+    let entry = |file: &serde_json::Value| {
+        let name = file["name"].as_str()?;
+        Some((file["time"].as_f64()?, name.to_owned()))
+    };
+    let wrong = || Error::input("every entry of \"files\" must have a \"name\" and a \"time\"");
+    files
+        .iter()
+        .map(|file| entry(file).ok_or_else(wrong))
+        .collect()
+}
+
+fn of_pvd(text: &str) -> Result<Vec<(f64, String)>> {
+    let mut reader = quick_xml::Reader::from_str(text);
+    let mut entries: Vec<(f64, String)> = Vec::new();
+    loop {
+        let start = reader.buffer_position() as usize;
+        let line = || lexer::line_of(text.as_bytes(), start);
+        let event = reader
+            .read_event()
+            .map_err(|error| Error::input(error.to_string()).line(line()))?;
+        let element = match event {
+            Event::Eof => return Ok(entries),
+            Event::Start(element) | Event::Empty(element) => element,
+            _ => continue,
+        };
+        if element.name().as_ref() != "DataSet" {
+            continue;
+        }
+        let value = |name: &str| -> Result<Option<String>> {
+            let found = element.try_get_attribute(name);
+            let found = found.map_err(|error| Error::input(error.to_string()).line(line()))?;
+            let text = found.map(|attribute| attribute.normalized_value(XmlVersion::Implicit1_0));
+            let text = text.transpose();
+            let text = text.map_err(|error| Error::input(error.to_string()).line(line()))?;
+            Ok(text.map(|text| text.into_owned()))
+        };
+        let time = value("timestep")?.unwrap_or_else(|| entries.len().to_string());
+        let time: f64 = time.trim().parse().map_err(|_| {
+            Error::input(format!("timestep=\"{time}\" should be a number")).line(line())
+        })?;
+        let file = value("file")?
+            .ok_or_else(|| Error::input("a DataSet must name its file").line(line()))?;
+        if entries.last().is_some_and(|(last, _)| *last == time) {
+            return Err(Error::input(format!(
+                "several files have the time {time}; a list with one mesh a time is read"
+            ))
+            .line(line()));
+        }
+        entries.push((time, file));
+    }
+}
+
+/// Text of a .pvd over times and file names.
+pub fn pvd<'a>(entries: impl IntoIterator<Item = (f64, &'a str)>) -> String {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
+    );
+    for (time, file) in entries {
+        let file = file
+            .replace('&', "&amp;")
+            .replace('<', "&lt;")
+            .replace('"', "&quot;");
+        text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
+    }
+    text + "  </Collection>\n</VTKFile>\n"
+}
+
+/// Text of a .vtk.series over times and file names.
+pub fn vtk_series<'a>(entries: impl IntoIterator<Item = (f64, &'a str)>) -> String {
+    let files: Vec<_> = entries
+        .into_iter()
+        .map(|(time, name)| serde_json::json!({ "name": name, "time": time }))
+        .collect();
+    let list = serde_json::json!({ "file-series-version": "1.0", "files": files });
+    format!("{list:#}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_comes_back_with_its_times() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let entries = [(0.0, "a & b_0.vtk"), (0.1, "a & b_1.vtk")];
+        for (name, text) in [
+            ("m.pvd", pvd(entries)),
+            ("m.vtk.series", vtk_series(entries)),
+        ] {
+            let path = folder.path().join(name);
+            assert!(is_series(&path));
+            std::fs::write(&path, text).expect("it can be written");
+            let found = read_series(&path).expect("it can be read");
+            let expected = entries.map(|(time, file)| (time, folder.path().join(file)));
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn a_list_with_several_files_a_time_is_refused() {
+        let text = pvd([(1.0, "a.vtu"), (1.0, "b.vtu")]);
+        let error = of_pvd(&text).expect_err("two parts").to_string();
+        assert!(error.contains("several files have the time 1"), "{error}");
+        assert!(of_json("{}").is_err());
+    }
+}

@@ -1,0 +1,190 @@
+//! Elements of SU2's discontinuous Galerkin solver: types above 100, with nodes row by row.
+//!
+//! A type is `VTK's number + 100 (degree - 1)`; one above 10000 has `10000 (degree of the solution
+//! + 1)` on top. The nodes of a curved element run along its lattice, first direction fastest.
+
+use crate::mesh::CellKind::{self, *};
+use crate::mesh::lagrange::{self, Place};
+
+/// Highest degree that is read.
+const MAX_DEGREE: usize = 10;
+
+/// An element type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Element {
+    /// The kind of its corners.
+    linear: CellKind,
+    /// Polynomial degree of its shape.
+    degree: usize,
+    /// Whether the degree of the solution is given, which a mesh does not keep.
+    pub has_solution: bool,
+}
+
+impl Element {
+    /// The element with SU2's number, or a sentence that refuses it.
+    pub fn of(number: i64) -> Result<Self, String> {
+        let has_solution = number > 10_000;
+        let shape = match has_solution {
+            true => number % 10_000,
+            false => number,
+        };
+        let linear = u8::try_from(shape % 100).ok().and_then(CellKind::from_vtk);
+        let degree = usize::try_from(shape / 100).unwrap_or(0) + 1;
+        let refused =
+            || format!("element type {number} is not read; 1, 3, 5, 9, 10, 12, 13 and 14 are");
+        let linear = linear
+            .filter(|kind| super::holds(*kind))
+            .ok_or_else(refused)?;
+        if degree > 1 && linear == Vertex {
+            return Err(refused());
+        }
+        if degree > MAX_DEGREE {
+            return Err(format!(
+                "element type {number} is a {} of degree {degree}; those up to {MAX_DEGREE} are read",
+                linear.name()
+            ));
+        }
+        Ok(Self {
+            linear,
+            degree,
+            has_solution,
+        })
+    }
+
+    /// The kind in memory.
+    pub fn kind(&self) -> CellKind {
+        match (self.linear, self.degree) {
+            (linear, 1) => linear,
+            (Line, 2) => Line3,
+            (Triangle, 2) => Triangle6,
+            (Quadrilateral, 2) => Quadrilateral9,
+            (Tetrahedron, 2) => Tetrahedron10,
+            (Hexahedron, 2) => Hexahedron27,
+            (Wedge, 2) => Wedge18,
+            _ => self.lagrange(),
+        }
+    }
+
+    /// The kind that has its shape at any degree.
+    fn lagrange(&self) -> CellKind {
+        match self.linear {
+            Line => LagrangeCurve,
+            Triangle => LagrangeTriangle,
+            Quadrilateral => LagrangeQuadrilateral,
+            Tetrahedron => LagrangeTetrahedron,
+            Hexahedron => LagrangeHexahedron,
+            Wedge => LagrangeWedge,
+            _ => LagrangePyramid,
+        }
+    }
+
+    /// Number of its nodes.
+    pub fn n_nodes(&self) -> usize {
+        let n = match self.degree {
+            1 => self.linear.n_nodes(),
+            degree => lagrange::n_nodes(self.lagrange(), degree),
+        };
+        n.expect("every kind has a number of nodes at these degrees")
+    }
+
+    /// Where VTK's nodes are among SU2's: node `i` of VTK is node `order[i]` of SU2. `None` where
+    /// both count alike.
+    pub fn order(&self) -> Option<Vec<usize>> {
+        if self.degree == 1 {
+            return None;
+        }
+        let wanted = lagrange::lattice(self.lagrange(), self.degree);
+        let order = lagrange::permutation(&wanted, &self.rows());
+        Some(order.expect("both are the lattice of one cell"))
+    }
+
+    /// SU2's nodes: rows along the first axis, then along the second and the third.
+    fn rows(&self) -> Vec<Place> {
+        let n = self.degree as u16;
+        let [height, depth] = match self.linear {
+            Line => [0, 0],
+            Triangle | Quadrilateral => [0, n],
+            _ => [n, n],
+        };
+        let mut places = Vec::new();
+        for k in 0..=height {
+            let depth = match self.linear {
+                Tetrahedron | Pyramid => n - k,
+                _ => depth,
+            };
+            for j in 0..=depth {
+                let width = match self.linear {
+                    Triangle | Wedge => n - j,
+                    Tetrahedron => n - k - j,
+                    Pyramid => n - k,
+                    _ => n,
+                };
+                places.extend((0..=width).map(|i| [i, j, k]));
+            }
+        }
+        places
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LINEAR: [i64; 7] = [3, 5, 9, 10, 12, 13, 14];
+
+    #[test]
+    fn a_cubic_triangle_starts_with_its_corners_and_ends_with_its_middle() {
+        let element = Element::of(205).expect("a cubic triangle");
+        assert_eq!((element.kind(), element.n_nodes()), (LagrangeTriangle, 10));
+        let order = element.order().expect("rows are put in order");
+        assert_eq!(order, [0, 3, 9, 1, 2, 6, 8, 7, 4, 5]);
+    }
+
+    #[test]
+    fn every_node_of_a_curved_cell_has_its_place() {
+        for number in LINEAR {
+            for degree in 2..=MAX_DEGREE as i64 {
+                let element = Element::of(number + 100 * (degree - 1)).expect("it is read");
+                let mut order = element.order().expect("it is curved");
+                order.sort_unstable();
+                assert!(order.into_iter().eq(0..element.n_nodes()), "{element:?}");
+                assert!(element.kind().can_have(element.n_nodes()), "{element:?}");
+            }
+        }
+    }
+
+    /// The middle of an edge or a face of a cell of second order, in half steps.
+    fn middle(places: &[Place], corners: &[u8]) -> Place {
+        let sum =
+            |axis: usize| -> u16 { corners.iter().map(|c| places[usize::from(*c)][axis]).sum() };
+        [0, 1, 2].map(|axis| sum(axis) / corners.len() as u16)
+    }
+
+    #[test]
+    fn nodes_of_second_order_lie_on_the_edges_and_faces_that_vtk_says() {
+        for number in [103, 105, 109, 110, 112, 113, 114] {
+            let element = Element::of(number).expect("it is read");
+            let rows = element.rows();
+            let order = element.order().expect("it is curved");
+            let places: Vec<Place> = order.into_iter().map(|i| rows[i]).collect();
+            let kind = element.kind();
+            let edges = kind.edges().iter().map(|edge| &edge[..]);
+            let faces = kind.faces().iter().copied();
+            let has_middle = |face: &&[u8]| kind.dimension() == 3 && face.len() == 4;
+            let parts = edges.chain(faces.filter(has_middle));
+            let first = kind.n_corners(places.len());
+            for (i, corners) in parts.enumerate() {
+                assert_eq!(places[first + i], middle(&places, corners), "{kind:?} {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_element_is_refused_in_a_sentence() {
+        for number in [-5, 11, 101, i64::MAX, i64::MIN] {
+            assert!(Element::of(number).is_err());
+        }
+        let refusal = Element::of(2009).expect_err("a high degree");
+        assert!(refusal.contains("of degree 21"), "{refusal}");
+    }
+}

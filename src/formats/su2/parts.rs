@@ -1,0 +1,171 @@
+//! The zones that a mesh is written in, and the markers of each.
+
+use crate::mesh::{Group, Mesh};
+use std::ops::Range;
+
+/// How the mesh is cut into zones.
+pub(super) struct Parts<'a> {
+    /// The zones, in the order in which they are written.
+    pub zones: Vec<Part<'a>>,
+    /// Whether the mesh's groups are these zones; otherwise it is one zone as a whole.
+    pub is_split: bool,
+    /// Whether nodes are written in an order other than the mesh's.
+    pub is_reordered: bool,
+    /// Index of each node within its zone; `None` where that is its own.
+    local: Option<Vec<u32>>,
+}
+
+/// One zone.
+pub(super) struct Part<'a> {
+    /// Its cells, where they are not all of the mesh's dimension.
+    pub group: Option<&'a Group>,
+    /// Its nodes; `None` for all.
+    pub nodes: Option<Vec<u32>>,
+    /// Its markers.
+    pub markers: Vec<Marker>,
+}
+
+/// The faces (and single nodes) of one name.
+pub(super) struct Marker {
+    /// The name as it is in the mesh.
+    pub name: String,
+    /// Its cells.
+    pub cells: Vec<Range<usize>>,
+}
+
+impl<'a> Parts<'a> {
+    /// The mesh as its zones, where these share no nodes, or as one.
+    pub fn of(mesh: &'a Mesh) -> Self {
+        let markers = markers(mesh);
+        let zones: Vec<&Group> = mesh.zones().collect();
+        match owners(mesh, &zones, &markers) {
+            Some(owner) => Self::split(mesh, &zones, markers, &owner),
+            None => Self {
+                zones: vec![Part {
+                    group: None,
+                    nodes: None,
+                    markers,
+                }],
+                is_split: false,
+                is_reordered: false,
+                local: None,
+            },
+        }
+    }
+
+    fn split(mesh: &Mesh, zones: &[&'a Group], markers: Vec<Marker>, owner: &[u32]) -> Self {
+        let mut nodes: Vec<Vec<u32>> = vec![Vec::new(); zones.len()];
+        let mut local = Vec::with_capacity(owner.len());
+        for (node, &zone) in owner.iter().enumerate() {
+            let nodes = &mut nodes[zone as usize];
+            local.push(nodes.len() as u32);
+            nodes.push(node as u32);
+        }
+        let mut own: Vec<Vec<Marker>> = zones.iter().map(|_| Vec::new()).collect();
+        for marker in markers {
+            if marker.cells.is_empty() {
+                own[0].push(marker);
+                continue;
+            }
+            for (zone, own) in own.iter_mut().enumerate() {
+                let cells = marker.cells.iter().cloned();
+                let of_cell = |cell: usize| owner[mesh.cells.get(cell).nodes[0] as usize];
+                let cells = cells.flat_map(|range| cut(range, |cell| of_cell(cell) == zone as u32));
+                let cells: Vec<_> = cells.collect();
+                if !cells.is_empty() {
+                    let name = marker.name.clone();
+                    own.push(Marker { name, cells });
+                }
+            }
+        }
+        let parts = zones.iter().zip(nodes).zip(own);
+        Self {
+            zones: parts
+                .map(|((&group, nodes), markers)| Part {
+                    group: Some(group),
+                    nodes: Some(nodes),
+                    markers,
+                })
+                .collect(),
+            is_split: true,
+            is_reordered: !owner.is_sorted(),
+            local: Some(local),
+        }
+    }
+
+    /// Index of a node within its zone.
+    pub fn local(&self, node: u32) -> u32 {
+        match &self.local {
+            Some(local) => local[node as usize],
+            None => node,
+        }
+    }
+}
+
+/// The stretches of a range whose cells are wanted.
+fn cut(range: Range<usize>, wanted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for cell in range.filter(|cell| wanted(*cell)) {
+        match found.last_mut() {
+            Some(last) if last.end == cell => last.end += 1,
+            _ => found.push(cell..cell + 1),
+        }
+    }
+    found
+}
+
+/// Boundary tags and groups of single nodes; those of one name together.
+fn markers(mesh: &Mesh) -> Vec<Marker> {
+    let dimension = mesh.dimension();
+    let is_marker = |group: &&Group| group.dimension + 1 == dimension || group.dimension == 0;
+    let mut markers: Vec<Marker> = Vec::new();
+    for group in mesh.groups.iter().filter(is_marker) {
+        let known = markers.iter_mut().find(|marker| marker.name == group.name);
+        match known {
+            Some(marker) => marker.cells.extend(group.cells.ranges()),
+            None => markers.push(Marker {
+                name: group.name.clone(),
+                cells: group.cells.ranges().collect(),
+            }),
+        }
+    }
+    markers
+}
+
+/// The zone of each node, where every cell of the mesh's dimension is in a zone and no node, by
+/// cells or markers, in two. A node of no cell goes with the one before it.
+fn owners(mesh: &Mesh, zones: &[&Group], markers: &[Marker]) -> Option<Vec<u32>> {
+    const NOBODY: u32 = u32::MAX;
+    let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
+    let n_in_zones: usize = zones.iter().map(|zone| zone.cells.len()).sum();
+    if zones.len() < 2 || n_in_zones != n_cells {
+        return None;
+    }
+    let mut owner = vec![NOBODY; mesh.points.len()];
+    for (zone, group) in (0..).zip(zones) {
+        let runs = group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r));
+        for &node in runs.flat_map(|run| run.connectivity) {
+            let owner = &mut owner[node as usize];
+            if *owner != NOBODY && *owner != zone {
+                return None;
+            }
+            *owner = zone;
+        }
+    }
+    let mut last = 0;
+    for owner in &mut owner {
+        if *owner == NOBODY {
+            *owner = last;
+        }
+        last = *owner;
+    }
+    let ranges = markers
+        .iter()
+        .flat_map(|marker| marker.cells.iter().cloned());
+    let mut runs = ranges.flat_map(|range| mesh.cells.runs_in(range));
+    let is_whole = |nodes: &[u32]| {
+        let first = owner[nodes[0] as usize];
+        nodes.iter().all(|&node| owner[node as usize] == first)
+    };
+    runs.all(|run| run.cells().all(is_whole)).then_some(owner)
+}

@@ -1,0 +1,301 @@
+//! One zone of a file: its blocks of lines, found before any is parsed, and their nodes and cells.
+
+use super::super::Notes;
+use super::super::lexer::{Fields, Lexer, Lines};
+use super::degree::Element;
+use super::extra::{EXCHANGE, Extra};
+use super::keyword::Keyword;
+use crate::error::{Error, Result};
+use crate::mesh::{Cells, Group, Mesh};
+use std::ops::Range;
+
+/// The blocks of a zone.
+#[derive(Default)]
+pub(super) struct Zone<'a> {
+    /// Its number in the file.
+    pub number: Option<i32>,
+    /// 2 or 3.
+    pub dimension: Option<usize>,
+    /// Nodes that are no copies, where the file tells.
+    pub own_nodes: Option<i64>,
+    /// Text that is kept as it stands, by [`Extra`].
+    pub extra: [String; 4],
+    /// Number of markers that the file promises.
+    n_markers: Option<usize>,
+    n_found: usize,
+    points: Option<Lines<'a>>,
+    /// Cells of the volume (no name) and of the markers, in the order of the file.
+    cells: Vec<(Option<String>, Lines<'a>)>,
+    has_volume: bool,
+    /// A marker whose number of elements is still to come.
+    marker: Option<String>,
+}
+
+/// What a keyword turned out to be.
+pub(super) enum Taken {
+    /// Part of the mesh, its block with it.
+    Mesh,
+    /// Text that is kept, with the lines that follow.
+    Text(Extra),
+    /// Nothing that is known here.
+    Unknown,
+}
+
+impl<'a> Zone<'a> {
+    /// Whether nodes, cells or markers have been found.
+    pub fn has_begun(&self) -> bool {
+        self.points.is_some() || self.has_volume || self.n_found > 0
+    }
+
+    /// Adds a line to a text that is kept.
+    pub fn keep(&mut self, extra: Extra, line: &[u8]) {
+        let text = &mut self.extra[extra as usize];
+        text.push_str(&String::from_utf8_lossy(line));
+        text.push('\n');
+    }
+
+    /// Takes a keyword and its block of lines.
+    pub fn take(
+        &mut self,
+        keyword: &Keyword<'a>,
+        line: &Fields<'a>,
+        lexer: &mut Lexer<'a>,
+    ) -> Result<Taken> {
+        match keyword.name {
+            b"NDIME" => {
+                let dimension = keyword.integer(line)?;
+                if !matches!(dimension, 2 | 3) {
+                    return Err(line.error(format!("NDIME= {dimension}; it is 2 or 3")));
+                }
+                self.dimension = Some(dimension as usize);
+            }
+            b"NPOIN" => {
+                if self.points.is_some() {
+                    return Err(line.error("a second NPOIN"));
+                }
+                let n = keyword.count(line)?;
+                self.own_nodes = keyword.integers()[1].filter(|own| *own != n as i64);
+                self.points = Some(lexer.take_lines(n, "nodes")?);
+            }
+            b"NELEM" => {
+                if self.has_volume {
+                    return Err(line.error("a second NELEM"));
+                }
+                self.has_volume = true;
+                let n = keyword.count(line)?;
+                self.cells.push((None, lexer.take_lines(n, "cells")?));
+            }
+            b"NMARK" => self.n_markers = Some(keyword.count(line)?),
+            b"MARKER_TAG" => {
+                if keyword.value.is_empty() {
+                    return Err(line.error("MARKER_TAG= without a name"));
+                }
+                self.marker = Some(String::from_utf8_lossy(keyword.value).into_owned());
+            }
+            b"MARKER_ELEMS" => self.take_marker(keyword, line, lexer)?,
+            _ => return Ok(Extra::of(keyword).map_or(Taken::Unknown, Taken::Text)),
+        }
+        Ok(Taken::Mesh)
+    }
+
+    /// Takes the elements of a marker; one that exchanges nodes is kept as text.
+    fn take_marker(
+        &mut self,
+        keyword: &Keyword<'a>,
+        line: &Fields<'a>,
+        lexer: &mut Lexer<'a>,
+    ) -> Result<()> {
+        let n = keyword.count(line)?;
+        let name = self.marker.take();
+        let name = name.ok_or_else(|| line.error("MARKER_ELEMS before its MARKER_TAG"))?;
+        self.n_found += 1;
+        if name != EXCHANGE {
+            let elements = lexer.take_lines(n, "boundary elements")?;
+            self.cells.push((Some(name), elements));
+            return Ok(());
+        }
+        self.keep(Extra::Exchange, format!("MARKER_TAG= {name}").as_bytes());
+        self.keep(Extra::Exchange, line.rest());
+        let next = lexer.peek_line();
+        if let Some(next) = next.filter(|next| next.rest().starts_with(b"SEND_")) {
+            self.keep(Extra::Exchange, next.rest());
+            lexer.line();
+        }
+        let start = lexer.position();
+        lexer.take_lines(n, "nodes that are exchanged")?;
+        let mut nodes = Lexer::new(&lexer.bytes()[start..lexer.position()], Some(b'%'));
+        while let Some(node) = nodes.line() {
+            self.keep(Extra::Exchange, node.rest());
+        }
+        Ok(())
+    }
+
+    /// Refuses a zone without its parts, and notes markers that do not fit their number.
+    pub fn check(&self, lexer: &Lexer, notes: &mut Notes) -> Result<()> {
+        let missing = |what: &str| match self.number {
+            Some(zone) => lexer.error(format!("no {what}= in zone {zone}")),
+            None => lexer.error(format!("no {what}= in the file")),
+        };
+        if self.dimension.is_none() {
+            return Err(missing("NDIME"));
+        }
+        if self.points.is_none() {
+            return Err(missing("NPOIN"));
+        }
+        if !self.has_volume {
+            return Err(missing("NELEM"));
+        }
+        if let Some(name) = &self.marker {
+            return Err(lexer.error(format!("MARKER_TAG= {name} without MARKER_ELEMS")));
+        }
+        if let Some(n) = self.n_markers.filter(|n| *n != self.n_found) {
+            notes.push(format!(
+                "NMARK= {n}, but there are {} markers; all are read",
+                self.n_found
+            ));
+        }
+        Ok(())
+    }
+
+    /// Appends the zone's nodes and cells to the mesh; the range of its volume cells.
+    pub fn append_to(&self, mesh: &mut Mesh, notes: &mut Notes) -> Result<Range<usize>> {
+        let dimension = self.dimension.expect("it was checked");
+        let points = self.points.as_ref().expect("it was checked");
+        let first_node = mesh.points.len();
+        if first_node.saturating_add(points.len()) >= u32::MAX as usize {
+            return Err(Error::input("at most 4294967294 nodes are possible"));
+        }
+        mesh.points.resize(first_node + points.len(), [0.0; 3]);
+        read_points(points, dimension, &mut mesh.points[first_node..])?;
+        let nodes = first_node..mesh.points.len();
+        let mut volume = 0..0;
+        for (name, lines) in &self.cells {
+            let first = mesh.cells.len();
+            if first.saturating_add(lines.len()) >= u32::MAX as usize {
+                return Err(Error::input("at most 4294967294 cells are possible"));
+            }
+            append_cells(lines, &nodes, &mut mesh.cells, notes)?;
+            match name {
+                Some(name) => add_marker(mesh, name, first, dimension as u8 - 1),
+                None => volume = first..mesh.cells.len(),
+            }
+        }
+        Ok(volume)
+    }
+}
+
+/// Coordinates, and after them perhaps the index of the node.
+fn read_points(lines: &Lines, dimension: usize, points: &mut [[f64; 3]]) -> Result<()> {
+    lines.parse_into(points, 1, |line, point| {
+        for (i, x) in point[0][..dimension].iter_mut().enumerate() {
+            if line.is_done() {
+                return Err(line.error(format!("a node needs {dimension} coordinates, found {i}")));
+            }
+            *x = line.real("a coordinate")?;
+        }
+        Ok(())
+    })
+}
+
+/// Cells of one task.
+#[derive(Default)]
+struct Part {
+    connectivity: Vec<u32>,
+    runs: Vec<(Element, usize)>,
+}
+
+fn append_cells(
+    lines: &Lines,
+    nodes: &Range<usize>,
+    cells: &mut Cells,
+    notes: &mut Notes,
+) -> Result<()> {
+    let parts = lines.parse(|line, part| parse_cell(line, nodes, part))?;
+    cells.reserve(parts.iter().map(|part| part.connectivity.len()).sum());
+    let mut n_solutions = 0;
+    for mut part in parts {
+        let mut rest = &mut part.connectivity[..];
+        for (element, n_cells) in part.runs {
+            let n_nodes = element.n_nodes();
+            let (own, tail) = rest.split_at_mut(n_nodes * n_cells);
+            if let Some(order) = element.order() {
+                reorder(own, &order);
+            }
+            cells.push_run(element.kind(), n_nodes, own);
+            n_solutions += n_cells * usize::from(element.has_solution);
+            rest = tail;
+        }
+    }
+    if n_solutions > 0 {
+        notes.push(format!(
+            "degrees of the solution of {n_solutions} elements are not kept"
+        ));
+    }
+    Ok(())
+}
+
+/// Puts the nodes of each cell into VTK's order: node `i` is what was node `order[i]`.
+fn reorder(cells: &mut [u32], order: &[usize]) {
+    let mut old = vec![0; order.len()];
+    for cell in cells.chunks_exact_mut(order.len()) {
+        old.copy_from_slice(cell);
+        for (node, &from) in cell.iter_mut().zip(order) {
+            *node = old[from];
+        }
+    }
+}
+
+/// Type, nodes, and perhaps the index of the cell.
+fn parse_cell(line: &mut Fields, nodes: &Range<usize>, part: &mut Part) -> Result<()> {
+    let number = line.integer("an element type")?;
+    let element = Element::of(number).map_err(|refusal| line.error(refusal))?;
+    let n_nodes = element.n_nodes();
+    let name = || element.kind().name();
+    for i in 0..n_nodes {
+        if line.is_done() {
+            let name = name();
+            return Err(line.error(format!("a {name} needs {n_nodes} node indices, found {i}")));
+        }
+        let node = line.integer("a node index")?;
+        let known = usize::try_from(node).is_ok_and(|node| node < nodes.len());
+        if !known {
+            return Err(line.error(format!(
+                "a {} has node {node}, but the mesh has {} nodes, counted from 0",
+                name(),
+                nodes.len()
+            )));
+        }
+        part.connectivity.push((nodes.start + node as usize) as u32);
+    }
+    match part.runs.last_mut() {
+        Some((last, n)) if *last == element => *n += 1,
+        _ => part.runs.push((element, 1)),
+    }
+    Ok(())
+}
+
+/// Adds the cells from `first` on to the groups of this name, one for each dimension; an empty
+/// marker is one of `boundary`.
+fn add_marker(mesh: &mut Mesh, name: &str, first: usize, boundary: u8) {
+    let runs = mesh.cells.runs_in(first..mesh.cells.len());
+    let range = |first: usize, n: usize| first..first + n;
+    let mut ranges: Vec<(u8, Range<usize>)> = runs
+        .map(|run| (run.kind.dimension(), range(run.first_cell, run.n_cells())))
+        .collect();
+    if ranges.is_empty() {
+        ranges.push((boundary, 0..0));
+    }
+    for (dimension, cells) in ranges {
+        let is_own = |group: &&mut Group| group.dimension == dimension && group.name == name;
+        match mesh.groups.iter_mut().find(is_own) {
+            Some(group) => group.cells.push_range(cells),
+            None => mesh.groups.push(Group {
+                dimension,
+                name: name.to_owned(),
+                number: None,
+                condition: None,
+                cells: cells.collect(),
+            }),
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Reading UGRID from bytes: bulk conversions on all threads.
+
+use super::Ugrid;
+use super::fortran;
+use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, n_nodes};
+use super::read::{Content, not_kept};
+use crate::error::{Error, Result};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Numbers that one task converts at a time.
+const CHUNK: usize = 1 << 16;
+
+/// What these bytes hold.
+pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Content> {
+    let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
+    let mut notes = Vec::new();
+    let (header, body, start) = match binary.has_records {
+        false => {
+            let body = bytes.get(binary.header()..).unwrap_or(&[]);
+            (bytes, Cow::Borrowed(body), binary.header())
+        }
+        true => match (records(bytes, binary), fortran::unmarked(bytes, binary)) {
+            (Ok(records), _) => records,
+            (Err(_), Some((header, body))) => {
+                notes.push("the marks of Fortran's records are wrong; the length fits".into());
+                let start = bytes.len() - fortran::MARK - body.len();
+                (header, Cow::Borrowed(body), start)
+            }
+            (Err(error), None) => return Err(with_hint(error, bytes, flavour)),
+        },
+    };
+    let counts = binary.counts(header).ok_or_else(|| {
+        let n = binary.header();
+        wrong(format!(
+            "the file has {} bytes; the seven counts at its start have {n}",
+            bytes.len()
+        ))
+    })?;
+    let counts = counts.map_err(wrong)?;
+    let needed = binary.body(&counts);
+    if (body.len() as u128) < needed {
+        return Err(wrong(format!(
+            "the counts at the start ask for {needed} bytes of coordinates and cells, the file \
+             has {}",
+            body.len()
+        )));
+    }
+    let mut rest = Section { body: &body, start };
+    let points = points(rest.take(3 * counts.n_nodes * binary.real), binary);
+    let [n_face_entries, n_entries] = counts.n_entries();
+    let mut connectivity = vec![0u32; n_entries];
+    let (faces, solid) = connectivity.split_at_mut(n_face_entries);
+    read_nodes(&mut rest, 0..N_FACE_KINDS, &counts, binary, faces)?;
+    let face_numbers = face_numbers(&mut rest, &counts, binary)?;
+    read_nodes(&mut rest, N_FACE_KINDS..KINDS.len(), &counts, binary, solid)?;
+    if !rest.body.is_empty() {
+        notes.push(not_kept(&format!("{} bytes", rest.body.len())));
+    }
+    Ok(Content {
+        counts,
+        points,
+        connectivity,
+        face_numbers,
+        notes,
+    })
+}
+
+/// Counts and data between the marks of records, and where the data start.
+fn records<'a>(bytes: &'a [u8], binary: &Binary) -> Result<(&'a [u8], Cow<'a, [u8]>, usize)> {
+    let header = fortran::header(bytes, binary).ok_or_else(|| {
+        Error::input("the file does not start with a Fortran record of seven counts").byte(0)
+    })?;
+    let (body, start) = fortran::data(bytes, fortran::header_bytes(binary) as usize, binary)?;
+    Ok((header, body, start))
+}
+
+/// What is still to be read, and where it starts in the file.
+struct Section<'a> {
+    body: &'a [u8],
+    start: usize,
+}
+
+impl<'a> Section<'a> {
+    /// The next `n` bytes; the whole length has been checked.
+    fn take(&mut self, n: usize) -> &'a [u8] {
+        let (taken, rest) = self.body.split_at(n);
+        self.body = rest;
+        self.start += n;
+        taken
+    }
+}
+
+/// What the file may be instead.
+fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
+    match Ugrid::that_fits(bytes) {
+        Some(name) if name != flavour.name => {
+            format!(
+                "; as {name} (--format {name}) it fits, not as {}",
+                flavour.name
+            )
+        }
+        _ => format!("; it is read as {}", flavour.name),
+    }
+}
+
+fn with_hint(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
+    error.message += &hint(bytes, flavour);
+    error
+}
+
+/// Converts `N` bytes at a time.
+fn convert<T: Send, const N: usize>(bytes: &[u8], out: &mut [T], f: impl Fn([u8; N]) -> T + Sync) {
+    let chunks = out.par_chunks_mut(CHUNK).zip(bytes.par_chunks(CHUNK * N));
+    chunks.for_each(|(out, bytes)| {
+        for (out, bytes) in out.iter_mut().zip(bytes.chunks_exact(N)) {
+            *out = f(bytes.try_into().expect("chunks of N bytes"));
+        }
+    });
+}
+
+fn points(bytes: &[u8], binary: &Binary) -> Vec<[f64; 3]> {
+    let mut points = vec![[0.0; 3]; bytes.len() / binary.real / 3];
+    let out = points.as_flattened_mut();
+    match (binary.is_big_endian, binary.real) {
+        (true, 8) => convert(bytes, out, f64::from_be_bytes),
+        (false, 8) => convert(bytes, out, f64::from_le_bytes),
+        (true, _) => convert(bytes, out, |x| f64::from(f32::from_be_bytes(x))),
+        (false, _) => convert(bytes, out, |x| f64::from(f32::from_le_bytes(x))),
+    }
+    points
+}
+
+/// Node indices of some kinds, counted from 0; each is one of the mesh.
+fn read_nodes(
+    section: &mut Section,
+    kinds: std::ops::Range<usize>,
+    counts: &Counts,
+    binary: &Binary,
+    mut out: &mut [u32],
+) -> Result<()> {
+    // An index that is too large for 32 bits is too large for the mesh.
+    let narrow = |node: u64| u32::try_from(node.wrapping_sub(1)).unwrap_or(u32::MAX);
+    for i in kinds {
+        let per_cell = n_nodes(KINDS[i]);
+        let n = per_cell * counts.n_cells[i];
+        let (own, rest) = std::mem::take(&mut out).split_at_mut(n);
+        out = rest;
+        let start = section.start;
+        let bytes = section.take(n * binary.integer);
+        match (binary.is_big_endian, binary.integer) {
+            (true, 4) => convert(bytes, own, |x| u32::from_be_bytes(x).wrapping_sub(1)),
+            (false, 4) => convert(bytes, own, |x| u32::from_le_bytes(x).wrapping_sub(1)),
+            (true, _) => convert(bytes, own, |x| narrow(u64::from_be_bytes(x))),
+            (false, _) => convert(bytes, own, |x| narrow(u64::from_le_bytes(x))),
+        }
+        let wrong = |&node: &u32| node as usize >= counts.n_nodes;
+        if let Some(at) = own.par_iter().position_first(wrong) {
+            let at = at * binary.integer;
+            let node = binary.integer(&bytes[at..at + binary.integer]);
+            return Err(Error::input(format!(
+                "a {} has node {node}, but the mesh has {} nodes, counted from 1",
+                KINDS[i].name(),
+                counts.n_nodes
+            ))
+            .byte((start + at) as u64));
+        }
+    }
+    Ok(())
+}
+
+fn face_numbers(section: &mut Section, counts: &Counts, binary: &Binary) -> Result<Vec<i32>> {
+    let start = section.start;
+    let bytes = section.take(counts.n_faces() * binary.integer);
+    let mut numbers = vec![0i32; counts.n_faces()];
+    match (binary.is_big_endian, binary.integer) {
+        (true, 4) => convert(bytes, &mut numbers, i32::from_be_bytes),
+        (false, 4) => convert(bytes, &mut numbers, i32::from_le_bytes),
+        _ => {
+            let wide = bytes.chunks_exact(binary.integer);
+            for (i, (number, bytes)) in numbers.iter_mut().zip(wide).enumerate() {
+                let wide = binary.integer(bytes);
+                *number = i32::try_from(wide).map_err(|_| {
+                    Error::input(format!("face number {wide} is out of range"))
+                        .byte((start + i * binary.integer) as u64)
+                })?;
+            }
+        }
+    }
+    Ok(numbers)
+}

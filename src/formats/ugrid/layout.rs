@@ -1,0 +1,196 @@
+//! What a UGRID file holds in which order, and how its numbers are stored.
+
+use super::{fortran, text};
+use crate::mesh::CellKind;
+
+/// Kinds of cells in the order of the file, boundary faces first.
+pub(super) const KINDS: [CellKind; 6] = [
+    CellKind::Triangle,
+    CellKind::Quadrilateral,
+    CellKind::Tetrahedron,
+    CellKind::Pyramid,
+    CellKind::Wedge,
+    CellKind::Hexahedron,
+];
+/// How many of [`KINDS`] are boundary faces.
+pub(super) const N_FACE_KINDS: usize = 2;
+/// Names of the counts at the start, as errors call them.
+const COUNTED: [&str; 7] = [
+    "nodes",
+    "triangles",
+    "quadrilaterals",
+    "tetrahedra",
+    "pyramids",
+    "prisms",
+    "hexahedra",
+];
+/// VTK's node `i` of a pyramid is UGRID's node `PYRAMID[i]`: in UGRID the third is the apex, and
+/// the base goes round by the first, fourth, fifth and second.
+pub(super) const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
+
+/// How numbers are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Layout {
+    /// As text.
+    Text,
+    /// As bytes.
+    Binary(Binary),
+}
+
+/// How numbers are stored as bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Binary {
+    /// Most significant byte first.
+    pub is_big_endian: bool,
+    /// Bytes of a coordinate.
+    pub real: usize,
+    /// Bytes of a count, a node or a face number.
+    pub integer: usize,
+    /// Between record marks, as Fortran writes.
+    pub has_records: bool,
+}
+
+impl Layout {
+    /// C binary.
+    pub const fn binary(is_big_endian: bool, real: usize, integer: usize) -> Self {
+        Self::Binary(Binary {
+            is_big_endian,
+            real,
+            integer,
+            has_records: false,
+        })
+    }
+
+    /// Fortran records.
+    pub const fn fortran(is_big_endian: bool, real: usize) -> Self {
+        Self::Binary(Binary {
+            is_big_endian,
+            real,
+            integer: 4,
+            has_records: true,
+        })
+    }
+
+    /// Whether the counts at the start fit the length of the file.
+    pub fn fits(&self, bytes: &[u8]) -> bool {
+        match self {
+            Self::Text => text::fits(bytes),
+            Self::Binary(binary) => binary.fits(bytes),
+        }
+    }
+}
+
+/// The counts at the start of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Counts {
+    /// Number of nodes.
+    pub n_nodes: usize,
+    /// Number of cells of each of [`KINDS`].
+    pub n_cells: [usize; 6],
+}
+
+impl Counts {
+    /// From the seven numbers of a file; a sentence refuses what cannot be.
+    pub fn of(numbers: [i64; 7]) -> Result<Self, String> {
+        let mut counts = [0; 7];
+        for ((count, &number), what) in counts.iter_mut().zip(&numbers).zip(COUNTED) {
+            *count = usize::try_from(number)
+                .map_err(|_| format!("a count of {number} {what} cannot be"))?;
+        }
+        let total = counts[1..].iter().fold(0usize, |a, b| a.saturating_add(*b));
+        if counts[0].max(total) >= u32::MAX as usize {
+            return Err("at most 4294967294 nodes and cells are possible".into());
+        }
+        let [n_nodes, n_cells @ ..] = counts;
+        Ok(Self { n_nodes, n_cells })
+    }
+
+    /// The seven numbers.
+    pub fn numbers(&self) -> [u64; 7] {
+        let mut numbers = [self.n_nodes as u64; 7];
+        for (number, n) in numbers[1..].iter_mut().zip(self.n_cells) {
+            *number = n as u64;
+        }
+        numbers
+    }
+
+    /// Number of boundary faces.
+    pub fn n_faces(&self) -> usize {
+        self.n_cells[..N_FACE_KINDS].iter().sum()
+    }
+
+    /// Node indices of the faces, and of all cells.
+    pub fn n_entries(&self) -> [usize; 2] {
+        let entries = |kinds: usize| {
+            let counts = KINDS.iter().zip(self.n_cells).take(kinds);
+            counts.map(|(kind, n)| n_nodes(*kind) * n).sum()
+        };
+        [entries(N_FACE_KINDS), entries(KINDS.len())]
+    }
+
+    /// Integers after the coordinates: node indices and face numbers.
+    pub fn n_integers(&self) -> usize {
+        self.n_entries()[1] + self.n_faces()
+    }
+
+    /// Whether there is a mesh at all.
+    fn is_mesh(&self) -> bool {
+        self.n_nodes > 0 && self.n_cells.iter().any(|n| *n > 0)
+    }
+}
+
+/// Nodes of a cell of one of [`KINDS`].
+pub(super) fn n_nodes(kind: CellKind) -> usize {
+    kind.n_nodes()
+        .expect("UGRID's kinds have a number of nodes")
+}
+
+impl Binary {
+    /// Bytes of the seven counts.
+    pub fn header(&self) -> usize {
+        7 * self.integer
+    }
+
+    /// Bytes after the counts.
+    pub fn body(&self, counts: &Counts) -> u128 {
+        3 * counts.n_nodes as u128 * self.real as u128
+            + counts.n_integers() as u128 * self.integer as u128
+    }
+
+    /// The counts, where `bytes` holds them.
+    pub fn counts(&self, bytes: &[u8]) -> Option<Result<Counts, String>> {
+        let bytes = bytes.get(..self.header())?;
+        let mut numbers = [0; 7];
+        for (number, bytes) in numbers.iter_mut().zip(bytes.chunks_exact(self.integer)) {
+            *number = self.integer(bytes);
+        }
+        Some(Counts::of(numbers))
+    }
+
+    /// One signed integer.
+    pub fn integer(&self, bytes: &[u8]) -> i64 {
+        let extend = |byte: u8| if byte >= 0x80 { -1i64 } else { 0 };
+        let append = |value: i64, byte: &u8| value << 8 | i64::from(*byte);
+        match self.is_big_endian {
+            true => bytes.iter().fold(extend(bytes[0]), append),
+            false => bytes
+                .iter()
+                .rev()
+                .fold(extend(bytes[bytes.len() - 1]), append),
+        }
+    }
+
+    /// Marks of records are not looked at: some writers get them wrong.
+    fn fits(&self, bytes: &[u8]) -> bool {
+        let before = if self.has_records { fortran::MARK } else { 0 };
+        let Some(Ok(counts)) = bytes.get(before..).and_then(|from| self.counts(from)) else {
+            return false;
+        };
+        let body = self.body(&counts);
+        let marks = match self.has_records {
+            true => 2 * fortran::MARK as u128 + fortran::marks(body),
+            false => 0,
+        };
+        counts.is_mesh() && bytes.len() as u128 == self.header() as u128 + body + marks
+    }
+}

@@ -1,0 +1,183 @@
+//! The `.mapbc` beside a mesh: a count, then a line for each face number with the number of its
+//! boundary condition and, mostly, its name.
+
+use super::super::Notes;
+use super::super::lexer::Lexer;
+use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
+use crate::error::Result;
+use crate::mesh::Mesh;
+use std::fmt::Write;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// A line of the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Patch {
+    /// Number of the faces.
+    pub number: i32,
+    /// FUN3D's number of the boundary condition.
+    pub condition: i32,
+    /// Name, where there is one.
+    pub name: Option<String>,
+}
+
+/// The file of a case.
+pub(super) fn path(case: &Path) -> PathBuf {
+    let mut name = case.as_os_str().to_owned();
+    name.push(".mapbc");
+    name.into()
+}
+
+/// The patches in the file of a case; none where there is no file. One that is not understood is
+/// noted: the mesh is whole without it.
+pub(super) fn beside(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
+    let path = path(case);
+    let failed = match std::fs::read(&path) {
+        Ok(bytes) => match parse(&bytes, notes) {
+            Ok(patches) => return Ok(patches),
+            Err(error) => error.file(&path).to_string(),
+        },
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => format!("{}: {error}", path.display()),
+    };
+    notes.push(format!(
+        "names and conditions of tags are not used: {failed}"
+    ));
+    Ok(Vec::new())
+}
+
+/// The patches in a file.
+fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
+    let mut lexer = Lexer::new(bytes, Some(b'#'));
+    let mut first = lexer
+        .line()
+        .ok_or_else(|| lexer.error("the file is empty; it should hold a count of patches"))?;
+    let n: usize = first.narrow("the number of patches")?;
+    let mut patches: Vec<Patch> = Vec::new();
+    while let Some(mut line) = lexer.line() {
+        let number = line.narrow("a face number")?;
+        let condition = line.narrow("the number of a boundary condition")?;
+        let name = String::from_utf8_lossy(line.rest()).into_owned();
+        if patches.iter().any(|patch| patch.number == number) {
+            return Err(line.error(format!("face number {number} comes twice")));
+        }
+        patches.push(Patch {
+            number,
+            condition,
+            name: (!name.is_empty()).then_some(name),
+        });
+    }
+    if patches.len() != n {
+        notes.push(format!(
+            "the .mapbc promises {n} patches and has {}; all are read",
+            patches.len()
+        ));
+    }
+    Ok(patches)
+}
+
+/// The content of the file for a mesh; `None` where the face numbers say all there is.
+pub(super) fn content(mesh: &Mesh) -> Option<String> {
+    if mesh.dimension() != 3 {
+        return None;
+    }
+    let tags = faces::tags(mesh);
+    let says_all =
+        |tag: &Tag| tag.group.name == tag.number.to_string() && tag.group.condition.is_none();
+    let numbers = FaceNumbers::of(mesh, &tags);
+    if tags.iter().all(says_all) && numbers.n_untagged == 0 {
+        return None;
+    }
+    let n = tags.len() + usize::from(numbers.n_untagged > 0);
+    let mut text = format!("{n}\n");
+    for tag in &tags {
+        let condition = faces::condition_number(mesh, tag.group).unwrap_or(0);
+        let name = one_word(&tag.group.name);
+        writeln!(text, "{} {condition} {name}", tag.number).expect("a string takes all");
+    }
+    if numbers.n_untagged > 0 {
+        writeln!(text, "{} 0 {UNTAGGED}", numbers.untagged).expect("a string takes all");
+    }
+    Some(text)
+}
+
+/// Sentences about names and conditions that change in the file.
+pub(super) fn changes(mesh: &Mesh, tags: &[Tag]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut without = Vec::new();
+    for tag in tags {
+        let name = &tag.group.name;
+        let written = one_word(name);
+        if written != *name {
+            notes.push(format!(
+                "tag {name:?} is called \"{written}\" in the .mapbc, which has no spaces in names"
+            ));
+        }
+        let number = faces::condition_number(mesh, tag.group);
+        let back = number.and_then(super::conditions::condition);
+        match (&tag.group.condition, number) {
+            (None, _) => without.push(format!("\"{name}\"")),
+            (Some(condition), None) => notes.push(format!(
+                "condition {condition} of tag \"{name}\" has no number in FUN3D; 0 is written"
+            )),
+            (Some(condition), Some(number)) if back.as_ref() != Some(condition) => {
+                notes.push(format!(
+                    "condition {condition} of tag \"{name}\" is written as FUN3D's {number}"
+                ));
+            }
+            _ => {}
+        }
+    }
+    if !without.is_empty() && content(mesh).is_some() {
+        let names = without.join(", ");
+        notes.push(format!(
+            "tags without a boundary condition have number 0 in the .mapbc: {names}"
+        ));
+    }
+    notes
+}
+
+/// A name as a list-directed read can take it.
+fn one_word(name: &str) -> String {
+    if name.is_empty() {
+        return "_".into();
+    }
+    name.replace(|c: char| c.is_whitespace() || c.is_control(), "_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_with_and_without_names_are_read() {
+        let mut notes = Notes::default();
+        let file = b"# by hand\n 3\n21   5050        farfield_front\n1 4000\n 2 4000 upper wing\n";
+        let patches = parse(file, &mut notes).expect("a good file");
+        let names: Vec<_> = patches.iter().map(|patch| patch.name.as_deref()).collect();
+        assert_eq!(names, [Some("farfield_front"), None, Some("upper wing")]);
+        assert_eq!((patches[0].number, patches[0].condition), (21, 5050));
+        assert!(notes.is_empty());
+        parse(b"3\n1 4000\n", &mut notes).expect("a good file");
+        assert_eq!(notes.iter().count(), 1);
+    }
+
+    #[test]
+    fn a_damaged_line_is_named() {
+        for (file, expected) in [
+            ("", "the file is empty"),
+            (
+                "wing\n",
+                "line 1: expected an integer as the number of patches",
+            ),
+            (
+                "1\n1 wall\n",
+                "line 2: expected an integer as the number of a boundary",
+            ),
+            ("2\n1 4000\n1 5000\n", "line 3: face number 1 comes twice"),
+        ] {
+            let error = parse(file.as_bytes(), &mut Notes::default()).expect_err("it is damaged");
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! UGRID, the format of AFLR3, FUN3D and others: solid cells, and boundary faces with numbers.
+//!
+//! One format for each way of storing the same numbers: text, C binary and Fortran records, in
+//! either byte order and several widths. Names and boundary conditions of the face numbers are in
+//! a `.mapbc` file beside it, in the form of FUN3D.
+
+mod binary;
+mod conditions;
+mod faces;
+mod fortran;
+mod layout;
+mod mapbc;
+mod read;
+mod text;
+mod write;
+
+use super::{Format, Notes, ReadOptions, Source, WriteOptions};
+use crate::error::Result;
+use crate::mesh::Mesh;
+use layout::Layout;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// One way of storing a UGRID file.
+pub struct Ugrid {
+    name: &'static str,
+    title: &'static str,
+    extensions: &'static [&'static str],
+    layout: Layout,
+}
+
+macro_rules! flavours {
+    ($($id:ident $name:literal $title:literal [$($extension:literal),*] $layout:expr;)*) => {
+        $(
+            #[doc = $title]
+            pub static $id: Ugrid = Ugrid {
+                name: $name,
+                title: $title,
+                extensions: &[$($extension),*],
+                layout: $layout,
+            };
+        )*
+        /// Every way of storing a UGRID file.
+        static FLAVOURS: &[&Ugrid] = &[$(&$id),*];
+    };
+}
+
+flavours! {
+    TEXT "ugrid" "UGRID (.ugrid, text)" ["ugrid"] Layout::Text;
+    B8 "ugrid-b8" "UGRID (.b8.ugrid)" ["b8.ugrid"] Layout::binary(true, 8, 4);
+    LB8 "ugrid-lb8" "UGRID (.lb8.ugrid)" ["lb8.ugrid"] Layout::binary(false, 8, 4);
+    B4 "ugrid-b4" "UGRID (.b4.ugrid)" ["b4.ugrid"] Layout::binary(true, 4, 4);
+    LB4 "ugrid-lb4" "UGRID (.lb4.ugrid)" ["lb4.ugrid"] Layout::binary(false, 4, 4);
+    R8 "ugrid-r8" "UGRID (.r8.ugrid)" ["r8.ugrid"] Layout::fortran(true, 8);
+    LR8 "ugrid-lr8" "UGRID (.lr8.ugrid)" ["lr8.ugrid"] Layout::fortran(false, 8);
+    R4 "ugrid-r4" "UGRID (.r4.ugrid)" ["r4.ugrid"] Layout::fortran(true, 4);
+    LR4 "ugrid-lr4" "UGRID (.lr4.ugrid)" ["lr4.ugrid"] Layout::fortran(false, 4);
+    B8L "ugrid-b8l" "UGRID (.b8l.ugrid)" ["b8l.ugrid", "b8.ugrid64"] Layout::binary(true, 8, 8);
+    LB8L "ugrid-lb8l" "UGRID (.lb8l.ugrid)" ["lb8l.ugrid", "lb8.ugrid64"]
+        Layout::binary(false, 8, 8);
+}
+
+impl Format for Ugrid {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn title(&self) -> &'static str {
+        self.title
+    }
+    fn extensions(&self) -> &'static [&'static str] {
+        self.extensions
+    }
+    /// There is no magic number: the counts at the start must fit the whole length.
+    fn recognizes(&self, head: &[u8]) -> bool {
+        self.layout.fits(head)
+    }
+    fn read(&self, source: &Source, _options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        let patches = mapbc::beside(&case(source.path()), notes)?;
+        read::read(source.bytes(), self, &patches, notes)
+    }
+    fn write(
+        &self,
+        mesh: &Mesh,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Vec<String>> {
+        write::write(mesh, out, &self.layout, options)
+    }
+    fn companions(&self, mesh: &Mesh, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+        let content = mapbc::content(mesh);
+        let file = content.map(|content| (mapbc::path(&case(path)), content.into_bytes()));
+        file.into_iter().collect()
+    }
+}
+
+impl Ugrid {
+    /// The flavour whose counts fit these bytes, for a sentence about a file under a wrong name.
+    fn that_fits(bytes: &[u8]) -> Option<&'static str> {
+        let fitting = FLAVOURS.iter().find(|flavour| flavour.layout.fits(bytes));
+        fitting.map(|flavour| flavour.name)
+    }
+}
+
+/// The path without its endings: what the files of a case share.
+fn case(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(super::case_name(&name))
+}
+
+#[cfg(test)]
+mod tests;

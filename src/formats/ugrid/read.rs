@@ -1,0 +1,75 @@
+//! From the numbers of a file, however they are stored, to a mesh.
+
+use super::super::Notes;
+use super::Ugrid;
+use super::faces;
+use super::layout::{Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID, n_nodes};
+use super::mapbc::Patch;
+use super::{binary, text};
+use crate::error::Result;
+use crate::mesh::{CellKind, Cells, Mesh};
+use rayon::prelude::*;
+
+/// The numbers of a file.
+pub(super) struct Content {
+    /// The counts at its start.
+    pub counts: Counts,
+    /// Coordinates.
+    pub points: Vec<[f64; 3]>,
+    /// Node indices of all cells, in the order of [`KINDS`], counted from 0; each is one of the
+    /// mesh.
+    pub connectivity: Vec<u32>,
+    /// Number of each boundary face.
+    pub face_numbers: Vec<i32>,
+    /// Sentences on what is odd or not kept.
+    pub notes: Vec<String>,
+}
+
+/// A sentence on what is behind the last cell.
+pub(super) fn not_kept(left: &str) -> String {
+    format!("{left} behind the last cell, such as volume numbers, are not kept")
+}
+
+/// The mesh in these bytes, with the names and conditions of `patches`.
+pub(super) fn read(
+    bytes: &[u8],
+    flavour: &Ugrid,
+    patches: &[Patch],
+    notes: &mut Notes,
+) -> Result<Mesh> {
+    let mut content = match &flavour.layout {
+        Layout::Text => text::read(bytes, flavour)?,
+        Layout::Binary(layout) => binary::read(bytes, layout, flavour)?,
+    };
+    for note in content.notes.drain(..) {
+        notes.push(note);
+    }
+    turn_pyramids(&mut content);
+    let runs = KINDS.into_iter().zip(content.counts.n_cells);
+    let runs = runs.map(|(kind, n)| (kind, n_nodes(kind), n));
+    let mut mesh = Mesh {
+        points: content.points,
+        cells: Cells::from_connectivity(content.connectivity, runs),
+        ..Mesh::default()
+    };
+    faces::add_groups(&mut mesh, &content.face_numbers, patches);
+    Ok(mesh)
+}
+
+/// Puts the nodes of the pyramids into VTK's order.
+fn turn_pyramids(content: &mut Content) {
+    let is_before = |kind: &CellKind| *kind != CellKind::Pyramid;
+    let n_before = KINDS.into_iter().take_while(is_before).count();
+    let entries = |i: usize| n_nodes(KINDS[i]) * content.counts.n_cells[i];
+    let start: usize = (0..n_before).map(entries).sum();
+    debug_assert!(n_before > N_FACE_KINDS);
+    let pyramids = &mut content.connectivity[start..start + entries(n_before)];
+    pyramids
+        .par_chunks_exact_mut(PYRAMID.len())
+        .for_each(|nodes| {
+            let old: [u32; 5] = std::array::from_fn(|i| nodes[i]);
+            for (node, from) in nodes.iter_mut().zip(PYRAMID) {
+                *node = old[from];
+            }
+        });
+}

@@ -1,0 +1,266 @@
+//! Writing UGRID in every layout: counts, nodes, boundary faces and their numbers, solid cells.
+
+use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
+use super::super::{Precision, WriteOptions};
+use super::faces::{self, FaceNumbers, UNTAGGED};
+use super::fortran::Record;
+use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
+use super::mapbc;
+use crate::error::{Error, Result};
+use crate::mesh::{CellKind, CellRun, Group, Mesh};
+use rayon::prelude::*;
+use std::io::Write;
+
+/// Writes the mesh; returns a sentence for each thing that is left out.
+pub(super) fn write(
+    mesh: &Mesh,
+    out: &mut dyn Write,
+    layout: &Layout,
+    options: &WriteOptions,
+) -> Result<Vec<String>> {
+    check(mesh)?;
+    let counts = counts(mesh, layout)?;
+    let tags = faces::tags(mesh);
+    let numbers = FaceNumbers::of(mesh, &tags);
+    let precision = options.precision;
+    let options = WriteOptions {
+        precision: Precision::F64,
+        ..options.clone()
+    };
+    let mut notes = left_out("UGRID", mesh, &options, faces::KEPT);
+    let is_single = matches!(layout, Layout::Binary(binary) if binary.real == 4);
+    if precision == Precision::F32 && !is_single {
+        notes.push("coordinates are written in 64 bits; ugrid-b4 has 32".into());
+    }
+    notes.extend(rounding(mesh, layout)?);
+    notes.extend(dropped(mesh));
+    notes.extend(about_faces(&numbers));
+    notes.extend(mapbc::changes(mesh, &tags));
+    match layout {
+        Layout::Text => {
+            write_counts(&counts, layout, out)?;
+            write_body(mesh, &numbers, layout, out)?;
+        }
+        Layout::Binary(binary) => write_binary(mesh, &counts, &numbers, binary, layout, out)?,
+    }
+    Ok(notes)
+}
+
+fn write_binary(
+    mesh: &Mesh,
+    counts: &Counts,
+    numbers: &FaceNumbers,
+    binary: &Binary,
+    layout: &Layout,
+    out: &mut dyn Write,
+) -> Result<()> {
+    if !binary.has_records {
+        write_counts(counts, layout, out)?;
+        return write_body(mesh, numbers, layout, out);
+    }
+    let failed = |error: std::io::Error| Error::system(error.to_string());
+    let mut record = Record::new(out, binary, binary.header() as u64).map_err(failed)?;
+    write_counts(counts, layout, &mut record)?;
+    let body = binary.body(counts) as u64;
+    let mut record = Record::new(out, binary, body).map_err(failed)?;
+    write_body(mesh, numbers, layout, &mut record)
+}
+
+/// Refuses what UGRID cannot hold.
+fn check(mesh: &Mesh) -> Result<()> {
+    if mesh.dimension() != 3 {
+        return Err(Error::input(format!(
+            "UGRID holds meshes of solid cells; this one's cells have dimension {}",
+            mesh.dimension()
+        )));
+    }
+    let mut runs = mesh.cells.runs();
+    let is_odd = |run: &CellRun| run.kind.dimension() >= 2 && !KINDS.contains(&run.kind);
+    let Some(run) = runs.find(is_odd) else {
+        return Ok(());
+    };
+    let remedy = match run.kind.is_curved() {
+        true => "; --linearize writes its corners alone",
+        false => "",
+    };
+    Err(Error::input(format!(
+        "cell {} is a {}, which UGRID cannot hold{remedy}",
+        run.first_cell,
+        run.kind.name()
+    )))
+}
+
+fn counts(mesh: &Mesh, layout: &Layout) -> Result<Counts> {
+    let n_cells = KINDS.map(|kind| runs(mesh, kind).map(|run| run.n_cells()).sum());
+    let counts = Counts {
+        n_nodes: mesh.points.len(),
+        n_cells,
+    };
+    let largest = counts.numbers().into_iter().max().unwrap_or(0);
+    let is_narrow = matches!(layout, Layout::Binary(binary) if binary.integer == 4);
+    if is_narrow && largest > i32::MAX as u64 {
+        return Err(Error::input(format!(
+            "a count of {largest} does not fit 32 bits; ugrid-b8l and ugrid-lb8l have 64"
+        )));
+    }
+    Ok(counts)
+}
+
+/// The cells of a kind.
+fn runs(mesh: &Mesh, kind: CellKind) -> impl Iterator<Item = CellRun<'_>> {
+    mesh.cells.runs().filter(move |run| run.kind == kind)
+}
+
+/// A sentence about coordinates that lose digits; refuses those that do not fit 32 bits.
+fn rounding(mesh: &Mesh, layout: &Layout) -> Result<Option<String>> {
+    if !matches!(layout, Layout::Binary(binary) if binary.real == 4) {
+        return Ok(None);
+    }
+    let values = mesh.points.as_flattened();
+    if let Some(x) = values.par_iter().find_first(|x| !(**x as f32).is_finite()) {
+        return Err(Error::input(format!(
+            "a coordinate of {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
+        )));
+    }
+    let is_exact = values.par_iter().all(|x| f64::from(*x as f32) == *x);
+    Ok((!is_exact).then(|| "coordinates are rounded to 32 bits".into()))
+}
+
+/// Sentences about cells and groups that are not written.
+fn dropped(mesh: &Mesh) -> Vec<String> {
+    let mut notes = Vec::new();
+    let names = |dimensions: std::ops::Range<u8>| {
+        let groups = mesh.groups.iter();
+        let groups = groups.filter(|group| dimensions.contains(&group.dimension));
+        let names = groups.map(|group: &Group| format!("\"{}\"", group.name));
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let (zones, lower) = (names(3..4), names(0..2));
+    if !zones.is_empty() {
+        notes.push(format!("UGRID holds no zones; left out: {zones}"));
+    }
+    if !lower.is_empty() {
+        notes.push(format!(
+            "UGRID holds boundary tags only; groups left out: {lower}"
+        ));
+    }
+    let lower = mesh.cells.runs().filter(|run| run.kind.dimension() < 2);
+    let n_lower: usize = lower.map(|run| run.n_cells()).sum();
+    if n_lower > 0 {
+        notes.push(format!("{n_lower} cells of lower dimension are left out"));
+    }
+    notes
+}
+
+fn about_faces(numbers: &FaceNumbers) -> Vec<String> {
+    let mut notes = Vec::new();
+    if numbers.n_shared > 0 {
+        notes.push(format!(
+            "UGRID holds one number for a face; {} more tags of faces in several are left out",
+            numbers.n_shared
+        ));
+    }
+    if numbers.n_untagged > 0 {
+        notes.push(format!(
+            "{} boundary faces without a tag have number {}, \"{UNTAGGED}\"",
+            numbers.n_untagged, numbers.untagged
+        ));
+    }
+    notes
+}
+
+fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Write) -> Result<()> {
+    let mut buffer = Vec::new();
+    push_integers(layout, counts.numbers(), &mut buffer);
+    write_all(out, &buffer)
+}
+
+fn write_body(
+    mesh: &Mesh,
+    numbers: &FaceNumbers,
+    layout: &Layout,
+    out: &mut dyn Write,
+) -> Result<()> {
+    write_records(out, mesh.points.len(), |range, buffer| {
+        for point in &mesh.points[range] {
+            push_point(layout, point, buffer);
+        }
+    })?;
+    for kind in &KINDS[..N_FACE_KINDS] {
+        write_cells(mesh, *kind, layout, out)?;
+    }
+    for kind in &KINDS[..N_FACE_KINDS] {
+        for run in runs(mesh, *kind) {
+            let numbers = numbers.of_run(&run);
+            write_records(out, numbers.len(), |range, buffer| {
+                for number in &numbers[range] {
+                    push_integers(layout, [*number as u64], buffer);
+                }
+            })?;
+        }
+    }
+    for kind in &KINDS[N_FACE_KINDS..] {
+        write_cells(mesh, *kind, layout, out)?;
+    }
+    Ok(())
+}
+
+fn write_cells(mesh: &Mesh, kind: CellKind, layout: &Layout, out: &mut dyn Write) -> Result<()> {
+    for run in runs(mesh, kind) {
+        let n = run.n_nodes;
+        write_records(out, run.n_cells(), |range, buffer| {
+            for cell in run.connectivity[range.start * n..range.end * n].chunks_exact(n) {
+                if kind == CellKind::Pyramid {
+                    let mut nodes = [0; 5];
+                    for (node, to) in cell.iter().zip(PYRAMID) {
+                        nodes[to] = *node;
+                    }
+                    push_integers(layout, nodes.map(|node| u64::from(node) + 1), buffer);
+                } else {
+                    let nodes = cell.iter().map(|node| u64::from(*node) + 1);
+                    push_integers(layout, nodes, buffer);
+                }
+            }
+        })?;
+    }
+    Ok(())
+}
+
+/// Appends integers; as text, a line of them.
+fn push_integers(layout: &Layout, values: impl IntoIterator<Item = u64>, buffer: &mut Vec<u8>) {
+    let Layout::Binary(binary) = layout else {
+        for value in values {
+            push_integer(buffer, value);
+            buffer.push(b' ');
+        }
+        *buffer.last_mut().expect("a line has a number") = b'\n';
+        return;
+    };
+    for value in values {
+        match (binary.is_big_endian, binary.integer) {
+            (true, 4) => buffer.extend((value as u32).to_be_bytes()),
+            (false, 4) => buffer.extend((value as u32).to_le_bytes()),
+            (true, _) => buffer.extend(value.to_be_bytes()),
+            (false, _) => buffer.extend(value.to_le_bytes()),
+        }
+    }
+}
+
+fn push_point(layout: &Layout, point: &[f64; 3], buffer: &mut Vec<u8>) {
+    let Layout::Binary(binary) = layout else {
+        for x in point {
+            push_real(buffer, *x);
+            buffer.push(b' ');
+        }
+        *buffer.last_mut().expect("a point has coordinates") = b'\n';
+        return;
+    };
+    for x in point {
+        match (binary.is_big_endian, binary.real) {
+            (true, 8) => buffer.extend(x.to_be_bytes()),
+            (false, 8) => buffer.extend(x.to_le_bytes()),
+            (true, _) => buffer.extend((*x as f32).to_be_bytes()),
+            (false, _) => buffer.extend((*x as f32).to_le_bytes()),
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Arrays to be written: what they are and their bytes, which are mostly those in memory.
+
+use super::number::Element;
+use crate::error::Result;
+use crate::mesh::{CellKind, Cells, Values, arrays::with_numbers};
+use std::borrow::Cow;
+
+/// Values made at a time where an array is not in memory.
+const CHUNK: usize = 1 << 19;
+
+/// One array of the file.
+pub struct Content<'a> {
+    pub name: &'a str,
+    pub element: Element,
+    pub n_components: usize,
+    pub component_names: &'a [String],
+    pub n_tuples: usize,
+    pub n_bytes: usize,
+    pub parts: Vec<Part<'a>>,
+}
+
+/// Some of an array's values, in the byte order of this machine.
+pub enum Part<'a> {
+    Bytes(Cow<'a, [u8]>),
+    /// Coordinates in 32 bits.
+    Singles(&'a [f64]),
+    /// VTK type of each cell.
+    Types(&'a Cells),
+    /// End of each cell's nodes, as 32 bits or as 64.
+    Offsets(&'a Cells, Element),
+    /// Face streams of the polyhedra.
+    Faces(&'a Cells),
+    /// End of each polyhedron's face stream, -1 for other cells.
+    FaceOffsets(&'a Cells, Element),
+}
+
+impl<'a> Content<'a> {
+    /// A scalar array of `n_tuples` values.
+    pub fn scalar(name: &'a str, element: Element, n_tuples: usize, parts: Vec<Part<'a>>) -> Self {
+        Self {
+            name,
+            element,
+            n_components: 1,
+            component_names: &[],
+            n_tuples,
+            n_bytes: n_tuples * element.size(),
+            parts,
+        }
+    }
+
+    /// Adds values at the end; the caller counts the tuples.
+    pub fn append(&mut self, part: Part<'a>) {
+        if let Part::Bytes(bytes) = &part {
+            self.n_bytes += bytes.len();
+        }
+        self.parts.push(part);
+    }
+
+    /// An array of strings.
+    pub fn strings(name: &'a str, strings: &[String]) -> Self {
+        let bytes = string_bytes(strings);
+        Self {
+            n_bytes: bytes.len(),
+            ..Self::scalar(name, Element::String, strings.len(), vec![bytes.into()])
+        }
+    }
+
+    /// Hands all bytes to `sink`, in as few parts as possible and whole values in each.
+    pub fn for_each(&self, sink: Sink) -> Result<()> {
+        for part in &self.parts {
+            match part {
+                Part::Bytes(bytes) => sink(bytes)?,
+                Part::Singles(coordinates) => {
+                    for some in coordinates.chunks(CHUNK) {
+                        let singles: Vec<f32> = some.iter().map(|x| *x as f32).collect();
+                        sink(bytemuck::cast_slice(&singles))?;
+                    }
+                }
+                Part::Types(cells) => types(cells, sink)?,
+                Part::Offsets(cells, Element::Int32) => offsets(cells, |x| x as i32, sink)?,
+                Part::Offsets(cells, _) => offsets(cells, |x| x as i64, sink)?,
+                Part::Faces(cells) => faces(cells, sink)?,
+                Part::FaceOffsets(cells, Element::Int32) => {
+                    face_offsets(cells, |x| x as i32, sink)?;
+                }
+                Part::FaceOffsets(cells, _) => face_offsets(cells, |x| x, sink)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl From<Vec<u8>> for Part<'_> {
+    fn from(bytes: Vec<u8>) -> Self {
+        Part::Bytes(Cow::Owned(bytes))
+    }
+}
+
+/// Numbers in memory as they are.
+pub fn slice<T: bytemuck::NoUninit>(values: &[T]) -> Part<'_> {
+    Part::Bytes(Cow::Borrowed(bytemuck::cast_slice(values)))
+}
+
+/// Numbers that live no longer than this call.
+pub fn owned<T: bytemuck::NoUninit>(values: &[T]) -> Part<'static> {
+    bytemuck::cast_slice(values).to_vec().into()
+}
+
+/// VTK's type of the values and their bytes.
+pub fn of_values(values: &Values) -> (Element, Part<'_>) {
+    let element = match values {
+        Values::I8(_) => Element::Int8,
+        Values::U8(_) => Element::UInt8,
+        Values::I16(_) => Element::Int16,
+        Values::U16(_) => Element::UInt16,
+        Values::I32(_) => Element::Int32,
+        Values::U32(_) => Element::UInt32,
+        Values::I64(_) => Element::Int64,
+        Values::U64(_) => Element::UInt64,
+        Values::F32(_) => Element::Float32,
+        Values::F64(_) => Element::Float64,
+        Values::Text(_) => Element::String,
+    };
+    let part = with_numbers!(values, v => slice(v), strings => string_bytes(strings).into());
+    (element, part)
+}
+
+/// Bytes of strings, a zero after each.
+fn string_bytes(strings: &[String]) -> Vec<u8> {
+    strings
+        .iter()
+        .flat_map(|string| string.bytes().chain([0]))
+        .collect()
+}
+
+type Sink<'s> = &'s mut dyn FnMut(&[u8]) -> Result<()>;
+
+fn types(cells: &Cells, sink: Sink) -> Result<()> {
+    let mut bytes = Vec::new();
+    for run in cells.runs() {
+        let mut left = run.n_cells();
+        while left > 0 {
+            let n = left.min(CHUNK - bytes.len());
+            bytes.resize(bytes.len() + n, run.kind.vtk());
+            left -= n;
+            flush_full(&mut bytes, sink)?;
+        }
+    }
+    sink(&bytes)
+}
+
+fn offsets<T: bytemuck::NoUninit>(
+    cells: &Cells,
+    convert: impl Fn(u64) -> T,
+    sink: Sink,
+) -> Result<()> {
+    let mut values: Vec<T> = Vec::new();
+    let mut end = 0;
+    for run in cells.runs() {
+        let mut left = run.n_cells();
+        while left > 0 {
+            let n = left.min(CHUNK - values.len());
+            let step = run.n_nodes as u64;
+            values.extend((1..=n as u64).map(|i| convert(end + i * step)));
+            end += n as u64 * step;
+            left -= n;
+            flush_full(&mut values, sink)?;
+        }
+    }
+    sink(bytemuck::cast_slice(&values))
+}
+
+fn faces(cells: &Cells, sink: Sink) -> Result<()> {
+    for run in cells.runs().filter(|run| run.kind == CellKind::Polyhedron) {
+        for cell in run.first_cell..run.first_cell + run.n_cells() {
+            sink(bytemuck::cast_slice(cells.face_stream(cell).unwrap_or(&[])))?;
+        }
+    }
+    Ok(())
+}
+
+fn face_offsets<T: bytemuck::NoUninit>(
+    cells: &Cells,
+    convert: impl Fn(i64) -> T,
+    sink: Sink,
+) -> Result<()> {
+    let mut values: Vec<T> = Vec::new();
+    let mut end = 0;
+    for run in cells.runs() {
+        for cell in run.first_cell..run.first_cell + run.n_cells() {
+            let stream = match run.kind {
+                CellKind::Polyhedron => cells.face_stream(cell),
+                _ => None,
+            };
+            end += stream.map_or(0, |stream| stream.len() as i64);
+            values.push(convert(if stream.is_some() { end } else { -1 }));
+            flush_full(&mut values, sink)?;
+        }
+    }
+    sink(bytemuck::cast_slice(&values))
+}
+
+fn flush_full<T: bytemuck::NoUninit>(values: &mut Vec<T>, sink: Sink) -> Result<()> {
+    if values.len() >= CHUNK {
+        sink(bytemuck::cast_slice(values))?;
+        values.clear();
+    }
+    Ok(())
+}

@@ -1,0 +1,25 @@
+//! What the files of VTK share: legacy, XML and HDF.
+//!
+//! Knows VTK's cells, numbers and names of arrays; nothing of how a file is laid out.
+//!
+//! ```text
+//! number     bytes -> numbers
+//! cells      types, ends and node indices -> runs; split: collections of cells; polyhedra: faces
+//! order      hexahedra of high order in files before VTK 9
+//! structured cells of blocks that list none
+//! list       cells as legacy files list them
+//! tags       integer cell arrays <-> groups
+//! plan       mesh -> list of arrays to be written; content: bytes of one array; text: as text
+//! ```
+
+pub mod cells;
+pub mod content;
+pub mod list;
+pub mod number;
+pub mod order;
+pub mod plan;
+pub mod polyhedra;
+pub mod split;
+pub mod structured;
+pub mod tags;
+pub mod text;

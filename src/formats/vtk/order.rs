@@ -1,0 +1,126 @@
+//! Node order of Lagrange and Bezier hexahedra before VTK 9: the inner nodes of two edges were
+//! swapped.
+//!
+//! Files older than XML 2.1 or legacy 5.1 have the old order. The edges are those from node 2 to
+//! node 6 and from node 3 to node 7.
+
+use crate::formats::Notes;
+use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
+
+/// VTK's name of the array with the degrees of each cell along its three axes.
+const DEGREES: &str = "HigherOrderDegrees";
+
+/// Whether cells of this kind had another order.
+pub fn concerns(kind: CellKind) -> bool {
+    matches!(
+        kind,
+        CellKind::LagrangeHexahedron | CellKind::BezierHexahedron
+    )
+}
+
+/// Turns the old order into the present one, or back.
+pub fn swap(mesh: &mut Mesh, notes: &mut Notes) {
+    if !mesh.cells.runs().any(|run| concerns(run.kind)) {
+        return;
+    }
+    let degrees = mesh.cell_arrays.iter().find(|array| is_degrees(array));
+    let (cells, n_unknown) = swapped(&mesh.cells, degrees);
+    mesh.cells = cells;
+    if n_unknown > 0 {
+        notes.push(format!(
+            "{n_unknown} hexahedra of high order are left in the order of nodes before VTK 9: \
+             their degrees are not given"
+        ));
+    }
+}
+
+/// Cells in the other order, and how many hexahedra have degrees that cannot be known.
+pub fn swapped(cells: &Cells, degrees: Option<&DataArray>) -> (Cells, usize) {
+    let mut n_unknown = 0;
+    let mut nodes: Vec<u32> = Vec::new();
+    let mut new = Cells::new();
+    new.reserve(cells.connectivity().len());
+    for run in cells.runs() {
+        if run.kind == CellKind::Polyhedron {
+            for (i, nodes) in run.cells().enumerate() {
+                let stream = cells.face_stream(run.first_cell + i).unwrap_or(&[]);
+                new.push_polyhedron_with_nodes(nodes, stream)
+                    .expect("it was checked when it was added");
+            }
+            continue;
+        }
+        if !concerns(run.kind) {
+            new.push_run(run.kind, run.n_nodes, run.connectivity);
+            continue;
+        }
+        nodes.clear();
+        nodes.extend_from_slice(run.connectivity);
+        for (i, nodes) in nodes.chunks_exact_mut(run.n_nodes).enumerate() {
+            let of_cell = degrees.and_then(|array| degrees_of(array, run.first_cell + i));
+            match of_cell.or_else(|| cube_root(nodes.len()).map(|n| [n - 1; 3])) {
+                Some(degrees) => swap_edges(nodes, degrees),
+                None => n_unknown += 1,
+            }
+        }
+        new.push_run(run.kind, run.n_nodes, &nodes);
+    }
+    (new, n_unknown)
+}
+
+/// Whether an array has the degrees of cells.
+pub fn is_degrees(array: &DataArray) -> bool {
+    array.name == DEGREES && array.n_components == 3 && !matches!(array.values, Values::Text(_))
+}
+
+fn degrees_of(array: &DataArray, cell: usize) -> Option<[usize; 3]> {
+    let degrees = array.values.select(3, &[cell]).to_integers()?;
+    let mut of_axes = [0; 3];
+    for (of_axis, degree) in of_axes.iter_mut().zip(degrees) {
+        *of_axis = usize::try_from(degree).ok().filter(|n| *n > 0)?;
+    }
+    Some(of_axes)
+}
+
+fn cube_root(n: usize) -> Option<usize> {
+    (2..=n)
+        .take_while(|k| k * k * k <= n)
+        .find(|k| k * k * k == n)
+}
+
+/// Swaps the inner nodes of the last two edges along the third axis.
+fn swap_edges(nodes: &mut [u32], degrees: [usize; 3]) {
+    let inner = degrees.map(|n| n - 1);
+    let [Some(x), Some(y), Some(z)] = inner.map(|n| n.checked_mul(4)) else {
+        return;
+    };
+    let start = [8, x, y, z / 2].into_iter().try_fold(0, usize::checked_add);
+    let edges = start.and_then(|start| {
+        let end = start.checked_add(2 * inner[2])?;
+        nodes.get_mut(start..end)
+    });
+    if let Some(edges) = edges {
+        let (third, fourth) = edges.split_at_mut(inner[2]);
+        third.swap_with_slice(fourth);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What VTK 9.7 makes of a file of version 2.0 with nodes counted through.
+    #[test]
+    fn edges_are_swapped_as_vtk_does() {
+        for (degrees, expected) in [
+            ([2, 2, 2], vec![19, 18]),
+            ([3, 3, 3], vec![30, 31, 28, 29]),
+            ([2, 3, 4], vec![29, 30, 31, 26, 27, 28]),
+        ] {
+            let n: usize = degrees.iter().map(|n| n + 1).product();
+            let mut nodes: Vec<u32> = (0..n as u32).collect();
+            swap_edges(&mut nodes, degrees);
+            let moved = nodes.iter().zip(0..).filter(|(node, i)| *node != i);
+            assert_eq!(moved.map(|(node, _)| *node).collect::<Vec<_>>(), expected);
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! What is written of a mesh in VTK's terms: the arrays of each part of a file, and notes on what is
+//! left out. How they are laid out is the format's.
+
+use super::content::{Content, Part, of_values, owned, slice};
+use super::number::Element;
+use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
+use crate::error::{Error, Result};
+use crate::formats::{Precision, WriteOptions};
+use crate::mesh::{DataArray, Group, Mesh, Values};
+
+/// The arrays of each part of a file.
+pub struct Sections<'a> {
+    /// Arrays of the mesh as a whole.
+    pub fields: Vec<Content<'a>>,
+    /// Arrays with one tuple a node.
+    pub point_data: Vec<Content<'a>>,
+    /// Arrays with one tuple a cell.
+    pub cell_data: Vec<Content<'a>>,
+    /// Node coordinates.
+    pub points: Vec<Content<'a>>,
+    /// Node indices, ends, types; of polyhedra faces and their ends.
+    pub cells: Vec<Content<'a>>,
+}
+
+impl<'a> Sections<'a> {
+    /// Every array, in the order of an XML file.
+    pub fn all(&self) -> impl Iterator<Item = &Content<'a>> {
+        let of_piece = [&self.point_data, &self.cell_data, &self.points, &self.cells];
+        self.fields.iter().chain(of_piece.into_iter().flatten())
+    }
+}
+
+/// Refuses coordinates that the wanted precision cannot hold.
+pub fn check_precision(mesh: &Mesh, options: &WriteOptions) -> Result<()> {
+    if options.precision == Precision::F64 {
+        return Ok(());
+    }
+    let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
+    match mesh.points.iter().position(too_large) {
+        Some(node) => Err(Error::input(format!(
+            "node {node} has coordinates {:?}, too large for 32 bits; write 64",
+            mesh.points[node]
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// What is written of a mesh.
+pub struct Plan<'a> {
+    mesh: &'a Mesh,
+    options: &'a WriteOptions,
+    /// Groups as numbers, for those pairs of arrays that the mesh needs.
+    labels: Vec<(Labels, Numbers)>,
+    /// Cells written again because they are in several tags.
+    pub repeated: Vec<usize>,
+    /// Node indices of those cells.
+    repeated_nodes: Vec<u32>,
+    /// Arrays of the repeated cells.
+    repeated_arrays: Vec<Values>,
+    /// What is not in the file.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Plan<'a> {
+    /// Decides what is written.
+    pub fn new(mesh: &'a Mesh, options: &'a WriteOptions) -> Self {
+        let dimension = mesh.dimension();
+        let n_cells = mesh.cells.len();
+        let mut labels = Vec::new();
+        let mut notes = Vec::new();
+        for pair in [BOUNDARY, ZONE, LOWER] {
+            let of_pair = |group: &&Group| match pair.array {
+                "BoundaryTag" => group.dimension + 1 == dimension,
+                "Zone" => group.dimension == dimension,
+                _ => group.dimension + 1 < dimension,
+            };
+            let groups: Vec<&Group> = mesh.groups.iter().filter(of_pair).collect();
+            if !groups.is_empty() {
+                labels.push((pair, tags::number(&groups, n_cells, !options.tag_names)));
+            }
+        }
+        let mut repeated = Vec::new();
+        for (pair, numbers) in &labels {
+            if pair.array == BOUNDARY.array {
+                repeated.extend(numbers.further.iter().map(|(cell, _)| *cell));
+            } else if let Some((cell, _)) = numbers.further.first() {
+                notes.push(format!(
+                    "{} cells are in more than one group; the array {} holds the first (cell {cell})",
+                    numbers.further.len(),
+                    pair.array
+                ));
+            }
+        }
+        let arrays = mesh.cell_arrays.iter();
+        let mut plan = Self {
+            mesh,
+            options,
+            repeated_nodes: repeated
+                .iter()
+                .flat_map(|&c| mesh.cells.get(c).nodes)
+                .copied()
+                .collect(),
+            repeated_arrays: arrays
+                .map(|a| a.values.select(a.n_components, &repeated))
+                .collect(),
+            labels,
+            repeated,
+            notes,
+        };
+        plan.note_dropped();
+        plan
+    }
+
+    fn note_dropped(&mut self) {
+        let mesh = self.mesh;
+        if !self.options.tag_names && !self.labels.is_empty() {
+            self.notes
+                .push("names of tags are not written, as was asked".into());
+        }
+        if mesh.groups.iter().any(|group| group.condition.is_some()) {
+            let note = "types of boundary conditions are not written";
+            self.notes.push(note.into());
+        }
+        let arrays = mesh
+            .point_arrays
+            .iter()
+            .chain(&mesh.cell_arrays)
+            .chain(&mesh.field_arrays);
+        let dropped = arrays.filter(|array| !self.is_kept(array));
+        let dropped: Vec<_> = dropped.map(|array| &array.name).collect();
+        let note = |name| format!("the array \"{name}\" is not written");
+        self.notes.extend(dropped.into_iter().map(note));
+    }
+
+    /// Whether an array of the mesh is written: not when its name is taken by tags, nor strings
+    /// where none are wanted.
+    fn is_kept(&self, array: &DataArray) -> bool {
+        let taken = self.labels.iter().any(|(pair, _)| {
+            pair.array == array.name || (pair.names == array.name && self.options.tag_names)
+        });
+        let is_text = matches!(array.values, Values::Text(_));
+        !taken && (self.options.tag_names || !is_text)
+    }
+
+    /// Number of cells that are written.
+    pub fn n_cells(&self) -> usize {
+        self.mesh.cells.len() + self.repeated.len()
+    }
+
+    /// The arrays.
+    pub fn sections(&self) -> Sections<'_> {
+        Sections {
+            fields: self.fields(),
+            point_data: self
+                .kept(&self.mesh.point_arrays)
+                .map(|(_, array)| content(array))
+                .collect(),
+            cell_data: self.cell_data(),
+            points: vec![self.points()],
+            cells: self.cells(),
+        }
+    }
+
+    fn kept<'s>(&'s self, arrays: &'s [DataArray]) -> impl Iterator<Item = (usize, &'s DataArray)> {
+        arrays
+            .iter()
+            .enumerate()
+            .filter(|(_, array)| self.is_kept(array))
+    }
+
+    fn fields(&self) -> Vec<Content<'_>> {
+        let arrays = self
+            .kept(&self.mesh.field_arrays)
+            .map(|(_, array)| content(array));
+        let with_names = self.labels.iter().filter(|_| self.options.tag_names);
+        let names = with_names.map(|(pair, n)| Content::strings(pair.names, &n.names));
+        arrays.chain(names).collect()
+    }
+
+    fn cell_data(&self) -> Vec<Content<'_>> {
+        let n_cells = self.n_cells();
+        let labels = self.labels.iter().map(|(pair, numbers)| {
+            let repeated: Vec<i32> = if pair.array == BOUNDARY.array {
+                numbers.further.iter().map(|(_, number)| *number).collect()
+            } else {
+                self.repeated
+                    .iter()
+                    .map(|&cell| numbers.of_cells.get(cell))
+                    .collect()
+            };
+            let (element, parts) = match &numbers.of_cells {
+                CellNumbers::Narrow(numbers) => {
+                    let repeated: Vec<u8> = repeated.iter().map(|n| *n as u8).collect();
+                    (Element::UInt8, vec![slice(numbers), owned(&repeated)])
+                }
+                CellNumbers::Wide(numbers) => {
+                    (Element::Int32, vec![slice(numbers), owned(&repeated)])
+                }
+            };
+            Content::scalar(pair.array, element, n_cells, parts)
+        });
+        let arrays = self.kept(&self.mesh.cell_arrays).map(|(at, array)| {
+            let mut content = content(array);
+            content.append(of_values(&self.repeated_arrays[at]).1);
+            content.n_tuples = n_cells;
+            content
+        });
+        labels.chain(arrays).collect()
+    }
+
+    fn points(&self) -> Content<'_> {
+        let coordinates = self.mesh.points.as_flattened();
+        let (element, part) = match self.options.precision {
+            Precision::F64 => (Element::Float64, slice(coordinates)),
+            Precision::F32 => (Element::Float32, Part::Singles(coordinates)),
+        };
+        Content {
+            n_components: 3,
+            n_tuples: self.mesh.points.len(),
+            ..Content::scalar("Points", element, coordinates.len(), vec![part])
+        }
+    }
+
+    fn cells(&self) -> Vec<Content<'_>> {
+        let cells = &self.mesh.cells;
+        let n_cells = self.n_cells();
+        let n_entries = cells.connectivity().len() + self.repeated_nodes.len();
+        let index = match i32::try_from(self.mesh.points.len()) {
+            Ok(_) => Element::Int32,
+            Err(_) => Element::UInt32,
+        };
+        let nodes = vec![slice(cells.connectivity()), slice(&self.repeated_nodes)];
+        let offset = narrowest(n_entries);
+        let mut ends = Vec::with_capacity(self.repeated.len());
+        let mut types = Vec::with_capacity(self.repeated.len());
+        let mut end = cells.connectivity().len();
+        for &cell in &self.repeated {
+            let cell = cells.get(cell);
+            end += cell.nodes.len();
+            ends.push(end as i64);
+            types.push(cell.kind.vtk());
+        }
+        let ends = vec![Part::Offsets(cells, offset), integers(&ends, offset)];
+        let types = vec![Part::Types(cells), types.into()];
+        let mut arrays = vec![
+            Content::scalar("connectivity", index, n_entries, nodes),
+            Content::scalar("offsets", offset, n_cells, ends),
+            Content::scalar("types", Element::UInt8, n_cells, types),
+        ];
+        if cells.has_polyhedra() {
+            let streams = cells
+                .iter()
+                .filter_map(|cell| cells.face_stream(cell.index));
+            let n_entries = streams.map(<[u32]>::len).sum();
+            let offset = narrowest(n_entries);
+            let repeated = vec![-1; self.repeated.len()];
+            let ends = vec![
+                Part::FaceOffsets(cells, offset),
+                integers(&repeated, offset),
+            ];
+            let faces = vec![Part::Faces(cells)];
+            arrays.push(Content::scalar("faces", index, n_entries, faces));
+            arrays.push(Content::scalar("faceoffsets", offset, n_cells, ends));
+        }
+        arrays
+    }
+}
+
+/// Type of offsets up to `n`.
+fn narrowest(n: usize) -> Element {
+    match i32::try_from(n) {
+        Ok(_) => Element::Int32,
+        Err(_) => Element::Int64,
+    }
+}
+
+fn integers(values: &[i64], element: Element) -> Part<'static> {
+    match element {
+        Element::Int32 => owned(&values.iter().map(|x| *x as i32).collect::<Vec<_>>()),
+        _ => owned(values),
+    }
+}
+
+fn content(array: &DataArray) -> Content<'_> {
+    let (element, part) = of_values(&array.values);
+    let mut content = Content {
+        n_components: array.n_components,
+        component_names: &array.component_names,
+        ..Content::scalar(&array.name, element, array.n_tuples(), Vec::new())
+    };
+    content.n_bytes = 0;
+    content.append(part);
+    content
+}

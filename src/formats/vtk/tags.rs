@@ -1,0 +1,252 @@
+//! Boundary tags and zones: integer cell arrays with names in field data.
+//!
+//! `BoundaryTag` numbers cells one dimension below the mesh's, `Zone` those of its own, `Group` any
+//! of lower dimension; 0 is none, and name i of `BoundaryTagNames`, `ZoneNames` or `GroupNames`
+//! belongs to number i + 1. Arrays of other programs number the cells of every dimension at once.
+
+use crate::error::{Error, Result, nearest_name};
+use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
+use std::collections::BTreeMap;
+
+/// One of our own pairs of arrays.
+pub struct Labels {
+    /// Name of the integer cell array.
+    pub array: &'static str,
+    /// Name of the string array.
+    pub names: &'static str,
+}
+
+/// Tags of boundary faces.
+pub const BOUNDARY: Labels = Labels {
+    array: "BoundaryTag",
+    names: "BoundaryTagNames",
+};
+/// Zones.
+pub const ZONE: Labels = Labels {
+    array: "Zone",
+    names: "ZoneNames",
+};
+/// Groups of cells of lower dimension than boundary faces. Read only with its names.
+pub const LOWER: Labels = Labels {
+    array: "Group",
+    names: "GroupNames",
+};
+
+/// Arrays in which other programs keep groups, the first that there is being used.
+const FOREIGN: [&str; 3] = ["gmsh:physical", "CellEntityIds", "medit:ref"];
+
+/// Turns arrays that number groups into groups. `chosen` is the user's array of boundary tags.
+pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
+    let dimension = mesh.dimension();
+    if let Some(name) = chosen {
+        take_chosen(mesh, name)?;
+    } else if is_integer(mesh, BOUNDARY.array) {
+        take(mesh, &BOUNDARY, |d| d + 1 == dimension);
+    } else if let Some(name) = FOREIGN.into_iter().find(|name| is_integer(mesh, name)) {
+        let labels = Labels {
+            array: name,
+            names: "",
+        };
+        take(mesh, &labels, |_| true);
+    }
+    if is_integer(mesh, ZONE.array) {
+        let has_zones = mesh.zones().next().is_some();
+        if !has_zones {
+            take(mesh, &ZONE, |d| d == dimension);
+        }
+    }
+    if is_integer(mesh, LOWER.array) && names_at(mesh, LOWER.names).is_some() {
+        take(mesh, &LOWER, |d| d + 1 < dimension);
+    }
+    Ok(())
+}
+
+fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {
+    if is_integer(mesh, name) {
+        let own = [&BOUNDARY, &ZONE]
+            .into_iter()
+            .find(|labels| labels.array == name);
+        let names = own.map_or("", |labels| labels.names);
+        let (array, dimension) = (name.to_owned(), mesh.dimension());
+        let only_faces = name == BOUNDARY.array;
+        take_from(mesh, &array, names, |d| !only_faces || d + 1 == dimension);
+        return Ok(());
+    }
+    let known: Vec<_> = mesh
+        .cell_arrays
+        .iter()
+        .map(|array| array.name.as_str())
+        .collect();
+    if known.contains(&name) {
+        let message = "boundary tags must be a scalar array of integers";
+        return Err(Error::input(message).dataset(name));
+    }
+    let nearest = nearest_name(name, known.iter().copied());
+    let hint = nearest.map_or(String::new(), |near| format!(" (did you mean {near}?)"));
+    let known = if known.is_empty() {
+        "none".to_owned()
+    } else {
+        known.join(", ")
+    };
+    Err(Error::input(format!(
+        "there is no cell array \"{name}\"{hint}; cell arrays: {known}"
+    )))
+}
+
+fn take(mesh: &mut Mesh, labels: &Labels, wanted: impl Fn(u8) -> bool) {
+    take_from(mesh, labels.array, labels.names, wanted);
+}
+
+/// Makes a group of each number on cells of each wanted dimension; removes the arrays.
+fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> bool) {
+    let at = array_at(mesh, array).expect("the caller has found it");
+    let numbers = mesh.cell_arrays.remove(at).values;
+    let names = names_at(mesh, names).map(|at| mesh.field_arrays.remove(at).values);
+    let names = match names {
+        Some(Values::Text(names)) => names,
+        _ => Vec::new(),
+    };
+    let mut sets: BTreeMap<(i64, u8), CellSet> = BTreeMap::new();
+    for run in mesh.cells.runs() {
+        let dimension = run.kind.dimension();
+        if !wanted(dimension) {
+            continue;
+        }
+        let cells = run.first_cell..run.first_cell + run.n_cells();
+        let mut start = cells.start;
+        numbers.for_each_stretch(cells, |number, n| {
+            if number != 0 {
+                let set = sets.entry((number, dimension)).or_default();
+                set.push_range(start..start + n);
+            }
+            start += n;
+        });
+    }
+    add_named_but_unused(&mut sets, &names, mesh.dimension(), wanted);
+    mesh.groups
+        .extend(sets.into_iter().map(|((number, dimension), cells)| {
+            let index = number.checked_sub(1).and_then(|i| usize::try_from(i).ok());
+            let name = index.and_then(|i| names.get(i));
+            Group {
+                dimension,
+                name: name
+                    .filter(|n| !n.is_empty())
+                    .cloned()
+                    .unwrap_or_else(|| number.to_string()),
+                number: i32::try_from(number).ok(),
+                condition: None,
+                cells,
+            }
+        }));
+}
+
+/// A named tag without cells is kept, so that nothing is lost on the way through.
+fn add_named_but_unused(
+    sets: &mut BTreeMap<(i64, u8), CellSet>,
+    names: &[String],
+    dimension: u8,
+    wanted: impl Fn(u8) -> bool,
+) {
+    let Some(dimension) = (0..=dimension).rev().find(|d| wanted(*d)) else {
+        return;
+    };
+    for number in 1..=names.len() as i64 {
+        if sets.range((number, 0)..=(number, 3)).next().is_none() {
+            sets.insert((number, dimension), CellSet::new());
+        }
+    }
+}
+
+fn array_at(mesh: &Mesh, name: &str) -> Option<usize> {
+    mesh.cell_arrays.iter().position(|array| array.name == name)
+}
+
+fn names_at(mesh: &Mesh, name: &str) -> Option<usize> {
+    let is_names =
+        |array: &DataArray| array.name == name && matches!(array.values, Values::Text(_));
+    mesh.field_arrays.iter().position(is_names)
+}
+
+/// Whether there is a scalar cell array of this name that holds integers.
+fn is_integer(mesh: &Mesh, name: &str) -> bool {
+    array_at(mesh, name).is_some_and(|at| {
+        let array = &mesh.cell_arrays[at];
+        array.n_components == 1 && array.values.is_integer()
+    })
+}
+
+/// The numbers of one pair of arrays for all cells, and what one number a cell cannot say.
+pub struct Numbers {
+    /// One number a cell; 0 for none.
+    pub of_cells: CellNumbers,
+    /// Further (cell, number) of cells in several groups, ascending.
+    pub further: Vec<(usize, i32)>,
+    /// Names, number by number.
+    pub names: Vec<String>,
+}
+
+/// One number a cell, in the smallest type that holds them all.
+pub enum CellNumbers {
+    /// Up to 255.
+    Narrow(Vec<u8>),
+    /// Any.
+    Wide(Vec<i32>),
+}
+
+impl CellNumbers {
+    /// The number of a cell.
+    pub fn get(&self, cell: usize) -> i32 {
+        match self {
+            CellNumbers::Narrow(numbers) => numbers[cell].into(),
+            CellNumbers::Wide(numbers) => numbers[cell],
+        }
+    }
+}
+
+/// Numbers groups from 1. With `keep_numbers` they keep their own where those are all different
+/// and above 0, and no names are given.
+pub fn number(groups: &[&Group], n_cells: usize, keep_numbers: bool) -> Numbers {
+    let mut own: Vec<i32> = groups
+        .iter()
+        .filter_map(|g| g.number)
+        .filter(|n| *n > 0)
+        .collect();
+    own.sort_unstable();
+    own.dedup();
+    let keep = keep_numbers && own.len() == groups.len();
+    let numbered: Vec<(i32, &Group)> = groups
+        .iter()
+        .zip(1..)
+        .map(|(group, i)| (group.number.filter(|_| keep).unwrap_or(i), *group))
+        .collect();
+    let mut further = Vec::new();
+    let narrow = numbered.iter().all(|(n, _)| u8::try_from(*n).is_ok());
+    let of_cells = match narrow {
+        true => CellNumbers::Narrow(fill(&numbered, n_cells, |n| n as u8, &mut further)),
+        false => CellNumbers::Wide(fill(&numbered, n_cells, |n| n, &mut further)),
+    };
+    further.sort_unstable();
+    Numbers {
+        of_cells,
+        further,
+        names: groups.iter().map(|group| group.name.clone()).collect(),
+    }
+}
+
+fn fill<T: Copy + Default + PartialEq>(
+    groups: &[(i32, &Group)],
+    n_cells: usize,
+    narrowed: impl Fn(i32) -> T,
+    further: &mut Vec<(usize, i32)>,
+) -> Vec<T> {
+    let mut of_cells = vec![T::default(); n_cells];
+    for (number, group) in groups {
+        for cell in group.cells.ranges().flatten() {
+            match &mut of_cells[cell] {
+                free if *free == T::default() => *free = narrowed(*number),
+                _ => further.push((cell, *number)),
+            }
+        }
+    }
+    of_cells
+}

@@ -1,0 +1,195 @@
+//! The cells of all parts of a step.
+
+use super::super::Notes;
+use super::super::hdf5::Group;
+use super::super::vtk::cells::{Built, CellTable, Nodes};
+use super::super::vtk::number::{Chunk, Number};
+use super::super::vtk::polyhedra::SharedFaces;
+use super::extent::{FacePart, Part};
+use super::read::{count, windows};
+use crate::error::{Error, Result};
+use crate::mesh::{CellKind, Values, arrays::with_numbers};
+use std::ops::Range;
+
+/// Reads the cells of all parts, with nodes counted through.
+pub(super) fn read(
+    grid: &Group,
+    parts: &[Part],
+    all: &Range<u64>,
+    notes: &mut Notes,
+) -> Result<Built> {
+    let mut table = CellTable::default();
+    count(all)?;
+    let mut base = 0;
+    for part in parts {
+        let n_points = count(&part.points)?;
+        let nodes = Nodes {
+            base,
+            limit: n_points as u64,
+        };
+        base += u32::try_from(n_points)
+            .ok()
+            .filter(|n| base.checked_add(*n).is_some())
+            .ok_or_else(|| {
+                Error::input("there are more nodes than the 4294967294 that can be held")
+            })?;
+        if part.cells.is_empty() {
+            continue;
+        }
+        let types = types(grid, part)?;
+        append(grid, part, nodes, &types, &mut table)?;
+        if types.contains(&CellKind::Polyhedron.vtk()) {
+            let missing =
+                || Error::input("the file has polyhedra but no faces").dataset("NumberOfFaces");
+            let faces = part.faces.as_ref().ok_or_else(missing)?;
+            append_faces(grid, part, faces, nodes, &types, &mut table)?;
+        }
+    }
+    table.finish(notes)
+}
+
+fn types(grid: &Group, part: &Part) -> Result<Vec<u8>> {
+    let mut types = Vec::new();
+    windows(&grid.need("Types")?, &part.cells, |values| {
+        // No type is larger than 255, and 255 is none.
+        let narrow = |vtk: u64| u8::try_from(vtk).unwrap_or(u8::MAX);
+        with_numbers!(&values, v => types.extend(v.iter().map(|x| narrow(x.as_index()))),
+            _text => return Err(no_integers("Types")));
+        Ok(())
+    })?;
+    Ok(types)
+}
+
+fn append(
+    grid: &Group,
+    part: &Part,
+    nodes: Nodes,
+    types: &[u8],
+    table: &mut CellTable,
+) -> Result<()> {
+    let ends = grid.need("Offsets")?;
+    let mut last = None;
+    let mut first = 0;
+    let mut done = 0;
+    windows(&ends, &part.offsets, |values| {
+        with_numbers!(&values, v => {
+            let (before, ends) = match (last, v.split_first()) {
+                (None, Some((start, ends))) => {
+                    first = start.as_index();
+                    (first, ends)
+                }
+                (before, _) => (before.unwrap_or(0), &v[..]),
+            };
+            last = Some(ends.last().map_or(before, |end| end.as_index()));
+            let chunk = Chunk { bytes: bytemuck::cast_slice(ends), swap: false };
+            append_typed(ends, &types[done..done + ends.len()], chunk, before, table)?;
+            done += ends.len();
+        }, _text => return Err(no_integers("Offsets")));
+        Ok(())
+    })
+    .map_err(|error| error.dataset("Offsets"))?;
+    let n_entries = part.connectivity.end - part.connectivity.start;
+    let end = last.unwrap_or(0).checked_sub(first);
+    if end != Some(n_entries) {
+        let found = last.unwrap_or(0) as i64;
+        return Err(Error::input(format!(
+            "the nodes of the last cell end at {found}, but there are {n_entries} from {first} on"
+        ))
+        .dataset("Offsets"));
+    }
+    indices(
+        grid,
+        "Connectivity",
+        &part.connectivity,
+        nodes,
+        &mut table.connectivity,
+    )
+}
+
+/// Appends cells whose ends have the type of `_ends`.
+fn append_typed<T: Number>(
+    _ends: &[T],
+    types: &[u8],
+    ends: Chunk,
+    before: u64,
+    table: &mut CellTable,
+) -> Result<()> {
+    table.append_ends::<T>(types, ends, before)
+}
+
+/// Appends some indices of a dataset, which must be below the limit, plus the base.
+fn indices(
+    grid: &Group,
+    name: &str,
+    rows: &Range<u64>,
+    nodes: Nodes,
+    out: &mut Vec<u32>,
+) -> Result<()> {
+    let dataset = grid.need(name)?;
+    dataset.check_rows(rows)?;
+    out.reserve_exact((rows.end - rows.start) as usize);
+    let mut done = rows.start;
+    windows(&dataset, rows, |values| {
+        let start = out.len();
+        out.resize(start + values.len(), 0);
+        let found = with_numbers!(&values, v => convert(v, &mut out[start..], nodes),
+            _text => return Err(no_integers(name)));
+        found.map_err(|(at, value)| {
+            let (at, highest) = (done + at as u64, nodes.limit as i64 - 1);
+            Error::input(format!(
+                "entry {at} is {value}; it must be from 0 to {highest}"
+            ))
+            .dataset(name)
+        })?;
+        done += values.len() as u64;
+        Ok(())
+    })
+}
+
+fn convert<T: Number>(
+    values: &[T],
+    out: &mut [u32],
+    nodes: Nodes,
+) -> std::result::Result<(), (usize, String)> {
+    let chunk = Chunk {
+        bytes: bytemuck::cast_slice(values),
+        swap: false,
+    };
+    chunk.indices::<T>(out, nodes.limit, nodes.base)
+}
+
+fn append_faces(
+    grid: &Group,
+    part: &Part,
+    faces: &FacePart,
+    nodes: Nodes,
+    types: &[u8],
+    table: &mut CellTable,
+) -> Result<()> {
+    let list = |name: &str, rows: &Range<u64>, limit: u64| -> Result<Vec<u32>> {
+        let mut list = Vec::new();
+        indices(grid, name, rows, Nodes { base: 0, limit }, &mut list)?;
+        Ok(list)
+    };
+    // Offsets start with that of the first, which is 0.
+    let ends = |name: &str, rows: &Range<u64>| -> Result<Vec<i64>> {
+        let values = grid.need(name)?.rows(rows.clone())?.to_integers();
+        let values = values.ok_or_else(|| no_integers(name))?;
+        match values.split_first() {
+            Some((0, ends)) => Ok(ends.to_vec()),
+            _ => Err(Error::input("the offsets of a part start at 0").dataset(name)),
+        }
+    };
+    let n_faces = (faces.offsets.end - faces.offsets.start) - 1;
+    let shared = SharedFaces {
+        face_nodes: &list("FaceConnectivity", &faces.connectivity, nodes.limit)?,
+        face_ends: &ends("FaceOffsets", &faces.offsets)?,
+        cell_faces: &list("PolyhedronToFaces", &faces.of_cells, n_faces)?,
+        cell_ends: &ends("PolyhedronOffsets", &part.offsets)?,
+    };
+    table.streams.read_shared(&shared, nodes, types)
+}
+
+fn no_integers(name: &str) -> Error {
+    Error::input("it must hold integers").dataset(name)
+}

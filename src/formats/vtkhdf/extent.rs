@@ -1,0 +1,290 @@
+//! Which rows of each dataset belong to a step.
+//!
+//! Parts follow one another in every dataset. A file without steps has all of them; a step has
+//! some, and offsets into the other datasets.
+
+use super::super::hdf5::{Dataset, Group};
+use crate::error::{Error, Result};
+use crate::mesh::Values;
+use std::ops::Range;
+
+/// One part of a mesh, with counts of what it has and where that starts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Part {
+    pub points: Range<u64>,
+    pub cells: Range<u64>,
+    pub connectivity: Range<u64>,
+    /// Rows of `Offsets`, one more than cells.
+    pub offsets: Range<u64>,
+    pub faces: Option<FacePart>,
+}
+
+/// Faces of the polyhedra of a part.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct FacePart {
+    pub connectivity: Range<u64>,
+    /// Rows of `FaceOffsets`, one more than faces.
+    pub offsets: Range<u64>,
+    /// Rows of `PolyhedronToFaces`.
+    pub of_cells: Range<u64>,
+}
+
+/// The rows of a mesh, or of one step of a sequence.
+pub(super) struct Extent {
+    pub parts: Vec<Part>,
+    /// Number of the step and of all steps, where there are steps.
+    step: Option<(usize, usize)>,
+    steps: Option<Group>,
+}
+
+/// Times of the steps; none where the file holds one mesh.
+pub(super) fn times(grid: &Group) -> Result<Vec<f64>> {
+    let Some(steps) = grid.group("Steps")? else {
+        return Ok(Vec::new());
+    };
+    let values = steps.need("Values")?.values()?;
+    reals(&values).ok_or_else(|| Error::input("times must be numbers").dataset("Steps/Values"))
+}
+
+impl Extent {
+    /// That of a step, the last where none is asked for; of the mesh where there are no steps.
+    pub fn new(grid: &Group, wanted: Option<usize>) -> Result<Self> {
+        let steps = grid.group("Steps")?;
+        let n_steps = times(grid)?.len();
+        let step = match (&steps, wanted) {
+            (Some(_), None) if n_steps > 0 => Some((n_steps - 1, n_steps)),
+            (Some(_), None) => {
+                return Err(Error::input("the file has no step yet").dataset("Steps"));
+            }
+            (Some(_), Some(step)) if step < n_steps => Some((step, n_steps)),
+            (None, None | Some(0)) => None,
+            (_, Some(step)) => {
+                let n = n_steps.max(1);
+                return Err(Error::input(format!(
+                    "step {step} of {n}; steps count from 0"
+                )));
+            }
+        };
+        let mut extent = Self {
+            parts: Vec::new(),
+            step,
+            steps,
+        };
+        extent.parts = extent.read_parts(grid)?;
+        Ok(extent)
+    }
+
+    fn read_parts(&self, grid: &Group) -> Result<Vec<Part>> {
+        let n_points = counts(grid, "NumberOfPoints")?;
+        let n_cells = counts(grid, "NumberOfCells")?;
+        let n_entries = counts(grid, "NumberOfConnectivityIds")?;
+        let lengths = [n_points.len(), n_cells.len(), n_entries.len()];
+        let parts = self.part_range(*lengths.iter().min().unwrap_or(&0))?;
+        let mut faces = FaceCounts::read(grid, parts.end)?;
+        let mut points = self.start("PointOffsets", sum(&n_points[..parts.start])?)?;
+        let mut cells = self.start("CellOffsets", sum(&n_cells[..parts.start])?)?;
+        let mut entries = self.start("ConnectivityIdOffsets", sum(&n_entries[..parts.start])?)?;
+        if let Some(faces) = &mut faces {
+            faces.start_at(self, parts.start)?;
+        }
+        parts
+            .map(|part| {
+                Ok(Part {
+                    points: take(&mut points, n_points[part])?,
+                    offsets: offset_rows(cells, part, n_cells[part])?,
+                    cells: take(&mut cells, n_cells[part])?,
+                    connectivity: take(&mut entries, n_entries[part])?,
+                    faces: faces.as_mut().map(|faces| faces.take(part)).transpose()?,
+                })
+            })
+            .collect()
+    }
+
+    /// The parts of the step, of so many in the file.
+    fn part_range(&self, n_parts: usize) -> Result<Range<usize>> {
+        let (Some((step, _)), Some(steps)) = (self.step, &self.steps) else {
+            return Ok(0..n_parts);
+        };
+        let starts = integers(steps, "PartOffsets")?.unwrap_or_default();
+        let start = starts.get(step).copied().unwrap_or(0);
+        let n = match integers(steps, "NumberOfParts")? {
+            Some(numbers) => numbers.get(step).copied().unwrap_or(1),
+            // Without numbers, a step has the parts up to the next one's.
+            None => {
+                let later = starts.iter().copied().filter(|other| *other > start).min();
+                later.unwrap_or(n_parts as u64).saturating_sub(start)
+            }
+        };
+        let end = start.checked_add(n).filter(|end| *end <= n_parts as u64);
+        let end = end.ok_or_else(|| {
+            Error::input(format!(
+                "step {step} has {n} parts from {start} on, of {n_parts}"
+            ))
+            .dataset("Steps")
+        })?;
+        Ok(start as usize..end as usize)
+    }
+
+    /// Where a step starts in some datasets; `otherwise` where the file does not say.
+    fn start(&self, name: &str, otherwise: u64) -> Result<u64> {
+        let (Some((step, n_steps)), Some(steps)) = (self.step, &self.steps) else {
+            return Ok(otherwise);
+        };
+        Ok(match integers(steps, name)? {
+            // Of several topologies the first.
+            Some(starts) => match starts.get(step * (starts.len() / n_steps.max(1))) {
+                Some(start) => *start,
+                None => return Err(Error::input("it has less values than steps").dataset(name)),
+            },
+            None => otherwise,
+        })
+    }
+
+    /// The rows of an array in `PointData` or `CellData`, `rows` being those of the grid itself.
+    pub fn array_rows(&self, offsets: &str, name: &str, rows: Range<u64>) -> Result<Range<u64>> {
+        let n = rows.end - rows.start;
+        let mut start = match self.group(offsets)? {
+            Some(_) if self.step.is_none() => rows.start,
+            Some(group) => match (integers(&group, name)?, self.step) {
+                (Some(starts), Some((step, _))) => starts.get(step).copied().unwrap_or(rows.start),
+                _ => rows.start,
+            },
+            None => rows.start,
+        };
+        take(&mut start, n)
+    }
+
+    /// The rows of an array in `FieldData`.
+    pub fn field_rows(&self, array: &Dataset) -> Result<Range<u64>> {
+        let Some((step, _)) = self.step else {
+            return Ok(0..array.n_rows());
+        };
+        let of_step = |group: &str, per_step: usize, at: usize| -> Result<Option<u64>> {
+            let Some(group) = self.group(group)? else {
+                return Ok(None);
+            };
+            let values = integers(&group, array.name())?;
+            Ok(values.and_then(|values| values.get(step * per_step + at).copied()))
+        };
+        match (
+            of_step("FieldDataOffsets", 1, 0)?,
+            of_step("FieldDataSizes", 2, 1)?,
+        ) {
+            (Some(mut start), Some(n)) => take(&mut start, n),
+            // One tuple a step.
+            (Some(mut start), None) => take(&mut start, 1),
+            (None, _) => Ok(0..array.n_rows()),
+        }
+    }
+
+    fn group(&self, name: &str) -> Result<Option<Group>> {
+        self.steps
+            .as_ref()
+            .map_or(Ok(None), |steps| steps.group(name))
+    }
+}
+
+/// How many faces and indices of faces each part has, and where the next one starts.
+struct FaceCounts {
+    n_entries: Vec<u64>,
+    n_faces: Vec<u64>,
+    n_of_cells: Vec<u64>,
+    entries: u64,
+    faces: u64,
+    of_cells: u64,
+}
+
+impl FaceCounts {
+    /// `None` for a file without polyhedra.
+    fn read(grid: &Group, n_parts: usize) -> Result<Option<Self>> {
+        if grid.dataset("NumberOfFaces")?.is_none() {
+            return Ok(None);
+        }
+        let list = |name: &str| {
+            let found = counts(grid, name)?;
+            match found.len() < n_parts {
+                true => Err(
+                    Error::input(format!("{} values for {n_parts} parts", found.len()))
+                        .dataset(name),
+                ),
+                false => Ok(found),
+            }
+        };
+        Ok(Some(Self {
+            n_entries: list("NumberOfFaceConnectivityIds")?,
+            n_faces: list("NumberOfFaces")?,
+            n_of_cells: list("NumberOfPolyhedronToFaceIds")?,
+            entries: 0,
+            faces: 0,
+            of_cells: 0,
+        }))
+    }
+
+    fn start_at(&mut self, extent: &Extent, part: usize) -> Result<()> {
+        let before = sum(&self.n_entries[..part])?;
+        self.entries = extent.start("FaceConnectivityOffsets", before)?;
+        self.faces = extent.start("FaceOffsetsOffsets", sum(&self.n_faces[..part])?)?;
+        let before = sum(&self.n_of_cells[..part])?;
+        self.of_cells = extent.start("PolyhedronToFaceIdOffsets", before)?;
+        Ok(())
+    }
+
+    fn take(&mut self, part: usize) -> Result<FacePart> {
+        Ok(FacePart {
+            connectivity: take(&mut self.entries, self.n_entries[part])?,
+            offsets: {
+                let rows = offset_rows(self.faces, part, self.n_faces[part])?;
+                take(&mut self.faces, self.n_faces[part])?;
+                rows
+            },
+            of_cells: take(&mut self.of_cells, self.n_of_cells[part])?,
+        })
+    }
+}
+
+/// Rows of offsets, of which every part has one more than it has cells or faces.
+fn offset_rows(start: u64, part: usize, n: u64) -> Result<Range<u64>> {
+    let mut start = start.checked_add(part as u64).ok_or_else(too_large)?;
+    take(&mut start, n.checked_add(1).ok_or_else(too_large)?)
+}
+
+/// The next `n` rows.
+fn take(start: &mut u64, n: u64) -> Result<Range<u64>> {
+    let end = start.checked_add(n).ok_or_else(too_large)?;
+    Ok(std::mem::replace(start, end)..end)
+}
+
+fn sum(counts: &[u64]) -> Result<u64> {
+    let sum = counts.iter().try_fold(0_u64, |sum, n| sum.checked_add(*n));
+    sum.ok_or_else(too_large)
+}
+
+fn too_large() -> Error {
+    Error::input("the counts of its parts are too large")
+}
+
+/// Counts that must be there.
+fn counts(group: &Group, name: &str) -> Result<Vec<u64>> {
+    let found = integers(group, name)?;
+    found.ok_or_else(|| Error::input("the dataset is missing").dataset(name))
+}
+
+/// Integers of 0 and more; `None` where the dataset is not there.
+fn integers(group: &Group, name: &str) -> Result<Option<Vec<u64>>> {
+    let Some(dataset) = group.dataset(name)? else {
+        return Ok(None);
+    };
+    let numbers = dataset.values()?.to_integers();
+    let counts = numbers.and_then(|n| n.into_iter().map(|n| u64::try_from(n).ok()).collect());
+    let wrong = || Error::input("it must hold integers from 0 on").dataset(name);
+    counts.map(Some).ok_or_else(wrong)
+}
+
+/// Values as real numbers; `None` for text.
+fn reals(values: &Values) -> Option<Vec<f64>> {
+    match values {
+        Values::F64(values) => Some(values.clone()),
+        Values::F32(values) => Some(values.iter().map(|x| f64::from(*x)).collect()),
+        other => Some(other.to_integers()?.into_iter().map(|x| x as f64).collect()),
+    }
+}

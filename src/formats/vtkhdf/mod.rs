@@ -1,0 +1,111 @@
+//! VTKHDF (.vtkhdf): VTK's unstructured grids in HDF5, one mesh or a sequence of them.
+//!
+//! Tags, zones, cells and what is written of a mesh are as in every file of VTK (`vtk`); bytes and
+//! groups are HDF5's (`hdf5`). Format: VTKHDF 2.0, with polyhedra 2.5.
+//!
+//! ```text
+//! extent    which rows of each dataset belong to a step
+//! read      those rows -> mesh; cells: its cells
+//! blocks    mesh -> datasets; faces: those of polyhedra
+//! write     datasets -> a file of one mesh
+//! sequence  datasets -> a file that grows, with what does not change written once
+//! ```
+
+mod blocks;
+mod cells;
+mod extent;
+mod faces;
+mod read;
+mod sequence;
+mod write;
+
+use super::hdf5::{self, File, Group};
+use super::{CreateSequence, Format, Notes, ReadOptions, Source, WriteOptions};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use std::io::Write;
+
+/// Name of the group that holds everything.
+const ROOT: &str = "VTKHDF";
+
+/// VTK's unstructured grids in HDF5 (.vtkhdf).
+pub struct VtkHdf;
+
+impl Format for VtkHdf {
+    fn name(&self) -> &'static str {
+        "vtkhdf"
+    }
+
+    fn title(&self) -> &'static str {
+        "VTKHDF unstructured grid (.vtkhdf)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["vtkhdf"]
+    }
+
+    /// The start does not tell what an HDF5 file is for.
+    fn recognizes(&self, _head: &[u8]) -> bool {
+        false
+    }
+
+    fn recognizes_file(&self, source: &Source) -> bool {
+        hdf5::is_hdf5(source.bytes()) && matches!(grid(source), Ok(Some(_)))
+    }
+
+    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(&unstructured(source)?, options, notes)
+    }
+
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
+    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+        extent::times(&unstructured(source)?)
+    }
+
+    fn write(
+        &self,
+        mesh: &Mesh,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Vec<String>> {
+        write::write(mesh, out, options)
+    }
+
+    fn sequence(&self) -> Option<CreateSequence> {
+        Some(|path, options| Ok(Box::new(sequence::Sequence::create(path, options)?)))
+    }
+}
+
+/// The group that makes an HDF5 file one of VTK's.
+fn grid(source: &Source) -> Result<Option<Group>> {
+    File::open(source)?.root()?.group(ROOT)
+}
+
+/// The same group, of an unstructured grid.
+fn unstructured(source: &Source) -> Result<Group> {
+    let group = grid(source)?;
+    let group = group.ok_or_else(|| {
+        Error::input(format!(
+            "this HDF5 file has no group {ROOT}, so it is none of VTK's"
+        ))
+    })?;
+    let version = group.attribute("Version")?.and_then(|v| v.to_integers());
+    let newest = version.and_then(|version| version.first().copied());
+    if let Some(newest) = newest.filter(|newest| *newest > 2) {
+        let message = format!("it is VTKHDF of version {newest}; 1 and 2 are read");
+        return Err(Error::input(message));
+    }
+    match group.text("Type")? {
+        Some(found) if found == "UnstructuredGrid" => Ok(group),
+        Some(found) => Err(Error::input(format!(
+            "it holds VTK data of type {found}; only UnstructuredGrid is read"
+        ))),
+        None => Err(Error::input("the group has no attribute Type").dataset(ROOT)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

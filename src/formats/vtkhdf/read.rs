@@ -1,0 +1,138 @@
+//! The rows of a step as a mesh: nodes, arrays, and tags from them.
+
+use super::super::hdf5::{Dataset, Group};
+use super::super::vtk::{cells::repeat_tuples, tags};
+use super::super::{Notes, ReadOptions};
+use super::cells;
+use super::extent::{Extent, Part};
+use crate::error::{Error, Result};
+use crate::mesh::{DataArray, Mesh, Values};
+use std::ops::Range;
+
+/// Rows that are in memory twice while they are converted.
+pub(super) const WINDOW: u64 = 1 << 21;
+
+/// Reads a mesh or a step of a sequence. Parts keep nodes of their own.
+pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    let extent = Extent::new(grid, options.step)?;
+    let rows = |of: fn(&Part) -> &Range<u64>| match (extent.parts.first(), extent.parts.last()) {
+        (Some(first), Some(last)) => of(first).start..of(last).end,
+        _ => 0..0,
+    };
+    let (point_rows, cell_rows) = (rows(|part| &part.points), rows(|part| &part.cells));
+    let points = points(grid, &point_rows)?;
+    let built = cells::read(grid, &extent.parts, &cell_rows, notes)?;
+    let mut mesh = Mesh {
+        points,
+        cells: built.cells,
+        ..Mesh::default()
+    };
+    mesh.point_arrays = arrays(grid, &extent, "Point", &point_rows)?;
+    mesh.cell_arrays = arrays(grid, &extent, "Cell", &cell_rows)?;
+    mesh.field_arrays = fields(grid, &extent)?;
+    if let Some(origin) = &built.origin {
+        repeat_tuples(&mut mesh.cell_arrays, origin);
+    }
+    note_others(grid, notes)?;
+    tags::extract(&mut mesh, options.tag_array.as_deref())?;
+    Ok(mesh)
+}
+
+/// A number of nodes or cells, which must fit in an index of 32 bits.
+pub(super) fn count(rows: &Range<u64>) -> Result<usize> {
+    match rows.end - rows.start {
+        n if n < u64::from(u32::MAX) => Ok(n as usize),
+        n => Err(Error::input(format!(
+            "{n} is more than the 4294967294 that can be held"
+        ))),
+    }
+}
+
+/// Hands some rows of a dataset to `take`, part by part.
+pub(super) fn windows(
+    dataset: &Dataset,
+    rows: &Range<u64>,
+    mut take: impl FnMut(Values) -> Result<()>,
+) -> Result<()> {
+    dataset.check_rows(rows)?;
+    let mut start = rows.start;
+    while start < rows.end {
+        let end = rows.end.min(start + WINDOW);
+        take(dataset.rows(start..end)?)?;
+        start = end;
+    }
+    Ok(())
+}
+
+fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
+    if rows.is_empty() {
+        return Ok(Vec::new());
+    }
+    let dataset = grid.need("Points")?;
+    let n = count(rows)?;
+    let wrong = |found: &str| {
+        let message = format!("it holds {found}; points are real numbers, 3 each");
+        Error::input(message).dataset("Points")
+    };
+    if dataset.shape().len() != 2 || dataset.row()? != 3 {
+        return Err(wrong(&format!("{:?} values", dataset.shape())));
+    }
+    dataset.check_rows(rows)?;
+    let mut points: Vec<[f64; 3]> = Vec::with_capacity(n);
+    windows(&dataset, rows, |values| {
+        match values {
+            Values::F64(values) => points.extend_from_slice(values.as_chunks().0),
+            Values::F32(values) => {
+                let some = values.as_chunks::<3>().0.iter();
+                points.extend(some.map(|point| point.map(f64::from)));
+            }
+            _ => return Err(wrong("other values")),
+        }
+        Ok(())
+    })?;
+    Ok(points)
+}
+
+/// The arrays in `PointData` or `CellData`, those of the rows of the grid.
+fn arrays(grid: &Group, extent: &Extent, of: &str, rows: &Range<u64>) -> Result<Vec<DataArray>> {
+    let Some(group) = grid.group(&format!("{of}Data"))? else {
+        return Ok(Vec::new());
+    };
+    let offsets = format!("{of}DataOffsets");
+    let datasets = group.datasets()?;
+    let read = |dataset: &Dataset| {
+        let rows = extent.array_rows(&offsets, dataset.name(), rows.clone())?;
+        array(dataset, rows)
+    };
+    datasets.iter().map(read).collect()
+}
+
+fn fields(grid: &Group, extent: &Extent) -> Result<Vec<DataArray>> {
+    let Some(group) = grid.group("FieldData")? else {
+        return Ok(Vec::new());
+    };
+    let datasets = group.datasets()?;
+    let read = |dataset: &Dataset| array(dataset, extent.field_rows(dataset)?);
+    datasets.iter().map(read).collect()
+}
+
+fn array(dataset: &Dataset, rows: Range<u64>) -> Result<DataArray> {
+    dataset.check_rows(&rows)?;
+    let n_components = dataset.row()?;
+    if n_components == 0 {
+        return Err(Error::input("its tuples have no values").dataset(dataset.name()));
+    }
+    let values = dataset.rows(rows)?;
+    Ok(DataArray::tuples(dataset.name(), n_components, values))
+}
+
+/// What lies in the group beyond a grid and its arrays.
+fn note_others(grid: &Group, notes: &mut Notes) -> Result<()> {
+    const KNOWN: [&str; 4] = ["PointData", "CellData", "FieldData", "Steps"];
+    for name in grid.names()?.0 {
+        if !KNOWN.contains(&name.as_str()) {
+            notes.push(format!("the group \"{name}\" is not kept"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,72 @@
+//! A file of one mesh.
+
+use super::super::WriteOptions;
+use super::super::hdf5::{Id, Tree};
+use super::super::vtk::plan::{Plan, check_precision};
+use super::ROOT;
+use super::blocks::Blocks;
+use crate::error::Result;
+use crate::mesh::Mesh;
+use std::collections::BTreeMap;
+use std::io::Write;
+
+/// Writes the mesh; returns a sentence for each thing that is not in the file.
+pub(super) fn write(
+    mesh: &Mesh,
+    out: &mut dyn Write,
+    options: &WriteOptions,
+) -> Result<Vec<String>> {
+    check_precision(mesh, options)?;
+    let plan = Plan::new(mesh, options);
+    let blocks = Blocks::new(mesh, &plan);
+    let notes = blocks.notes;
+    let mut grid = Grid::new(mesh.cells.has_polyhedra());
+    for (name, n) in blocks.counts {
+        grid.tree.numbers(grid.root, name, &[n as i64]);
+    }
+    for block in std::iter::once(blocks.points)
+        .chain(blocks.cells)
+        .chain(blocks.arrays)
+    {
+        let (shape, parent) = (block.shape(), grid.group(block.group));
+        grid.tree
+            .dataset(parent, &block.name, block.element, &shape, block.data);
+    }
+    grid.tree.write(out)?;
+    Ok(notes)
+}
+
+/// The group of an unstructured grid in a file to be.
+pub(super) struct Grid<'a> {
+    pub tree: Tree<'a>,
+    pub root: Id,
+    groups: BTreeMap<&'static str, Id>,
+}
+
+impl Grid<'_> {
+    pub fn new(has_polyhedra: bool) -> Self {
+        let mut tree = Tree::new();
+        let root = tree.group(Tree::ROOT, ROOT);
+        let version = if has_polyhedra { [2_i64, 5] } else { [2, 0] };
+        tree.number_attribute(root, "Version", &version, false);
+        tree.text_attribute(root, "Type", "UnstructuredGrid");
+        Self {
+            tree,
+            root,
+            groups: BTreeMap::new(),
+        }
+    }
+
+    /// The group of this name in that of the grid, which is made when it is first asked for; the
+    /// grid's own for no name.
+    pub fn group(&mut self, name: &'static str) -> Id {
+        if name.is_empty() {
+            return self.root;
+        }
+        let (tree, root) = (&mut self.tree, self.root);
+        *self
+            .groups
+            .entry(name)
+            .or_insert_with(|| tree.group(root, name))
+    }
+}

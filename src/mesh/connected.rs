@@ -1,0 +1,200 @@
+//! Boundary tags for a mesh that has none: its outer faces, one tag for each connected part.
+
+use super::faces::Faces;
+use super::sides::side;
+use super::{CellSet, Group, Mesh, Values};
+use crate::error::{Error, Result};
+use std::collections::BTreeMap;
+
+/// An outer face without a tag: a boundary cell that is there, or one to be made.
+struct Untagged {
+    first_node: u32,
+    cell: usize,
+}
+
+impl Mesh {
+    /// Makes boundary cells of the outer faces that have none, and puts all outer faces without a
+    /// tag into new tags `boundary_1`, `boundary_2`, ...: faces that share a node into the same. The
+    /// largest part comes first. Returns how many cells and tags are new.
+    ///
+    /// In cell arrays, new cells hold NaN, 0 or no text.
+    pub fn tag_connected_boundary(&mut self) -> Result<(usize, usize)> {
+        let Some(dimension) = self.dimension().checked_sub(1) else {
+            return Ok((0, 0));
+        };
+        let faces = Faces::of(self);
+        let n_before = self.cells.len();
+        let mut parts = Parts::new(self.points.len());
+        let mut untagged = Vec::new();
+        let tagged = self.in_a_boundary_tag();
+        for outer in &faces.outer {
+            let cell = match outer.boundary.map(|cell| cell as usize) {
+                Some(cell) if tagged[cell] => continue,
+                Some(cell) => cell,
+                None => self.add_side(outer.cell as usize, outer.face as usize)?,
+            };
+            let nodes = self.cells.get(cell).nodes;
+            parts.join(nodes);
+            let first_node = nodes[0];
+            untagged.push(Untagged { first_node, cell });
+        }
+        let n_cells = self.cells.len() - n_before;
+        self.extend_cell_arrays();
+        let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for face in &untagged {
+            let part = parts.of(face.first_node);
+            members.entry(part).or_default().push(face.cell);
+        }
+        let mut sets: Vec<CellSet> = members
+            .into_values()
+            .map(|cells| cells.into_iter().collect())
+            .collect();
+        sets.sort_by_key(|set| (usize::MAX - set.len(), set.iter().next()));
+        let n_tags = sets.len();
+        self.add_boundary_tags(dimension, sets);
+        Ok((n_cells, n_tags))
+    }
+
+    /// For each cell, whether a boundary tag holds it.
+    pub fn in_a_boundary_tag(&self) -> Vec<bool> {
+        let mut tagged = vec![false; self.cells.len()];
+        for range in self.boundary_tags().flat_map(|tag| tag.cells.ranges()) {
+            tagged[range].fill(true);
+        }
+        tagged
+    }
+
+    fn add_side(&mut self, cell: usize, face: usize) -> Result<usize> {
+        let cell = self.cells.get(cell);
+        let Some((kind, nodes)) = side(&self.cells, &cell, face) else {
+            return Err(Error::input(format!(
+                "cell {} is a {} with {} nodes, of whose faces not all nodes are known; linear cells \
+                 have boundary faces (--linearize)",
+                cell.index,
+                cell.kind.name(),
+                cell.nodes.len()
+            )));
+        };
+        self.cells.push(kind, &nodes);
+        Ok(self.cells.len() - 1)
+    }
+
+    fn extend_cell_arrays(&mut self) {
+        for array in &mut self.cell_arrays {
+            array.values.fill_to(self.cells.len() * array.n_components);
+        }
+    }
+
+    fn add_boundary_tags(&mut self, dimension: u8, sets: Vec<CellSet>) {
+        let mut numbers = 1..;
+        for cells in sets {
+            let is_free = |name: &String| self.groups.iter().all(|group| group.name != *name);
+            let mut names = numbers.by_ref().map(|i| format!("boundary_{i}"));
+            let name = names.find(is_free).expect("numbers do not end");
+            self.groups.push(Group {
+                dimension,
+                name,
+                number: None,
+                condition: None,
+                cells,
+            });
+        }
+    }
+}
+
+impl Values {
+    /// Lengthens the array to `n` values: NaN, 0 or no text.
+    fn fill_to(&mut self, n: usize) {
+        match self {
+            Values::I8(v) => v.resize(n, 0),
+            Values::U8(v) => v.resize(n, 0),
+            Values::I16(v) => v.resize(n, 0),
+            Values::U16(v) => v.resize(n, 0),
+            Values::I32(v) => v.resize(n, 0),
+            Values::U32(v) => v.resize(n, 0),
+            Values::I64(v) => v.resize(n, 0),
+            Values::U64(v) => v.resize(n, 0),
+            Values::F32(v) => v.resize(n, f32::NAN),
+            Values::F64(v) => v.resize(n, f64::NAN),
+            Values::Text(v) => v.resize(n, String::new()),
+        }
+    }
+}
+
+/// Nodes in connected parts; a part goes by its smallest node.
+struct Parts {
+    above: Vec<u32>,
+}
+
+impl Parts {
+    fn new(n: usize) -> Self {
+        Self {
+            above: (0..n as u32).collect(),
+        }
+    }
+
+    fn of(&mut self, mut node: u32) -> u32 {
+        while self.above[node as usize] != node {
+            let next = self.above[self.above[node as usize] as usize];
+            self.above[node as usize] = next;
+            node = next;
+        }
+        node
+    }
+
+    fn join(&mut self, nodes: &[u32]) {
+        for pair in nodes.windows(2) {
+            let (a, b) = (self.of(pair[0]), self.of(pair[1]));
+            self.above[a.max(b) as usize] = a.min(b);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{CellKind, DataArray};
+    use super::*;
+
+    /// Two squares of two triangles each, apart; the first has one edge tagged, one edge untagged.
+    fn two_squares() -> Mesh {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 8],
+            ..Mesh::default()
+        };
+        for first in [0, 4] {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| first + i);
+            mesh.cells.push(CellKind::Triangle, &[a, b, c]);
+            mesh.cells.push(CellKind::Triangle, &[a, c, d]);
+        }
+        mesh.cells.push(CellKind::Line, &[0, 1]);
+        mesh.cells.push(CellKind::Line, &[2, 1]);
+        mesh.groups.push(Group {
+            dimension: 1,
+            name: "boundary_1".into(),
+            number: None,
+            condition: None,
+            cells: [4].into_iter().collect(),
+        });
+        let id = Values::I32(vec![1, 2, 3, 4, 5, 6]);
+        mesh.cell_arrays.push(DataArray::scalar("id", id));
+        mesh
+    }
+
+    #[test]
+    fn every_outer_face_gets_a_tag_and_tagged_ones_keep_theirs() {
+        let mut mesh = two_squares();
+        assert_eq!(mesh.tag_connected_boundary().expect("plain cells"), (6, 2));
+        mesh.validate().expect("it stays a good mesh");
+        let tags: Vec<_> = mesh
+            .boundary_tags()
+            .map(|tag| (tag.name.as_str(), tag.cells.len()))
+            .collect();
+        assert_eq!(
+            tags,
+            [("boundary_1", 1), ("boundary_2", 4), ("boundary_3", 3)]
+        );
+        assert!(mesh.groups[2].cells.contains(5));
+        assert_eq!(Faces::of(&mesh).bare().count(), 0);
+        assert_eq!(mesh.tag_connected_boundary().expect("again"), (0, 0));
+    }
+}

@@ -1,0 +1,75 @@
+//! The meshes of a run: a file for each step, or one file for all.
+
+use super::output::Names;
+use crate::error::Result;
+use crate::formats::{Format, SequenceFile, WriteOptions, write_companions, write_whole};
+use crate::mesh::Mesh;
+use crate::motion::Step;
+use std::io::Write;
+
+/// Where the meshes go.
+pub(super) struct Meshes<'a> {
+    names: &'a Names,
+    format: &'static dyn Format,
+    options: WriteOptions,
+    /// The file that takes all of them, where the format has that.
+    sequence: Option<Box<dyn SequenceFile>>,
+}
+
+impl<'a> Meshes<'a> {
+    /// Nothing is under its name before the first mesh is written.
+    pub fn new(
+        names: &'a Names,
+        format: &'static dyn Format,
+        options: WriteOptions,
+    ) -> Result<Self> {
+        let first = names.mesh(names.steps().start);
+        let sequence = format
+            .sequence()
+            .map(|create| create(&names.path(&first), &options))
+            .transpose()?;
+        Ok(Self {
+            names,
+            format,
+            options,
+            sequence,
+        })
+    }
+
+    /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
+    /// steps.
+    pub fn write(&mut self, mesh: &Mesh, step: &Step) -> Result<blake3::Hash> {
+        let path = self.names.path(&self.names.mesh(step.index));
+        if let Some(sequence) = &mut self.sequence {
+            let appended = sequence.append(step.time(), mesh);
+            return appended.map_err(|error| error.file(&path));
+        }
+        let hash = write_whole(&path, |out| {
+            let mut hashing = Hashing {
+                out,
+                hasher: blake3::Hasher::new(),
+            };
+            self.format.write(mesh, &mut hashing, &self.options)?;
+            Ok(hashing.hasher.finalize())
+        })?;
+        write_companions(mesh, &path, self.format)?;
+        Ok(hash)
+    }
+}
+
+struct Hashing<'a> {
+    out: &'a mut dyn Write,
+    hasher: blake3::Hasher,
+}
+
+impl Write for Hashing<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let n = self.out.write(bytes)?;
+        self.hasher.update(&bytes[..n]);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
