@@ -17,6 +17,7 @@ import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk
 
+import hart_ii
 from gmsh_models import airfoil_hybrid, curved_plate, curved_solids, mixed_cells, shared_faces, sphere_in_box
 from gmsh_moving import body_in_duct, rotor_sector, wing_on_plane
 
@@ -267,6 +268,11 @@ def own_files():
         target.unlink(missing_ok=True)
         azimesh("convert", FOLDER / source, target)
         note(target, f"{source} as SU2", f"{version}: convert {source} {name}")
+    hart_ii.write(FOLDER)
+    generator = f"scripts/hart_ii.py, {version}: sample blade"
+    note(FOLDER / "hart_ii.vtu", "a blade of HART II's size, for the table beside it", generator)
+    note(FOLDER / "hart_ii.toml", "its schedule", generator)
+    note(FOLDER / "hart_ii_beam.csv", "elastic flap and twist of a blade like that of HART II, every 15 degrees", generator)
 
 
 BY_HAND = {

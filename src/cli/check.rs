@@ -2,8 +2,8 @@
 
 use super::{Context, Outcome};
 use crate::error::Result;
-use crate::motion::{Frame, Role, Schedule, TagRole};
-use crate::sequence::{Plan, estimate_bytes};
+use crate::motion::{Frame, Role, Schedule, Step, TagRole};
+use crate::sequence::{BodyAtStep, Plan, bodies_at, conflicts, estimate_bytes};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -23,8 +23,13 @@ pub struct CheckArgs {
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)?;
+    let mut warnings = plan.warnings();
+    warnings.extend(conflicts(&plan, &listed(&plan)));
+    for warning in &warnings {
+        context.warn(warning);
+    }
     match context.common.json {
-        true => context.print_json(as_json(&plan))?,
+        true => context.print_json(as_json(&plan, &warnings))?,
         false => context.print(&as_text(&plan))?,
     }
     Ok(Outcome::Fine)
@@ -42,11 +47,17 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
     }
 }
 
-/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode fields.
+/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode
+/// fields, and those of velocities.
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + 8 * plan.n_modes() * deforming
+    let velocity = plan
+        .velocity
+        .as_ref()
+        .map_or(0, |layer| 24 * nodes + 8 * layer.modes.n_modes * deforming);
+    let fields = 8 * plan.n_modes() * deforming + velocity;
+    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + fields
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -87,7 +98,7 @@ fn conventions(plan: &Plan) -> Vec<String> {
     ]
 }
 
-fn as_json(plan: &Plan) -> Value {
+fn as_json(plan: &Plan, warnings: &[String]) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     json!({
@@ -106,11 +117,13 @@ fn as_json(plan: &Plan) -> Value {
         "conventions": conventions(plan),
         "seconds": seconds(plan),
         "output_bytes": estimate_bytes(plan),
+        "warnings": warnings,
         "steps": steps.map(|step| json!({
             "step": step.index,
             "azimuth_deg": step.azimuth_deg,
             "time_s": step.time_s,
             "max_displacement": plan.largest_displacement(step.index),
+            "bodies": bodies_at(plan, &[step]).iter().map(|body| body_as_json(plan, body)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
     })
 }
@@ -164,14 +177,91 @@ fn as_text(plan: &Plan) -> String {
     for convention in conventions(plan) {
         line("convention", convention);
     }
-    line("azimuth_deg", "largest displacement".into());
-    for step in plan.motion.steps.iter().step_by(n_steps.div_ceil(LISTED)) {
+    let steps = listed(plan);
+    line(place_name(plan), "largest displacement".into());
+    for step in &steps {
         line(
-            &format!("{:>11}", step.azimuth_deg),
+            &format!("{:>11}", place_of(plan, step)),
             format!("{:.6}", plan.largest_displacement(step.index)),
         );
     }
+    text + &bodies_as_text(plan, &steps)
+}
+
+/// The steps that are listed and looked at: all, or of many some evenly spaced.
+fn listed(plan: &Plan) -> Vec<&Step> {
+    let steps = &plan.motion.steps;
+    steps.iter().step_by(steps.len().div_ceil(LISTED)).collect()
+}
+
+fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {
+    let degrees = at.angles.map(|angles| angles.map(f64::to_degrees));
+    let angle = |i: usize| degrees.map(|degrees| degrees[i]);
+    json!({
+        "name": plan.motion.bodies[at.body].name,
+        "pitch_deg": angle(0),
+        "flap_deg": angle(1),
+        "lag_deg": angle(2),
+        "tip_displacement": at.tip,
+        "max_displacement": at.largest,
+    })
+}
+
+/// A table of each body: its angles, its tip and its largest displacement.
+fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
+    let mut text = String::new();
+    let found = bodies_at(plan, steps);
+    for (index, body) in plan.motion.bodies.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "body {}\n{:>11} {:>9} {:>9} {:>9} {:>11} {:>11} {:>11} {:>11}",
+            body.name,
+            place_name(plan),
+            "pitch_deg",
+            "flap_deg",
+            "lag_deg",
+            "tip_dx",
+            "tip_dy",
+            "tip_dz",
+            "largest"
+        );
+        for at in found.iter().filter(|at| at.body == index) {
+            let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
+            let angles = cells(angles.as_ref().map(<[f64; 3]>::as_slice), 9, 3);
+            let tip = cells(at.tip.as_ref().map(<[f64; 3]>::as_slice), 11, 6);
+            let place = place_of(plan, &plan.motion.steps[at.step]);
+            let _ = writeln!(text, "{place:>11} {angles} {tip} {:>11.6}", at.largest);
+        }
+    }
     text
+}
+
+/// What steps are listed by: their azimuth, or their time where that gives none.
+fn place_name(plan: &Plan) -> &'static str {
+    match (plan.motion.azimuth_rate, plan.motion.steps[0].time_s) {
+        (None, Some(_)) => "time_s",
+        _ => "azimuth_deg",
+    }
+}
+
+fn place_of(plan: &Plan, step: &Step) -> f64 {
+    match step.time_s {
+        Some(time) if plan.motion.azimuth_rate.is_none() => time,
+        _ => step.azimuth_deg,
+    }
+}
+
+/// Three numbers, or three dashes.
+fn cells(numbers: Option<&[f64]>, width: usize, digits: usize) -> String {
+    let shown: Vec<String> = match numbers {
+        Some(numbers) => numbers
+            .iter()
+            .map(|number| format!("{number:>width$.digits$}"))
+            .collect(),
+        None => vec![format!("{:>width$}", "-"); 3],
+    };
+    shown.join(" ")
 }
 
 fn gigabytes(bytes: u64) -> String {

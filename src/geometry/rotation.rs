@@ -1,7 +1,7 @@
 //! Rotations as vectors: axis times angle in radians, of any number of turns.
 
 use super::transform::Matrix;
-use super::vector::{Vector, add, cross, dot, norm, scale, unit};
+use super::vector::{Vector, add, cross, dot, norm, scale, sub, unit};
 use std::f64::consts::PI;
 
 /// A unit quaternion whose vector part is at most this long stands for whole turns: the direction
@@ -39,6 +39,17 @@ pub fn rotation_vector(rotation: &Matrix) -> Vector {
     let q = Quaternion::of_matrix(rotation);
     let q = if q.w < 0.0 { q.negative() } else { q };
     q.rotation_vector_near([0.0; 3])
+}
+
+/// Of all rotation vectors of a rotation matrix, which lie a turn apart along its axis, the one nearest
+/// to `previous`.
+pub fn rotation_vector_near(rotation: &Matrix, previous: Vector) -> Vector {
+    let q = Quaternion::of_matrix(rotation);
+    let [a, b] = [q, q.negative()].map(|q| q.rotation_vector_near(previous));
+    match norm(sub(a, previous)) <= norm(sub(b, previous)) {
+        true => a,
+        false => b,
+    }
 }
 
 /// A unit quaternion `w + v`: a rotation by `theta` has `w = cos(|theta|/2)` and
@@ -232,6 +243,17 @@ mod tests {
             assert!(either(1.0) || either(-1.0), "{half:?}");
         }
         assert_eq!(rotation_vector(&Transform::IDENTITY.rotation), [0.0; 3]);
+    }
+
+    #[test]
+    fn the_vector_near_another_has_its_number_of_turns() {
+        for turns in [-1.0, 0.0, 0.6, 1.0, 1.7, 3.0] {
+            let angle = 2.0 * PI * turns + 0.4;
+            let matrix = Transform::rotation(AXES[3], [0.0; 3], angle).rotation;
+            let near = scale(AXES[3], angle - 0.3);
+            let found = rotation_vector_near(&matrix, near);
+            assert!(distance(found, scale(AXES[3], angle)) < 1e-13, "{turns}");
+        }
     }
 
     #[test]

@@ -5,9 +5,11 @@
 
 mod cholesky;
 mod growing;
+mod tall;
 
 pub use cholesky::{Cholesky, NotPositive};
 pub use growing::GrowingCholesky;
+pub use tall::{add_transposed_product, multiply, orthonormalize, subtract_product};
 
 use crate::error::{Error, Result};
 use faer::linalg::matmul::matmul;

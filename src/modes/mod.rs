@@ -5,7 +5,13 @@
 //! ```
 //!
 //! `D` holds the prescribed displacements of the surface nodes at every step and is never stored.
+//! Rigid bodies are factored here, exactly; any other motion in `sketch`; both together in `mixed`.
 //! Knows node positions and rigid transforms; nothing of schedules or base points.
+
+mod displacements;
+mod measure;
+mod mixed;
+mod sketch;
 
 use crate::error::Result;
 use crate::geometry::vector::{Vector, scale, sub};

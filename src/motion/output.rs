@@ -1,6 +1,6 @@
 //! What the schedule says of the files that are written.
 
-use super::reader::{Entry, Keys, NOT_YET};
+use super::reader::{Entry, Keys};
 use crate::error::Result;
 use crate::formats::{self, Compression, Encoding, Precision};
 
@@ -49,6 +49,8 @@ pub struct OutputOptions {
     pub quality: QualityOutput,
     /// Whether the displacement is added as a point array.
     pub displacement: bool,
+    /// Whether node velocities are added as a point array.
+    pub velocity: bool,
     /// How numbers are stored.
     pub encoding: Encoding,
     /// Compression of binary data.
@@ -64,6 +66,7 @@ impl Default for OutputOptions {
             precision: Precision::F64,
             quality: QualityOutput::Summary,
             displacement: false,
+            velocity: false,
             encoding: Encoding::Raw,
             compression: Compression::None,
             on_inverted: OnInverted::Warn,
@@ -97,10 +100,8 @@ impl OutputOptions {
         if let Some(displacement) = section.get("displacement") {
             options.displacement = displacement.boolean()?;
         }
-        if let Some(velocity) = section.get("velocity")
-            && velocity.boolean()?
-        {
-            return Err(velocity.error(&format!("= true {NOT_YET}; available: false")));
+        if let Some(velocity) = section.get("velocity") {
+            options.velocity = velocity.boolean()?;
         }
         if let Some(encoding) = section.get("encoding") {
             let known = [

@@ -2,11 +2,11 @@
 
 use super::body::Body;
 use super::boundaries::Boundaries;
-use super::options::{RbfOptions, SelectionOptions};
+use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::OutputOptions;
-use super::pose::Motion;
 use super::reader::{AngleUnit, Entry, Keys, Section, line_at};
-use super::rotor::Rotor;
+use super::resolved::Motion;
+use super::rotor::{Frame, Rotor};
 use super::steps::{self, Step};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -36,6 +36,8 @@ pub struct Schedule {
     pub path: PathBuf,
     /// The steps, at least one.
     pub steps: Vec<Step>,
+    /// By how much the azimuth grows, in radians a second, where `rpm` or `[time]` says.
+    pub azimuth_rate: Option<f64>,
     /// The rotor.
     pub rotor: Rotor,
     /// The moving bodies, at least one.
@@ -88,18 +90,59 @@ impl Schedule {
             None => AngleUnit::Degrees,
         };
         let rotor = section(root, "rotor", Rotor::read)?;
-        Ok(Self {
+        let (steps, azimuth_rate) = read_steps(root, unit, &rotor)?;
+        let bodies = read_bodies(root, unit)?;
+        if let (Some(time), None) = (root.get("time"), azimuth_rate) {
+            check_needs_no_azimuth(&time, &rotor, &bodies)?;
+        }
+        let schedule = Self {
             path: path.to_path_buf(),
-            steps: read_steps(root, unit, &rotor)?,
+            steps,
+            azimuth_rate,
             rotor,
-            bodies: read_bodies(root, unit)?,
+            bodies,
             boundaries: section(root, "boundaries", Boundaries::read)?,
             rbf: section(root, "rbf", RbfOptions::read)?,
             selection: section(root, "selection", |entry| {
                 SelectionOptions::read(entry, unit)
             })?,
             output: section(root, "output", OutputOptions::read)?,
-        })
+        };
+        if let Some(output) = root.get("output") {
+            schedule.check_velocity(&output)?;
+        }
+        Ok(schedule)
+    }
+
+    /// Refuses velocities where there is no time to differentiate by, and where the interpolation is
+    /// not linear in the motion.
+    fn check_velocity(&self, output: &Entry<'_>) -> Result<()> {
+        let message = match (self.steps[0].time_s, self.rbf.interpolate) {
+            _ if !self.output.velocity => return Ok(()),
+            (None, _) => {
+                "`velocity` = true needs the time of every step; give the schedule [time], or `rpm` in [rotor]"
+            }
+            (_, Interpolate::Twist) => {
+                "`velocity` = true does not go with interpolate = \"twist\"; use \"displacement\""
+            }
+            _ if self.rbf.substeps > 1 => {
+                "`velocity` = true does not go with substeps; leave them out"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::input(message).line(output.line()))
+    }
+
+    /// The files that the motions name, each once, in their order.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        for file in self.bodies.iter().flat_map(Body::files) {
+            let path = self.path.with_file_name("").join(file);
+            if !files.contains(&path) {
+                files.push(path);
+            }
+        }
+        files
     }
 
     /// What the schedule means on this mesh: axes, poses, and the role of every surface node.
@@ -123,9 +166,17 @@ fn not_toml(text: &str, error: &toml::de::Error) -> Error {
     Error::input(format!("this is not TOML: {message}")).line(line_at(text, place))
 }
 
-fn read_steps(root: &Section<'_>, unit: AngleUnit, rotor: &Rotor) -> Result<Vec<Step>> {
+/// The steps, and by how much the azimuth grows in a second.
+fn read_steps(
+    root: &Section<'_>,
+    unit: AngleUnit,
+    rotor: &Rotor,
+) -> Result<(Vec<Step>, Option<f64>)> {
     match (root.get("azimuth"), root.get("time")) {
-        (Some(azimuth), None) => steps::from_azimuth(&azimuth, unit, rotor.rpm),
+        (Some(azimuth), None) => {
+            let rate = rotor.rpm.map(|rpm| (6.0 * rpm).to_radians());
+            Ok((steps::from_azimuth(&azimuth, unit, rotor.rpm)?, rate))
+        }
         (None, Some(time)) => match rotor.rpm_line {
             None => steps::from_time(&time),
             Some(line) => Err(Error::input(
@@ -137,9 +188,22 @@ fn read_steps(root: &Section<'_>, unit: AngleUnit, rotor: &Rotor) -> Result<Vec<
             Err(time.error("and [azimuth] both say which steps there are; keep one of them"))
         }
         (None, None) => Err(Error::input(
-            "the schedule has no steps; give it [azimuth] with start, stop and step, or with values",
+            "the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values",
         )),
     }
+}
+
+/// Refuses times without a frequency where something depends on the azimuth.
+fn check_needs_no_azimuth(time: &Entry<'_>, rotor: &Rotor, bodies: &[Body]) -> Result<()> {
+    let turning = bodies.iter().find(|body| body.has_harmonics());
+    let what = match turning {
+        Some(body) => format!("the harmonics of body \"{}\" need", body.name),
+        None if rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
+        None => return Ok(()),
+    };
+    let message =
+        format!("has no `frequency`, and {what} the azimuth; write for instance  frequency = 2.0");
+    Err(time.error(&message))
 }
 
 fn read_bodies(root: &Section<'_>, unit: AngleUnit) -> Result<Vec<Body>> {
@@ -154,15 +218,7 @@ fn read_bodies(root: &Section<'_>, unit: AngleUnit) -> Result<Vec<Body>> {
     }
     let mut bodies: Vec<Body> = Vec::new();
     for element in elements {
-        let body = Body::read(&element, unit)?;
-        if bodies.iter().any(|other| other.name == body.name) {
-            return Err(Error::input(format!(
-                "there are two bodies \"{}\"; each needs a name of its own",
-                body.name
-            ))
-            .line(body.line));
-        }
-        bodies.push(body);
+        bodies.push(Body::read(&element, &bodies, unit)?);
     }
     Ok(bodies)
 }

@@ -2,6 +2,7 @@
 
 use super::reader::{AngleUnit, Entry, Keys, Section};
 use crate::error::Result;
+use std::f64::consts::TAU;
 
 /// Steps a schedule may have at most.
 pub const MAX_STEPS: usize = 1_000_000;
@@ -14,7 +15,7 @@ const AZIMUTH: Keys = Keys {
     later: &[],
 };
 const TIME: Keys = Keys {
-    known: &["start", "stop", "step", "frequency"],
+    known: &["start", "stop", "step", "values", "frequency"],
     later: &[],
 };
 
@@ -61,14 +62,20 @@ pub(super) fn from_azimuth(
     Ok(azimuths.into_iter().enumerate().map(step).collect())
 }
 
-/// The steps of `[time]`: azimuth = 360 frequency time, in degrees.
-pub(super) fn from_time(entry: &Entry<'_>) -> Result<Vec<Step>> {
+/// The steps of `[time]` and the rate of the azimuth in radians a second: azimuth = 360 frequency
+/// time, in degrees; 0 throughout without a frequency.
+pub(super) fn from_time(entry: &Entry<'_>) -> Result<(Vec<Step>, Option<f64>)> {
     let section = entry.section("[time]", &TIME)?;
     let frequency = section
-        .require("frequency", "frequency = 2.0")?
-        .positive()?;
+        .get("frequency")
+        .map(|frequency| frequency.positive());
+    let frequency = frequency.transpose()?;
+    let times = match section.get("values") {
+        Some(values) => listed(&section, &values)?,
+        None => range(&section)?,
+    };
     let step = |(index, time): (usize, f64)| {
-        let azimuth_deg = 360.0 * frequency * time;
+        let azimuth_deg = frequency.map_or(0.0, |frequency| 360.0 * frequency * time);
         Step {
             index,
             azimuth_deg,
@@ -76,7 +83,8 @@ pub(super) fn from_time(entry: &Entry<'_>) -> Result<Vec<Step>> {
             time_s: Some(time),
         }
     };
-    Ok(range(&section)?.into_iter().enumerate().map(step).collect())
+    let steps = times.into_iter().enumerate().map(step).collect();
+    Ok((steps, frequency.map(|frequency| TAU * frequency)))
 }
 
 fn listed(section: &Section<'_>, values: &Entry<'_>) -> Result<Vec<f64>> {
@@ -89,7 +97,7 @@ fn listed(section: &Section<'_>, values: &Entry<'_>) -> Result<Vec<f64>> {
     }
     let elements = values.elements("numbers")?;
     if elements.is_empty() {
-        return Err(values.error("is empty: the schedule has no steps; give at least one azimuth"));
+        return Err(values.error("is empty: the schedule has no steps; give at least one"));
     }
     if elements.len() > MAX_STEPS {
         return Err(too_many(values, elements.len() as f64));

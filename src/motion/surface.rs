@@ -6,7 +6,8 @@ use crate::mesh::{Group, Mesh};
 use rayon::prelude::*;
 
 /// What a surface node does. In the order of strength: a node on two tags takes the first of their
-/// roles in this order, and on two bodies that of the body named first.
+/// roles in this order, and on two bodies that of the body named first, which is the parent of a
+/// parent and its child.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
     /// It moves with the body of this index.
@@ -46,6 +47,8 @@ pub struct Surface {
     pub faces: SurfaceFaces,
     /// Every boundary tag of the mesh, in file order.
     pub tags: Vec<TagRole>,
+    /// Nodes that are on tags of another body as well, ascending, with that body.
+    pub shared: Vec<(u32, u16)>,
 }
 
 impl Surface {
@@ -56,8 +59,10 @@ impl Surface {
         mesh: &Mesh,
     ) -> Self {
         let roles: Vec<Option<Role>> = named.iter().map(|tag| tag.role).collect();
+        let nodes = surface_nodes(tags, &roles, zone, mesh);
         Self {
-            nodes: surface_nodes(tags, &roles, zone, mesh),
+            shared: shared_nodes(tags, &roles, &nodes, mesh),
+            nodes,
             faces: surface_faces(tags, &roles, zone, mesh),
             tags: named,
         }
@@ -112,6 +117,31 @@ fn surface_nodes(
         .filter_map(|(node, role)| Some((node as u32, role?)))
         .unzip();
     SurfaceNodes { nodes, roles }
+}
+
+/// Nodes on the tags of two bodies, with the one that they do not move with.
+fn shared_nodes(
+    tags: &[&Group],
+    roles: &[Option<Role>],
+    nodes: &SurfaceNodes,
+    mesh: &Mesh,
+) -> Vec<(u32, u16)> {
+    let mut shared = Vec::new();
+    for (tag, role) in tags.iter().zip(roles) {
+        // Nodes of the first body in the schedule are never another's.
+        let &Some(Role::Moving(body @ 1..)) = role else {
+            continue;
+        };
+        let own = |node: &u32| {
+            let at = nodes.nodes.binary_search(node);
+            at.is_ok_and(|at| nodes.roles[at] == Role::Moving(body))
+        };
+        let others = nodes_of(tag, mesh).filter(|node| !own(node));
+        shared.extend(others.map(|node| (node, body)));
+    }
+    shared.sort_unstable();
+    shared.dedup();
+    shared
 }
 
 /// Faces of the tags with a role whose nodes are all in the zone.

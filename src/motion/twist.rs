@@ -1,9 +1,11 @@
 //! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
 //! "twist"` interpolates.
 
+use super::driven::SixDegrees;
 use super::options::{Interpolate, RbfOptions};
-use super::pose::{Motion, Turn};
+use super::resolved::Motion;
 use super::steps::Step;
+use super::turn::Turn;
 use crate::geometry::rotation::Quaternion;
 use crate::geometry::vector::{Vector, add, cross, norm, scale, sub};
 use crate::geometry::{Bounds, Twist};
@@ -20,17 +22,21 @@ const SERVES: f64 = 180.0;
 
 impl Motion {
     /// The point of a body about which its motion is split into rotation and translation: the
-    /// origin of its rigid rotation, else the pitch axis at the hub, else the middle of the body;
+    /// origin of its rigid rotation or of its table's, else the pitch axis at the hub, else the middle of the body;
     /// moved to the nearest point of the box `bounds` around the body's nodes.
     ///
     /// # Panics
     /// When there is no such body.
     pub fn twist_centre(&self, body: usize, bounds: &Bounds) -> Vector {
+        let table = self.driven[body].table.as_ref();
+        let table = table.and_then(SixDegrees::centre);
         let body = &self.bodies[body];
         let rigid = body.rigid.as_ref().and_then(|rigid| rigid.rotate);
+        let rigid = rigid.filter(|(_, _, angle)| *angle != 0.0);
+        let rigid = rigid.map(|(_, origin, _)| origin);
         let cyclic = body.cyclic.as_ref();
-        let centre = match (rigid, cyclic) {
-            (Some((_, origin, angle)), _) if angle != 0.0 => origin,
+        let centre = match (rigid.or(table), cyclic) {
+            (Some(origin), _) => origin,
             (_, Some(cyclic)) => {
                 let [chordwise, shaftwise] = cyclic.pitch_axis;
                 let blade = self.rotor.blade(body.azimuth_offset);
@@ -75,7 +81,7 @@ impl Motion {
     /// # Panics
     /// When there is no such body.
     pub fn rotation(&self, body: usize, step: &Step, from: f64, to: f64) -> Vector {
-        let mut turns = self.turns(body, step);
+        let mut turns = self.turns(body, step, [0.0; 3]);
         turns.retain(|turn| turn.angle != 0.0);
         match about_one_axis(&turns) {
             Some(theta) => scale(theta, to - from),

@@ -90,10 +90,10 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
 /// A sentence where arrays are asked for that the format does not hold.
 fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
     let output = &plan.schedule.output;
-    let asked = output.displacement || output.quality == QualityOutput::Cells;
+    let asked = output.displacement || output.velocity || output.quality == QualityOutput::Cells;
     (asked && !format.holds_arrays()).then(|| {
         format!(
-            "output.format = \"{}\" holds no arrays: displacement and cell quality are left out",
+            "output.format = \"{}\" holds no arrays: displacement, velocity and cell quality are left out",
             format.name()
         )
     })

@@ -6,11 +6,11 @@ use super::glide;
 use super::layer;
 use super::plan::Plan;
 use super::progress::{Progress, Silent};
+use super::velocity::Velocities;
 use crate::error::Result;
-use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::modes::RigidSurface;
-use crate::motion::{Role, Step};
+use crate::motion::{Pose, Role, Step};
 use crate::rbf::select::{self, Measure, Selection};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -25,6 +25,7 @@ pub struct Deformer<'a> {
     /// The plan it follows.
     pub plan: &'a Plan,
     way: Way,
+    velocities: Option<Velocities<'a>>,
     deforming: Option<Vec<u32>>,
     /// Distinct base points of all layers.
     pub n_base: usize,
@@ -56,21 +57,22 @@ impl<'a> Deformer<'a> {
         selections: Vec<Selection>,
         stretch: &Range<usize>,
         progress: &dyn Progress,
-    ) -> Self {
+    ) -> Result<Self> {
         let mut deformer = Self {
             plan,
             n_base: distinct_points(&selections),
             deforming: plan.deforming_nodes(),
             way: Way::Substeps { bases: Vec::new() },
+            velocities: None,
             warnings: Vec::new(),
         };
         deformer.way = match plan.schedule.rbf.substeps {
-            1 => deformer.at_once(selections, stretch, progress),
+            1 => deformer.at_once(selections, stretch, progress)?,
             _ => Way::Substeps {
                 bases: selections.into_iter().map(|s| s.base).collect(),
             },
         };
-        deformer
+        Ok(deformer)
     }
 
     fn at_once(
@@ -78,7 +80,7 @@ impl<'a> Deformer<'a> {
         selections: Vec<Selection>,
         stretch: &Range<usize>,
         progress: &dyn Progress,
-    ) -> Way {
+    ) -> Result<Way> {
         let plan = self.plan;
         let by_step: Vec<Vec<f64>> = plan
             .layers
@@ -107,12 +109,22 @@ impl<'a> Deformer<'a> {
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(frame, &plan.layers, &chosen, correct, progress);
         progress.finish();
+        if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
+            let velocities = Velocities::new(plan, layer, frame, chosen.selection, chosen.error)?;
+            self.velocities = Some(velocities);
+        }
         self.warn_of_narrow(&fields);
         let errors = match by_step.len() {
             1 => Errors::ByStep(by_step.concat()),
             _ => Errors::Uncorrected(uncorrected(plan, &selections)),
         };
-        Way::AtOnce { fields, errors }
+        Ok(Way::AtOnce { fields, errors })
+    }
+
+    /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them.
+    pub fn velocities_at(&self, step: &Step, points: &[Vector]) -> Option<Vec<Vector>> {
+        let velocities = self.velocities.as_ref()?;
+        Some(velocities.at(self.plan, step, self.reference(), points))
     }
 
     fn reference(&self) -> Frame<'_> {
@@ -211,12 +223,12 @@ impl<'a> Deformer<'a> {
             points: &surface,
             body: &plan.surface.body,
         };
-        let paths = plan.paths_between(std::slice::from_ref(step), from, to);
+        let given = plan.given_between(std::slice::from_ref(step), from, to);
         let mut method = plan.method.clone();
         if let Some(sliding) = glide::on_moved_surface(&plan.motion, &plan.surface, &surface) {
             method.displacement.constraints = plan.surface.constraints(Some(&sliding));
         }
-        let layers = layer::layers(rigid, &paths, &method)?;
+        let layers = layer::layers(rigid, &given, &method)?;
         let selections = layers
             .iter()
             .zip(bases)
@@ -257,12 +269,10 @@ impl<'a> Deformer<'a> {
     fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
         let plan = self.plan;
         glide::place(&plan.motion, &plan.surface, frame, out);
-        let poses: Vec<Transform> = (0..plan.motion.bodies.len())
-            .map(|body| plan.motion.pose_part(body, step, part))
-            .collect();
-        set_nodes(plan, out, |role, x| match role {
+        let poses = plan.motion.poses(step, part);
+        set_nodes(plan, out, |role, node, x| match role {
             Role::Fixed => Some(x),
-            Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+            Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
             Role::Sliding => None,
         });
     }
@@ -277,7 +287,7 @@ impl<'a> Deformer<'a> {
             let x = plan.reference[*node as usize];
             let exact = match (role, &carry) {
                 (Role::Sliding, _) => return None,
-                (Role::Moving(body), _) => poses[usize::from(*body)].apply(x),
+                (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
                 (_, Some(carry)) => carry.apply(x),
                 (_, None) => x,
             };
@@ -307,19 +317,19 @@ fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 }
 
 /// Moving nodes at their exact places.
-fn set_moving(plan: &Plan, poses: &[Transform], out: &mut [Vector]) {
-    set_nodes(plan, out, |role, x| match role {
-        Role::Moving(body) => Some(poses[usize::from(body)].apply(x)),
+fn set_moving(plan: &Plan, poses: &[Pose<'_>], out: &mut [Vector]) {
+    set_nodes(plan, out, |role, node, x| match role {
+        Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
         Role::Fixed | Role::Sliding => None,
     });
 }
 
-/// Puts surface nodes in `out` where `place` says for a node of that role at that place of the
+/// Puts surface nodes in `out` where `place` says for a node of that role, number and place in the
 /// reference mesh; `None` leaves it as it is.
 fn set_nodes(
     plan: &Plan,
     out: &mut [Vector],
-    place: impl Fn(Role, Vector) -> Option<Vector> + Sync,
+    place: impl Fn(Role, u32, Vector) -> Option<Vector> + Sync,
 ) {
     let surface = &plan.motion.surface.nodes;
     let blocks = out.par_chunks_mut(BLOCK).enumerate();
@@ -327,9 +337,10 @@ fn set_nodes(
         let first = block * BLOCK;
         let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
         for at in before(first)..before(first + out.len()) {
-            let node = surface.nodes[at] as usize;
-            if let Some(x) = place(surface.roles[at], plan.reference[node]) {
-                out[node - first] = x;
+            let node = surface.nodes[at];
+            let x = plan.reference[node as usize];
+            if let Some(x) = place(surface.roles[at], node, x) {
+                out[node as usize - first] = x;
             }
         }
     });
@@ -360,11 +371,12 @@ impl Errors {
             Self::ByStep(errors) => return errors[step.index],
             Self::Uncorrected(values) => values,
         };
-        let bodies = 0..plan.motion.bodies.len();
-        let poses: Vec<Transform> = bodies.map(|body| plan.motion.pose(body, step)).collect();
+        let poses = plan.motion.poses(step, 1.0);
+        let surface = &plan.surface;
         let error = |(at, x): (usize, &Vector)| {
-            let body = plan.surface.body[at];
-            let exact = body.map_or(*x, |body| poses[usize::from(body)].apply(*x));
+            let exact = surface.body[at].map_or(*x, |body| {
+                poses[usize::from(body)].place(surface.nodes[at], *x)
+            });
             let layers = plan.layers.iter().zip(values);
             let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
                 let r = layer.modes.n_modes;

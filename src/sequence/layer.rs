@@ -11,6 +11,7 @@ use crate::geometry::rotation::rotate_by;
 use crate::geometry::vector::{Vector, add, distance, scale, sub};
 use crate::geometry::{Bounds, Transform};
 use crate::modes::{Form, Modes, RigidSurface};
+use crate::motion::CentreLine;
 use crate::rbf::criterion::Criterion;
 use crate::rbf::space::Space;
 use std::ops::Range;
@@ -22,6 +23,28 @@ pub struct BodyPath {
     pub poses: Vec<Transform>,
     /// The same as rotations about a point; present with `twist`.
     pub turns: Option<Turns>,
+}
+
+/// What the surface points do over some steps.
+pub enum Given<'a> {
+    /// Every body is rigid.
+    Rigid(Vec<BodyPath>),
+    /// Displacements of any kind.
+    Free(Free<'a>),
+}
+
+/// Writes the displacements of some surface points at a step.
+pub type Fill<'a> = dyn Fn(usize, Range<usize>, &mut [Vector]) + Sync + 'a;
+
+/// Displacements of any kind: `fill(step, points, out)` writes those of some surface points.
+pub struct Free<'a> {
+    /// Steps that it knows.
+    pub n_steps: usize,
+    /// The surface points that move rigidly, and the poses of all bodies; those of other bodies are
+    /// not used. Empty where there are none.
+    pub rigid: (Vec<Option<u16>>, Vec<Vec<Transform>>),
+    /// What writes the displacements.
+    pub fill: Box<Fill<'a>>,
 }
 
 /// Unwrapped rotation vectors about one point of a body, with the displacements of that point.
@@ -64,12 +87,32 @@ pub enum Kind {
 /// The rotation of one body among the modes of a layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turning {
-    /// The point it turns about.
-    pub centre: Vector,
+    /// What it turns about.
+    pub centre: Centre,
     /// Largest distance of its surface points from there.
     pub reach: f64,
     /// Its modes.
     pub modes: Range<usize>,
+}
+
+/// What a body turns about.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Centre {
+    /// One point.
+    Point(Vector),
+    /// Each section about its own point.
+    Line(CentreLine),
+}
+
+impl Centre {
+    /// The point that what is at `x` turns about.
+    #[inline]
+    pub fn at(&self, x: Vector) -> Vector {
+        match self {
+            Self::Point(centre) => *centre,
+            Self::Line(line) => line.at(x),
+        }
+    }
 }
 
 /// How the fields are interpolated.
@@ -83,14 +126,16 @@ pub struct Method {
     pub form: Form,
     /// Displacement error allowed, in mesh units.
     pub tolerance: f64,
+    /// What modes may be off by, in mesh units.
+    pub truncation: f64,
 }
 
 /// The layers of a motion: displacements, or rotations and then translations.
-pub fn layers(
-    surface: RigidSurface<'_>,
-    paths: &[BodyPath],
-    method: &Method,
-) -> Result<Vec<Layer>> {
+pub fn layers(surface: RigidSurface<'_>, given: &Given<'_>, method: &Method) -> Result<Vec<Layer>> {
+    let paths = match given {
+        Given::Rigid(paths) => paths,
+        Given::Free(free) => return Ok(vec![free.layer(surface.points, method)?]),
+    };
     let turns: Option<Vec<&Turns>> = paths.iter().map(|path| path.turns.as_ref()).collect();
     let Some(turns) = turns else {
         let poses: Vec<_> = paths.iter().map(|path| path.poses.clone()).collect();
@@ -102,21 +147,36 @@ pub fn layers(
             method.tolerance,
         )?]);
     };
-    let form = match method.rotation.constraints {
-        Some(_) => Form::Vector,
-        None => Form::Scalar,
-    };
-    let (turning, rotation) = rotations(surface, &turns, form)?;
+    let (turning, rotation) = rotations(surface, &turns, rotation_form(method))?;
     let shifts: Vec<_> = turns
         .iter()
         .map(|turns| translations(turns.tau.iter().copied()))
         .collect();
     let translation = Modes::of_rigid_bodies(surface, &shifts, method.form)?;
+    twist_layers(surface.points, turning, rotation, translation, method)
+}
+
+/// The form of the modes of rotations.
+pub(super) fn rotation_form(method: &Method) -> Form {
+    match method.rotation.constraints {
+        Some(_) => Form::Vector,
+        None => Form::Scalar,
+    }
+}
+
+/// The layers of rotations and of the translations beside them.
+pub(super) fn twist_layers(
+    points: &[Vector],
+    turning: Vec<Turning>,
+    rotation: Modes,
+    translation: Modes,
+    method: &Method,
+) -> Result<Vec<Layer>> {
     let both = rotation.n_modes > 0 && translation.n_modes > 0;
     let tolerance = method.tolerance * if both { 0.5 } else { 1.0 };
     Ok(vec![
         Layer {
-            arms: arms(surface.points, &turning),
+            arms: arms(points, &turning),
             ..Layer::new(
                 Kind::Rotation(turning),
                 method.rotation.clone(),
@@ -131,6 +191,23 @@ pub fn layers(
             tolerance,
         )?,
     ])
+}
+
+impl Free<'_> {
+    /// The layer of the displacements of all surface points.
+    pub fn layer(&self, points: &[Vector], method: &Method) -> Result<Layer> {
+        let (n_steps, limit, form) = (self.n_steps, method.truncation, method.form);
+        let (body, poses) = &self.rigid;
+        let modes = match body.is_empty() {
+            true => Modes::of_displacements(points.len(), n_steps, limit, form, &self.fill)?,
+            false => {
+                let surface = RigidSurface { points, body };
+                Modes::of_mixed(surface, poses, n_steps, limit, form, &self.fill)?
+            }
+        };
+        let space = method.displacement.clone();
+        Layer::new(Kind::Displacement, space, modes, method.tolerance)
+    }
 }
 
 fn translations(by: impl Iterator<Item = Vector>) -> Vec<Transform> {
@@ -166,7 +243,7 @@ fn rotations(
         let modes = Modes::of_rigid_bodies(own, &[lengths], form)?;
         let first = all.as_ref().map_or(0, |all| all.n_modes);
         turning.push(Turning {
-            centre: turns.centre,
+            centre: Centre::Point(turns.centre),
             reach,
             modes: first..first + modes.n_modes,
         });
@@ -184,7 +261,7 @@ fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
         let arms = bodies
             .iter()
             .filter(|body| !body.modes.is_empty())
-            .map(|body| distance(*point, body.centre) / body.reach);
+            .map(|body| distance(*point, body.centre.at(*point)) / body.reach);
         arms.fold(0.0, f64::max).max(f64::MIN_POSITIVE)
     };
     points.iter().map(arm).collect()
@@ -217,7 +294,7 @@ impl Layer {
                     &row[range.clone()],
                     &coefficients[3 * range.start..3 * range.end],
                 );
-                let arm = sub(x, body.centre);
+                let arm = sub(x, body.centre.at(x));
                 let turned = rotate_by(scale(length, 1.0 / body.reach), arm);
                 add(sum, sub(turned, arm))
             }),

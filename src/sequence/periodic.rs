@@ -93,8 +93,11 @@ impl PeriodicNodes {
             let offset = sub(node, follower.map.apply(leader));
             for step in &motion.steps {
                 let pose = motion.pose(body, step);
-                let followed = add(follower.map.apply(pose.apply(leader)), offset);
-                if distance(followed, pose.apply(node)) > limit {
+                let followed = add(
+                    follower.map.apply(pose.place(follower.leader, leader)),
+                    offset,
+                );
+                if distance(followed, pose.place(follower.node, node)) > limit {
                     return Err(Error::input(format!(
                         "body \"{}\" is on both sides of a periodic pair, but at step {} its motion is not the \
                          same on both",
@@ -128,6 +131,15 @@ impl PeriodicNodes {
                     carry.apply(add(follower.map.apply(back), offset))
                 }
             };
+        }
+    }
+}
+
+impl PeriodicNodes {
+    /// Gives every follower the direction that its leader's image has.
+    pub fn follow_directions(&self, out: &mut [Vector]) {
+        for follower in &self.followers {
+            out[follower.node as usize] = follower.map.turn(out[follower.leader as usize]);
         }
     }
 }

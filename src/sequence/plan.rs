@@ -1,9 +1,11 @@
 //! Everything that is decided before work starts: a mesh, what the schedule means on it, the layers
 //! that are interpolated, the support radius and the tolerance.
 
-use super::layer::{self, BodyPath, Layer, Method, Turns};
+use super::layer::{self, Layer, Method};
 use super::periodic::PeriodicNodes;
+use super::sections;
 use super::surface::SurfacePoints;
+use super::velocity;
 use super::wall::FirstCells;
 use super::zone;
 use crate::error::{Error, Result};
@@ -12,7 +14,8 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Schedule, SelectionMethod, Step, SurfaceFaces,
+    Interpolate, KernelName, Motion, Polynomial, Pose, Schedule, SelectionMethod, Step,
+    SurfaceFaces,
 };
 use crate::rbf::select::Targets;
 use crate::rbf::space::Space;
@@ -52,6 +55,8 @@ pub struct Plan {
     pub periodic: PeriodicNodes,
     /// What is interpolated, over all steps of the schedule.
     pub layers: Vec<Layer>,
+    /// Velocities over all steps, where they are asked for.
+    pub velocity: Option<Layer>,
     /// The point each body turns about, in the reference mesh.
     pub centres: Vec<Vector>,
     /// Displacement error allowed before the correction, in mesh units.
@@ -68,22 +73,25 @@ impl Plan {
             zone::detach(&mut mesh, &mut motion)?;
         }
         let surface = SurfacePoints::new(&mesh, &motion)?;
+        let mut choices = motion.notes();
         // The facets between the surface points have taken their place.
         motion.surface.faces = SurfaceFaces::default();
         let first_cells = FirstCells::find(&mesh, &motion);
-        let mut choices = Vec::new();
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
         let periodic = PeriodicNodes::find(&mesh, &motion, &surface, basis.radius)
             .map_err(|error| error.file(&schedule.path))?;
         choices.extend(periodic.found.iter().cloned());
-        check_combination(&schedule, &surface, &periodic)
+        check_combination(&schedule, &motion, &surface, &periodic)
             .map_err(|error| error.file(&schedule.path))?;
-        let method = method(&schedule, &surface, &periodic, basis, tolerance);
+        let cell = first_cells.smallest().unwrap_or(f64::INFINITY);
+        let truncation = TRUNCATION * tolerance.min(cell);
+        let method = method(&schedule, &surface, &periodic, basis, tolerance, truncation);
         let mut plan = Self {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
+            velocity: None,
             reference: std::mem::take(&mut mesh.points),
             mesh,
             schedule,
@@ -96,15 +104,23 @@ impl Plan {
             tolerance,
             choices,
         };
-        plan.layers = layer::layers(plan.surface.rigid(), &plan.paths(), &plan.method)?;
+        let all_rigid = (0..plan.motion.bodies.len()).all(|body| plan.motion.is_rigid(body));
+        let twist = plan.schedule.rbf.interpolate == Interpolate::Twist;
+        let layers = match twist && !all_rigid {
+            true => sections::layers(&plan, &plan.method)?,
+            false => layer::layers(plan.surface.rigid(), &plan.given(), &plan.method)?,
+        };
+        plan.layers = layers;
         plan.check_truncation()?;
+        if plan.schedule.output.velocity {
+            plan.velocity = Some(velocity::layer(&plan)?);
+        }
         Ok(plan)
     }
 
     fn check_truncation(&self) -> Result<()> {
-        let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
-        let limit = TRUNCATION * self.tolerance.min(cell);
-        if self.truncation() > limit {
+        if self.truncation() > self.method.truncation {
+            let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
                  or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
@@ -113,6 +129,14 @@ impl Plan {
             )));
         }
         Ok(())
+    }
+
+    /// What the user should know of the motion before it is interpolated, as sentences.
+    pub fn warnings(&self) -> Vec<String> {
+        let diagonal = Bounds::around(&self.reference).diagonal();
+        let mut warnings = self.motion.seams(&self.reference, diagonal);
+        warnings.extend(self.motion.warnings(&self.schedule.rbf));
+        warnings
     }
 
     /// What the base points of a layer are to reproduce.
@@ -134,53 +158,6 @@ impl Plan {
     /// Largest error of the modes at any node and step, in mesh units.
     pub fn truncation(&self) -> f64 {
         self.layers.iter().map(|layer| layer.modes.truncation).sum()
-    }
-
-    /// The motion of every body over all steps, from the reference mesh.
-    pub fn paths(&self) -> Vec<BodyPath> {
-        self.paths_between(&self.motion.steps, 0.0, 1.0)
-    }
-
-    /// The motion of every body from where it is at part `from` of each step to where it is at part
-    /// `to`.
-    pub fn paths_between(&self, steps: &[Step], from: f64, to: f64) -> Vec<BodyPath> {
-        let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
-        let path = |body: usize| BodyPath {
-            poses: steps
-                .iter()
-                .map(|step| self.pose_between(body, step, from, to))
-                .collect(),
-            turns: twist.then(|| self.turns(body, steps, from, to)),
-        };
-        (0..self.motion.bodies.len()).map(path).collect()
-    }
-
-    fn pose_between(&self, body: usize, step: &Step, from: f64, to: f64) -> Transform {
-        let after = self.motion.pose_part(body, step, to);
-        match from {
-            0.0 => after,
-            _ => {
-                let before = self.motion.pose_part(body, step, from);
-                before.inverse().then(&after)
-            }
-        }
-    }
-
-    fn turns(&self, body: usize, steps: &[Step], from: f64, to: f64) -> Turns {
-        let centre = self.centres[body];
-        let twists = steps
-            .iter()
-            .map(|step| self.motion.twist(body, step, centre, from, to));
-        let (theta, tau) = twists.map(|twist| (twist.theta, twist.tau)).unzip();
-        let start = match (from, steps.first()) {
-            (0.0, _) | (_, None) => centre,
-            (_, Some(step)) => self.motion.pose_part(body, step, from).apply(centre),
-        };
-        Turns {
-            centre: start,
-            theta,
-            tau,
-        }
     }
 
     /// The steps that share base points, in order: all of them, or with method `real` those between
@@ -209,21 +186,21 @@ impl Plan {
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
-    pub fn poses_at(&self, step: &Step) -> Vec<Transform> {
+    pub fn poses_at(&self, step: &Step) -> Vec<Pose<'_>> {
         let carry = self.motion.carry(step).unwrap_or(Transform::IDENTITY);
-        (0..self.motion.bodies.len())
-            .map(|body| self.motion.pose(body, step).then(&carry))
-            .collect()
+        let poses = self.motion.poses(step, 1.0).into_iter();
+        poses.map(|pose| pose.then(&carry)).collect()
     }
 
     /// Largest prescribed displacement of a surface node at a step, in the rotating frame.
     pub fn largest_displacement(&self, step: usize) -> f64 {
-        let step = &self.motion.steps[step];
-        let bodies = 0..self.motion.bodies.len();
-        let poses: Vec<Transform> = bodies.map(|body| self.motion.pose(body, step)).collect();
-        let nodes = self.surface.points.par_iter().zip(&self.surface.body);
-        let moved = nodes
-            .filter_map(|(x, body)| Some(distance(poses[usize::from((*body)?)].apply(*x), *x)));
+        let poses = self.motion.poses(&self.motion.steps[step], 1.0);
+        let surface = &self.surface;
+        let points = surface.points.par_iter().enumerate();
+        let moved = points.filter_map(|(at, x)| {
+            let pose = &poses[usize::from(surface.body[at]?)];
+            Some(distance(pose.place(surface.nodes[at], *x), *x))
+        });
         moved.reduce(|| 0.0, f64::max)
     }
 
@@ -250,9 +227,27 @@ fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
 /// Refuses what does not go together.
 fn check_combination(
     schedule: &Schedule,
+    motion: &Motion,
     surface: &SurfacePoints,
     periodic: &PeriodicNodes,
 ) -> Result<()> {
+    let mut bodies = 0..motion.bodies.len();
+    let twist = schedule.rbf.interpolate == Interpolate::Twist;
+    if let Some(body) = bodies
+        .clone()
+        .find(|&body| twist && !motion.has_rotations(body))
+    {
+        return Err(Error::input(format!(
+            "interpolate = \"twist\" needs rotations, and body \"{}\" has displacements of its nodes alone; use \
+             \"displacement\", with substeps where it folds",
+            motion.bodies[body].name
+        )));
+    }
+    if twist && schedule.rbf.substeps > 1 && !bodies.all(|body| motion.is_rigid(body)) {
+        return Err(Error::input(
+            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` out",
+        ));
+    }
     let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
     if coupled && schedule.rbf.polynomial == Polynomial::Linear {
         return Err(Error::input(
@@ -275,6 +270,7 @@ fn method(
     periodic: &PeriodicNodes,
     basis: Basis,
     tolerance: f64,
+    truncation: f64,
 ) -> Method {
     let radius = schedule.rbf.rotation_radius.unwrap_or(basis.radius);
     let linear = schedule.rbf.polynomial == Polynomial::Linear;
@@ -295,8 +291,10 @@ fn method(
             false => Form::Vector,
         },
         tolerance: SELECTED * tolerance,
+        truncation,
     }
 }
+
 fn moving_bounds(surface: &SurfacePoints) -> Bounds {
     let nodes = surface.points.iter().zip(&surface.body);
     let moving: Vec<Vector> = nodes

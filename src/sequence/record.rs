@@ -53,11 +53,15 @@ impl Clock {
 impl Record {
     /// The record of a run of `plan`, not yet written.
     pub fn new(path: PathBuf, plan: &Plan, mesh: &Path, schedule: &Path) -> Result<Self> {
+        let mut inputs = vec![input(mesh)?, input(schedule)?];
+        for file in plan.schedule.files() {
+            inputs.push(input(&file)?);
+        }
         let content = json!({
             "version": 1,
             "program": concat!("azimesh ", env!("CARGO_PKG_VERSION")),
             "outcome": "running",
-            "inputs": [input(mesh)?, input(schedule)?],
+            "inputs": inputs,
             "options": {
                 "kernel": plan.basis.kernel.name(),
                 "support_radius": plan.basis.radius,

@@ -81,7 +81,7 @@ pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Resul
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
     let mut warnings = before_work(plan, format, &request.fail_on)?;
-    warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
+    warnings.extend(plan.warnings());
     if !plan.mesh.remove_field_arrays(&[su2::BOXES]).is_empty() {
         let sentence =
             "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out";
@@ -165,7 +165,7 @@ impl Run<'_> {
         for (i, step) in steps.iter().enumerate() {
             std::mem::swap(&mut mesh.points, &mut next);
             self.judge(step, &computed)?;
-            add_arrays(plan, mesh, reference.as_ref());
+            add_arrays(plan, mesh, &mut computed, reference.as_ref());
             let (written, following) = rayon::join(
                 || self.write(&mut meshes, mesh, step),
                 || {

@@ -19,6 +19,7 @@ pub(super) struct Computed {
     pub selection_error: f64,
     pub surface_error: (f64, f64),
     pub largest_displacement: f64,
+    pub velocities: Option<Vec<Vector>>,
     pub n_base: usize,
     pub seconds: f64,
 }
@@ -46,13 +47,24 @@ pub(super) fn compute(
         selection_error,
         surface_error: deformer.surface_error(step, points),
         largest_displacement: plan.largest_displacement(step.index),
+        velocities: deformer.velocities_at(step, points),
         n_base: deformer.n_base,
         seconds: clock.seconds(),
     })
 }
 
 /// Adds the arrays of a step that the schedule asks for, in place of the last step's.
-pub(super) fn add_arrays(plan: &Plan, mesh: &mut Mesh, reference: Option<&Reference>) {
+pub(super) fn add_arrays(
+    plan: &Plan,
+    mesh: &mut Mesh,
+    computed: &mut Computed,
+    reference: Option<&Reference>,
+) {
+    if let Some(velocities) = computed.velocities.take() {
+        let values = Values::F64(velocities.into_flattened());
+        let array = DataArray::tuples("Velocity", 3, values);
+        replace(&mut mesh.point_arrays, array);
+    }
     if plan.schedule.output.displacement {
         let moved = mesh.points.par_iter().zip(&plan.reference);
         let moved: Vec<Vector> = moved.map(|(x, reference)| sub(*x, *reference)).collect();

@@ -92,7 +92,7 @@ impl<'a> Stretches<'a> {
         check_tolerance(plan, &selections)?;
         self.seconds_selection += clock.seconds();
         let clock = Clock::start();
-        let deformer = Deformer::new(plan, selections, &stretch, progress);
+        let deformer = Deformer::new(plan, selections, &stretch, progress)?;
         self.warnings.extend(deformer.warnings.iter().cloned());
         self.seconds_modes += clock.seconds();
         Ok((stretch, deformer))

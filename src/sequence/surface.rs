@@ -133,6 +133,13 @@ impl SurfacePoints {
         free.then(|| Arc::new(held))
     }
 
+    /// The places of the points of a body.
+    pub fn points_of(&self, body: usize) -> Vec<Vector> {
+        let points = self.points.iter().zip(&self.body);
+        let own = points.filter(|(_, of)| of.map(usize::from) == Some(body));
+        own.map(|(point, _)| *point).collect()
+    }
+
     /// The points with the body of each.
     pub fn rigid(&self) -> RigidSurface<'_> {
         RigidSurface {

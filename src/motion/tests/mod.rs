@@ -1,6 +1,10 @@
 //! Tests of the whole room: schedules as a user writes them, on small meshes.
 
+mod bodies;
+mod displacements;
+mod driven;
 mod options;
+mod pace;
 mod poses;
 mod refusals;
 mod schedule;

@@ -62,7 +62,7 @@ format = "vtu"
 precision = "f32"
 quality = "cells"
 displacement = true
-velocity = false
+velocity = true
 encoding = "ascii"
 compression = "zlib"
 on_inverted = "stop"
@@ -133,6 +133,7 @@ fn every_key_of_this_version_is_read() {
             precision: Precision::F32,
             quality: QualityOutput::Cells,
             displacement: true,
+            velocity: true,
             encoding: Encoding::Ascii,
             compression: Compression::Zlib,
             on_inverted: OnInverted::Stop,
@@ -221,7 +222,7 @@ fn angles_may_be_in_radians() {
 }
 
 #[test]
-fn the_examples_of_the_schedule_page_mean_the_same() {
+fn the_examples_of_the_schedule_page_are_good() {
     let page = include_str!("../../../docs/schedule.md");
     let examples: Vec<Schedule> = page
         .split("```toml\n")
@@ -229,13 +230,13 @@ fn the_examples_of_the_schedule_page_mean_the_same() {
         .map(|rest| rest.split("```").next().expect("split gives one at least"))
         .map(|text| parse(text).expect("a good schedule"))
         .collect();
-    let [short, long] = &examples[..] else {
-        panic!("two examples");
-    };
-    assert_eq!(short.steps, long.steps);
-    assert_eq!(short.rotor, long.rotor);
-    assert_eq!(short.bodies[0].cyclic, long.bodies[0].cyclic);
-    assert_eq!((short.rbf, short.selection), (long.rbf, long.selection));
+    let steps: Vec<usize> = examples
+        .iter()
+        .map(|schedule| schedule.steps.len())
+        .collect();
+    assert_eq!(steps[..4], [21, 21, 1, 37]);
+    assert!(examples[0].bodies[0].cyclic.is_some() && examples[1].bodies[0].table.is_some());
+    assert!(examples[2].bodies[0].beam.is_some());
 }
 
 #[test]

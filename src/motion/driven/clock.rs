@@ -1,0 +1,72 @@
+//! Where a table over azimuth, time or step is at a step of the schedule, and how fast it passes.
+
+use crate::error::{Error, Result};
+use crate::motion::steps::Step;
+use crate::motion::table::{History, Key};
+
+/// The steps of a schedule with what is known of their times.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::motion) struct Clock<'a> {
+    /// The steps.
+    pub steps: &'a [Step],
+    /// By how much the azimuth grows, in radians a second.
+    pub azimuth_rate: Option<f64>,
+}
+
+impl Clock<'_> {
+    /// Where a body with this azimuth offset (radians) is at a step, in the unit of the key. The offset
+    /// is one of azimuth: times and steps are the same for every body.
+    pub fn place(key: Key, step: &Step, offset: f64) -> Option<f64> {
+        let at = key.of_step(step)?;
+        Some(match key {
+            Key::AzimuthDeg => at + offset.to_degrees(),
+            Key::AzimuthRad => at + offset,
+            Key::Time | Key::Step => at,
+        })
+    }
+
+    /// By how much the key grows in a second at a step; 0 where the schedule has no time.
+    pub fn rate(&self, key: Key, step: &Step) -> f64 {
+        match key {
+            Key::AzimuthDeg => self.azimuth_rate.unwrap_or(0.0).to_degrees(),
+            Key::AzimuthRad => self.azimuth_rate.unwrap_or(0.0),
+            Key::Time => 1.0,
+            Key::Step => self.steps_a_second(step),
+        }
+    }
+
+    /// Steps a second, between the neighbours of a step; 0 where the schedule has no time.
+    pub fn steps_a_second(&self, step: &Step) -> f64 {
+        let last = self.steps.len().saturating_sub(1);
+        let (from, to) = (step.index.saturating_sub(1), (step.index + 1).min(last));
+        let time = |step: usize| self.steps.get(step).and_then(|step| step.time_s);
+        match (time(from), time(to)) {
+            (Some(before), Some(after)) if after != before => (to - from) as f64 / (after - before),
+            _ => 0.0,
+        }
+    }
+
+    /// Refuses a history that has no values at some step; `line` is that of its motion in the schedule.
+    pub fn check(&self, history: &History, offset: f64, line: u64) -> Result<()> {
+        let key = history.key();
+        let turns = key.revolution().is_some();
+        let timed = self.steps.iter().any(|step| step.time_s.is_some());
+        if turns && timed && self.azimuth_rate.is_none() {
+            let message = format!(
+                "the table is over `{}`, and [time] has no `frequency` that gives an azimuth; write for \
+                 instance  frequency = 2.0, or give the table the column `time_s`",
+                key.name()
+            );
+            return Err(Error::input(message).line(line));
+        }
+        for step in self.steps {
+            let Some(at) = Self::place(key, step, offset) else {
+                let message = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
+                               `rpm` in [rotor]";
+                return Err(Error::input(message).line(line));
+            };
+            history.locate(at)?;
+        }
+        Ok(())
+    }
+}

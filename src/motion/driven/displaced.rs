@@ -1,0 +1,296 @@
+//! Displacements of the nodes of a body as another program gives them: a table, a mesh with an array,
+//! or SU2's surface positions.
+
+use super::Clock;
+use super::nodes::{At, BodyNodes, Filled, Finder};
+use super::shapes::{NamedVectors, arrays_of, place_columns, unused};
+use crate::error::{Error, Result};
+use crate::formats::Source;
+use crate::geometry::vector::{Vector, scale, sub};
+use crate::motion::body::{Body, SurfaceMotion};
+use crate::motion::steps::Step;
+use crate::motion::table::{Column, Key, Table};
+use std::path::Path;
+
+/// Part of the unit of a key, or of its value where that is larger, by which a set may be off its step.
+const SAME: f64 = 1e-6;
+
+/// A set of displacements for every step, or one for all.
+#[derive(Debug, Clone)]
+pub(in crate::motion) struct SurfaceSets {
+    /// What the sets belong to; `None` is one for all steps.
+    key: Option<Key>,
+    /// Where the sets are, increasing.
+    places: Vec<f64>,
+    /// Displacements of the body's nodes.
+    sets: Vec<Vec<Vector>>,
+    /// What the user should know, as sentences.
+    pub notes: Vec<String>,
+}
+
+/// The columns of the vectors.
+struct Columns3 {
+    /// Displacements or, when `new`, positions.
+    values: [Option<Column>; 3],
+    new: bool,
+}
+
+impl SurfaceSets {
+    /// Reads the file at `path`; there must be a set for every step.
+    pub fn read(
+        motion: &SurfaceMotion,
+        path: &Path,
+        body: &Body,
+        nodes: &BodyNodes,
+        (clock, in_plane): (&Clock<'_>, bool),
+    ) -> Result<Self> {
+        let kind = path.extension().map(|kind| kind.to_ascii_lowercase());
+        let sets = match kind.as_ref().and_then(|kind| kind.to_str()) {
+            Some("csv" | "tsv") | None => Self::of_table(motion, path, body, nodes, in_plane)?,
+            Some("dat" | "txt") => Self::of_positions(motion, path, body, nodes, in_plane)?,
+            Some(_) => Self::of_mesh(motion, path, body, nodes)?,
+        };
+        if in_plane && sets.sets.iter().flatten().any(|d| d[2] != 0.0) {
+            let message = format!(
+                "body \"{}\" would leave the plane of the 2D mesh; displacements along z must be 0",
+                body.name
+            );
+            return Err(Error::input(message).file(path));
+        }
+        for step in clock.steps {
+            sets.find(step, body.azimuth_offset)
+                .map_err(|error| error.file(path).line(motion.line))?;
+        }
+        Ok(sets)
+    }
+
+    fn of_table(
+        motion: &SurfaceMotion,
+        path: &Path,
+        body: &Body,
+        nodes: &BodyNodes,
+        in_plane: bool,
+    ) -> Result<Self> {
+        let table = Table::read(path)?;
+        let mut columns = table.columns();
+        let key = columns.optional_key()?;
+        let place = place_columns(&mut columns, in_plane)?;
+        let new = columns.has("x_new");
+        let names = if new {
+            ["x_new", "y_new", "z_new"]
+        } else {
+            ["dx", "dy", "dz"]
+        };
+        let [x, y] = [names[0], names[1]].map(|name| columns.require(name));
+        let z = match in_plane {
+            true => columns.optional(names[2]),
+            false => Some(columns.require(names[2])?),
+        };
+        let values = Columns3 {
+            values: [Some(x?), Some(y?), z],
+            new,
+        };
+        columns.done()?;
+        let at = |row: usize| key.map_or(0.0, |(_, column)| table.value(row, column));
+        let mut places: Vec<f64> = (0..table.n_rows()).map(at).collect();
+        places.sort_by(f64::total_cmp);
+        places.dedup();
+        let mut filled: Vec<Filled> = Vec::new();
+        filled.resize_with(places.len(), || Filled::new(nodes.nodes.len()));
+        let mut finder = Finder::new(nodes, motion.matching.tolerance);
+        let mut others = 0;
+        for row in 0..table.n_rows() {
+            let found = finder.find(place.at(&table, row)?);
+            let found = found.map_err(|message| table.error(row, message))?;
+            others += usize::from(found.is_empty());
+            let set = places.partition_point(|place| *place < at(row));
+            for node in found {
+                let value = values.displacement(&table, row, nodes.places[node]);
+                filled[set].set(node, value, row).map_err(|before| {
+                    let message = format!(
+                        "node {} is given twice, first in line {}; keep one of the rows",
+                        nodes.nodes[node],
+                        table.line(before)
+                    );
+                    table.error(row, message)
+                })?;
+            }
+        }
+        let key = key.map(|(key, _)| key);
+        let sets = filled.into_iter().zip(&places).map(|(filled, place)| {
+            let what = key.map_or(String::new(), |key| format!(" at {}", key.place(*place)));
+            filled.finish(nodes, motion.matching, body, (path, &what))
+        });
+        Ok(Self {
+            sets: sets.collect::<Result<_>>()?,
+            key,
+            places,
+            notes: unused(others, path, body),
+        })
+    }
+
+    /// SU2's surface positions: a line `node x y z` for each node, with its new place.
+    fn of_positions(
+        motion: &SurfaceMotion,
+        path: &Path,
+        body: &Body,
+        nodes: &BodyNodes,
+        in_plane: bool,
+    ) -> Result<Self> {
+        let source = Source::open(path)?;
+        let mut filled = Filled::new(nodes.nodes.len());
+        let mut finder = Finder::new(nodes, motion.matching.tolerance);
+        let mut others = 0;
+        for (line, text) in source.bytes().split(|b| *b == b'\n').enumerate() {
+            let wrong = |message: String| Error::input(message).line(line as u64 + 1).file(path);
+            let text = String::from_utf8_lossy(text);
+            let words: Vec<&str> = text.split_whitespace().collect();
+            if words
+                .first()
+                .is_none_or(|word| word.starts_with(['%', '#']))
+            {
+                continue;
+            }
+            let numbers: Option<Vec<f64>> = words
+                .iter()
+                .map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()))
+                .collect();
+            let (node, place) = match (words[0].parse::<u64>(), numbers.as_deref()) {
+                (Ok(node), Some([_, x, y])) if in_plane => (node, [*x, *y, 0.0]),
+                (Ok(node), Some([_, x, y, z])) => (node, [*x, *y, *z]),
+                _ => {
+                    let found: String = text.trim().chars().take(40).collect();
+                    return Err(wrong(format!(
+                        "found \"{}\"; a line of surface positions is a node and its new place: node x y z",
+                        found.escape_debug()
+                    )));
+                }
+            };
+            let found = finder.find(At::Node(node)).map_err(&wrong)?;
+            others += usize::from(found.is_empty());
+            for at in found {
+                let mut value = sub(place, nodes.places[at]);
+                if words.len() == 3 {
+                    value[2] = 0.0;
+                }
+                filled.set(at, value, line).map_err(|before| {
+                    wrong(format!(
+                        "node {node} is given twice, first in line {}",
+                        before + 1
+                    ))
+                })?;
+            }
+        }
+        let set = filled.finish(nodes, motion.matching, body, (path, ""))?;
+        Ok(Self::one(set, unused(others, path, body)))
+    }
+
+    /// The displacement array of a mesh, whose nodes are found by their places.
+    fn of_mesh(
+        motion: &SurfaceMotion,
+        path: &Path,
+        body: &Body,
+        nodes: &BodyNodes,
+    ) -> Result<Self> {
+        let (points, arrays) = arrays_of(path)?;
+        let named = |array: &&NamedVectors| {
+            let name = array.0.to_ascii_lowercase();
+            name.contains("displacement") || ["disp", "d", "u"].contains(&name.as_str())
+        };
+        let found = match arrays.as_slice() {
+            [one] => Some(one),
+            _ => arrays.iter().find(named),
+        };
+        let Some((_, values)) = found else {
+            let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
+            let message = format!(
+                "the mesh has no point array `Displacement` of 3 components; its vectors are: {}",
+                names.join(", ")
+            );
+            return Err(Error::input(message).file(path));
+        };
+        let mut filled = Filled::new(nodes.nodes.len());
+        let mut finder = Finder::new(nodes, motion.matching.tolerance);
+        let mut others = 0;
+        for (row, (place, value)) in points.iter().zip(values).enumerate() {
+            let found = finder.find(At::Place(*place)).unwrap_or_default();
+            others += usize::from(found.is_empty());
+            for at in found {
+                filled.set(at, *value, row).map_err(|before| {
+                    let message = format!(
+                        "points {before} and {row} are both at node {} and have different displacements",
+                        nodes.nodes[at]
+                    );
+                    Error::input(message).file(path)
+                })?;
+            }
+        }
+        let set = filled.finish(nodes, motion.matching, body, (path, ""))?;
+        Ok(Self::one(set, unused(others, path, body)))
+    }
+
+    fn one(set: Vec<Vector>, notes: Vec<String>) -> Self {
+        Self {
+            key: None,
+            places: vec![0.0],
+            sets: vec![set],
+            notes,
+        }
+    }
+
+    /// The set of a step.
+    fn find(&self, step: &Step, offset: f64) -> Result<usize> {
+        let Some(key) = self.key else { return Ok(0) };
+        let Some(at) = Clock::place(key, step, offset) else {
+            return Err(Error::input(
+                "the sets are over `time_s`, but the steps have no time; give the schedule [time], or `rpm` in [rotor]",
+            ));
+        };
+        let same = |place: f64| (place - at).abs() <= SAME * at.abs().max(1.0);
+        let same_turn = |place: f64| {
+            let turn = key.revolution().unwrap_or(f64::INFINITY);
+            let off = (place - at).rem_euclid(turn);
+            turn.is_finite() && off.min(turn - off) <= SAME * at.abs().max(1.0)
+        };
+        let found = self.places.iter().position(|place| same(*place));
+        let found = found.or_else(|| self.places.iter().position(|place| same_turn(*place)));
+        found.ok_or_else(|| {
+            Error::input(format!(
+                "there are no rows for {} (step {}); every step needs a set of its own, and they go from {} to {}",
+                key.place(at),
+                step.index,
+                key.place(self.places[0]),
+                key.place(self.places[self.places.len() - 1])
+            ))
+        })
+    }
+
+    /// The displacements of a step.
+    pub fn at(&self, step: &Step, offset: f64) -> &[Vector] {
+        let found = self.find(step, offset);
+        &self.sets[found.expect("there is a set for every step")]
+    }
+
+    /// Velocities at a step: the slope between the steps beside it.
+    pub fn rates(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Vec<Vector> {
+        let last = clock.steps.len() - 1;
+        let [before, after] = [step.index.saturating_sub(1), (step.index + 1).min(last)];
+        let [from, to] = [before, after].map(|i| self.at(&clock.steps[i], offset));
+        let steps = (after - before).max(1) as f64;
+        let rate = clock.steps_a_second(step) / steps;
+        let pairs = from.iter().zip(to);
+        pairs
+            .map(|(from, to)| scale(sub(*to, *from), rate))
+            .collect()
+    }
+}
+
+impl Columns3 {
+    fn displacement(&self, table: &Table, row: usize, place: Vector) -> Vector {
+        std::array::from_fn(|i| match self.values[i] {
+            Some(column) if self.new => table.value(row, column) - place[i],
+            Some(column) => table.value(row, column),
+            None => 0.0,
+        })
+    }
+}

@@ -1,0 +1,164 @@
+//! The nodes of a body, found by number or by place, and a vector for each of them from a file.
+
+use crate::error::{Error, Result};
+use crate::geometry::vector::{Vector, distance};
+use crate::motion::body::{Body, Matching};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Nodes that are named in a message.
+const LISTED: usize = 5;
+
+/// The nodes that move with a body.
+#[derive(Debug, Clone)]
+pub(in crate::motion) struct BodyNodes {
+    /// Node numbers in the mesh, ascending.
+    pub nodes: Vec<u32>,
+    /// Their places in the reference mesh.
+    pub places: Vec<Vector>,
+    /// Number of nodes of the mesh.
+    pub n_mesh: usize,
+}
+
+/// Where a file says that a row belongs.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum At {
+    /// A zero-based node of the mesh.
+    Node(u64),
+    /// A place in the reference mesh.
+    Place(Vector),
+}
+
+/// Finds the nodes of a body.
+pub(super) struct Finder<'a> {
+    of: &'a BodyNodes,
+    tolerance: f64,
+    /// Nodes in cells as large as the tolerance.
+    cells: HashMap<[i64; 3], Vec<usize>>,
+}
+
+impl BodyNodes {
+    /// The position of a node of the mesh among these.
+    #[inline]
+    pub fn find(&self, node: u32) -> Option<usize> {
+        self.nodes.binary_search(&node).ok()
+    }
+}
+
+impl<'a> Finder<'a> {
+    pub fn new(of: &'a BodyNodes, tolerance: f64) -> Self {
+        Self {
+            of,
+            tolerance,
+            cells: HashMap::new(),
+        }
+    }
+
+    fn cell(&self, x: Vector) -> [i64; 3] {
+        x.map(|x| (x / self.tolerance).floor() as i64)
+    }
+
+    /// Positions among the body's nodes; none where the mesh has the node and the body has not.
+    pub fn find(&mut self, at: At) -> std::result::Result<Vec<usize>, String> {
+        match at {
+            At::Node(node) => match u32::try_from(node) {
+                Ok(node) if (node as usize) < self.of.n_mesh => {
+                    Ok(self.of.find(node).into_iter().collect())
+                }
+                _ => Err(format!(
+                    "node {node} is not in the mesh, whose nodes are 0 to {}",
+                    self.of.n_mesh.saturating_sub(1)
+                )),
+            },
+            At::Place(x) => Ok(self.near(x)),
+        }
+    }
+
+    fn near(&mut self, x: Vector) -> Vec<usize> {
+        if self.cells.is_empty() {
+            for (at, place) in self.of.places.iter().enumerate() {
+                let cell = self.cell(*place);
+                self.cells.entry(cell).or_default().push(at);
+            }
+        }
+        let [i, j, k] = self.cell(x);
+        let mut found = Vec::new();
+        for n in 0..27 {
+            let cell = [
+                i.saturating_add(n % 3 - 1),
+                j.saturating_add(n / 3 % 3 - 1),
+                k.saturating_add(n / 9 - 1),
+            ];
+            let near = self.cells.get(&cell).into_iter().flatten();
+            found.extend(near.filter(|&&at| distance(self.of.places[at], x) <= self.tolerance));
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+/// A vector for each node, filled row by row.
+pub(super) struct Filled {
+    values: Vec<Vector>,
+    /// The row that gave it, from 1; 0 where none has.
+    rows: Vec<u32>,
+}
+
+impl Filled {
+    pub fn new(n: usize) -> Self {
+        Self {
+            values: vec![[0.0; 3]; n],
+            rows: vec![0; n],
+        }
+    }
+
+    /// Gives a node its vector; the row that has given it another one before is an error.
+    pub fn set(&mut self, at: usize, value: Vector, row: usize) -> std::result::Result<(), usize> {
+        match self.rows[at] {
+            0 => {
+                self.values[at] = value;
+                self.rows[at] = u32::try_from(row + 1).unwrap_or(u32::MAX);
+                Ok(())
+            }
+            _ if self.values[at] == value => Ok(()),
+            before => Err(before as usize - 1),
+        }
+    }
+
+    /// All vectors; nodes without one stay where that is allowed.
+    pub fn finish(
+        self,
+        nodes: &BodyNodes,
+        matching: Matching,
+        body: &Body,
+        (path, what): (&Path, &str),
+    ) -> Result<Vec<Vector>> {
+        let rows = self.rows.iter().enumerate();
+        let missing: Vec<u32> = rows
+            .filter(|(_, row)| **row == 0)
+            .map(|(at, _)| nodes.nodes[at])
+            .collect();
+        if missing.len() == nodes.nodes.len() {
+            let message = format!(
+                "no node of body \"{}\" is in the file{what}; its nodes are counted from 0, and places must agree to \
+                 match_tolerance = {:e}",
+                body.name, matching.tolerance
+            );
+            return Err(Error::input(message).file(path));
+        }
+        if missing.is_empty() || matching.missing_fixed {
+            return Ok(self.values);
+        }
+        let listed: Vec<String> = missing.iter().take(LISTED).map(u32::to_string).collect();
+        let more = if missing.len() > LISTED { ", ..." } else { "" };
+        let message = format!(
+            "{} of the {} nodes of body \"{}\" are missing{what}: {}{more}; add them, or set missing = \"fixed\"",
+            missing.len(),
+            nodes.nodes.len(),
+            body.name,
+            listed.join(", ")
+        );
+        Err(Error::input(message).file(path))
+    }
+}

@@ -1,0 +1,102 @@
+//! Tables that a schedule names: CSV files of numbers, and what is interpolated from them.
+//!
+//! ```text
+//! file ── Table ── Columns: by name ──┬─ History       values over azimuth, time or step
+//!                                     └─ SpanHistory   the same at every station of a blade
+//! ```
+//!
+//! Owns how such a file is read, its errors by line, and interpolation between rows. Leaves to the
+//! motions which columns they want and what the numbers mean.
+
+mod columns;
+mod history;
+mod key;
+mod span;
+mod spline;
+mod text;
+
+pub use columns::{Column, Columns};
+pub use history::{History, Interpolation, Place};
+pub use key::Key;
+pub use span::{SpanHistory, SpanValues};
+
+use crate::error::{Error, Result};
+use crate::formats::Source;
+use std::path::{Path, PathBuf};
+
+/// A table of finite numbers under named columns.
+#[derive(Debug, Clone)]
+pub struct Table {
+    path: PathBuf,
+    names: Vec<String>,
+    /// Line of the names.
+    header: u64,
+    /// By rows.
+    values: Vec<f64>,
+    /// Line of each row.
+    lines: Vec<u32>,
+}
+
+impl Table {
+    /// Reads a CSV file: names of the columns, then rows of numbers between commas, semicolons or
+    /// tabs. Blank lines and what follows a `#` are passed over; a header behind a `#` is found.
+    pub fn read(path: &Path) -> Result<Self> {
+        let source = Source::open(path)?;
+        Self::parse(source.bytes(), path)
+    }
+
+    /// The same from the bytes of a file; `path` is named in errors.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
+        text::parse(bytes, path).map_err(|error| error.file(path))
+    }
+
+    /// Picks columns by name.
+    pub fn columns(&self) -> Columns<'_> {
+        Columns::new(self)
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Number of rows, at least one.
+    pub fn n_rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The number in a row and column, in radians where the column holds angles.
+    pub fn value(&self, row: usize, column: Column) -> f64 {
+        column.factor * self.values[row * self.names.len() + column.index]
+    }
+
+    /// A number that must be whole and not negative, such as that of a node.
+    pub fn whole(&self, row: usize, column: Column) -> Result<u64> {
+        let value = self.value(row, column);
+        // Whole numbers up to here are exact.
+        if value.fract() == 0.0 && (0.0..=9e15).contains(&value) {
+            return Ok(value as u64);
+        }
+        let name = &self.names[column.index];
+        let message = format!("column `{name}` holds {value}; it must be a whole number from 0 on");
+        Err(self.error(row, message))
+    }
+
+    /// One-based line of a row.
+    pub fn line(&self, row: usize) -> u64 {
+        u64::from(self.lines[row])
+    }
+
+    /// An error at a row.
+    pub fn error(&self, row: usize, message: impl Into<String>) -> Error {
+        Error::input(message).line(self.line(row)).file(&self.path)
+    }
+
+    /// An error at the names of the columns.
+    pub fn header_error(&self, message: impl Into<String>) -> Error {
+        Error::input(message).line(self.header).file(&self.path)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,203 @@
+//! What the text of a table may be, and the one sentence for each that is wrong.
+
+use super::*;
+
+/// All numbers of a table, by rows, in the order of its columns.
+fn numbers(text: &str) -> Vec<f64> {
+    let table = table(text);
+    let columns = table.columns().rest();
+    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["azimuth_deg", "dx"]);
+    let rows = 0..table.n_rows();
+    let row = |row| columns.iter().map(move |(_, c)| (row, *c));
+    rows.flat_map(row)
+        .map(|(row, column)| table.value(row, column))
+        .collect()
+}
+
+#[test]
+fn a_table_is_read_as_spreadsheets_and_programs_write_it() {
+    let expected = [0.0, 1.5, 10.0, -2e-3];
+    for text in [
+        "azimuth_deg,dx\n0,1.5\n10,-2e-3\n",
+        "azimuth_deg,dx\n0,1.5\n10,-2e-3",
+        "\u{feff}azimuth_deg,dx\r\n0,1.5\r\n10,-2e-3\r\n",
+        "azimuth_deg;dx\n0;1.5\n10;-2e-3\n",
+        "azimuth_deg\tdx\n0\t1.5\n10\t-2e-3\n",
+        "# made by hand\n\n azimuth_deg , dx # m\n# first\n 0 , +1.5\n  \n10,-2.0D-03 # last\n\n",
+        "\"azimuth_deg\",\"dx\"\n\"0\",\"1.5\"\n 10 , \" -2e-3\" \n",
+        "# azimuth_deg,dx\n0,1.5\n10,-2e-3\n",
+    ] {
+        assert_eq!(numbers(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn a_long_table_is_read_in_order_and_its_first_wrong_line_is_told() {
+    let row = |i: u32| format!("{i},{}\n", f64::from(i) * 0.5);
+    let rows: String = (0..100_000).map(row).collect();
+    let text = format!("# long\nnode,dx\n{rows}");
+    let read = table(&text);
+    let dx = read.columns().require("dx").expect("it is there");
+    assert_eq!(read.n_rows(), 100_000);
+    assert!((0..100_000).all(|row| read.value(row, dx) == 0.5 * row as f64));
+    assert_eq!(read.line(99_999), 100_002);
+    let text = text.replace("\n70000,", "\nseventy,");
+    let text = text.replace("\n90000,", "\nninety,");
+    assert_eq!(
+        refusal(parse(&text)),
+        "beam.csv:70003: column `node` holds \"seventy\"; it must be a finite number"
+    );
+}
+
+#[test]
+fn every_wrong_table_is_refused_in_a_sentence_with_its_line() {
+    for (text, expected) in [
+        (
+            "",
+            "1: the table is empty; it must name its columns in its first line",
+        ),
+        (
+            "# nothing\n",
+            "1: the table is empty; it must name its columns in its first line",
+        ),
+        (
+            "\na,b\n",
+            "2: the table has no rows after the names of its columns",
+        ),
+        (
+            "0,1 # of what?\n2,3\n",
+            "1: the first line is numbers; it must name the columns, as in azimuth_deg,dx,dy",
+        ),
+        ("a,b,a\n", "1: two columns are called `a`; keep one of them"),
+        (
+            "a,b,\n1,2,\n",
+            "1: column 3 has no name; give it one, or take the column out",
+        ),
+        (
+            "a,b\n1,2\n\n# c\n3,x1\n",
+            "5: column `b` holds \"x1\"; it must be a finite number",
+        ),
+        (
+            "a,b\n1,\n",
+            "2: column `b` is empty; it must be a finite number",
+        ),
+        (
+            "a,b\n1,nan\n",
+            "2: column `b` holds \"nan\"; it must be a finite number",
+        ),
+        (
+            "a,b\n-inf,1\n",
+            "2: column `a` holds \"-inf\"; it must be a finite number",
+        ),
+        (
+            "a,b\n1e999,1\n",
+            "2: column `a` holds \"1e999\"; it must be a finite number",
+        ),
+        (
+            "a,b\n1,2 3\n",
+            "2: column `b` holds \"2 3\"; it must be a finite number",
+        ),
+        (
+            "a,b\n1\n",
+            "2: the row has 1 field; it must have 2, one for each column",
+        ),
+        (
+            "a,b\n1,2,3\n",
+            "2: the row has 3 fields; it must have 2, one for each column",
+        ),
+        (
+            "a;b\n1,5;2\n",
+            "2: column `a` holds \"1,5\"; it must be a finite number",
+        ),
+        ("a,b\n1,\"2\n", "2: a quote is not closed on its line"),
+        (
+            "a,b\n\"1\"2,3\n",
+            "2: text follows a quote that closes; put the whole field in quotes",
+        ),
+    ] {
+        assert_eq!(
+            refusal(parse(text)),
+            format!("beam.csv:{expected}"),
+            "{text:?}"
+        );
+    }
+    let utf16 = Table::parse(b"\xff\xfea\0,\0b\0\n\0", Path::new("beam.csv"));
+    assert_eq!(
+        refusal(utf16),
+        "beam.csv:1: the table is UTF-16 text; save it as UTF-8 or plain ASCII"
+    );
+}
+
+#[test]
+fn columns_are_picked_by_name_in_their_units() {
+    let read = table("rot_x_rad,dz,azimuth_deg,rot_y_deg\n0.5,1,90,180\n");
+    let mut columns = read.columns();
+    let (key, place) = columns.require_key().expect("azimuths");
+    let rot_x = columns.require_angle("rot_x").expect("in radians");
+    let rot_y = columns.require_angle("rot_y").expect("in degrees");
+    let rot_z = columns.optional_angle("rot_z").expect("no error");
+    let dz = columns.require("dz").expect("there");
+    assert!(columns.optional("dx").is_none() && rot_z.is_none());
+    columns.done().expect("all are known");
+    assert_eq!(key, Key::AzimuthDeg);
+    let values = [place, rot_x, rot_y, dz].map(|column| read.value(0, column));
+    assert_eq!(values, [90.0, 0.5, std::f64::consts::PI, 1.0]);
+}
+
+#[test]
+fn missing_unknown_and_doubled_columns_are_told_with_what_would_be_right() {
+    let read = table("# t\nazimuth_deg,time_s,dxx,rot_x_deg,rot_x_rad\n0,0,0,0,0\n");
+    let mut columns = read.columns();
+    assert_eq!(
+        refusal(columns.require_key()),
+        "beam.csv:2: columns `azimuth_deg` and `time_s` say the same; keep one of them"
+    );
+    assert_eq!(
+        refusal(columns.require_angle("rot_x")),
+        "beam.csv:2: columns `rot_x_deg` and `rot_x_rad` say the same; keep one of them"
+    );
+    assert_eq!(
+        refusal(columns.require("dy")),
+        "beam.csv:2: the table has no column `dy`; found: azimuth_deg, time_s, dxx, rot_x_deg, rot_x_rad"
+    );
+    let mut columns = read.columns();
+    for name in ["azimuth_deg", "time_s", "dx", "rot_x_deg", "rot_x_rad"] {
+        columns.optional(name);
+    }
+    assert_eq!(
+        refusal(columns.done()),
+        "beam.csv:2: column `dxx` is not known here; did you mean `dx`? known: azimuth_deg, time_s, dx, rot_x_deg, rot_x_rad"
+    );
+    let read = table("x\n1\n");
+    assert_eq!(
+        refusal(read.columns().require_key()),
+        "beam.csv:1: the table has no column `azimuth_deg`, `azimuth_rad`, `time_s` or `step`; found: x"
+    );
+    assert_eq!(
+        refusal(read.columns().require_angle("rot_z")),
+        "beam.csv:1: the table has no column `rot_z_deg` or `rot_z_rad`; found: x"
+    );
+}
+
+#[test]
+fn numbers_of_nodes_are_whole() {
+    let read = table("node\n7\n-1\n2.5\n1e300\n");
+    let node = read.columns().require("node").expect("there");
+    assert_eq!(read.whole(0, node).expect("whole"), 7);
+    assert_eq!(
+        refusal(read.whole(1, node)),
+        "beam.csv:3: column `node` holds -1; it must be a whole number from 0 on"
+    );
+    assert!(read.whole(2, node).is_err() && read.whole(3, node).is_err());
+}
+
+proptest::proptest! {
+    #[test]
+    fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(
+        proptest::sample::select(b"a,;\t\"# \n\r1-.eDn\xef\xbb\xbf\xff\0".to_vec()), 0..60)) {
+        if let Err(error) = Table::parse(&bytes, Path::new("t.csv")) {
+            proptest::prop_assert!(error.to_string().starts_with("t.csv:"));
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Node velocities: those of the surface by differentiating the motion, those of the volume by the
+//! interpolant of the displacements, which is linear in its data.
+//!
+//! ```text
+//! x = X + Phi_vb Phi_bb^-1 d(t),   v = Phi_vb Phi_bb^-1 d'(t)
+//! ```
+
+use super::fields::{Chosen, Fields, Frame};
+use super::layer::{Free, Layer, Method};
+use super::plan::Plan;
+use super::progress::Silent;
+use crate::error::Result;
+use crate::geometry::vector::{Vector, norm};
+use crate::motion::{Pace, Role, Step};
+use crate::rbf::select::{self, Measure, Selection};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Part of the largest velocity that the modes of velocities may be off by.
+const ACCURACY: f64 = 1e-6;
+
+/// Velocities of the surface points at every step as a layer.
+pub(super) fn layer(plan: &Plan) -> Result<Layer> {
+    let steps = &plan.motion.steps;
+    let paces: Vec<Vec<Pace<'_>>> = steps.iter().map(|step| plan.motion.paces(step)).collect();
+    let surface = &plan.surface;
+    let velocity = |step: usize, at: usize| match surface.body[at] {
+        Some(body) => {
+            let pace = &paces[step][usize::from(body)];
+            pace.velocity(surface.nodes[at], surface.points[at])
+        }
+        None => [0.0; 3],
+    };
+    let points = (0..surface.nodes.len()).into_par_iter();
+    let largest = |at: usize| {
+        let sizes = (0..steps.len()).map(|step| norm(velocity(step, at)));
+        sizes.fold(0.0, f64::max)
+    };
+    let largest = points.map(largest).reduce(|| 0.0, f64::max);
+    let fill = |step: usize, points: Range<usize>, out: &mut [Vector]| {
+        for (at, out) in points.zip(out) {
+            *out = velocity(step, at);
+        }
+    };
+    let free = Free {
+        n_steps: steps.len(),
+        rigid: (Vec::new(), Vec::new()),
+        fill: Box::new(fill),
+    };
+    let method = Method {
+        truncation: ACCURACY * largest,
+        ..plan.method.clone()
+    };
+    free.layer(&surface.points, &method)
+}
+
+/// Velocities of the nodes of a mesh at the steps of a stretch.
+pub(super) struct Velocities<'a> {
+    layer: &'a Layer,
+    fields: Fields,
+}
+
+impl<'a> Velocities<'a> {
+    /// From the base points of the displacements; `error` is their largest error, which says how far
+    /// the correction of the surface reaches.
+    pub fn new(
+        plan: &'a Plan,
+        layer: &'a Layer,
+        frame: Frame<'_>,
+        displacements: &Selection,
+        error: f64,
+    ) -> Result<Self> {
+        let base = displacements.base.clone();
+        let own = select::from_base(&layer.space, plan.targets(layer), base, Measure::Max)?;
+        let chosen = [Chosen {
+            selection: &own,
+            error,
+        }];
+        let layers = std::slice::from_ref(layer);
+        let correct = plan.schedule.selection.correction;
+        let fields = Fields::new(frame, layers, &chosen, correct, &Silent);
+        Ok(Self { layer, fields })
+    }
+
+    /// Velocities at a step in mesh units a second; `points` are the nodes at that step.
+    pub fn at(&self, plan: &Plan, step: &Step, frame: Frame<'_>, points: &[Vector]) -> Vec<Vector> {
+        let still = vec![[0.0; 3]; points.len()];
+        let mut out = still.clone();
+        let layers = std::slice::from_ref(self.layer);
+        let at_rest = Frame {
+            nodes: &still,
+            ..frame
+        };
+        self.fields.displace(layers, step.index, at_rest, &mut out);
+        if plan.schedule.selection.correction {
+            set_surface(plan, step, &mut out);
+        }
+        plan.periodic.follow_directions(&mut out);
+        let Some(carry) = plan.motion.carry_moving(step) else {
+            return out;
+        };
+        let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
+        let back = carry.map.inverse();
+        out.par_iter_mut().enumerate().for_each(|(node, v)| {
+            if inside.is_none_or(|inside| inside[node]) {
+                *v = carry.velocity(back.apply(points[node]), *v);
+            }
+        });
+        out
+    }
+}
+
+/// Surface nodes with the velocities of the motion itself, fixed ones at rest.
+fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
+    let paces = plan.motion.paces(step);
+    let surface = &plan.motion.surface.nodes;
+    let nodes = surface.nodes.par_iter().zip(&surface.roles);
+    let exact = nodes.map(|(&node, role)| match role {
+        Role::Moving(body) => {
+            let pace = &paces[usize::from(*body)];
+            Some(pace.velocity(node, plan.reference[node as usize]))
+        }
+        Role::Fixed => Some([0.0; 3]),
+        Role::Sliding => None,
+    });
+    let exact: Vec<Option<Vector>> = exact.collect();
+    for (&node, exact) in surface.nodes.iter().zip(exact) {
+        if let Some(v) = exact {
+            out[node as usize] = v;
+        }
+    }
+}
