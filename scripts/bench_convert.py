@@ -1,12 +1,13 @@
 """Converting one large mesh beside meshio, gmsh and pyvista: whole commands, from start to exit.
 
-    .venv/bin/python scripts/bench_convert.py [--nodes 1972139] [--folder target/bench] [--rounds 1]
+    .venv/bin/python scripts/bench_convert.py [--nodes 1972139] [--folder target/bench] [--rounds 1] [--limit 1200]
 
 The mesh is a rotor of tetrahedra with tagged boundaries. It goes from MSH (4.1 binary, 2.2 text) to VTU,
 CGNS and SU2, and from these back to both. After every conversion the boundary tags of the new file are
 counted by `azimesh info` and compared with those of the first: `names` where names and counts of faces
 are kept, `faces` where only counts are, `lost` otherwise. What azimesh wrote is compared cell by cell
-with its input by `azimesh diff`. A peer that cannot do a conversion is listed with its complaint.
+with its input by `azimesh diff`. A peer that cannot do a conversion is listed with its complaint, one
+that takes longer than the limit with the limit.
 """
 
 import argparse
@@ -18,7 +19,6 @@ from pathlib import Path
 from measure import PYTHON, machine, significant, used
 
 AZIMESH = "target/release/azimesh"
-LIMIT_S = 1200
 MESHIO_FORMAT = {"msh": "gmsh", "msh2": "gmsh22", "vtu": "vtu", "cgns": "cgns", "su2": "su2"}
 TO_MSH2 = {"msh2": ["--encoding", "ascii"]}
 
@@ -91,34 +91,36 @@ def by_azimesh(source, target, wanted, rounds):
     return min(run.seconds for run in runs), min(run.megabytes for run in runs), kept(tags(target), wanted) + difference
 
 
-def by_peer(statements, target, wanted, rounds):
+def by_peer(statements, target, wanted, rounds, limit):
     """The same of a peer; its complaint where it fails."""
     seconds, megabytes = [], []
     for _ in range(rounds):
         fresh(target)
         try:
-            run = used(["timeout", str(LIMIT_S), PYTHON, "-c", statements])
+            run = used(["timeout", str(limit), PYTHON, "-c", statements])
         except AssertionError as error:
             target.unlink(missing_ok=True)
-            return str(error).strip().splitlines()[-1][:90]
+            if "exit code 124" in str(error):
+                return f"takes more than {limit} s"
+            return f"fails: {str(error).strip().splitlines()[-1][:90]}"
         if not target.exists() or target.stat().st_size == 0:
-            return "wrote nothing"
+            return "fails: it wrote nothing"
         seconds.append(run.seconds)
         megabytes.append(run.megabytes)
     return min(seconds), min(megabytes), kept(tags(target), wanted)
 
 
-def compare(source, target, wanted, rounds):
+def compare(source, target, wanted, options):
     """One conversion by all; prints rows and returns the least ratios of time and memory."""
     print(f"\n{source.suffix[1:]} to {target.suffix[1:]}")
-    seconds, megabytes, fate = by_azimesh(source, target, wanted, rounds)
+    seconds, megabytes, fate = by_azimesh(source, target, wanted, options.rounds)
     print(f"    {'azimesh':10}{significant(seconds):>8} s {megabytes:8.0f} MB               tags: {fate}", flush=True)
     ratios = []
     for name, statements in peers(source, target).items():
         out = own(target, name)
-        found = by_peer(statements, out, wanted, rounds)
+        found = by_peer(statements, out, wanted, options.rounds, options.limit)
         if isinstance(found, str):
-            print(f"    {name:10}fails: {found}", flush=True)
+            print(f"    {name:10}{found}", flush=True)
             continue
         ratios.append((found[0] / seconds, found[1] / megabytes))
         print(f"    {name:10}{significant(found[0]):>8} s {found[1]:8.0f} MB "
@@ -132,6 +134,7 @@ def main():
     parser.add_argument("--nodes", type=int, default=1_972_139)
     parser.add_argument("--folder", type=Path, default=Path("target/bench"))
     parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--limit", type=int, default=1200, help="seconds given to a peer")
     options = parser.parse_args()
     folder = options.folder
     folder.mkdir(parents=True, exist_ok=True)
@@ -144,9 +147,9 @@ def main():
     ratios = []
     for target in (folder / f"there.{kind}" for kind in ("vtu", "cgns", "su2")):
         for source in first.values():
-            ratios += compare(source, target, wanted, options.rounds)
+            ratios += compare(source, target, wanted, options)
         for back in (folder / f"back.{kind}" for kind in first):
-            ratios += compare(target, back, wanted, options.rounds)
+            ratios += compare(target, back, wanted, options)
         fresh(*folder.glob("there*"), *folder.glob("back*"))
     print(f"\nto the nearest peer: at least {min(r[0] for r in ratios):.1f} times faster, "
           f"at least {min(r[1] for r in ratios):.1f} times less memory")

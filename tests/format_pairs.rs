@@ -9,7 +9,9 @@ use azimesh::mesh::{CellKind, Cells, Group, Mesh};
 use std::path::Path;
 use support::{azimesh, succeed};
 
-const EXTENSIONS: [&str; 4] = ["vtu", "msh", "msh2", "su2"];
+const EXTENSIONS: [&str; 7] = ["vtu", "vtk", "vtkhdf", "cgns", "msh", "msh2", "su2"];
+/// Solid meshes only, in an order of cells of its own: a start, not a stop on the way.
+const UGRID: &str = "lb8.ugrid";
 
 fn read(path: &Path) -> Mesh {
     formats::read(&Source::open(path).unwrap(), &ReadOptions::default())
@@ -104,14 +106,16 @@ fn every_mesh_survives_every_pair_of_formats() {
     let (plain, zoned) = meshes(folder);
     for name in plain.into_iter().chain(zoned) {
         let first = format!("{name}.vtu");
-        for a in EXTENSIONS {
+        let starts = EXTENSIONS.into_iter().chain([UGRID]);
+        for a in starts.filter(|a| *a != UGRID || name != "airfoil") {
             let start = format!("{name}_a.{a}");
             succeed(folder, &["convert", "--force", "-q", &first, &start]);
             for b in EXTENSIONS {
                 let (there, back) = (format!("{name}_b.{b}"), format!("{name}_c.{a}"));
                 let out = succeed(folder, &["convert", "--force", &start, &there]);
                 succeed(folder, &["convert", "--force", "-q", &there, &back]);
-                let loses_zones = zoned.contains(&name) && b == "su2" && a != "su2";
+                let has_zones = zoned.contains(&name) && a != "su2" && a != UGRID;
+                let loses_zones = has_zones && b == "su2";
                 let diff = azimesh(folder, &["diff", "-v", &start, &back]);
                 assert_eq!(
                     diff.code,

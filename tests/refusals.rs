@@ -127,7 +127,10 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     refused(
         folder,
         &["convert", "n.vtu", "out.xyz"],
-        &["out.xyz: ", "known endings: .vtu"],
+        &[
+            "out.xyz: ",
+            "known endings: .pvtu, .vtu, .vtkhdf, .vtk, .msh,",
+        ],
     );
     refused(
         folder,

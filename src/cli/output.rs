@@ -55,6 +55,12 @@ impl OutputArgs {
         Ok(())
     }
 
+    /// The same for the files that belong beside the mesh.
+    pub fn check_companions(&self, mesh: &Mesh, path: &Path, format: &dyn Format) -> Result<()> {
+        let companions = format.companions(mesh, path);
+        companions.iter().try_for_each(|(path, _)| self.check(path))
+    }
+
     /// Writes the mesh, and files that belong beside it, and notes what the format could not hold.
     pub fn save(
         &self,
@@ -63,9 +69,7 @@ impl OutputArgs {
         format: &dyn Format,
         context: &Context,
     ) -> Result<()> {
-        for (companion, _) in format.companions(mesh, path) {
-            self.check(&companion)?;
-        }
+        self.check_companions(mesh, path, format)?;
         let write = || formats::save(mesh, path, format, &self.options());
         for dropped in context.stage("writing", write)? {
             context.note(&format!("{}: {dropped}", path.display()));

@@ -237,10 +237,11 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
             ))
             .file(path);
         }
-        let known = FORMATS
+        let mut known = FORMATS
             .iter()
             .map(|format| format!(".{}", format.extensions()[0]))
             .collect::<Vec<_>>();
+        known.dedup();
         let known = known.join(", ");
         Error::input(format!(
             "the name does not say the format; known endings: {known}"

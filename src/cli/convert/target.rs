@@ -179,6 +179,7 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         let options = self.args.write.options();
+        self.args.write.check_companions(mesh, path, format)?;
         let write = || match self.args.pieces {
             Some(n) => formats::pvtu::write_pieces(mesh, path, n.get(), &options),
             None => formats::save(mesh, path, format, &options),
