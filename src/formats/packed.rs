@@ -120,7 +120,8 @@ mod tests {
         compress_to_vec(text, CompressionLevel::Fastest)
     }
 
-    const PACKERS: [fn(&[u8]) -> Vec<u8>; 3] = [gzip, xz, zst];
+    type Packer = fn(&[u8]) -> Vec<u8>;
+    const PACKERS: [Packer; 3] = [gzip, xz, zst];
 
     #[test]
     fn members_in_a_row_are_one_file() {

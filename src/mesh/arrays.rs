@@ -175,6 +175,7 @@ impl Values {
 
     /// Smallest and largest value of each component, without NaN; `None` where there is no number.
     /// Empty for text.
+    #[allow(clippy::unnecessary_cast)] // one text for numbers of every type
     pub fn ranges(&self, n_components: usize) -> Vec<Option<[f64; 2]>> {
         let of = |component: usize| {
             with_numbers!(self, v => {

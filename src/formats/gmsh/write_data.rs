@@ -28,6 +28,7 @@ pub(super) fn write(
     Ok(notes)
 }
 
+#[allow(clippy::unnecessary_cast)] // one text for numbers of every type
 fn write_array(
     section: &str,
     array: &DataArray,

@@ -67,7 +67,9 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
 }
 
 /// Counts and data between the marks of records, and where the data start.
-fn records<'a>(bytes: &'a [u8], binary: &Binary) -> Result<(&'a [u8], Cow<'a, [u8]>, usize)> {
+type Records<'a> = (&'a [u8], Cow<'a, [u8]>, usize);
+
+fn records<'a>(bytes: &'a [u8], binary: &Binary) -> Result<Records<'a>> {
     let header = fortran::header(bytes, binary).ok_or_else(|| {
         Error::input("the file does not start with a Fortran record of seven counts").byte(0)
     })?;
