@@ -1,4 +1,4 @@
-//! Meshes to and from the model of the crate [`vtkio`](::vtkio), for programs that use it.
+//! Meshes to and from the model of the crate [`vtkio`], for programs that use it.
 //!
 //! Its grids have no field data and no strings, so names of tags are not kept; their numbers are, in
 //! the cell arrays of the VTK formats. A polyhedron has its face stream in the place of its nodes,
