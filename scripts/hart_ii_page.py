@@ -104,7 +104,7 @@ def blade_of(grid, points):
     """The blade's faces with the nodes at some places."""
     moved = grid.copy()
     moved.points = points
-    return moved.extract_cells(np.flatnonzero(moved.cell_data["BoundaryTag"] == 1)).extract_surface()
+    return moved.extract_cells(np.flatnonzero(moved.cell_data["BoundaryTag"] == 1)).extract_surface(algorithm="dataset_surface")
 
 
 def cuts_of(grid, points):

@@ -30,7 +30,7 @@ def boundary(grid, points, first, last):
     moved = grid.copy()
     moved.points = points
     tag = np.array(moved.cell_data["BoundaryTag"])
-    return moved.extract_cells(np.flatnonzero((tag >= first) & (tag <= last))).extract_surface()
+    return moved.extract_cells(np.flatnonzero((tag >= first) & (tag <= last))).extract_surface(algorithm="dataset_surface")
 
 
 def draw(path, grid, points):
