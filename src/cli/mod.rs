@@ -10,6 +10,7 @@ mod input;
 mod output;
 mod progress;
 mod quality;
+mod report;
 mod sample;
 mod select;
 
@@ -69,6 +70,8 @@ enum Command {
     Deform(deform::DeformArgs),
     /// Compare two meshes node by node and tag by tag
     Diff(diff::DiffArgs),
+    /// One self-contained HTML page of a sequence
+    Report(report::ReportArgs),
     /// Make a mesh and its schedule to try things on
     Sample(sample::SampleArgs),
 }
@@ -110,6 +113,7 @@ fn run(command: Command, context: &Context) -> Result<Outcome> {
         Command::Select(args) => select::run(&args, context),
         Command::Deform(args) => deform::run_command(&args, context),
         Command::Diff(args) => diff::run(&args, context),
+        Command::Report(args) => report::run(&args, context),
         Command::Sample(args) => sample::run(&args, context),
     }
 }

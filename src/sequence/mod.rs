@@ -10,6 +10,7 @@
 pub mod base;
 mod checks;
 mod choose;
+mod course;
 mod deformer;
 mod fields;
 mod given;

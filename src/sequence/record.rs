@@ -1,5 +1,6 @@
 //! run.json: what a run was given, what it did and how it ended.
 
+use super::course::course;
 use super::plan::Plan;
 use crate::error::{Error, Result};
 use crate::formats::save_text;
@@ -78,6 +79,7 @@ impl Record {
             "steps": plan.motion.steps.len(),
             "modes": plan.n_modes(),
             "mode_truncation": plan.truncation(),
+            "motion": course(plan),
         });
         Ok(Self { path, content })
     }
