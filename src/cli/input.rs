@@ -3,6 +3,7 @@
 use super::Context;
 use crate::error::{Error, Result};
 use crate::formats::{self, Format, Loaded, Source};
+use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
 /// One input, opened.
@@ -23,8 +24,12 @@ enum Meshes {
 }
 
 impl Input {
-    /// Opens a mesh file, of a format that is known or that its content tells, or a list of them.
+    /// Opens a mesh file, of a format that is known or that its content tells, a list of them, or the
+    /// sequence in a folder.
     pub fn open(path: &Path, format: Option<&'static dyn Format>) -> Result<Self> {
+        if path.is_dir() {
+            return Self::open(&sequence_in(path)?, format);
+        }
         let meshes = match formats::is_series(path) {
             true => Meshes::Listed(formats::read_series(path)?),
             false => {
@@ -95,6 +100,15 @@ impl Input {
         }
     }
 
+    /// The mesh of a step, or the one there is; tells what its reader remarks.
+    pub fn mesh(&self, step: Option<usize>, context: &Context) -> Result<Mesh> {
+        let loaded = self.read(step, context)?;
+        for note in loaded.notes.iter() {
+            context.note(&format!("{}: {note}", self.path.display()));
+        }
+        Ok(loaded.mesh)
+    }
+
     /// Reads a mesh: that of a step of a sequence, or the one there is.
     pub fn read(&self, step: Option<usize>, context: &Context) -> Result<Loaded> {
         context.stage("reading", || {
@@ -111,4 +125,29 @@ impl Input {
             }
         })
     }
+}
+
+/// The one sequence in a folder: its .pvd, or else its one file of a format that holds sequences.
+fn sequence_in(folder: &Path) -> Result<PathBuf> {
+    let entries = std::fs::read_dir(folder).and_then(|entries| entries.collect::<std::io::Result<Vec<_>>>());
+    let entries = entries.map_err(|error| Error::io(folder, &error))?;
+    let mut paths: Vec<PathBuf> = entries.iter().map(|entry| entry.path()).collect();
+    paths.sort();
+    for endings in [&["pvd"][..], &["vtkhdf", "cgns"]] {
+        let has_ending = |path: &&PathBuf| endings.iter().any(|e| path.extension().is_some_and(|x| x == *e));
+        let found: Vec<&PathBuf> = paths.iter().filter(has_ending).collect();
+        match found[..] {
+            [] => {}
+            [one] => return Ok(one.clone()),
+            [first, second, ..] => {
+                return Err(Error::input(format!(
+                    "this folder holds several sequences, as {} and {}; name one of them",
+                    first.display(),
+                    second.display()
+                ))
+                .file(folder));
+            }
+        }
+    }
+    Err(Error::input("this folder holds no .pvd, .vtkhdf or .cgns, and so no sequence").file(folder))
 }

@@ -60,7 +60,7 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     if context.common.json {
         context.print_json(as_json(&summary, &worst, &met))?;
     } else {
-        context.print(&as_text(&summary, &worst))?;
+        context.print_result(&as_text(&summary, &worst))?;
         for criterion in &met {
             context.warn(&format!("{criterion} holds"));
         }
