@@ -1,9 +1,9 @@
 //! `azimesh check`: a dry run that says what `deform` would do.
 
-use super::{Context, Outcome};
+use super::{Context, Outcome, memory};
 use crate::error::Result;
 use crate::motion::{Frame, Role, Schedule, Step, TagRole};
-use crate::sequence::{BodyAtStep, Plan, bodies_at, conflicts, estimate_bytes};
+use crate::sequence::{BodyAtStep, Plan, bodies_at, conflicts, estimate_bytes, estimate_memory};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -30,9 +30,10 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     for warning in &warnings {
         context.warn(warning);
     }
+    let mapped = memory::mapped_bytes(&args.mesh);
     match context.common.json {
-        true => context.print_json(as_json(&plan, &warnings))?,
-        false => context.print(&as_text(&plan))?,
+        true => context.print_json(as_json(&plan, mapped, &warnings))?,
+        false => context.print_result(&as_text(&plan, mapped))?,
     }
     Ok(Outcome::Fine)
 }
@@ -47,19 +48,6 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
         None if tag.periodic => "periodic".into(),
         None => "free".into(),
     }
-}
-
-/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode
-/// fields, and those of velocities.
-fn memory_bytes(plan: &Plan) -> usize {
-    let nodes = plan.reference.len();
-    let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    let velocity = plan
-        .velocity
-        .as_ref()
-        .map_or(0, |layer| 24 * nodes + 8 * layer.modes.n_modes * deforming);
-    let fields = 8 * plan.n_modes() * deforming + velocity;
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + fields
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -100,7 +88,7 @@ fn conventions(plan: &Plan) -> Vec<String> {
     ]
 }
 
-fn as_json(plan: &Plan, warnings: &[String]) -> Value {
+fn as_json(plan: &Plan, mapped: u64, warnings: &[String]) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     json!({
@@ -115,7 +103,8 @@ fn as_json(plan: &Plan, warnings: &[String]) -> Value {
         "modes": plan.n_modes(),
         "mode_truncation": plan.truncation(),
         "smallest_first_cell": plan.first_cells.smallest(),
-        "memory_bytes": memory_bytes(plan),
+        "memory_bytes": estimate_memory(plan),
+        "mapped_bytes": mapped,
         "conventions": conventions(plan),
         "seconds": seconds(plan),
         "output_bytes": estimate_bytes(plan),
@@ -130,7 +119,7 @@ fn as_json(plan: &Plan, warnings: &[String]) -> Value {
     })
 }
 
-fn as_text(plan: &Plan) -> String {
+fn as_text(plan: &Plan, mapped: u64) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
@@ -173,7 +162,14 @@ fn as_text(plan: &Plan) -> String {
     }
     let n_steps = plan.motion.steps.len();
     line("steps", n_steps.to_string());
-    line("memory", gigabytes(memory_bytes(plan) as u64));
+    let input = gigabytes(mapped);
+    line(
+        "memory",
+        format!(
+            "{} and the mapped input, {input}",
+            gigabytes(estimate_memory(plan))
+        ),
+    );
     line("meshes", gigabytes(estimate_bytes(plan)));
     line("time", format!("about {:.1} s", seconds(plan)));
     for convention in conventions(plan) {

@@ -100,8 +100,8 @@ fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<O
                 "total": finished.timings.total,
             },
         }))?;
-    } else if !context.common.quiet {
-        context.print(&summary(args, finished))?;
+    } else {
+        context.print_result(&summary(args, finished))?;
     }
     Ok(match failed {
         true => Outcome::CheckFailed,

@@ -3,6 +3,7 @@
 use super::Context;
 use crate::error::{Error, Result};
 use crate::formats::{self, Format, Loaded, Source};
+use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
 /// One input, opened.
@@ -105,6 +106,15 @@ impl Input {
             "" | "-" => "mesh".to_owned(),
             stem => stem.to_owned(),
         }
+    }
+
+    /// The mesh of a step, or the one there is; tells what its reader remarks.
+    pub fn mesh(&self, step: Option<usize>, context: &Context) -> Result<Mesh> {
+        let loaded = self.read(step, context)?;
+        for note in loaded.notes.iter() {
+            context.note(&format!("{}: {note}", self.path.display()));
+        }
+        Ok(loaded.mesh)
     }
 
     /// Reads a mesh: that of a step of a sequence, or the one there is.

@@ -1,18 +1,22 @@
 //! The command line: one file a command. The only floor that prints and knows exit codes.
 
 mod check;
+mod completions;
 mod context;
 mod convert;
 mod deform;
 mod diff;
 mod info;
 mod input;
+mod man;
+mod memory;
 mod output;
 mod progress;
 mod quality;
 mod report;
 mod sample;
 mod select;
+mod threads;
 
 pub use context::Context;
 
@@ -35,9 +39,9 @@ pub struct Cli {
 #[derive(Debug, Clone, Args)]
 pub struct Common {
     /// Threads to use; by default what the machine, the control group or the batch system grants
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<NonZeroUsize>,
-    /// Print nothing but results and errors
+    /// Print nothing but errors, and what --json asks for
     #[arg(short, long, global = true)]
     pub quiet: bool,
     /// Say more; twice for more still
@@ -74,6 +78,10 @@ enum Command {
     Report(report::ReportArgs),
     /// Make a mesh and its schedule to try things on
     Sample(sample::SampleArgs),
+    /// Print completions for a shell
+    Completions(completions::CompletionsArgs),
+    /// Print the manual page, or write one for each command
+    Man(man::ManArgs),
 }
 
 /// What a command that did its work found.
@@ -115,5 +123,7 @@ fn run(command: Command, context: &Context) -> Result<Outcome> {
         Command::Diff(args) => diff::run(&args, context),
         Command::Report(args) => report::run(&args, context),
         Command::Sample(args) => sample::run(&args, context),
+        Command::Completions(args) => completions::run(&args, context),
+        Command::Man(args) => man::run(&args, context),
     }
 }

@@ -62,7 +62,7 @@ fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
     }
     match context.common.quiet {
         true => Ok(()),
-        false => context.print(&format!(
+        false => context.print_result(&format!(
             "{}: {} steps, {bytes} bytes\n",
             output.display(),
             page.n_steps

@@ -158,6 +158,7 @@ impl Name {
 pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     let output = args.name.output();
     let path = &output.output;
+    context.check_json_beside(path)?;
     let format = match &context.common.format {
         Some(name) => formats::by_name(name)?,
         None if is_stdout(path) => {
@@ -222,10 +223,7 @@ fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) 
             "tags": counts(mesh.boundary_tags().map(|tag| (tag.name.as_str(), tag.cells.len())).collect()),
         }));
     }
-    if context.common.quiet {
-        return Ok(());
-    }
-    context.print(&format!(
+    context.print_result(&format!(
         "{}: {}; schedule: {}\n",
         path.display(),
         summary(mesh, n_surface),

@@ -248,7 +248,7 @@ impl<'a> Findings<'a> {
         if context.common.json {
             return context.print_json(table::as_json(self));
         }
-        context.print(&table::as_text(self))?;
+        context.print_result(&table::as_text(self))?;
         for (criterion, steps) in self.met() {
             let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
             context.warn(&match &steps[..] {
