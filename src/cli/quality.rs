@@ -5,8 +5,8 @@ use super::{Context, Outcome};
 use crate::error::{Error, Result};
 use crate::formats::{self, Format};
 use crate::geometry::vector::{add, scale};
-use crate::mesh::Mesh;
-use crate::quality::{CellMetrics, Criterion, Extreme, Reference, Summary, assess, per_cell};
+use crate::mesh::{DataArray, Mesh};
+use crate::quality::{CellMetrics, Criterion, Extreme, Judge, Quality, per_cell};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -38,36 +38,41 @@ pub struct QualityArgs {
 }
 
 pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
-    let columns = Summary::default().columns().map(|(name, _)| name);
+    let columns = Quality::default().columns();
     for criterion in &args.fail_on {
-        criterion.check_column(columns)?;
+        criterion.check_column(columns.iter().map(|(name, _)| *name))?;
     }
     let format = output_format(args)?;
     let mesh = context.read_mesh(&args.mesh)?;
-    let reference = reference(args, context, &mesh)?;
-    let summary = context.stage("quality", || Ok(assess(&mesh, &mesh.points, &reference)))?;
-    let wanted = args.worst > 0 || format.is_some();
-    let metrics = wanted.then(|| per_cell(&mesh, &mesh.points, &reference));
+    let other = reference(args, context, &mesh)?;
+    let before = other.as_ref().unwrap_or(&mesh);
+    let judge = context.stage("faces", || Ok(Judge::new(before)))?;
+    let quality = context.stage("quality", || {
+        Ok(judge.assess(&mesh, &mesh.points, &before.points))
+    })?;
+    let wanted = args.worst > 0;
+    let metrics = wanted.then(|| per_cell(&mesh, &mesh.points, &judge.reference));
     let worst = metrics
         .as_ref()
         .map_or_else(Vec::new, |metrics| worst_cells(&mesh, metrics, args.worst));
     let mut met = Vec::new();
     for criterion in &args.fail_on {
-        if criterion.is_met(&summary.columns())? {
+        if criterion.is_met(&quality.columns())? {
             met.push(criterion);
         }
     }
     if context.common.json {
-        context.print_json(as_json(&summary, &worst, &met))?;
+        context.print_json(as_json(&quality, &worst, &met))?;
     } else {
-        context.print(&as_text(&summary, &worst))?;
+        context.print(&as_text(&quality, &worst))?;
         for criterion in &met {
             context.warn(&format!("{criterion} holds"));
         }
     }
-    if let (Some(path), Some(format), Some(metrics)) = (&args.output, format, metrics) {
+    if let (Some(path), Some(format)) = (&args.output, format) {
+        let arrays = judge.arrays(&mesh, &mesh.points, &before.points);
         args.write
-            .save(&with_arrays(mesh, metrics), path, format, context)?;
+            .save(&with_arrays(mesh, arrays), path, format, context)?;
     }
     Ok(match met.is_empty() {
         true => Outcome::Fine,
@@ -85,9 +90,9 @@ fn output_format(args: &QualityArgs) -> Result<Option<&'static dyn Format>> {
     Ok(Some(format))
 }
 
-fn reference(args: &QualityArgs, context: &Context, mesh: &Mesh) -> Result<Reference> {
+fn reference(args: &QualityArgs, context: &Context, mesh: &Mesh) -> Result<Option<Mesh>> {
     let Some(path) = &args.reference else {
-        return Ok(Reference::new(mesh));
+        return Ok(None);
     };
     let other = context.read_mesh(path)?;
     if other.cells != mesh.cells {
@@ -97,11 +102,10 @@ fn reference(args: &QualityArgs, context: &Context, mesh: &Mesh) -> Result<Refer
         ))
         .file(path));
     }
-    Ok(Reference::new(&other))
+    Ok(Some(other))
 }
 
-fn with_arrays(mut mesh: Mesh, metrics: CellMetrics) -> Mesh {
-    let arrays = metrics.into_arrays();
+fn with_arrays(mut mesh: Mesh, arrays: Vec<DataArray>) -> Mesh {
     mesh.cell_arrays
         .retain(|old| arrays.iter().all(|new| new.name != old.name));
     mesh.cell_arrays.extend(arrays);
@@ -177,15 +181,20 @@ fn touching_tags(mesh: &Mesh, cells: &[usize]) -> Vec<Vec<String>> {
     found
 }
 
-fn as_text(summary: &Summary, worst: &[WorstCell]) -> String {
+fn as_text(quality: &Quality, worst: &[WorstCell]) -> String {
+    let summary = &quality.cells;
     let mut text = String::new();
     let mut row = |name: &str, value: String| {
         writeln!(text, "{name:24}{value}").expect("a string takes any text");
     };
     row("cells", summary.n_cells.to_string());
-    for (name, value) in summary.columns() {
+    row(
+        "faces",
+        (quality.faces.n_inner + quality.faces.n_outer).to_string(),
+    );
+    for (name, value) in quality.columns() {
         let at =
-            extreme(summary, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));
+            extreme(quality, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));
         let value = value.map_or_else(|| "-".into(), number);
         row(name, format!("{value}{at}"));
     }
@@ -224,26 +233,35 @@ fn number(x: f64) -> String {
     }
 }
 
-fn extreme(summary: &Summary, column: &str) -> Option<Extreme> {
+fn extreme(quality: &Quality, column: &str) -> Option<Extreme> {
+    let (summary, faces) = (&quality.cells, &quality.faces);
     match column {
         "min_volume" => summary.min_volume,
         "min_scaled_jacobian" => summary.min_scaled_jacobian,
         "max_edge_ratio" => summary.max_edge_ratio,
         "max_skew" => summary.max_skew,
+        "max_non_orthogonality" => faces.max_non_orthogonality,
+        "max_face_skewness" => faces.max_face_skewness,
+        "min_volume_ratio" => faces.min_volume_ratio,
+        "min_face_weight" => faces.min_face_weight,
+        "min_size_skew" => quality.size_skew.min,
         _ => None,
     }
 }
 
-fn as_json(summary: &Summary, worst: &[WorstCell], met: &[&Criterion]) -> Value {
+fn as_json(quality: &Quality, worst: &[WorstCell], met: &[&Criterion]) -> Value {
+    let summary = &quality.cells;
     let mut object = Map::new();
     object.insert("cells".into(), summary.n_cells.into());
-    for (name, value) in summary.columns() {
+    object.insert("inner_faces".into(), quality.faces.n_inner.into());
+    object.insert("outer_faces".into(), quality.faces.n_outer.into());
+    for (name, value) in quality.columns() {
         let value = match (name, value) {
             ("inverted" | "inverted_reference", Some(count)) => json!(count as u64),
             (_, value) => json!(value),
         };
         object.insert(name.into(), value);
-        if let Some(extreme) = extreme(summary, name) {
+        if let Some(extreme) = extreme(quality, name) {
             object.insert(format!("{name}_cell"), extreme.cell.into());
         }
     }
