@@ -46,11 +46,19 @@ fn block(kind: CellKind, n: usize) -> Mesh {
     mesh.points = grid.collect();
     mesh.cells.reserve(20 * (n - 1).pow(3));
     for cube in 0..(n - 1).pow(3) {
-        let (i, j, k) = (cube % (n - 1), cube / (n - 1) % (n - 1), cube / (n - 1) / (n - 1));
+        let (i, j, k) = (
+            cube % (n - 1),
+            cube / (n - 1) % (n - 1),
+            cube / (n - 1) / (n - 1),
+        );
         let a = ((k * n + j) * n + i) as u32;
         let (row, plane) = (n as u32, (n * n) as u32);
         let base = [a, a + 1, a + 1 + row, a + row];
-        let corners: Vec<u32> = base.iter().copied().chain(base.map(|node| node + plane)).collect();
+        let corners: Vec<u32> = base
+            .iter()
+            .copied()
+            .chain(base.map(|node| node + plane))
+            .collect();
         if kind == CellKind::Hexahedron {
             mesh.cells.push(kind, &corners);
             continue;
@@ -77,8 +85,13 @@ fn median(mut run: impl FnMut()) -> f64 {
 fn main() {
     let wanted = std::env::args().filter_map(|argument| argument.parse::<f64>().ok());
     let n = wanted.last().unwrap_or(1e6).cbrt().round() as usize;
-    println!("{} threads; s, and millions a second", rayon::current_num_threads());
-    println!("                  nodes      cells      faces  pairing (bytes)       faces        cells    size-skew");
+    println!(
+        "{} threads; s, and millions a second",
+        rayon::current_num_threads()
+    );
+    println!(
+        "                  nodes      cells      faces  pairing (bytes)       faces        cells    size-skew"
+    );
     for kind in [CellKind::Tetrahedron, CellKind::Hexahedron] {
         let mesh = block(kind, n);
         let reference = Reference::new(&mesh);
@@ -91,10 +104,16 @@ fn main() {
             black_box(assess(&mesh, &mesh.points, &reference));
         });
         let against = median(|| {
-            black_box(size_skew::assess(&mesh, &mesh.points, &mesh.points, &reference));
+            black_box(size_skew::assess(
+                &mesh,
+                &mesh.points,
+                &mesh.points,
+                &reference,
+            ));
         });
         let n_faces = adjacency.n_inner() + adjacency.n_outer();
-        let rate = |n: usize, seconds: f64| format!("{seconds:.3} {:>6.1}", n as f64 / seconds / 1e6);
+        let rate =
+            |n: usize, seconds: f64| format!("{seconds:.3} {:>6.1}", n as f64 / seconds / 1e6);
         println!(
             "{:<12} {:>10} {:>10} {n_faces:>10}  {pairing:.2} ({} MB) {} {} {}",
             kind.name(),

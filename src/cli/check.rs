@@ -2,7 +2,8 @@
 
 use super::{Context, Outcome};
 use crate::error::Result;
-use crate::motion::{Frame, Role, Schedule, Step, TagRole};
+use crate::motion::{Frame, QualityOutput, Role, Schedule, Step, TagRole};
+use crate::quality::Judge;
 use crate::sequence::{BodyAtStep, Plan, bodies_at, conflicts, estimate_bytes};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -48,7 +49,7 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
 }
 
 /// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode
-/// fields, and those of velocities.
+/// fields, those of velocities, and what quality is judged by.
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
@@ -57,7 +58,11 @@ fn memory_bytes(plan: &Plan) -> usize {
         .as_ref()
         .map_or(0, |layer| 24 * nodes + 8 * layer.modes.n_modes * deforming);
     let fields = 8 * plan.n_modes() * deforming + velocity;
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + fields
+    let quality = match plan.schedule.output.quality {
+        QualityOutput::None => 0,
+        _ => Judge::estimate_bytes(&plan.mesh),
+    };
+    plan.mesh.memory_bytes() + quality + 72 * nodes + fields
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations

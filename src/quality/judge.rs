@@ -73,6 +73,11 @@ impl Judge {
         arrays
     }
 
+    /// Bytes that judging a mesh will take, one step at a time, before anything is made.
+    pub fn estimate_bytes(mesh: &Mesh) -> usize {
+        mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh)
+    }
+
     /// Bytes held in memory.
     pub fn memory_bytes(&self) -> usize {
         self.reference.memory_bytes() + self.adjacency.memory_bytes()

@@ -26,7 +26,8 @@ pub(super) struct Centres<'a> {
     stored: Vec<Centre>,
 }
 
-fn is_simplex(kind: CellKind) -> bool {
+/// Cells whose centres are not stored.
+pub(super) fn is_simplex(kind: CellKind) -> bool {
     matches!(kind.linear(), CellKind::Triangle | CellKind::Tetrahedron)
 }
 

@@ -53,6 +53,14 @@ impl FaceSummary {
     }
 }
 
+/// Bytes that centres of cells take while faces are judged.
+pub(super) fn step_bytes(mesh: &Mesh) -> usize {
+    let stored = mesh
+        .volume_runs()
+        .filter(|run| !centres::is_simplex(run.kind));
+    32 * stored.map(|run| run.n_cells()).sum::<usize>()
+}
+
 /// Quality of the faces of `mesh` with its nodes at `points`.
 ///
 /// Two parallel passes: centres of cells that are no simplices (32 bytes each), then faces. Sums are
