@@ -1,6 +1,7 @@
 //! Everything that is measured on a mesh, by what is made once for all of its steps.
 
 use super::cells::per_cell;
+use super::detail::detail_arrays;
 use super::faces::{self, FaceSummary};
 use super::reference::Reference;
 use super::size_skew::{self, SizeSkew};
@@ -60,13 +61,14 @@ impl Judge {
         }
     }
 
-    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::CellMetrics), then
-    /// `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`.
+    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::CellMetrics) and
+    /// [`detail_arrays`], then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`.
     ///
     /// # Panics
     /// As [`Judge::assess`].
     pub fn arrays(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Vec<DataArray> {
         let mut arrays = per_cell(mesh, points, &self.reference).into_arrays();
+        arrays.extend(detail_arrays(mesh, points, &self.reference));
         let faces = faces::per_cell(mesh, points, &self.reference, &self.adjacency);
         arrays.extend(faces.into_arrays());
         arrays.push(size_skew::per_cell(mesh, points, before, &self.reference));

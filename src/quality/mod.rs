@@ -13,7 +13,9 @@ mod angles;
 mod block;
 mod cells;
 pub mod criterion;
+mod detail;
 pub mod faces;
+mod fold;
 mod judge;
 mod metrics;
 mod percentile;
@@ -21,13 +23,18 @@ mod plane;
 mod reference;
 pub mod size_skew;
 mod solid;
+mod statistics;
 mod summary;
 #[cfg(test)]
 mod tests;
 mod visit;
+mod worst;
 
 pub use cells::{CellMetrics, per_cell};
 pub use criterion::Criterion;
+pub use detail::detail_arrays;
 pub use judge::{Judge, Quality};
 pub use reference::Reference;
+pub use statistics::{Statistic, statistics};
 pub use summary::{Extreme, Summary, assess};
+pub use worst::{Candidate, worst};
