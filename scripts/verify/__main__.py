@@ -6,7 +6,7 @@ import traceback
 from importlib import import_module
 
 CHECKS = [
-    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "quality", "all_points", "sequence", "motions",
+    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "quality", "faces", "all_points", "sequence", "motions",
     "surface", "pvd", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "report",
 ]
 

@@ -6,21 +6,14 @@ use super::run::write_options;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
 use crate::motion::{QualityOutput, SelectionMethod};
-use crate::quality::{Criterion, Summary};
+use crate::quality::{Criterion, Quality};
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
 /// Base points for which the dense matrix still fits a workstation: 12.8 GB.
 const MOST_DENSE: usize = 40_000;
-/// Columns of steps.csv that stay empty in this version, and those that hold no number.
-const EMPTY: [&str; 6] = [
-    "file",
-    "blake3",
-    "max_non_orthogonality",
-    "min_size_skew",
-    "mean_size_skew",
-    "max_normal_change_deg",
-];
+/// Columns of steps.csv that hold no number.
+const NO_NUMBERS: [&str; 2] = ["file", "blake3"];
 
 /// All that a run can be refused for before it starts; returns what the format cannot hold.
 pub(super) fn before_work(
@@ -51,12 +44,14 @@ pub(super) fn check_dense(plan: &Plan) -> Result<()> {
 /// Refuses conditions on columns of steps.csv that have no value in this run.
 fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     let measured = plan.schedule.output.quality != QualityOutput::None;
-    let quality = Summary::default().columns().map(|(column, _)| column);
+    let quality = Quality::default().columns();
+    let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
     let filled = COLUMNS.into_iter().filter(|column| match *column {
         "time_s" => plan.motion.steps[0].time_s.is_some(),
         "min_first_cell_ratio" => plan.first_cells.smallest().is_some(),
-        column if quality.contains(&column) => measured,
-        column => !EMPTY.contains(&column),
+        "max_normal_change_deg" => measured,
+        column if is_quality(column) => measured,
+        column => !NO_NUMBERS.contains(&column),
     });
     fail_on
         .iter()

@@ -7,6 +7,7 @@ use super::plan::Plan;
 use crate::error::{Error, Result};
 use crate::formats::Compression;
 use crate::motion::QualityOutput;
+use crate::quality::Judge;
 
 /// Base points that are reckoned with where none are chosen yet.
 const N_BASE: usize = 1500;
@@ -97,14 +98,18 @@ fn writing(plan: &Plan) -> usize {
         48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
     });
     let displacement = if output.displacement { 24 * n } else { 0 };
-    // Four metrics of 8 bytes and one flag, worked out beside those of the step that is written.
+    let judge = match output.quality {
+        QualityOutput::None => 0,
+        QualityOutput::Summary | QualityOutput::Cells => Judge::estimate_bytes(&plan.mesh),
+    };
+    // Those of the step that is written, and of the next beside it.
     let metrics = match output.quality {
-        QualityOutput::Cells => 2 * 33 * n_cells,
+        QualityOutput::Cells => 2 * Judge::ARRAY_BYTES * n_cells,
         QualityOutput::Summary | QualityOutput::None => 0,
     };
     let packed = match output.compression {
         Compression::None => 0,
         _ => 24 * n + plan.mesh.cells.memory_bytes() + displacement + metrics / 2,
     };
-    fields(plan) + 48 * n + n_cells + velocity + displacement + metrics + packed
+    fields(plan) + 48 * n + judge + velocity + displacement + metrics + packed
 }

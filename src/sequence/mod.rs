@@ -31,6 +31,7 @@ mod surface;
 mod survey;
 mod velocity;
 mod wall;
+mod wall_angle;
 mod zone;
 
 pub use choose::{check_tolerance, choose, constant};
@@ -43,3 +44,4 @@ pub use run::{Finished, Request, estimate_bytes, run};
 pub use surface::SurfacePoints;
 pub use survey::{BodyAtStep, bodies_at, conflicts};
 pub use wall::FirstCells;
+pub use wall_angle::WallAngles;

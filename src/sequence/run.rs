@@ -8,13 +8,13 @@ use super::output::{self, COLUMNS, Names, Part, Table};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::record::{Clock, Record, Timings};
-use super::step::{Computed, add_arrays, compute, row, set};
+use super::step::{Computed, Measures, add_arrays, compute, row, set};
 use super::stretches::Stretches;
 use crate::error::{Error, Result};
 use crate::formats::{self, Format, WriteOptions, su2};
 use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, Step};
-use crate::quality::{Criterion, Reference};
+use crate::quality::{Criterion, Quality};
 use serde_json::json;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -156,23 +156,23 @@ impl Run<'_> {
         stretches.enter(&steps[0])?;
         mesh.points.clone_from(&plan.reference);
         let wanted = plan.schedule.output.quality != QualityOutput::None;
-        let reference = wanted.then(|| Reference::new(mesh));
+        let measures = wanted.then(|| Measures::new(mesh, plan));
         let mut table = Table::create(self.names.table())?;
         let mut meshes = Meshes::new(self.names, self.format, write_options(plan))?;
         progress.start("steps", Some(steps.len() as u64));
         let mut next = vec![[0.0; 3]; mesh.points.len()];
-        let mut computed = compute(stretches, reference.as_ref(), mesh, &steps[0], &mut next)?;
+        let mut computed = compute(stretches, measures.as_ref(), mesh, &steps[0], &mut next)?;
         for (i, step) in steps.iter().enumerate() {
             std::mem::swap(&mut mesh.points, &mut next);
             self.judge(step, &computed)?;
-            add_arrays(plan, mesh, &mut computed, reference.as_ref());
+            add_arrays(plan, mesh, &mut computed, measures.as_ref());
             let (written, following) = rayon::join(
                 || self.write(&mut meshes, mesh, step),
                 || {
                     let following = steps.get(i + 1)?;
                     Some(compute(
                         stretches,
-                        reference.as_ref(),
+                        measures.as_ref(),
                         mesh,
                         following,
                         &mut next,
@@ -237,7 +237,7 @@ impl Run<'_> {
     fn judge(&mut self, step: &Step, computed: &Computed) -> Result<()> {
         let finished = &mut self.finished;
         finished.surface_error = finished.surface_error.max(computed.surface_error.0);
-        let Some(summary) = &computed.summary else {
+        let Some(Quality { cells: summary, .. }) = &computed.quality else {
             return Ok(());
         };
         if let Some(worst) = summary.min_scaled_jacobian {

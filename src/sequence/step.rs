@@ -4,17 +4,36 @@ use super::output::{COLUMNS, number};
 use super::plan::Plan;
 use super::record::Clock;
 use super::stretches::Stretches;
+use super::wall_angle::WallAngles;
 use crate::error::Result;
 use crate::formats::Precision;
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{DataArray, Mesh, Values};
 use crate::motion::{QualityOutput, Step};
-use crate::quality::{self, Reference, Summary};
+use crate::quality::{Judge, Quality};
 use rayon::prelude::*;
+
+/// What the quality of every step is measured by.
+pub(super) struct Measures {
+    judge: Judge,
+    walls: WallAngles,
+}
+
+impl Measures {
+    /// For the reference mesh.
+    pub fn new(mesh: &Mesh, plan: &Plan) -> Self {
+        let judge = Judge::new(mesh);
+        Self {
+            walls: WallAngles::find(mesh, &judge.adjacency, &plan.moving_faces),
+            judge,
+        }
+    }
+}
 
 /// A step that is computed and waits to be written.
 pub(super) struct Computed {
-    pub summary: Option<Summary>,
+    pub quality: Option<Quality>,
+    pub normal_change: Option<f64>,
     pub first_cell_ratio: Option<f64>,
     pub selection_error: f64,
     pub surface_error: (f64, f64),
@@ -27,7 +46,7 @@ pub(super) struct Computed {
 /// Positions and quality of one step; coordinates as they will be written.
 pub(super) fn compute(
     stretches: &mut Stretches<'_>,
-    reference: Option<&Reference>,
+    measures: Option<&Measures>,
     mesh: &Mesh,
     step: &Step,
     points: &mut [Vector],
@@ -42,7 +61,9 @@ pub(super) fn compute(
             .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
     }
     Ok(Computed {
-        summary: reference.map(|reference| quality::assess(mesh, points, reference)),
+        quality: measures.map(|by| by.judge.assess(mesh, points, &plan.reference)),
+        normal_change: measures
+            .and_then(|by| by.walls.largest_change(mesh, points, &plan.reference)),
         first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.reference),
         selection_error,
         surface_error: deformer.surface_error(step, points),
@@ -58,7 +79,7 @@ pub(super) fn add_arrays(
     plan: &Plan,
     mesh: &mut Mesh,
     computed: &mut Computed,
-    reference: Option<&Reference>,
+    measures: Option<&Measures>,
 ) {
     if let Some(velocities) = computed.velocities.take() {
         let values = Values::F64(velocities.into_flattened());
@@ -72,10 +93,8 @@ pub(super) fn add_arrays(
         let array = DataArray::tuples("Displacement", 3, values);
         replace(&mut mesh.point_arrays, array);
     }
-    if let (QualityOutput::Cells, Some(reference)) = (plan.schedule.output.quality, reference) {
-        let mut arrays = quality::per_cell(mesh, &mesh.points, reference).into_arrays();
-        arrays.extend(quality::detail_arrays(mesh, &mesh.points, reference));
-        for array in arrays {
+    if let (QualityOutput::Cells, Some(by)) = (plan.schedule.output.quality, measures) {
+        for array in by.judge.arrays(mesh, &mesh.points, &plan.reference) {
             replace(&mut mesh.cell_arrays, array);
         }
     }
@@ -122,7 +141,11 @@ pub(super) fn row(step: &Step, computed: &Computed) -> Vec<String> {
     if let Some(ratio) = computed.first_cell_ratio {
         set(&mut row, "min_first_cell_ratio", number(ratio));
     }
-    for (column, value) in computed.summary.iter().flat_map(Summary::columns) {
+    if let Some(change) = computed.normal_change {
+        set(&mut row, "max_normal_change_deg", number(change));
+    }
+    let measured = computed.quality.iter().flat_map(Quality::columns);
+    for (column, value) in measured.filter(|(column, _)| COLUMNS.contains(column)) {
         if let Some(value) = value {
             set(&mut row, column, number(value));
         }
@@ -132,5 +155,5 @@ pub(super) fn row(step: &Step, computed: &Computed) -> Vec<String> {
 
 pub(super) fn set(row: &mut [String], column: &str, value: String) {
     let at = COLUMNS.iter().position(|name| *name == column);
-    row[at.expect("the columns of a summary are columns of steps.csv")] = value;
+    row[at.expect("a column of steps.csv")] = value;
 }

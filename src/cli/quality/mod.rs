@@ -8,10 +8,9 @@ use super::output::OutputArgs;
 use super::{Context, Outcome};
 use crate::error::{Error, Result};
 use crate::formats::{self, Format};
-use crate::mesh::{Cells, DataArray, Mesh};
-use crate::quality::{
-    Criterion, Reference, Statistic, Summary, assess, detail_arrays, per_cell, statistics,
-};
+use crate::geometry::vector::Vector;
+use crate::mesh::{Cells, Mesh};
+use crate::quality::{Criterion, Judge, Quality, Statistic, statistics};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use worst::WorstCells;
@@ -58,7 +57,7 @@ struct Step {
 struct Judged {
     /// `None` where there is one mesh alone.
     step: Option<Step>,
-    summary: Summary,
+    quality: Quality,
     /// Positions in `--fail-on` of those that hold.
     met: Vec<usize>,
 }
@@ -73,9 +72,9 @@ struct Findings<'a> {
 }
 
 pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
-    let columns = Summary::default().columns().map(|(name, _)| name);
+    let columns = Quality::default().columns();
     for criterion in &args.fail_on {
-        criterion.check_column(columns)?;
+        criterion.check_column(columns.iter().map(|(name, _)| *name))?;
     }
     let format = output_format(args)?;
     let input = Input::open(&args.mesh, context.input_format()?)?;
@@ -113,19 +112,23 @@ fn judge_mesh<'a>(
 ) -> Result<Findings<'a>> {
     let mut told = BTreeSet::new();
     let mesh = read(input, None, context, &mut told)?;
-    let reference = match given_reference(args, context)? {
-        Some(given) => {
-            given.check(&mesh, &args.mesh)?;
-            given.reference
+    let given = given_reference(args, context)?;
+    if let Some(given) = &given {
+        given.check(&mesh, &args.mesh)?;
+    }
+    let (judge, before) = match given {
+        Some(given) => (given.judge, given.points),
+        None => {
+            let judge = context.stage("reference", || Ok(Judge::new(&mesh)))?;
+            (judge, mesh.points.clone())
         }
-        None => context.stage("reference", || Ok(Reference::new(&mesh)))?,
     };
     let mut findings = Findings::new(args);
-    findings.take(None, &mesh, &reference, context)?;
-    let every = || Ok(statistics(&mesh, &mesh.points, &reference));
+    findings.take(None, &mesh, &judge, &before, context)?;
+    let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
     findings.metrics = Some(context.stage("metrics", every)?);
     if let (Some(path), Some(format)) = (&args.output, format) {
-        let with_arrays = with_arrays(mesh, &reference);
+        let with_arrays = with_arrays(mesh, &judge, &before);
         args.write.save(&with_arrays, path, format, context)?;
     }
     Ok(findings)
@@ -145,7 +148,7 @@ fn judge_sequence<'a>(
         let given = given.get_or_insert_with(|| Given::new(&mesh));
         given.check(&mesh, input.path_of(index))?;
         let step = Some(Step { index, time });
-        findings.take(step, &mesh, &given.reference, context)?;
+        findings.take(step, &mesh, &given.judge, &given.points, context)?;
     }
     Ok(findings)
 }
@@ -169,7 +172,8 @@ fn read(
 
 /// A reference for several meshes.
 struct Given {
-    reference: Reference,
+    judge: Judge,
+    points: Vec<Vector>,
     cells: Cells,
 }
 
@@ -183,7 +187,8 @@ fn given_reference(args: &QualityArgs, context: &Context) -> Result<Option<Given
 impl Given {
     fn new(mesh: &Mesh) -> Self {
         Self {
-            reference: Reference::new(mesh),
+            judge: Judge::new(mesh),
+            points: mesh.points.clone(),
             cells: mesh.cells.clone(),
         }
     }
@@ -214,19 +219,20 @@ impl<'a> Findings<'a> {
         &mut self,
         step: Option<Step>,
         mesh: &Mesh,
-        reference: &Reference,
+        judge: &Judge,
+        before: &[Vector],
         context: &Context,
     ) -> Result<()> {
-        let judge = || Ok(assess(mesh, &mesh.points, reference));
-        let summary = context.stage("summary", judge)?;
+        let assess = || Ok(judge.assess(mesh, &mesh.points, before));
+        let quality = context.stage("summary", assess)?;
         let mut met = Vec::new();
         for (i, criterion) in self.fail_on.iter().enumerate() {
-            if criterion.is_met(&summary.columns())? {
+            if criterion.is_met(&quality.columns())? {
                 met.push(i);
             }
         }
-        self.worst.consider(step, mesh, reference);
-        self.meshes.push(Judged { step, summary, met });
+        self.worst.consider(step, mesh, &judge.reference);
+        self.meshes.push(Judged { step, quality, met });
         Ok(())
     }
 
@@ -262,9 +268,8 @@ impl<'a> Findings<'a> {
 }
 
 /// The mesh with an array for each metric, in place of those of the same names.
-fn with_arrays(mut mesh: Mesh, reference: &Reference) -> Mesh {
-    let mut arrays: Vec<DataArray> = per_cell(&mesh, &mesh.points, reference).into_arrays();
-    arrays.extend(detail_arrays(&mesh, &mesh.points, reference));
+fn with_arrays(mut mesh: Mesh, judge: &Judge, before: &[Vector]) -> Mesh {
+    let arrays = judge.arrays(&mesh, &mesh.points, before);
     mesh.cell_arrays
         .retain(|old| arrays.iter().all(|new| new.name != old.name));
     mesh.cell_arrays.extend(arrays);

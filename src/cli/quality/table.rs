@@ -2,7 +2,7 @@
 
 use super::worst::WorstCell;
 use super::{Findings, Judged};
-use crate::quality::{Extreme, Statistic, Summary};
+use crate::quality::{Extreme, Quality, Statistic};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
@@ -14,10 +14,10 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
         [
             Judged {
                 step: None,
-                summary,
+                quality,
                 ..
             },
-        ] => of_mesh(summary),
+        ] => of_mesh(quality),
         meshes => of_sequence(meshes),
     };
     if let Some(metrics) = &findings.metrics {
@@ -29,15 +29,20 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
     text
 }
 
-fn of_mesh(summary: &Summary) -> String {
+fn of_mesh(quality: &Quality) -> String {
+    let summary = &quality.cells;
     let mut text = String::new();
     let mut row = |name: &str, value: String| {
         writeln!(text, "{name:24}{value}").expect(ANY_TEXT);
     };
     row("cells", summary.n_cells.to_string());
-    for (name, value) in summary.columns() {
+    row(
+        "faces",
+        (quality.faces.n_inner + quality.faces.n_outer).to_string(),
+    );
+    for (name, value) in quality.columns() {
         let at =
-            extreme(summary, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));
+            extreme(quality, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));
         let value = value.map_or_else(|| "-".into(), number);
         row(name, format!("{value}{at}"));
     }
@@ -52,13 +57,14 @@ fn of_mesh(summary: &Summary) -> String {
 /// A column is as wide as its name and numbers need.
 fn of_sequence(meshes: &[Judged]) -> String {
     let names = ["step", "time"].into_iter();
-    let columns = Summary::default().columns().map(|(name, _)| name);
+    let columns = Quality::default().columns();
+    let columns = columns.iter().map(|(name, _)| *name);
     let mut rows: Vec<Vec<String>> = vec![names.chain(columns).map(str::to_owned).collect()];
     for mesh in meshes {
         let place = mesh.step.map_or(Vec::new(), |step| {
             vec![step.index.to_string(), short(step.time)]
         });
-        let values = mesh.summary.columns();
+        let values = mesh.quality.columns().into_iter();
         let values = values.map(|(_, value)| value.map_or_else(|| "-".into(), short));
         rows.push(place.into_iter().chain(values).collect());
     }
@@ -156,12 +162,18 @@ fn short(x: f64) -> String {
     }
 }
 
-fn extreme(summary: &Summary, column: &str) -> Option<Extreme> {
+fn extreme(quality: &Quality, column: &str) -> Option<Extreme> {
+    let (summary, faces) = (&quality.cells, &quality.faces);
     match column {
         "min_volume" => summary.min_volume,
         "min_scaled_jacobian" => summary.min_scaled_jacobian,
         "max_edge_ratio" => summary.max_edge_ratio,
         "max_skew" => summary.max_skew,
+        "max_non_orthogonality" => faces.max_non_orthogonality,
+        "max_face_skewness" => faces.max_face_skewness,
+        "min_volume_ratio" => faces.min_volume_ratio,
+        "min_face_weight" => faces.min_face_weight,
+        "min_size_skew" => quality.size_skew.min,
         _ => None,
     }
 }
@@ -173,10 +185,10 @@ pub(super) fn as_json(findings: &Findings<'_>) -> Value {
         [
             Judged {
                 step: None,
-                summary,
+                quality,
                 ..
             },
-        ] => json_of_mesh(&mut object, summary),
+        ] => json_of_mesh(&mut object, quality),
         meshes => {
             let steps = meshes.iter().map(|mesh| {
                 let mut row = Map::new();
@@ -184,7 +196,7 @@ pub(super) fn as_json(findings: &Findings<'_>) -> Value {
                     row.insert("step".into(), step.index.into());
                     row.insert("time".into(), json!(step.time));
                 }
-                json_of_mesh(&mut row, &mesh.summary);
+                json_of_mesh(&mut row, &mesh.quality);
                 Value::Object(row)
             });
             object.insert("steps".into(), steps.collect());
@@ -208,15 +220,18 @@ pub(super) fn as_json(findings: &Findings<'_>) -> Value {
     Value::Object(object)
 }
 
-fn json_of_mesh(object: &mut Map<String, Value>, summary: &Summary) {
+fn json_of_mesh(object: &mut Map<String, Value>, quality: &Quality) {
+    let summary = &quality.cells;
     object.insert("cells".into(), summary.n_cells.into());
-    for (name, value) in summary.columns() {
+    object.insert("inner_faces".into(), quality.faces.n_inner.into());
+    object.insert("outer_faces".into(), quality.faces.n_outer.into());
+    for (name, value) in quality.columns() {
         let value = match (name, value) {
             ("inverted" | "inverted_reference", Some(count)) => json!(count as u64),
             (_, value) => json!(value),
         };
         object.insert(name.into(), value);
-        if let Some(extreme) = extreme(summary, name) {
+        if let Some(extreme) = extreme(quality, name) {
             object.insert(format!("{name}_cell"), extreme.cell.into());
         }
     }
