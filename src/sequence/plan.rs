@@ -14,7 +14,7 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Pose, Schedule, SelectionMethod, Step,
+    Interpolate, KernelName, Motion, OnInverted, Polynomial, Pose, Schedule, SelectionMethod, Step,
     SurfaceFaces,
 };
 use crate::rbf::select::Targets;
@@ -243,9 +243,11 @@ fn check_combination(
             motion.bodies[body].name
         )));
     }
-    if twist && schedule.rbf.substeps > 1 && !bodies.all(|body| motion.is_rigid(body)) {
+    let substeps = schedule.rbf.substeps > 1 || schedule.output.on_inverted == OnInverted::Substeps;
+    if twist && substeps && !bodies.all(|body| motion.is_rigid(body)) {
         return Err(Error::input(
-            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` out",
+            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` \
+             and `on_inverted` = \"substeps\" out",
         ));
     }
     let coupled = surface.sliding.is_some() || !periodic.images.is_empty();

@@ -1,9 +1,11 @@
 //! One step: its node positions, its quality, its arrays and its row of steps.csv.
 
-use super::output::{COLUMNS, number};
+use super::output::number;
 use super::plan::Plan;
 use super::record::Clock;
+use super::repair::{self, Repair};
 use super::stretches::Stretches;
+use super::table::Row;
 use crate::error::Result;
 use crate::formats::Precision;
 use crate::geometry::vector::{Vector, sub};
@@ -13,6 +15,7 @@ use crate::quality::{self, Reference, Summary};
 use rayon::prelude::*;
 
 /// A step that is computed and waits to be written.
+#[derive(Default)]
 pub(super) struct Computed {
     pub summary: Option<Summary>,
     pub first_cell_ratio: Option<f64>,
@@ -21,7 +24,16 @@ pub(super) struct Computed {
     pub largest_displacement: f64,
     pub velocities: Option<Vec<Vector>>,
     pub n_base: usize,
+    pub repair: Option<Repair>,
     pub seconds: f64,
+}
+
+impl Computed {
+    /// The first inverted cell, where there is one.
+    pub fn first_inverted(&self) -> Option<usize> {
+        let summary = self.summary.as_ref().filter(|summary| summary.inverted > 0);
+        summary.map(|summary| summary.inverted_cells.first().copied().unwrap_or_default())
+    }
 }
 
 /// Positions and quality of one step; coordinates as they will be written.
@@ -35,14 +47,29 @@ pub(super) fn compute(
     let deformer = stretches.enter(step)?;
     let clock = Clock::start();
     let plan = deformer.plan;
-    let selection_error = deformer.points_at(step, points)?;
-    if plan.schedule.output.precision == Precision::F32 {
-        points
-            .par_iter_mut()
-            .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
+    let mut selection_error = deformer.points_at(step, points)?;
+    round(plan, points);
+    let mut summary = reference.map(|reference| quality::assess(mesh, points, reference));
+    let mut repair = None;
+    if let (Some(reference), Some(summary)) = (reference, &mut summary)
+        && repair::is_wanted(plan, summary)
+    {
+        let attempt = |n: usize, points: &mut [Vector]| {
+            let error = deformer.points_through(step, n, points)?;
+            round(plan, points);
+            Ok((error, quality::assess(mesh, points, reference)))
+        };
+        repair = Some(repair::repair(
+            plan,
+            points,
+            summary,
+            &mut selection_error,
+            attempt,
+        )?);
     }
     Ok(Computed {
-        summary: reference.map(|reference| quality::assess(mesh, points, reference)),
+        summary,
+        repair,
         first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.reference),
         selection_error,
         surface_error: deformer.surface_error(step, points),
@@ -51,6 +78,30 @@ pub(super) fn compute(
         n_base: deformer.n_base,
         seconds: clock.seconds(),
     })
+}
+
+/// Positions of a step that was computed before, and its velocities: what its mesh consists of.
+pub(super) fn compute_again(
+    stretches: &mut Stretches<'_>,
+    step: &Step,
+    points: &mut [Vector],
+) -> Result<Computed> {
+    let deformer = stretches.enter(step)?;
+    deformer.points_at(step, points)?;
+    round(deformer.plan, points);
+    Ok(Computed {
+        velocities: deformer.velocities_at(step, points),
+        ..Computed::default()
+    })
+}
+
+/// Coordinates as they will be written.
+fn round(plan: &Plan, points: &mut [Vector]) {
+    if plan.schedule.output.precision == Precision::F32 {
+        points
+            .par_iter_mut()
+            .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
+    }
 }
 
 /// Adds the arrays of a step that the schedule asks for, in place of the last step's.
@@ -87,48 +138,29 @@ fn replace(arrays: &mut Vec<DataArray>, array: DataArray) {
 }
 
 /// The row of a step but for what writing it tells.
-pub(super) fn row(step: &Step, computed: &Computed) -> Vec<String> {
-    let mut row = vec![String::new(); COLUMNS.len()];
-    set(&mut row, "step", step.index.to_string());
-    set(&mut row, "azimuth_deg", step.azimuth_deg.to_string());
-    set(
-        &mut row,
-        "time_s",
-        step.time_s.map_or(String::new(), |t| t.to_string()),
-    );
-    set(&mut row, "base_points", computed.n_base.to_string());
-    set(
-        &mut row,
-        "max_displacement",
-        number(computed.largest_displacement),
-    );
-    set(
-        &mut row,
-        "selection_error",
-        number(computed.selection_error),
-    );
-    set(
-        &mut row,
-        "max_surface_error",
-        number(computed.surface_error.0),
-    );
-    set(
-        &mut row,
-        "rms_surface_error",
-        number(computed.surface_error.1),
-    );
+pub(super) fn row(step: &Step, computed: &Computed) -> Row {
+    let time = step.time_s.map_or(String::new(), |t| t.to_string());
+    let mut row = Row::new();
+    row.set("step", step.index.to_string());
+    row.set("azimuth_deg", step.azimuth_deg.to_string());
+    row.set("time_s", time);
+    row.set("base_points", computed.n_base.to_string());
+    let lengths = [
+        ("max_displacement", computed.largest_displacement),
+        ("selection_error", computed.selection_error),
+        ("max_surface_error", computed.surface_error.0),
+        ("rms_surface_error", computed.surface_error.1),
+    ];
+    for (column, length) in lengths {
+        row.set(column, number(length));
+    }
     if let Some(ratio) = computed.first_cell_ratio {
-        set(&mut row, "min_first_cell_ratio", number(ratio));
+        row.set("min_first_cell_ratio", number(ratio));
     }
     for (column, value) in computed.summary.iter().flat_map(Summary::columns) {
         if let Some(value) = value {
-            set(&mut row, column, number(value));
+            row.set(column, number(value));
         }
     }
     row
-}
-
-pub(super) fn set(row: &mut [String], column: &str, value: String) {
-    let at = COLUMNS.iter().position(|name| *name == column);
-    row[at.expect("the columns of a summary are columns of steps.csv")] = value;
 }
