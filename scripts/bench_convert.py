@@ -1,6 +1,7 @@
 """Converting one large mesh beside meshio, gmsh and pyvista: whole commands, from start to exit.
 
     .venv/bin/python scripts/bench_convert.py [--nodes 1972139] [--folder target/bench] [--rounds 1] [--limit 1200]
+        [--targets vtu cgns su2]
 
 The mesh is a rotor of tetrahedra with tagged boundaries. It goes from MSH (4.1 binary, 2.2 text) to VTU,
 CGNS and SU2, and from these back to both. After every conversion the boundary tags of the new file are
@@ -134,6 +135,7 @@ def main():
     parser.add_argument("--nodes", type=int, default=1_972_139)
     parser.add_argument("--folder", type=Path, default=Path("target/bench"))
     parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--targets", nargs="+", choices=("vtu", "cgns", "su2"), default=["vtu", "cgns", "su2"])
     parser.add_argument("--limit", type=int, default=1200, help="seconds given to a peer")
     options = parser.parse_args()
     folder = options.folder
@@ -145,7 +147,7 @@ def main():
     sizes = ", ".join(f"{path.name} {path.stat().st_size / 1e6:.0f} MB" for path in first.values())
     print(f"{machine()}; {sizes}; tags {wanted}")
     ratios = []
-    for target in (folder / f"there.{kind}" for kind in ("vtu", "cgns", "su2")):
+    for target in (folder / f"there.{kind}" for kind in options.targets):
         for source in first.values():
             ratios += compare(source, target, wanted, options)
         for back in (folder / f"back.{kind}" for kind in first):

@@ -308,6 +308,11 @@ def readme():
         lines.append(f"| `{name}` | {size} | {what.replace('.;', ';')} | {generator} |")
     lines += ["", "`gmsh/` has one small model by gmsh 4.15.2 in every version of MSH, partitioned, with data, and cells of third"]
     lines += ["and fourth order (`scripts/make_gmsh_versions.py`)."]
+    lines += ["The folder `cgns/` holds small CGNS files in the layouts of real writers: two hexahedra as polyhedra with offsets, with"]
+    lines += ["counts and by parents, with boundaries by nodes, behind links and families, structured with ghost layers, in steps, in two"]
+    lines += ["bases. `scripts/make_cgns.py` writes them with h5py 3.16.0."]
+    lines += ["The folder `vtk/` holds legacy files of four versions, structured and rectilinear grids, polydata and a grid in two pieces,"]
+    lines += ["written by VTK 9.7.2 (`scripts/make_vtk_files.py`)."]
     (FOLDER / "README.md").write_text("\n".join(lines) + "\n")
 
 

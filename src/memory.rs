@@ -48,15 +48,23 @@ unsafe impl GlobalAlloc for HugePages {
     }
 }
 
-/// Asks for huge pages behind the whole pages of a large array.
+/// Asks for huge pages behind a large array, which has a mapping of its own. All its pages are named:
+/// a part would split the mapping, and the system cannot move one that is split, so that every
+/// growth of the array would be a copy.
 fn advised(array: *mut u8, size: usize) -> *mut u8 {
     #[cfg(target_os = "linux")]
     if size >= LARGE && !array.is_null() {
         const PAGE: usize = 4096;
-        let skip = array.addr().next_multiple_of(PAGE) - array.addr();
-        let whole = (size - skip) / PAGE * PAGE;
-        // SAFETY: the range lies in the allocation; advice that is refused changes nothing.
-        unsafe { libc::madvise(array.add(skip).cast(), whole, libc::MADV_HUGEPAGE) };
+        let before = array.addr() % PAGE;
+        let whole = (before + size).next_multiple_of(PAGE);
+        // SAFETY: the pages hold the allocation; advice changes no content, and if it is refused, nothing.
+        unsafe {
+            libc::madvise(
+                array.wrapping_sub(before).cast(),
+                whole,
+                libc::MADV_HUGEPAGE,
+            )
+        };
     }
     array
 }

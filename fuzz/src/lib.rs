@@ -5,7 +5,9 @@ use std::path::Path;
 
 /// Any bytes are a mesh that can be written, or an error that says where.
 pub fn read_and_written(format: &dyn Format, bytes: &[u8]) {
-    let source = Source::from_bytes(Path::new("fuzzed"), bytes.to_vec());
+    // Beside files that others name: the pieces of a .pvtu.
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../testdata/vtk/fuzzed"));
+    let source = Source::from_bytes(path, bytes.to_vec());
     match format.read(&source, &ReadOptions::default(), &mut Notes::default()) {
         Ok(mut mesh) => {
             if mesh.validate().is_ok() {

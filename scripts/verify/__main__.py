@@ -7,7 +7,8 @@ from importlib import import_module
 
 CHECKS = [
     "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "interrupted", "full_disk", "batches", "quality",
-    "all_points", "sequence", "motions", "surface", "pvd", "pitching", "size_skew", "twist",
+    "all_points", "sequence", "motions", "surface", "pvd", "pitching", "size_skew", "twist", "bending", "rotor",
+    "flap",
 ]
 
 

@@ -10,6 +10,8 @@ use std::path::PathBuf;
 
 /// Steps that are listed one by one; of more, some evenly spaced.
 const LISTED: usize = 12;
+/// Steps at which surfaces are looked at for meeting others.
+const LOOKED_AT: usize = 72;
 
 /// Arguments of `azimesh check`.
 #[derive(Debug, clap::Args)]
@@ -24,7 +26,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)?;
     let mut warnings = plan.warnings();
-    warnings.extend(conflicts(&plan, &listed(&plan)));
+    warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT)));
     for warning in &warnings {
         context.warn(warning);
     }
@@ -188,10 +190,15 @@ fn as_text(plan: &Plan) -> String {
     text + &bodies_as_text(plan, &steps)
 }
 
-/// The steps that are listed and looked at: all, or of many some evenly spaced.
+/// The steps that are listed: all, or of many some evenly spaced.
 fn listed(plan: &Plan) -> Vec<&Step> {
+    evenly(plan, LISTED)
+}
+
+/// All steps, or of many some evenly spaced.
+fn evenly(plan: &Plan, most: usize) -> Vec<&Step> {
     let steps = &plan.motion.steps;
-    steps.iter().step_by(steps.len().div_ceil(LISTED)).collect()
+    steps.iter().step_by(steps.len().div_ceil(most)).collect()
 }
 
 fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {
@@ -246,10 +253,12 @@ fn place_name(plan: &Plan) -> &'static str {
 }
 
 fn place_of(plan: &Plan, step: &Step) -> f64 {
-    match step.time_s {
+    let place = match step.time_s {
         Some(time) if plan.motion.azimuth_rate.is_none() => time,
         _ => step.azimuth_deg,
-    }
+    };
+    // 108 and not 108.00000000000001.
+    (place * 1e9).round() / 1e9
 }
 
 /// Three numbers, or three dashes.

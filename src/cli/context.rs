@@ -2,7 +2,7 @@
 
 use super::Common;
 use crate::error::{Error, Result};
-use crate::formats::{self, Loaded, ReadOptions, Source};
+use crate::formats::{self, Format, Loaded, ReadOptions, Source};
 use crate::mesh::Mesh;
 use std::io::Write;
 use std::path::Path;
@@ -40,6 +40,12 @@ impl Context {
         let format = formats::by_name(name)?;
         let read = |source: &Source| formats::read_as(format, source, &self.read_options());
         self.load(path, read)
+    }
+
+    /// The format of `--format`, where it is given.
+    pub fn input_format(&self) -> Result<Option<&'static dyn Format>> {
+        let name = self.common.format.as_deref();
+        name.map(formats::by_name).transpose()
     }
 
     /// Reads a mesh in the format that its content says, where `--format` is about the output.

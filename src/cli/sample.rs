@@ -31,8 +31,14 @@ enum Name {
     },
     /// 3D: a rotor blade of NACA 0012 sections in a cylinder
     Blade(BladeArgs),
-    /// 3D: the blade's cylinder as zone "rotor" inside a zone "background"
-    Rotor(BladeArgs),
+    /// 3D: the blade's cylinder as zone "rotor" inside a zone "background", or several blades around a hub
+    Rotor {
+        #[command(flatten)]
+        blade: BladeArgs,
+        /// This many blades, 2 to 8, around a hub, without a background; --cylinder-radius is half the height then
+        #[arg(long, value_name = "N")]
+        blades: Option<usize>,
+    },
     /// 2D: the unit square with a block of 5 by 1 cells taken out, to be turned and moved
     Block {
         #[command(flatten)]
@@ -130,7 +136,7 @@ impl Name {
     fn output(&self) -> &OutputArgs {
         match self {
             Self::Naca0012 { output, .. } | Self::Block { output, .. } => output,
-            Self::Blade(args) | Self::Rotor(args) => &args.output,
+            Self::Blade(args) | Self::Rotor { blade: args, .. } => &args.output,
         }
     }
 
@@ -140,7 +146,10 @@ impl Name {
                 size: size.options(),
             }),
             Self::Blade(args) => sample::blade(&args.options()),
-            Self::Rotor(args) => sample::rotor(&args.options()),
+            Self::Rotor { blade, blades } => match blades {
+                Some(n_blades) => sample::rotor_of(&blade.options(), *n_blades),
+                None => sample::rotor(&blade.options()),
+            },
             Self::Block { refine, .. } => sample::block(&BlockOptions { refine: *refine }),
         }
     }

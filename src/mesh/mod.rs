@@ -122,7 +122,7 @@ impl Mesh {
     pub fn validate(&self) -> Result<()> {
         let n_points = self.points.len();
         let strange = |p: &[f64; 3]| !p.iter().all(|x| x.is_finite());
-        if let Some(i) = self.points.par_iter().position_first(strange) {
+        if let Some(i) = first_where(&self.points, strange) {
             return Err(Error::input(format!(
                 "node {i} has coordinates {:?}; they must be finite numbers",
                 self.points[i]
@@ -194,7 +194,10 @@ impl Mesh {
 }
 
 /// Position of the first value for which `wanted` holds. Long slices are searched on all threads.
-fn first_where(values: &[u32], wanted: impl Fn(&u32) -> bool + Sync) -> Option<usize> {
+pub(crate) fn first_where<T: Sync>(
+    values: &[T],
+    wanted: impl Fn(&T) -> bool + Sync,
+) -> Option<usize> {
     const CHUNK: usize = 1 << 16;
     if values.len() <= CHUNK {
         return values.iter().position(wanted);

@@ -124,7 +124,9 @@ pub(super) fn add_arrays(
         replace(&mut mesh.point_arrays, array);
     }
     if let (QualityOutput::Cells, Some(reference)) = (plan.schedule.output.quality, reference) {
-        for array in quality::per_cell(mesh, &mesh.points, reference).into_arrays() {
+        let mut arrays = quality::per_cell(mesh, &mesh.points, reference).into_arrays();
+        arrays.extend(quality::detail_arrays(mesh, &mesh.points, reference));
+        for array in arrays {
             replace(&mut mesh.cell_arrays, array);
         }
     }

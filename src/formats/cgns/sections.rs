@@ -11,8 +11,11 @@ use crate::mesh::{CellKind, Values};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Node indices taken from the file at a time.
-const BLOCK: u64 = 1 << 22;
+/// Node indices taken from the file at a time: what stays near the processor.
+const BLOCK: u64 = 1 << 18;
+
+/// Node indices that one task converts at a time.
+const CHUNK: usize = 1 << 14;
 
 /// A section before its elements are read.
 pub(super) struct Section<'a> {
@@ -128,11 +131,16 @@ impl Section<'_> {
         }
         found.check_room(self.n_elements)?;
         let step = match dataset.shape() {
-            [_] => BLOCK / element.n_nodes as u64 * element.n_nodes as u64,
+            [_] => dataset
+                .whole_chunks(BLOCK)
+                .next_multiple_of(element.n_nodes as u64),
             _ => u64::MAX,
         };
         let order = element.vtk_from_cgns();
         let rows = dataset.n_rows();
+        dataset
+            .check_rows(&(0..rows))
+            .map_err(|e| node.refuse(e.message))?;
         let mut start = 0;
         while start < rows {
             let end = start.saturating_add(step).min(rows);
@@ -241,13 +249,27 @@ pub(super) fn node_indices(values: &Values, node: &Node, zone: &Zone) -> Result<
         ($numbers:expr, $type:ty) => {{
             let limit = <$type>::try_from(n).unwrap_or(<$type>::MAX);
             let is_wrong = |number: &$type| *number < 1 || *number > limit;
-            match $numbers.par_iter().find_first(|number| is_wrong(number)) {
-                Some(&number) => Err(i64::try_from(number).unwrap_or(i64::MAX)),
-                None => Ok($numbers
-                    .par_iter()
-                    .with_min_len(1 << 14)
-                    .map(|&number| (number as u32 - 1) + first)
-                    .collect()),
+            let mut indices = vec![0; $numbers.len()];
+            let chunks = indices
+                .par_chunks_mut(CHUNK)
+                .zip($numbers.par_chunks(CHUNK));
+            let any_is_wrong = chunks
+                .map(|(indices, numbers)| {
+                    let mut any = false;
+                    for (index, number) in indices.iter_mut().zip(numbers) {
+                        any |= is_wrong(number);
+                        *index = (*number as u32).wrapping_sub(1).wrapping_add(first);
+                    }
+                    any
+                })
+                .reduce(|| false, |a, b| a | b);
+            match any_is_wrong {
+                false => Ok(indices),
+                true => {
+                    let wrong = $numbers.iter().find(|number| is_wrong(number));
+                    let number = *wrong.expect("one was wrong");
+                    Err(i64::try_from(number).unwrap_or(i64::MAX))
+                }
             }
         }};
     }

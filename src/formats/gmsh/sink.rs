@@ -81,7 +81,7 @@ impl<'a> Sink<'a> {
         Ok(notes)
     }
 
-    /// Writes many records of integers as lines or in binary of `width` bytes each: `record` puts
+    /// Writes many records of integers as lines or in binary of `width` bytes each, 4 or 8: `record` puts
     /// record `i` into the slice of `n_values`.
     pub fn integers(
         &mut self,
@@ -91,21 +91,39 @@ impl<'a> Sink<'a> {
         record: impl Fn(usize, &mut [u64]) + Sync,
     ) -> Result<()> {
         let text = self.text;
+        let record_bytes = n_values * width;
         write_records(self.out, n, |range, buffer| {
             let mut values = [0; MOST_VALUES];
             let values = &mut values[..n_values];
-            for i in range {
+            if text {
+                for i in range {
+                    record(i, values);
+                    push_line(buffer, values);
+                }
+                return;
+            }
+            buffer.resize(range.len() * record_bytes, 0);
+            for (i, bytes) in range.zip(buffer.chunks_exact_mut(record_bytes)) {
                 record(i, values);
-                for (at, value) in values.iter().enumerate() {
-                    if text {
-                        push_integer(buffer, *value);
-                        buffer.push(if at + 1 < n_values { b' ' } else { b'\n' });
-                    } else {
-                        buffer.extend_from_slice(&value.to_le_bytes()[..width]);
-                    }
+                match width {
+                    8 => put(bytes, values, |x| x.to_le_bytes()),
+                    _ => put(bytes, values, |x| (x as u32).to_le_bytes()),
                 }
             }
         })
+    }
+}
+
+fn put<const WIDTH: usize>(bytes: &mut [u8], values: &[u64], encode: impl Fn(u64) -> [u8; WIDTH]) {
+    for (bytes, value) in bytes.chunks_exact_mut(WIDTH).zip(values) {
+        bytes.copy_from_slice(&encode(*value));
+    }
+}
+
+fn push_line(buffer: &mut Vec<u8>, values: &[u64]) {
+    for (at, value) in values.iter().enumerate() {
+        push_integer(buffer, *value);
+        buffer.push(if at + 1 < values.len() { b' ' } else { b'\n' });
     }
 }
 

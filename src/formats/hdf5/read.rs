@@ -213,6 +213,12 @@ impl Dataset {
         self.shape().first().copied().unwrap_or(1)
     }
 
+    /// At least `n` rows, so many that chunks are read whole where the data is stored in chunks.
+    pub fn whole_chunks(&self, n: u64) -> u64 {
+        let chunk = self.inner.chunks().and_then(|chunk| chunk.first().copied());
+        chunk.map_or(n, |rows| n.next_multiple_of(u64::from(rows).max(1)))
+    }
+
     /// Values in one row.
     pub fn row(&self) -> Result<usize> {
         let others = self.shape().iter().skip(1);

@@ -5,6 +5,7 @@ use super::fortran;
 use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, n_nodes};
 use super::read::{Content, not_kept};
 use crate::error::{Error, Result};
+use crate::mesh::first_where;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -157,7 +158,7 @@ fn read_nodes(
             (false, _) => convert(bytes, own, |x| narrow(u64::from_le_bytes(x))),
         }
         let wrong = |&node: &u32| node as usize >= counts.n_nodes;
-        if let Some(at) = own.par_iter().position_first(wrong) {
+        if let Some(at) = first_where(own, wrong) {
             let at = at * binary.integer;
             let node = binary.integer(&bytes[at..at + binary.integer]);
             return Err(Error::input(format!(

@@ -7,7 +7,7 @@ use super::fortran::Record;
 use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
 use super::mapbc;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, CellRun, Group, Mesh};
+use crate::mesh::{CellKind, CellRun, Group, Mesh, first_where};
 use rayon::prelude::*;
 use std::io::Write;
 
@@ -117,7 +117,9 @@ fn rounding(mesh: &Mesh, layout: &Layout) -> Result<Option<String>> {
         return Ok(None);
     }
     let values = mesh.points.as_flattened();
-    if let Some(x) = values.par_iter().find_first(|x| !(**x as f32).is_finite()) {
+    let too_large = |x: &f64| !(*x as f32).is_finite();
+    if let Some(at) = first_where(values, too_large) {
+        let x = values[at];
         return Err(Error::input(format!(
             "a coordinate of {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
         )));
