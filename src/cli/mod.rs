@@ -6,6 +6,7 @@ mod context;
 mod convert;
 mod deform;
 mod diff;
+mod finish;
 mod info;
 mod input;
 mod man;
@@ -16,6 +17,8 @@ mod quality;
 mod report;
 mod sample;
 mod select;
+#[cfg(unix)]
+mod signals;
 mod threads;
 
 pub use context::Context;
@@ -72,6 +75,8 @@ enum Command {
     Select(select::SelectArgs),
     /// Write one deformed mesh per azimuth step
     Deform(deform::DeformArgs),
+    /// Join the parts of a sequence that were written separately
+    Finish(finish::FinishArgs),
     /// Compare two meshes node by node and tag by tag
     Diff(diff::DiffArgs),
     /// One self-contained HTML page of a sequence
@@ -107,6 +112,8 @@ pub fn main() -> ExitCode {
                 Kind::Check => 1,
                 Kind::Input => 2,
                 Kind::System => 3,
+                // What a shell reports of a program that a signal ended.
+                Kind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
             })
         }
     }
@@ -120,6 +127,7 @@ fn run(command: Command, context: &Context) -> Result<Outcome> {
         Command::Check(args) => check::run(&args, context),
         Command::Select(args) => select::run(&args, context),
         Command::Deform(args) => deform::run_command(&args, context),
+        Command::Finish(args) => finish::run(&args, context),
         Command::Diff(args) => diff::run(&args, context),
         Command::Report(args) => report::run(&args, context),
         Command::Sample(args) => sample::run(&args, context),

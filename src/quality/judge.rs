@@ -54,8 +54,24 @@ impl Judge {
     /// # Panics
     /// When there are fewer positions than nodes, or the mesh has other cells than the reference.
     pub fn assess(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Quality {
+        self.complete(self.cells(mesh, points), mesh, points, before)
+    }
+
+    /// The part of [`Judge::assess`] that tells of inverted cells.
+    pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
+        assess(mesh, points, &self.reference)
+    }
+
+    /// What [`Judge::assess`] gives, where the part of [`Judge::cells`] is there.
+    pub fn complete(
+        &self,
+        cells: Summary,
+        mesh: &Mesh,
+        points: &[Vector],
+        before: &[Vector],
+    ) -> Quality {
         Quality {
-            cells: assess(mesh, points, &self.reference),
+            cells,
             faces: faces::assess(mesh, points, &self.reference, &self.adjacency),
             size_skew: size_skew::assess(mesh, points, before, &self.reference),
         }

@@ -7,6 +7,7 @@ use crate::error::{Error, Kind, Result};
 use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::quality::{Criterion, Quality};
+use std::io::Write;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
@@ -15,12 +16,13 @@ const MOST_DENSE: usize = 40_000;
 /// Columns of steps.csv that hold no number.
 const NO_NUMBERS: [&str; 2] = ["file", "blake3"];
 
-/// All that a run can be refused for before it starts; returns what the format cannot hold.
+/// All that a run can be refused for before it starts; returns what the format cannot hold, and the
+/// bytes of one mesh in it, neither packed nor as text.
 pub(super) fn before_work(
     plan: &mut Plan,
     format: &dyn Format,
     fail_on: &[Criterion],
-) -> Result<Vec<String>> {
+) -> Result<(Vec<String>, u64)> {
     check_precision(plan)?;
     check_columns(plan, fail_on)?;
     check_dense(plan)?;
@@ -58,8 +60,9 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
         .try_for_each(|criterion| criterion.check_column(filled.clone()))
 }
 
-/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
-fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
+/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
+/// and how many bytes that were.
+fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
@@ -75,11 +78,26 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
         ..write_options(plan)
     };
     plan.mesh.points = std::mem::take(&mut plan.reference);
-    let dropped = format.write(&plan.mesh, &mut std::io::sink(), &options);
+    let mut sink = Counter(0);
+    let dropped = format.write(&plan.mesh, &mut sink, &options);
     plan.reference = std::mem::take(&mut plan.mesh.points);
     let mut dropped = dropped.map_err(|error| described(error, plan))?;
     dropped.extend(dropped_arrays(plan, format));
-    Ok(dropped)
+    Ok((dropped, sink.0))
+}
+
+/// Counts bytes that go nowhere.
+struct Counter(u64);
+
+impl Write for Counter {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// A sentence where arrays are asked for that the format does not hold.

@@ -14,8 +14,8 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Pose, Role, Schedule, SelectionMethod, Step,
-    SurfaceFaces,
+    Interpolate, KernelName, Motion, OnInverted, Polynomial, Pose, Role, Schedule, SelectionMethod,
+    Step, SurfaceFaces,
 };
 use crate::rbf::select::Targets;
 use crate::rbf::space::Space;
@@ -252,9 +252,11 @@ fn check_combination(
             motion.bodies[body].name
         )));
     }
-    if twist && schedule.rbf.substeps > 1 && !bodies.all(|body| motion.is_rigid(body)) {
+    let substeps = schedule.rbf.substeps > 1 || schedule.output.on_inverted == OnInverted::Substeps;
+    if twist && substeps && !bodies.all(|body| motion.is_rigid(body)) {
         return Err(Error::input(
-            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` out",
+            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` \
+             and `on_inverted` = \"substeps\" out",
         ));
     }
     let coupled = surface.sliding.is_some() || !periodic.images.is_empty();

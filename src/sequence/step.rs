@@ -3,7 +3,9 @@
 use super::output::{COLUMNS, number};
 use super::plan::Plan;
 use super::record::Clock;
+use super::repair::{self, Repair};
 use super::stretches::Stretches;
+use super::table::Row;
 use super::wall_angle::WallAngles;
 use crate::error::Result;
 use crate::formats::Precision;
@@ -31,6 +33,7 @@ impl Measures {
 }
 
 /// A step that is computed and waits to be written.
+#[derive(Default)]
 pub(super) struct Computed {
     pub quality: Option<Quality>,
     pub normal_change: Option<f64>,
@@ -40,7 +43,17 @@ pub(super) struct Computed {
     pub largest_displacement: f64,
     pub velocities: Option<Vec<Vector>>,
     pub n_base: usize,
+    pub repair: Option<Repair>,
     pub seconds: f64,
+}
+
+impl Computed {
+    /// The first inverted cell, where there is one.
+    pub fn first_inverted(&self) -> Option<usize> {
+        let cells = self.quality.as_ref().map(|quality| &quality.cells);
+        let summary = cells.filter(|summary| summary.inverted > 0);
+        summary.map(|summary| summary.inverted_cells.first().copied().unwrap_or_default())
+    }
 }
 
 /// Positions and quality of one step; coordinates as they will be written.
@@ -54,16 +67,33 @@ pub(super) fn compute(
     let deformer = stretches.enter(step)?;
     let clock = Clock::start();
     let plan = deformer.plan;
-    let selection_error = deformer.points_at(step, points)?;
-    if plan.schedule.output.precision == Precision::F32 {
-        points
-            .par_iter_mut()
-            .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
+    let mut selection_error = deformer.points_at(step, points)?;
+    round(plan, points);
+    let mut cells = measures.map(|by| by.judge.cells(mesh, points));
+    let mut repair = None;
+    if let (Some(by), Some(cells)) = (measures, &mut cells)
+        && repair::is_wanted(plan, cells)
+    {
+        let attempt = |n: usize, points: &mut [Vector]| {
+            let error = deformer.points_through(step, n, points)?;
+            round(plan, points);
+            Ok((error, by.judge.cells(mesh, points)))
+        };
+        repair = Some(repair::repair(
+            plan,
+            points,
+            cells,
+            &mut selection_error,
+            attempt,
+        )?);
     }
     Ok(Computed {
-        quality: measures.map(|by| by.judge.assess(mesh, points, &plan.reference)),
+        quality: measures
+            .zip(cells)
+            .map(|(by, cells)| by.judge.complete(cells, mesh, points, &plan.reference)),
         normal_change: measures
             .and_then(|by| by.walls.largest_change(mesh, points, &plan.reference)),
+        repair,
         first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.reference),
         selection_error,
         surface_error: deformer.surface_error(step, points),
@@ -72,6 +102,30 @@ pub(super) fn compute(
         n_base: deformer.n_base,
         seconds: clock.seconds(),
     })
+}
+
+/// Positions of a step that was computed before, and its velocities: what its mesh consists of.
+pub(super) fn compute_again(
+    stretches: &mut Stretches<'_>,
+    step: &Step,
+    points: &mut [Vector],
+) -> Result<Computed> {
+    let deformer = stretches.enter(step)?;
+    deformer.points_at(step, points)?;
+    round(deformer.plan, points);
+    Ok(Computed {
+        velocities: deformer.velocities_at(step, points),
+        ..Computed::default()
+    })
+}
+
+/// Coordinates as they will be written.
+fn round(plan: &Plan, points: &mut [Vector]) {
+    if plan.schedule.output.precision == Precision::F32 {
+        points
+            .par_iter_mut()
+            .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
+    }
 }
 
 /// Adds the arrays of a step that the schedule asks for, in place of the last step's.
@@ -108,52 +162,33 @@ fn replace(arrays: &mut Vec<DataArray>, array: DataArray) {
 }
 
 /// The row of a step but for what writing it tells.
-pub(super) fn row(step: &Step, computed: &Computed) -> Vec<String> {
-    let mut row = vec![String::new(); COLUMNS.len()];
-    set(&mut row, "step", step.index.to_string());
-    set(&mut row, "azimuth_deg", step.azimuth_deg.to_string());
-    set(
-        &mut row,
-        "time_s",
-        step.time_s.map_or(String::new(), |t| t.to_string()),
-    );
-    set(&mut row, "base_points", computed.n_base.to_string());
-    set(
-        &mut row,
-        "max_displacement",
-        number(computed.largest_displacement),
-    );
-    set(
-        &mut row,
-        "selection_error",
-        number(computed.selection_error),
-    );
-    set(
-        &mut row,
-        "max_surface_error",
-        number(computed.surface_error.0),
-    );
-    set(
-        &mut row,
-        "rms_surface_error",
-        number(computed.surface_error.1),
-    );
+pub(super) fn row(step: &Step, computed: &Computed) -> Row {
+    let time = step.time_s.map_or(String::new(), |t| t.to_string());
+    let mut row = Row::new();
+    row.set("step", step.index.to_string());
+    row.set("azimuth_deg", step.azimuth_deg.to_string());
+    row.set("time_s", time);
+    row.set("base_points", computed.n_base.to_string());
+    let lengths = [
+        ("max_displacement", computed.largest_displacement),
+        ("selection_error", computed.selection_error),
+        ("max_surface_error", computed.surface_error.0),
+        ("rms_surface_error", computed.surface_error.1),
+    ];
+    for (column, length) in lengths {
+        row.set(column, number(length));
+    }
     if let Some(ratio) = computed.first_cell_ratio {
-        set(&mut row, "min_first_cell_ratio", number(ratio));
+        row.set("min_first_cell_ratio", number(ratio));
     }
     if let Some(change) = computed.normal_change {
-        set(&mut row, "max_normal_change_deg", number(change));
+        row.set("max_normal_change_deg", number(change));
     }
     let measured = computed.quality.iter().flat_map(Quality::columns);
     for (column, value) in measured.filter(|(column, _)| COLUMNS.contains(column)) {
         if let Some(value) = value {
-            set(&mut row, column, number(value));
+            row.set(column, number(value));
         }
     }
     row
-}
-
-pub(super) fn set(row: &mut [String], column: &str, value: String) {
-    let at = COLUMNS.iter().position(|name| *name == column);
-    row[at.expect("a column of steps.csv")] = value;
 }

@@ -2,7 +2,7 @@
 
 use super::Cgns;
 use crate::error::Error;
-use crate::formats::{Format, Notes, ReadOptions, Source, WriteOptions, parse, read};
+use crate::formats::{Begin, Format, Notes, ReadOptions, Source, WriteOptions, parse, read};
 use crate::mesh::{CellKind, DataArray, Difference, Group, Mesh, Tolerance, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -311,7 +311,7 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("moving.cgns");
     let create = Cgns.sequence().expect("CGNS has sequences");
-    let mut file = create(&path, &WriteOptions::default()).expect("it starts");
+    let mut file = create(&path, &WriteOptions::default(), Begin::Anew).expect("it starts");
     assert!(!path.exists(), "no file before the first step is whole");
     let mut mesh = rich_mesh();
     for step in 0..4 {

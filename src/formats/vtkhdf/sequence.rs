@@ -2,7 +2,7 @@
 
 use super::super::hdf5::{Data, Element, Growing, Id, Stored};
 use super::super::vtk::plan::{Plan, check_precision};
-use super::super::{SequenceFile, WriteOptions};
+use super::super::{Begin, SequenceFile, WriteOptions};
 use super::blocks::{Block, Blocks, shape};
 use super::write::Grid;
 use crate::error::{Error, Result};
@@ -59,10 +59,10 @@ struct Series {
 }
 
 impl Sequence {
-    /// A new file, which takes its name with the first mesh.
-    pub fn create(path: &Path, options: &WriteOptions) -> Result<Self> {
+    /// A file, which takes its name with the first mesh unless it has it.
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
         Ok(Self {
-            file: Growing::create(path)?,
+            file: Growing::create(path, begin)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             times: Vec::new(),
@@ -88,6 +88,14 @@ impl SequenceFile for Sequence {
         let topology = self.topology.as_ref().expect("the first step has set it");
         let grid = tree(topology, &self.series, &self.times);
         self.file.finish_step(&grid.tree)
+    }
+
+    fn n_bytes(&self) -> u64 {
+        self.file.n_bytes()
+    }
+
+    fn is_retracing(&self) -> bool {
+        self.file.is_retracing()
     }
 }
 
