@@ -161,7 +161,13 @@ fn as_text(plan: &Plan, mapped: u64) -> String {
     let n_steps = plan.motion.steps.len();
     line("steps", n_steps.to_string());
     let input = gigabytes(mapped);
-    line("memory", format!("{} and the mapped input, {input}", gigabytes(estimate_memory(plan))));
+    line(
+        "memory",
+        format!(
+            "{} and the mapped input, {input}",
+            gigabytes(estimate_memory(plan))
+        ),
+    );
     line("meshes", gigabytes(estimate_bytes(plan)));
     line("time", format!("about {:.1} s", seconds(plan)));
     for convention in conventions(plan) {

@@ -129,12 +129,17 @@ impl Input {
 
 /// The one sequence in a folder: its .pvd, or else its one file of a format that holds sequences.
 fn sequence_in(folder: &Path) -> Result<PathBuf> {
-    let entries = std::fs::read_dir(folder).and_then(|entries| entries.collect::<std::io::Result<Vec<_>>>());
+    let entries =
+        std::fs::read_dir(folder).and_then(|entries| entries.collect::<std::io::Result<Vec<_>>>());
     let entries = entries.map_err(|error| Error::io(folder, &error))?;
     let mut paths: Vec<PathBuf> = entries.iter().map(|entry| entry.path()).collect();
     paths.sort();
     for endings in [&["pvd"][..], &["vtkhdf", "cgns"]] {
-        let has_ending = |path: &&PathBuf| endings.iter().any(|e| path.extension().is_some_and(|x| x == *e));
+        let has_ending = |path: &&PathBuf| {
+            endings
+                .iter()
+                .any(|e| path.extension().is_some_and(|x| x == *e))
+        };
         let found: Vec<&PathBuf> = paths.iter().filter(has_ending).collect();
         match found[..] {
             [] => {}
@@ -149,5 +154,8 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
             }
         }
     }
-    Err(Error::input("this folder holds no .pvd, .vtkhdf or .cgns, and so no sequence").file(folder))
+    Err(
+        Error::input("this folder holds no .pvd, .vtkhdf or .cgns, and so no sequence")
+            .file(folder),
+    )
 }

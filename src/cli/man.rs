@@ -9,8 +9,10 @@ use std::path::PathBuf;
 
 /// Arguments of `azimesh man`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Try `azimesh man | man -l -`, or put the pages of -o where man looks: \
-~/.local/share/man/man1.")]
+#[command(
+    after_help = "Try `azimesh man | man -l -`, or put the pages of -o where man looks: \
+~/.local/share/man/man1."
+)]
 pub struct ManArgs {
     /// Folder for the pages: azimesh.1, azimesh-info.1 and so on; without it the first is printed
     #[arg(short, long, value_name = "DIR")]
@@ -63,7 +65,9 @@ pub(super) fn run(args: &ManArgs, context: &Context) -> Result<Outcome> {
 
 /// The page of a command, then those of its commands.
 fn add_pages(command: &Command, pages: &mut Vec<Page>) -> Result<()> {
-    let man = clap_mangen::Man::new(command.clone()).manual("azimesh").source(SOURCE);
+    let man = clap_mangen::Man::new(command.clone())
+        .manual("azimesh")
+        .source(SOURCE);
     let mut text = Vec::new();
     man.render(&mut text)
         .map_err(|error| Error::system(format!("a manual page cannot be made: {error}")))?;
@@ -71,6 +75,10 @@ fn add_pages(command: &Command, pages: &mut Vec<Page>) -> Result<()> {
         file: man.get_filename(),
         text: String::from_utf8_lossy(&text).into_owned(),
     });
-    let commands = command.get_subcommands().filter(|command| !command.is_hide_set());
-    commands.into_iter().try_for_each(|command| add_pages(command, pages))
+    let commands = command
+        .get_subcommands()
+        .filter(|command| !command.is_hide_set());
+    commands
+        .into_iter()
+        .try_for_each(|command| add_pages(command, pages))
 }

@@ -60,7 +60,9 @@ impl Threads {
         if let Some(n) = number(RAYON) {
             return Self { n, by: RAYON };
         }
-        let granted = GRANTS.into_iter().find_map(|name| Some((number(name)?, name)));
+        let granted = GRANTS
+            .into_iter()
+            .find_map(|name| Some((number(name)?, name)));
         match granted.filter(|(n, _)| *n < machine) {
             Some((n, by)) => Self { n, by },
             None => Self {
@@ -106,7 +108,10 @@ mod tests {
         assert_eq!(decide(0, 4, &[("NCPUS", "16")]), (4, "machine"));
         assert_eq!(decide(0, 4, &[("NCPUS", "1")]), (1, "NCPUS"));
         assert_eq!(decide(0, 4, &[("PBS_NUM_PPN", " 2\n")]), (2, "PBS_NUM_PPN"));
-        assert_eq!(decide(0, 4, &[("LSB_DJOB_NUMPROC", "3")]), (3, "LSB_DJOB_NUMPROC"));
+        assert_eq!(
+            decide(0, 4, &[("LSB_DJOB_NUMPROC", "3")]),
+            (3, "LSB_DJOB_NUMPROC")
+        );
         let both = [("SLURM_CPUS_ON_NODE", "3"), ("NCPUS", "1")];
         assert_eq!(decide(0, 4, &both), (3, "SLURM_CPUS_ON_NODE"));
     }

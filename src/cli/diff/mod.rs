@@ -28,7 +28,12 @@ pub struct DiffArgs {
     #[arg(long)]
     relative: bool,
     /// Which nodes and cells belong together
-    #[arg(long = "match", value_name = "HOW", value_enum, default_value = "order")]
+    #[arg(
+        long = "match",
+        value_name = "HOW",
+        value_enum,
+        default_value = "order"
+    )]
     matching: Matching,
     /// With --match position: largest distance of two nodes that belong together
     /// [default: the tolerance, and at least 1e-9 of the diagonal]
@@ -113,9 +118,7 @@ impl DiffArgs {
         };
         let found = context.stage("comparing", || match self.matching {
             Matching::Order => Ok(Difference::between(a, b, tolerance)),
-            Matching::Position => {
-                Difference::by_position(a, b, tolerance, self.match_tolerance)
-            }
+            Matching::Position => Difference::by_position(a, b, tolerance, self.match_tolerance),
         })?;
         for note in &found.notes {
             context.note(note);

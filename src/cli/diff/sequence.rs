@@ -53,7 +53,9 @@ fn frame_differences(ours: &[f64], theirs: &[f64]) -> Vec<String> {
     if ours.len() != theirs.len() {
         found.push(format!("{} and {} steps", ours.len(), theirs.len()));
     }
-    let largest = ours.iter().fold(0.0, |largest: f64, time| largest.max(time.abs()));
+    let largest = ours
+        .iter()
+        .fold(0.0, |largest: f64, time| largest.max(time.abs()));
     let differs = |(x, y): (&f64, &f64)| (x - y).abs() > TIMES * largest;
     if let Some(step) = ours.iter().zip(theirs).position(differs) {
         let [x, y] = [ours, theirs].map(|times| times[step]);
@@ -85,7 +87,10 @@ fn summary(frame: &[String], steps: &[Compared]) -> String {
     };
     let first = steps.first().map(|step| &step.difference);
     let [nodes, cells] = first.map_or([0; 2], |first| [first.n_nodes[0], first.n_cells[0]]);
-    format!("same: {} steps, {nodes} nodes, {cells} cells{apart}", steps.len())
+    format!(
+        "same: {} steps, {nodes} nodes, {cells} cells{apart}",
+        steps.len()
+    )
 }
 
 fn as_json(same: bool, summary: &str, times: [&[f64]; 2], steps: &[Compared]) -> Value {
