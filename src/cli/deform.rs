@@ -1,11 +1,11 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
-use super::{Context, Outcome};
+use super::{Context, Outcome, memory};
 use crate::error::Result;
 use crate::formats;
 use crate::motion::Schedule;
 use crate::quality::Criterion;
-use crate::sequence::{Finished, Plan, Request, Stop, run};
+use crate::sequence::{Finished, Plan, Request, Stop, check_memory, run};
 use serde_json::json;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -48,6 +48,10 @@ pub struct DeformArgs {
     /// Start even where the disk has no room for all steps
     #[arg(long)]
     no_space_check: bool,
+    /// Refuse a run that needs more memory, as 4G or 500M (powers of 1024); the mapped input does not
+    /// count
+    #[arg(long, value_name = "SIZE", value_parser = memory::parse)]
+    max_memory: Option<u64>,
     /// Exit with 1 where this holds at any step, e.g. `min_scaled_jacobian<0.1`; any column of
     /// steps.csv; may be given again
     #[arg(long, value_name = "EXPR")]
@@ -64,6 +68,9 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     }
     let mesh = context.read_any(&args.mesh)?;
     let mut plan = Plan::new(mesh, schedule)?;
+    if let Some(limit) = args.max_memory {
+        check_memory(&plan, limit, memory::mapped_bytes(&args.mesh))?;
+    }
     for choice in &plan.choices {
         context.note(choice);
     }

@@ -10,17 +10,19 @@ use crate::motion::QualityOutput;
 use crate::quality::Judge;
 
 /// Base points that are reckoned with where none are chosen yet.
-const N_BASE: usize = 1500;
+const N_BASE: usize = 1000;
 /// Rows of the Newton basis that the selection holds.
 const BASIS: usize = 2048;
 /// The program itself, its threads and what the system's allocator keeps.
 const PROGRAM: usize = 24 << 20;
 
-/// Bytes of memory that a run takes from the system, beside the mapped input.
+/// Bytes of memory that a run takes from the system, beside the mapped input: the sum and a tenth, for
+/// what comes and goes within a stage.
 pub fn estimate_memory(plan: &Plan) -> u64 {
     let stages = [selecting(plan), evaluating(plan), writing(plan)];
     let largest = stages.into_iter().max().unwrap_or(0);
-    (PROGRAM + held(plan) + largest) as u64
+    let sum = PROGRAM + held(plan) + largest;
+    (sum + sum / 10) as u64
 }
 
 /// Refuses a run that would take more than `limit` bytes; `mapped` is the size of the mapped input,
@@ -32,8 +34,8 @@ pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
     }
     let gigabytes = |bytes: u64| format!("{:.3} GB", bytes as f64 / 1e9);
     Err(Error::input(format!(
-        "a run needs about {} of memory, and --max-memory allows {}; the mapped input, {}, is not counted. \
-         Not moved nodes (boundaries.zones), precomputed base points (--base) and output without added arrays need less",
+        "this run needs about {} of memory, and --max-memory allows {}; the mapped input, {}, does not count. \
+         boundaries.zones and fewer added arrays need less",
         gigabytes(needed),
         gigabytes(limit),
         gigabytes(mapped)

@@ -1,7 +1,9 @@
-//! Each kind of difference, in order and by position.
+//! Each kind of difference, in order.
 
-use super::super::CellKind;
+mod position;
+
 use super::*;
+use crate::mesh::{CellKind, Cells, DataArray, Group, Values};
 
 fn square(faces_first: bool) -> Mesh {
     let mut mesh = Mesh {
@@ -100,4 +102,81 @@ fn cells_groups_and_arrays_that_differ_are_each_told() {
             .push(cell.kind, if last { &turned } else { cell.nodes });
     }
     assert_eq!(between(&a, &d).changed_cells, 1);
+}
+
+#[test]
+fn one_node_moved_by_1e_9_is_found() {
+    let (a, mut b) = (square(true), square(true));
+    b.points[3][1] += 1e-9;
+    let found = between(&a, &b);
+    assert_eq!(found.moved_nodes, 1);
+    assert_eq!(found.first_moved.map(|pair| pair.node), Some(3));
+    assert!((found.max_distance() - 1e-9).abs() < 1e-15);
+    b.points[3][1] = 1.0 + f64::EPSILON;
+    assert_eq!(between(&a, &b).moved_nodes, 1);
+}
+
+#[test]
+fn a_distance_too_small_or_too_large_to_square_is_one() {
+    assert_eq!(nodes::distance([0.0; 3], [1e-200, 0.0, 0.0]), 1e-200);
+    assert_eq!(nodes::distance([0.0; 3], [0.0, -1e200, 0.0]), 1e200);
+    assert_eq!(nodes::distance([3.0, 0.0, 0.0], [0.0, 4.0, 0.0]), 5.0);
+}
+
+#[test]
+fn one_swapped_tag_is_found() {
+    let mut a = square(true);
+    let far = Group {
+        name: "far".into(),
+        ..a.groups[0].clone()
+    };
+    a.groups.push(far);
+    let mut b = a.clone();
+    a.groups[0].cells = [0].into_iter().collect();
+    a.groups[1].cells = [1].into_iter().collect();
+    b.groups[0].cells = [1].into_iter().collect();
+    b.groups[1].cells = [0].into_iter().collect();
+    let found = between(&a, &b);
+    assert!(found.cells.is_empty() && found.moved_nodes == 0);
+    assert_eq!(found.groups.len(), 2);
+    assert_eq!(
+        found.groups[0],
+        "boundary tag \"wall\": 1 of 1 cells are not the same"
+    );
+}
+
+#[test]
+fn one_reordered_cell_is_found() {
+    let a = square(true);
+    let mut b = a.clone();
+    b.cells = Cells::new();
+    for cell in [1, 0, 2, 3].map(|cell| a.cells.get(cell)) {
+        b.cells.push(cell.kind, cell.nodes);
+    }
+    let found = between(&a, &b);
+    assert_eq!(found.changed_cells, 2, "{found:?}");
+    assert!(found.to_string().contains("2 cells differ"), "{found}");
+}
+
+#[test]
+fn numbers_of_any_type_are_compared_by_their_values() {
+    let with = |values: Values| {
+        let mut mesh = square(true);
+        mesh.point_arrays.push(DataArray::scalar("x", values));
+        mesh
+    };
+    let integers = with(Values::U64(vec![0, 1, 2, u64::MAX]));
+    let near = with(Values::U64(vec![0, 1, 2, u64::MAX - 1]));
+    assert_eq!(between(&integers, &near).arrays.len(), 1);
+    let reals = with(Values::F32(vec![0.0, 1.0, 2.0, f32::NAN]));
+    assert!(between(&reals, &reals).is_same());
+    let found = between(&with(Values::I8(vec![0, 1, 2, 3])), &reals).arrays;
+    assert!(
+        found[0].contains("1 of 4 values, first at 3: 3 and NaN"),
+        "{found:?}"
+    );
+    let text = with(Values::Text(
+        ["a", "b", "c", "d"].map(String::from).to_vec(),
+    ));
+    assert!(between(&text, &reals).arrays[0].contains("text in one"));
 }
