@@ -7,7 +7,7 @@ from importlib import import_module
 
 CHECKS = [
     "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "quality", "all_points", "sequence", "motions",
-    "surface", "pvd", "pitching", "size_skew", "twist",
+    "surface", "pvd", "pitching", "size_skew", "twist", "terminal",
 ]
 
 

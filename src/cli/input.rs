@@ -154,8 +154,8 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
             }
         }
     }
-    Err(
-        Error::input("this folder holds no .pvd, .vtkhdf or .cgns, and so no sequence")
-            .file(folder),
+    Err(Error::input(
+        "this is a folder, not a mesh, and it holds no sequence: no .pvd, .vtkhdf or .cgns",
     )
+    .file(folder))
 }
