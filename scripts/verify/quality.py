@@ -25,7 +25,6 @@ REAL = [
     "gen_adf2hdf_libcgns3.4/FVENS_n0012_113-33_hex.h5.cgns",
     "gen_adf2hdf_libcgns3.4/SU2_mesh_bend_coarse.h5.cgns",
     "gen_adf2hdf_libcgns3.4/mdolab_717_wl_L2_structured.h5.cgns",
-    "petsc__petsc/share/petsc/datafiles/meshes/tut21.cgns",
     "pyvista__vtk-data/Data/AngularSector.vtk",
     "Slaedr__FVENS/testcases/visc-cylinder/grids/2dcylinderhybrid3.msh",
     "Slaedr__amovemesh/input/qin-mesh.msh",
