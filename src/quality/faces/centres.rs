@@ -127,18 +127,6 @@ impl<'a> Centres<'a> {
         let normal = unit(area).unwrap_or(toward);
         scale(normal, 1f64.copysign(dot(normal, toward)))
     }
-
-    /// 1 where the faces of a cell point outward in the reference mesh as its kind lists them, else -1.
-    #[inline]
-    pub(super) fn outward(&self, cell: usize, kind: CellKind) -> f64 {
-        let sign = f64::from(self.reference.sign(cell));
-        // The only kind whose faces point inward where the Verdict library has it positive.
-        if kind.linear() == CellKind::Wedge {
-            -sign
-        } else {
-            sign
-        }
-    }
 }
 
 /// Looks up cells that are mostly near the last one.
@@ -147,6 +135,16 @@ pub(super) struct Finder<'a> {
     run: CellRun<'a>,
     end: usize,
     start: usize,
+    form: Form,
+    turn: f64,
+}
+
+/// How centres of a run's cells are had.
+#[derive(Clone, Copy)]
+enum Form {
+    Triangle,
+    Tetrahedron,
+    Stored,
 }
 
 impl<'a> Finder<'a> {
@@ -158,6 +156,8 @@ impl<'a> Finder<'a> {
             run,
             end: 0,
             start: 0,
+            form: Form::Stored,
+            turn: 1.0,
         };
         finder.go_to(cell);
         finder
@@ -169,37 +169,46 @@ impl<'a> Finder<'a> {
         self.run = self.centres.mesh.cells.run(at);
         self.end = self.run.first_cell + self.run.n_cells();
         self.start = self.centres.starts[at];
+        self.form = match self.run.kind.linear() {
+            CellKind::Triangle => Form::Triangle,
+            CellKind::Tetrahedron => Form::Tetrahedron,
+            _ => Form::Stored,
+        };
+        // The only kind whose faces point inward where the Verdict library has it positive.
+        let is_wedge = self.run.kind.linear() == CellKind::Wedge;
+        self.turn = if is_wedge { -1.0 } else { 1.0 };
     }
 
-    /// Centre of a cell, its volume positive for the orientation that it has in the reference mesh.
-    #[inline]
-    pub(super) fn centre(&mut self, cell: usize) -> Centre {
+    /// Centre of a cell, its volume positive for the orientation that it has in the reference mesh; and
+    /// 1 where its faces point outward there as its kind lists them, else -1.
+    #[inline(always)]
+    pub(super) fn centre(&mut self, cell: usize) -> (Centre, f64) {
         if cell < self.run.first_cell || cell >= self.end {
             self.go_to(cell);
         }
-        let (kind, n) = (self.run.kind, self.run.n_nodes);
+        let n = self.run.n_nodes;
         let at = cell - self.run.first_cell;
         let nodes = &self.run.connectivity[at * n..at * n + n];
-        let point = |i: usize| self.centres.points[nodes[i] as usize];
-        let centre = match kind.linear() {
-            CellKind::Tetrahedron => {
-                geometry::solid_simplex([point(0), point(1), point(2), point(3)])
+        let point = |node: u32| self.centres.points[node as usize];
+        let centre = match self.form {
+            Form::Tetrahedron => {
+                let nodes = nodes.first_chunk::<4>().expect("a cell has its corners");
+                geometry::solid_simplex(nodes.map(point))
             }
-            CellKind::Triangle => {
+            Form::Triangle => {
                 let cell = CellRef {
                     index: cell,
-                    kind,
+                    kind: self.run.kind,
                     nodes,
                 };
-                let normal = self.centres.normal(&cell);
-                geometry::plane_simplex([point(0), point(1), point(2)], normal)
+                let nodes = nodes.first_chunk::<3>().expect("a cell has its corners");
+                geometry::plane_simplex(nodes.map(point), self.centres.normal(&cell))
             }
-            _ => self.centres.stored[self.start + at],
+            Form::Stored => self.centres.stored[self.start + at],
         };
-        Centre {
-            volume: centre.volume * self.centres.outward(cell, kind),
-            ..centre
-        }
+        let outward = self.turn * f64::from(self.centres.reference.sign(cell));
+        let volume = centre.volume * outward;
+        (Centre { volume, ..centre }, outward)
     }
 }
 

@@ -3,11 +3,14 @@
 
 use super::block::{Between, FaceBlock, Measured, one};
 use super::centres::{Centres, Finder};
-use super::geometry;
+use super::geometry::{self, Centre};
 use crate::geometry::vector::Vector;
 use crate::mesh::adjacency::Sides;
 use crate::mesh::sides::for_each_side;
-use crate::mesh::{Across, Adjacency, CellRef, CellRun};
+use crate::mesh::{Across, Adjacency, CellKind, CellRef, CellRun};
+
+/// Its sides, as in `CellKind::faces`.
+const TETRAHEDRON: [[usize; 3]; 4] = [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]];
 
 /// What takes the faces of a chunk of cells.
 pub(super) trait Sink {
@@ -56,52 +59,78 @@ struct Walk<'a> {
     four: Box<FaceBlock<4>>,
 }
 
+/// A cell whose sides are passed.
+struct Own {
+    cell: usize,
+    centre: Centre,
+    /// See [`FaceBlock`].
+    turn: f64,
+    normal: Vector,
+}
+
 impl Walk<'_> {
     fn run(&mut self, run: &CellRun<'_>, sink: &mut impl Sink) {
-        let mesh = self.centres.mesh;
-        let faces = run.kind.faces();
+        match run.kind.linear() {
+            CellKind::Tetrahedron => self.cells::<3, 4>(run, &TETRAHEDRON, sink),
+            _ => self.cells_of_any_kind(run, sink),
+        }
+    }
+
+    /// Cells of `F` sides of `N` corners each.
+    fn cells<const N: usize, const F: usize>(
+        &mut self,
+        run: &CellRun<'_>,
+        sides: &[[usize; N]; F],
+        sink: &mut impl Sink,
+    ) {
         for cell in run.cell_refs() {
-            if faces.is_empty() {
-                for_each_side(&mesh.cells, &cell, |_, corners| {
-                    self.side(&cell, corners, sink)
-                });
-                continue;
-            }
-            for face in faces {
-                let mut corners = [0; 8];
-                for (node, &corner) in corners.iter_mut().zip(*face) {
-                    *node = cell.nodes[usize::from(corner)];
-                }
-                self.side(&cell, &corners[..face.len()], sink);
+            let own = self.own(&cell);
+            for side in sides {
+                let corners = side.map(|corner| cell.nodes[corner]);
+                self.side(&own, &corners, sink);
             }
         }
     }
 
-    #[inline]
-    fn side(&mut self, cell: &CellRef<'_>, corners: &[u32], sink: &mut impl Sink) {
+    fn cells_of_any_kind(&mut self, run: &CellRun<'_>, sink: &mut impl Sink) {
+        let mesh = self.centres.mesh;
+        for cell in run.cell_refs() {
+            let own = self.own(&cell);
+            for_each_side(&mesh.cells, &cell, |_, corners| {
+                self.side(&own, corners, sink);
+            });
+        }
+    }
+
+    #[inline(always)]
+    fn own(&mut self, cell: &CellRef<'_>) -> Own {
+        let (centre, turn) = self.own.centre(cell.index);
+        Own {
+            cell: cell.index,
+            centre,
+            turn,
+            normal: self.centres.normal(cell),
+        }
+    }
+
+    #[inline(always)]
+    fn side(&mut self, own: &Own, corners: &[u32], sink: &mut impl Sink) {
         match self.sides.across() {
             Across::Elsewhere => {}
-            Across::Cell(other) => self.inner(cell, other, corners, sink),
-            Across::Outside(_) => self.outer(cell, corners, sink),
+            Across::Cell(other) => self.inner(own, other, corners, sink),
+            Across::Outside(_) => self.outer(own, corners, sink),
         }
     }
 
-    #[inline]
-    fn inner(&mut self, cell: &CellRef<'_>, other: u32, corners: &[u32], sink: &mut impl Sink) {
-        let centres = self.centres;
-        let points = centres.points;
+    #[inline(always)]
+    fn inner(&mut self, own: &Own, other: u32, corners: &[u32], sink: &mut impl Sink) {
+        let points = self.centres.points;
         let face = Between {
             corners,
-            normal: match corners.len() {
-                2 => centres.normal(cell),
-                _ => [0.0; 3],
-            },
-            turn: centres.outward(cell.index, cell.kind),
-            cells: [cell.index as u32, other],
-            centres: [
-                self.own.centre(cell.index),
-                self.other.centre(other as usize),
-            ],
+            normal: own.normal,
+            turn: own.turn,
+            cells: [own.cell as u32, other],
+            centres: [own.centre, self.other.centre(other as usize).0],
         };
         let take = &mut |faces: &Measured<'_>| sink.inner(faces);
         match corners.len() {
@@ -112,11 +141,14 @@ impl Walk<'_> {
         }
     }
 
-    fn outer(&mut self, cell: &CellRef<'_>, corners: &[u32], sink: &mut impl Sink) {
+    #[cold]
+    fn outer(&mut self, own: &Own, corners: &[u32], sink: &mut impl Sink) {
         let n = corners.len();
         let corner = |k: usize| -> Vector { self.centres.points[corners[k] as usize] };
-        let face = geometry::face(n, corner, self.centres.normal(cell));
-        let skewness = geometry::outer_skewness(&face, n, corner, &self.own.centre(cell.index));
-        sink.outer(cell.index, skewness);
+        let face = geometry::face(n, corner, own.normal);
+        sink.outer(
+            own.cell,
+            geometry::outer_skewness(&face, n, corner, &own.centre),
+        );
     }
 }
