@@ -9,7 +9,7 @@ const START: f64 = 0.5;
 /// A line from a wall node, along its normal, bending towards a node of the outer boundary.
 ///
 /// Hermite's cubic `x(u)` with `x(0) = wall`, `x'(0) = D normal`, `x(1) = outer`,
-/// `x'(1) = outer - wall`, `D = |outer - wall| / 2`. Nodes lie at `u = first height(layer) / D`, so
+/// `x'(1) = outer - wall`, `D = start |outer - wall|`. Nodes lie at `u = first height(layer) / D`, so
 /// the first cell is `first` high to `O(first / D)`.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
@@ -25,17 +25,27 @@ pub struct Ray {
 impl Ray {
     /// The ray from `wall` to `outer` in `n_layers` layers; `normal` has length one.
     pub fn new(wall: Vector, normal: Vector, outer: Vector, first: f64, n_layers: usize) -> Self {
+        Self::bending([wall, normal, outer], START, first, n_layers)
+    }
+
+    /// The ray from `wall` along `normal` to `outer` that starts with a part `start` of the distance.
+    pub fn bending(
+        [wall, normal, outer]: [Vector; 3],
+        start: f64,
+        first: f64,
+        n_layers: usize,
+    ) -> Self {
         let length = distance(wall, outer);
         let chord = sub(outer, wall);
-        let speed = START * length;
-        let start = scale(normal, speed);
+        let speed = start * length;
+        let along = scale(normal, speed);
         // x = wall + u a + u^2 b + u^3 c with b = 2 (chord - a) and c = a - chord.
-        let bend = sub(chord, start);
+        let bend = sub(chord, along);
         Self {
             wall,
             outer,
             n_layers,
-            cubic: [start, scale(bend, 2.0), scale(bend, -1.0)],
+            cubic: [along, scale(bend, 2.0), scale(bend, -1.0)],
             first: first / speed,
             growth: growth(first / speed, 1.0, n_layers),
         }

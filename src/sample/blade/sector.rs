@@ -6,8 +6,13 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use std::f64::consts::PI;
 
-/// The most blades of a rotor.
-const MOST_BLADES: usize = 8;
+/// Numbers of blades whose sectors are neither too wide nor too narrow for rays from the blade.
+const LEAST_BLADES: usize = 3;
+const MOST_BLADES: usize = 6;
+
+/// Radius of the hub, in that where the blades begin: a smaller one leaves cells at their roots no room
+/// beside those of the next blade.
+const HUB: f64 = 0.75;
 
 /// Where the patch's corners lie on the hub and on the outer boundary, in half widths.
 const PATCH_CORNER: f64 = 0.55;
@@ -24,11 +29,11 @@ pub struct Sector {
 
 impl Sector {
     /// The sector of one of `n_blades` blades: as high as the cylinder around a single one, and as
-    /// long.
+    /// far out.
     pub fn new(geometry: &Geometry, n_blades: usize) -> Result<Self> {
-        if !(2..=MOST_BLADES).contains(&n_blades) {
+        if !(LEAST_BLADES..=MOST_BLADES).contains(&n_blades) {
             return Err(Error::input(format!(
-                "--blades is a number from 2 to {MOST_BLADES}, found {n_blades}; left out, there is one blade in a \
+                "--blades is a number from {LEAST_BLADES} to {MOST_BLADES}, found {n_blades}; left out, there is one blade in a \
                  cylinder"
             )));
         }
@@ -44,7 +49,7 @@ impl Sector {
         Ok(Self {
             half_angle,
             half_height: geometry.cylinder.radius,
-            radii: geometry.cylinder.ends,
+            radii: [HUB * root, geometry.cylinder.ends[1]],
         })
     }
 

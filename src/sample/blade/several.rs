@@ -17,6 +17,10 @@ use crate::sample::ray::Ray;
 use crate::sample::{SizeOptions, tag};
 use rayon::prelude::*;
 
+/// Part of the distance to the sector's boundary that a ray starts with along the normal: rays bend
+/// early, since those of the trailing edge go to a plane that lies far behind it.
+const START: f64 = 0.12;
+
 /// The mesh of a rotor with `n_blades` blades, of as many nodes in all as the options say.
 pub(super) fn mesh(options: &BladeOptions, n_blades: usize) -> Result<Mesh> {
     let geometry = options.shape.resolve()?;
@@ -35,7 +39,8 @@ pub(super) fn mesh(options: &BladeOptions, n_blades: usize) -> Result<Mesh> {
         .par_iter()
         .map(|&node| {
             let pair = shape.pair_in(&sector, node);
-            Ray::new(pair.wall, pair.normal, pair.outer, grid.first, n_layers)
+            let ends = [pair.wall, pair.normal, pair.outer];
+            Ray::bending(ends, START, grid.first, n_layers)
         })
         .collect();
     let numbering = Numbering::new(&tube, &order, n_layers);
