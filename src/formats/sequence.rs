@@ -13,6 +13,9 @@ pub trait SequenceFile: Send {
     /// Appends a mesh with the nodes, cells and arrays of the first, whose positions and values may
     /// differ; gives the hash of the bytes that were added to the file.
     fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash>;
+
+    /// A sentence for each thing of the first mesh that the format cannot hold.
+    fn notes(&self) -> &[String];
 }
 
 /// Starts a file of a sequence; one that has the name is replaced when the first mesh is whole.
