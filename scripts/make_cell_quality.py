@@ -1,7 +1,8 @@
 """Writes testdata/cell_quality.csv: random cells of each kind and what VTK's vtkMeshQuality says.
 
-Needs pyvista (written with pyvista 0.49.1 and VTK 9.7.2). Columns: VTK cell type, volume or area,
-scaled Jacobian, equiangle skew, then the coordinates. Seeded: the same file every time.
+Needs pyvista (written with pyvista 0.49.1 and VTK 9.7.2). Columns: VTK cell type, the metrics, then the
+coordinates. Empty where VTK does not have the metric, or has it wrong (see scripts/check_quality.py).
+Seeded: the same file every time.
 """
 
 import pathlib
@@ -21,14 +22,32 @@ IDEAL = {
 }
 
 
-def quality(grid, measure):
-    """One measure of the grid's only cell."""
+NAMES = {5: "Triangle", 9: "Quad", 10: "Tet", 14: "Pyramid", 13: "Wedge", 12: "Hex"}
+MEASURES = {
+    "size": "Volume",
+    "scaled_jacobian": "ScaledJacobian",
+    "equiangle_skew": "EquiangleSkew",
+    "edge_ratio": "EdgeRatio",
+    "jacobian": "Jacobian",
+    "aspect_ratio": "AspectRatio",
+    "condition": "Condition",
+    "shape": "Shape",
+    "min_angle": "MinAngle",
+    "max_angle": "MaxAngle",
+    "skew": "Skew",
+}
+WRONG = {("EdgeRatio", 12), ("MinAngle", 10), ("Shape", 14)}
+
+
+def quality(grid, kind, measure):
+    """One measure of the grid's only cell; None where there is none."""
+    name = "Area" if measure == "Volume" and kind in (5, 9) else measure
     judge = vtkMeshQuality()
     judge.SetInputData(grid)
-    for kind in ("Triangle", "Quad", "Tet", "Pyramid", "Wedge", "Hex"):
-        choose = getattr(judge, f"Set{kind}QualityMeasureTo{measure}", None)
-        if choose:
-            choose()
+    choose = getattr(judge, f"Set{NAMES[kind]}QualityMeasureTo{name}", None)
+    if choose is None or (measure, kind) in WRONG:
+        return None
+    choose()
     judge.Update()
     return judge.GetOutput().GetCellData().GetArray("Quality").GetValue(0)
 
@@ -45,15 +64,14 @@ def main():
             if kind in (5, 9):
                 points[:, 2] = 0
             grid = pv.UnstructuredGrid(np.array([len(points), *range(len(points))]), [kind], points)
-            size = "Area" if kind in (5, 9) else "Volume"
-            measures = (size, "ScaledJacobian", "EquiangleSkew")
-            values = [quality(grid, measure) for measure in measures]
+            values = [quality(grid, kind, measure) for measure in MEASURES.values()]
             rows.append([kind, *values, *points.ravel()])
     path = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "testdata/cell_quality.csv")
     with path.open("w") as file:
-        file.write("vtk_type,size,scaled_jacobian,equiangle_skew,coordinates\n")
-        for row in rows:
-            file.write(",".join(repr(float(x)) if i else str(x) for i, x in enumerate(row)) + "\n")
+        file.write(f"vtk_type,{','.join(MEASURES)},coordinates\n")
+        for kind, *numbers in rows:
+            texts = ("" if x is None else repr(float(x)) for x in numbers)
+            file.write(f"{kind},{','.join(texts)}\n")
 
 
 if __name__ == "__main__":

@@ -19,6 +19,11 @@ pub enum Kind {
     Check,
     /// The operating system refused: disk full, no permission, out of memory.
     System,
+    /// A signal asked the program to end; what was finished is kept.
+    Interrupted {
+        /// Number of the signal.
+        signal: i32,
+    },
 }
 
 /// Where in a file an error was found.
@@ -59,6 +64,11 @@ impl Error {
     /// A failure of the system, in its own words.
     pub fn system(message: impl Into<String>) -> Self {
         Self::new(Kind::System, message)
+    }
+
+    /// The end that a signal asked for.
+    pub fn interrupted(signal: i32, message: impl Into<String>) -> Self {
+        Self::new(Kind::Interrupted { signal }, message)
     }
 
     /// An input or output error on `path`. A file that is missing or is no file is wrong input,

@@ -26,6 +26,7 @@
 //! | [`quality`] | cell metrics and their summary |
 //! | [`sample`] | meshes to try things on |
 //! | [`sequence`] | a run from plan to files |
+//! | [`report`] | one page of a sequence |
 //! | [`cli`] | the commands; the only module that prints |
 //!
 //! Further reading in the repository: `ARCHITECTURE.md`, and `docs/method.md` for the equations.
@@ -40,5 +41,6 @@ pub mod modes;
 pub mod motion;
 pub mod quality;
 pub mod rbf;
+pub mod report;
 pub mod sample;
 pub mod sequence;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// The floors, top to bottom.
 const FLOORS: &[&[&str]] = &[
     &["cli"],
-    &["sequence"],
+    &["sequence", "report"],
     &["motion", "rbf", "quality", "sample"],
     &["modes", "formats"],
     &["mesh"],

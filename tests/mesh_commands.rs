@@ -152,6 +152,62 @@ fn quality_writes_cell_arrays() {
     assert_eq!(azimesh(folder.path(), &write).0, 0);
     let found = json(folder.path(), &["info", "judged.vtu"]);
     let arrays = found["arrays"].as_array().unwrap();
-    assert!(arrays.iter().any(|array| array["name"] == "ScaledJacobian"));
+    for name in [
+        "ScaledJacobian",
+        "Inverted",
+        "Condition",
+        "MinAngle",
+        "Skew",
+    ] {
+        assert!(arrays.iter().any(|array| array["name"] == name), "{name}");
+    }
     assert_eq!(azimesh(folder.path(), &write).0, 2);
+}
+
+#[test]
+fn quality_tells_the_smallest_mean_and_largest_of_every_metric() {
+    let folder = folder();
+    let found = json(folder.path(), &["quality", "square.su2"]);
+    let metrics = found["metrics"].as_object().unwrap();
+    assert_eq!(metrics.len(), 11);
+    assert_eq!(metrics["min_angle"]["min"], 45.0);
+    assert_eq!(metrics["volume"]["mean"], 0.5);
+    let (_, text, _) = azimesh(folder.path(), &["quality", "square.su2"]);
+    assert!(text.contains("\nmin_angle "), "{text}");
+    // No triangle has it.
+    assert!(!text.contains("\nskew "), "{text}");
+}
+
+#[test]
+fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("run")).unwrap();
+    let join = "convert square.su2 bent.su2 square.su2 run/all.pvd --format vtu";
+    let join: Vec<&str> = join.split(' ').collect();
+    assert_eq!(azimesh(folder.path(), &join).0, 0);
+    let judge = ["quality", "run", "--worst", "3", "--fail-on", "inverted>0"];
+    let found = json(folder.path(), &judge);
+    let steps = found["steps"].as_array().unwrap().iter();
+    let inverted: Vec<_> = steps.map(|step| &step["inverted"]).collect();
+    assert_eq!(inverted, [0, 2, 0]);
+    assert_eq!(found["failed_steps"]["inverted>0"], serde_json::json!([1]));
+    let worst = found["worst"].as_array().unwrap();
+    let steps: Vec<_> = worst.iter().map(|cell| &cell["step"]).collect();
+    assert_eq!(steps, [1, 1, 0]);
+    assert_eq!(worst[0]["nearest_tag"], "far");
+    let (code, text, error) = azimesh(folder.path(), &judge);
+    assert_eq!((code, text.lines().count()), (1, 1 + 3 + 3));
+    assert!(error.contains("inverted>0 holds at step 1"), "{error}");
+    let (code, _, error) = azimesh(folder.path(), &["quality", "run", "-o", "x.vtu"]);
+    assert_eq!(code, 2);
+    assert!(error.contains("-o writes one mesh"), "{error}");
+}
+
+#[test]
+fn quality_of_a_folder_without_a_sequence_says_what_is_missing() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let (code, _, error) = azimesh(folder.path(), &["quality", "empty"]);
+    assert_eq!(code, 2);
+    assert!(error.contains("empty: the folder holds no .pvd"), "{error}");
 }

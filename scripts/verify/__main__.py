@@ -6,8 +6,9 @@ import traceback
 from importlib import import_module
 
 CHECKS = [
-    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "quality", "all_points", "sequence", "motions",
-    "surface", "pvd", "pitching", "size_skew", "twist",
+    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "interrupted", "full_disk", "batches", "quality",
+    "faces", "all_points", "sequence", "motions", "surface", "pvd", "pitching", "size_skew", "twist", "bending",
+    "rotor", "flap", "report",
 ]
 
 

@@ -250,7 +250,7 @@ def offset_of(schedule, body):
 def read_table(path):
     """Columns of a CSV file by name, in its order."""
     with open(path, newline="") as file:
-        rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 

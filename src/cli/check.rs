@@ -1,15 +1,17 @@
 //! `azimesh check`: a dry run that says what `deform` would do.
 
-use super::{Context, Outcome};
+use super::{Context, Outcome, memory};
 use crate::error::Result;
 use crate::motion::{Frame, Role, Schedule, Step, TagRole};
-use crate::sequence::{BodyAtStep, Plan, bodies_at, conflicts, estimate_bytes};
+use crate::sequence::{BodyAtStep, Plan, bodies_at, conflicts, estimate_bytes, estimate_memory};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Steps that are listed one by one; of more, some evenly spaced.
 const LISTED: usize = 12;
+/// Steps at which surfaces are looked at for meeting others.
+const LOOKED_AT: usize = 72;
 
 /// Arguments of `azimesh check`.
 #[derive(Debug, clap::Args)]
@@ -24,13 +26,14 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)?;
     let mut warnings = plan.warnings();
-    warnings.extend(conflicts(&plan, &listed(&plan)));
+    warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT)));
     for warning in &warnings {
         context.warn(warning);
     }
+    let mapped = memory::mapped_bytes(&args.mesh);
     match context.common.json {
-        true => context.print_json(as_json(&plan, &warnings))?,
-        false => context.print(&as_text(&plan))?,
+        true => context.print_json(as_json(&plan, mapped, &warnings))?,
+        false => context.print_result(&as_text(&plan, mapped))?,
     }
     Ok(Outcome::Fine)
 }
@@ -45,19 +48,6 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
         None if tag.periodic => "periodic".into(),
         None => "free".into(),
     }
-}
-
-/// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode
-/// fields, and those of velocities.
-fn memory_bytes(plan: &Plan) -> usize {
-    let nodes = plan.reference.len();
-    let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
-    let velocity = plan
-        .velocity
-        .as_ref()
-        .map_or(0, |layer| 24 * nodes + 8 * layer.modes.n_modes * deforming);
-    let fields = 8 * plan.n_modes() * deforming + velocity;
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + fields
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
@@ -98,7 +88,7 @@ fn conventions(plan: &Plan) -> Vec<String> {
     ]
 }
 
-fn as_json(plan: &Plan, warnings: &[String]) -> Value {
+fn as_json(plan: &Plan, mapped: u64, warnings: &[String]) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     json!({
@@ -113,7 +103,8 @@ fn as_json(plan: &Plan, warnings: &[String]) -> Value {
         "modes": plan.n_modes(),
         "mode_truncation": plan.truncation(),
         "smallest_first_cell": plan.first_cells.smallest(),
-        "memory_bytes": memory_bytes(plan),
+        "memory_bytes": estimate_memory(plan),
+        "mapped_bytes": mapped,
         "conventions": conventions(plan),
         "seconds": seconds(plan),
         "output_bytes": estimate_bytes(plan),
@@ -128,7 +119,7 @@ fn as_json(plan: &Plan, warnings: &[String]) -> Value {
     })
 }
 
-fn as_text(plan: &Plan) -> String {
+fn as_text(plan: &Plan, mapped: u64) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
@@ -171,7 +162,14 @@ fn as_text(plan: &Plan) -> String {
     }
     let n_steps = plan.motion.steps.len();
     line("steps", n_steps.to_string());
-    line("memory", gigabytes(memory_bytes(plan) as u64));
+    let input = gigabytes(mapped);
+    line(
+        "memory",
+        format!(
+            "{} and the mapped input, {input}",
+            gigabytes(estimate_memory(plan))
+        ),
+    );
     line("meshes", gigabytes(estimate_bytes(plan)));
     line("time", format!("about {:.1} s", seconds(plan)));
     for convention in conventions(plan) {
@@ -188,10 +186,15 @@ fn as_text(plan: &Plan) -> String {
     text + &bodies_as_text(plan, &steps)
 }
 
-/// The steps that are listed and looked at: all, or of many some evenly spaced.
+/// The steps that are listed: all, or of many some evenly spaced.
 fn listed(plan: &Plan) -> Vec<&Step> {
+    evenly(plan, LISTED)
+}
+
+/// All steps, or of many some evenly spaced.
+fn evenly(plan: &Plan, most: usize) -> Vec<&Step> {
     let steps = &plan.motion.steps;
-    steps.iter().step_by(steps.len().div_ceil(LISTED)).collect()
+    steps.iter().step_by(steps.len().div_ceil(most)).collect()
 }
 
 fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {
@@ -246,10 +249,12 @@ fn place_name(plan: &Plan) -> &'static str {
 }
 
 fn place_of(plan: &Plan, step: &Step) -> f64 {
-    match step.time_s {
+    let place = match step.time_s {
         Some(time) if plan.motion.azimuth_rate.is_none() => time,
         _ => step.azimuth_deg,
-    }
+    };
+    // 108 and not 108.00000000000001.
+    (place * 1e9).round() / 1e9
 }
 
 /// Three numbers, or three dashes.

@@ -1,8 +1,9 @@
 //! What every command needs: how to talk, how many threads, how to open a mesh.
 
 use super::Common;
+use super::threads::Threads;
 use crate::error::{Error, Result};
-use crate::formats::{self, Loaded, ReadOptions, Source};
+use crate::formats::{self, Format, Loaded, ReadOptions, Source};
 use crate::mesh::Mesh;
 use std::io::Write;
 use std::path::Path;
@@ -20,13 +21,16 @@ impl Context {
         Self { common }
     }
 
-    /// Runs `work` on as many threads as asked for.
+    /// Runs `work` on as many threads as are asked for or granted.
     pub fn with_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-        let Some(n) = self.common.threads else {
+        let threads = Threads::granted(self.common.threads);
+        let Threads { n, by } = threads;
+        self.detail(&format!("threads: {n} ({by})"));
+        if threads.is_default() {
             return work();
-        };
+        }
         rayon::ThreadPoolBuilder::new()
-            .num_threads(n.get())
+            .num_threads(n)
             .build()
             .map_err(|error| Error::system(format!("cannot start {n} threads: {error}")))?
             .install(work)
@@ -40,6 +44,12 @@ impl Context {
         let format = formats::by_name(name)?;
         let read = |source: &Source| formats::read_as(format, source, &self.read_options());
         self.load(path, read)
+    }
+
+    /// The format of `--format`, where it is given.
+    pub fn input_format(&self) -> Result<Option<&'static dyn Format>> {
+        let name = self.common.format.as_deref();
+        name.map(formats::by_name).transpose()
     }
 
     /// Reads a mesh in the format that its content says, where `--format` is about the output.
@@ -67,6 +77,16 @@ impl Context {
         result
     }
 
+    /// Refuses a mesh on standard output beside JSON.
+    pub fn check_json_beside(&self, output: &Path) -> Result<()> {
+        match self.common.json && output.as_os_str() == "-" {
+            true => Err(Error::input(
+                "--json and a mesh cannot share standard output; write the mesh to a file",
+            )),
+            false => Ok(()),
+        }
+    }
+
     /// What readers are told.
     pub fn read_options(&self) -> ReadOptions {
         ReadOptions {
@@ -75,7 +95,15 @@ impl Context {
         }
     }
 
-    /// Prints a result. A closed pipe ends the output quietly.
+    /// Prints what a command found, unless quiet: then the exit code tells.
+    pub fn print_result(&self, text: &str) -> Result<()> {
+        match self.common.quiet {
+            true => Ok(()),
+            false => self.print(text),
+        }
+    }
+
+    /// Prints to standard output. A closed pipe ends the output quietly.
     pub fn print(&self, text: &str) -> Result<()> {
         let mut out = std::io::stdout().lock();
         match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

@@ -1,14 +1,15 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
-use super::{Context, Outcome};
+use super::{Context, Outcome, memory};
 use crate::error::Result;
 use crate::formats;
 use crate::motion::Schedule;
 use crate::quality::Criterion;
-use crate::sequence::{Finished, Plan, Request, run};
+use crate::sequence::{Finished, Plan, Request, Stop, check_memory, run};
 use serde_json::json;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Warnings of one sort that are shown without `-v`.
 const SHOWN: usize = 5;
@@ -34,8 +35,23 @@ pub struct DeformArgs {
     #[arg(long, value_name = "A..B", value_parser = step_range)]
     steps: Option<Range<usize>>,
     /// Replace the files of an earlier run in the folder
-    #[arg(long)]
+    #[arg(long, conflicts_with = "resume")]
     force: bool,
+    /// Go on with the run that the folder holds, after its inputs and files are verified; start where
+    /// it holds none
+    #[arg(long)]
+    resume: bool,
+    /// Pass over steps that cannot be written, for inverted cells with `on_inverted = "stop"` or
+    /// for a failure; the exit code is 1
+    #[arg(long)]
+    keep_going: bool,
+    /// Start even where the disk has no room for all steps
+    #[arg(long)]
+    no_space_check: bool,
+    /// Refuse a run that needs more memory, as 4G or 500M (powers of 1024); the mapped input does not
+    /// count
+    #[arg(long, value_name = "SIZE", value_parser = memory::parse)]
+    max_memory: Option<u64>,
     /// Exit with 1 where this holds at any step, e.g. `min_scaled_jacobian<0.1`; any column of
     /// steps.csv; may be given again
     #[arg(long, value_name = "EXPR")]
@@ -43,12 +59,18 @@ pub struct DeformArgs {
 }
 
 pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcome> {
+    let stop = Arc::new(Stop::default());
+    #[cfg(unix)]
+    super::signals::listen(&stop)?;
     let mut schedule = Schedule::read(&args.schedule)?;
     if let Some(name) = &context.common.format {
         schedule.output.format = formats::by_name(name)?.name().to_owned();
     }
     let mesh = context.read_any(&args.mesh)?;
     let mut plan = Plan::new(mesh, schedule)?;
+    if let Some(limit) = args.max_memory {
+        check_memory(&plan, limit, memory::mapped_bytes(&args.mesh))?;
+    }
     for choice in &plan.choices {
         context.note(choice);
     }
@@ -57,11 +79,15 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         folder: args.output.clone(),
         base: args.base.clone(),
         steps: args.steps.clone(),
+        tag_array: context.common.tag_array.clone(),
         force: args.force,
+        resume: args.resume,
+        keep_going: args.keep_going,
+        no_space_check: args.no_space_check,
         fail_on: args.fail_on.clone(),
     };
-    let finished = run(&mut plan, &request, &*context.progress())?;
-    report(args, &finished, context)
+    let finished = run(&mut plan, &request, &*context.progress(), &stop)?;
+    report(&args.output, &finished, context)
 }
 
 /// Reads `A..B`.
@@ -75,14 +101,17 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
     })
 }
 
-fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<Outcome> {
+/// Tells what a sequence came to.
+pub(super) fn report(folder: &Path, finished: &Finished, context: &Context) -> Result<Outcome> {
     warn_of_some(&finished.warnings, context);
+    warn_of_some(&finished.passed_over, context);
     warn_of_some(&finished.failures, context);
-    let failed = finished.inverted_steps > 0 || !finished.failures.is_empty();
     if context.common.json {
         context.print_json(json!({
-            "folder": args.output.display().to_string(),
+            "folder": folder.display().to_string(),
             "steps": finished.n_steps,
+            "steps_kept": finished.n_kept,
+            "passed_over": finished.passed_over,
             "base_points": finished.n_base,
             "selection_error": finished.selection_error,
             "max_surface_error": finished.surface_error,
@@ -100,10 +129,10 @@ fn report(args: &DeformArgs, finished: &Finished, context: &Context) -> Result<O
                 "total": finished.timings.total,
             },
         }))?;
-    } else if !context.common.quiet {
-        context.print(&summary(args, finished))?;
+    } else {
+        context.print_result(&summary(folder, finished))?;
     }
-    Ok(match failed {
+    Ok(match finished.is_failed() {
         true => Outcome::CheckFailed,
         false => Outcome::Fine,
     })
@@ -126,16 +155,23 @@ fn warn_of_some(sentences: &[String], context: &Context) {
     }
 }
 
-fn summary(args: &DeformArgs, finished: &Finished) -> String {
+fn summary(folder: &Path, finished: &Finished) -> String {
+    let kept = match finished.n_kept {
+        0 => String::new(),
+        n if n == finished.n_steps => {
+            format!("complete already: the files of all {n} steps were verified\n")
+        }
+        n => format!("{n} steps were finished before and verified\n"),
+    };
     let t = &finished.timings;
     let jacobian = finished.min_scaled_jacobian.map_or(String::new(), |value| {
         format!(", smallest scaled Jacobian {value:.3e}")
     });
     format!(
-        "{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
+        "{kept}{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
          {} steps with inverted cells{jacobian}\n\
          {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, writing {:.2} (overlapping)\n",
-        args.output.display(),
+        folder.display(),
         finished.n_steps,
         finished.n_base,
         finished.surface_error,

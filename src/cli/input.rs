@@ -3,6 +3,7 @@
 use super::Context;
 use crate::error::{Error, Result};
 use crate::formats::{self, Format, Loaded, Source};
+use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
 /// One input, opened.
@@ -23,8 +24,12 @@ enum Meshes {
 }
 
 impl Input {
-    /// Opens a mesh file, of a format that is known or that its content tells, or a list of them.
+    /// Opens a mesh file, of a format that is known or that its content tells, a list of them, or
+    /// the sequence of a folder.
     pub fn open(path: &Path, format: Option<&'static dyn Format>) -> Result<Self> {
+        if path.is_dir() {
+            return Self::open(&sequence_in(path)?, format);
+        }
         let meshes = match formats::is_series(path) {
             true => Meshes::Listed(formats::read_series(path)?),
             false => {
@@ -61,6 +66,14 @@ impl Input {
         &self.path
     }
 
+    /// The file with the mesh of a step.
+    pub fn path_of(&self, step: usize) -> &Path {
+        match &self.meshes {
+            Meshes::File { .. } => &self.path,
+            Meshes::Listed(list) => list.get(step).map_or(&self.path, |(_, path)| path),
+        }
+    }
+
     /// Version of the format that the file says it has.
     pub fn version(&self) -> Option<String> {
         match &self.meshes {
@@ -95,6 +108,15 @@ impl Input {
         }
     }
 
+    /// The mesh of a step, or the one there is; tells what its reader remarks.
+    pub fn mesh(&self, step: Option<usize>, context: &Context) -> Result<Mesh> {
+        let loaded = self.read(step, context)?;
+        for note in loaded.notes.iter() {
+            context.note(&format!("{}: {note}", self.path.display()));
+        }
+        Ok(loaded.mesh)
+    }
+
     /// Reads a mesh: that of a step of a sequence, or the one there is.
     pub fn read(&self, step: Option<usize>, context: &Context) -> Result<Loaded> {
         context.stage("reading", || {
@@ -111,4 +133,41 @@ impl Input {
             }
         })
     }
+}
+
+/// The file that is or lists the sequence of a folder, as `deform` leaves it: a .pvd, or a .vtkhdf
+/// or .cgns with all steps.
+fn sequence_in(folder: &Path) -> Result<PathBuf> {
+    let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
+    let mut files = Vec::new();
+    for entry in entries {
+        files.push(entry.map_err(|error| Error::io(folder, &error))?.path());
+    }
+    files.sort();
+    let visible = |path: &&PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        !name.starts_with('.') && path.is_file()
+    };
+    let ending = |path: &PathBuf| path.extension().map(|e| e.to_ascii_lowercase());
+    for wanted in [&["pvd"][..], &["vtkhdf", "cgns"]] {
+        let is_wanted =
+            |path: &&PathBuf| wanted.iter().any(|w| ending(path).is_some_and(|e| e == *w));
+        let found: Vec<&PathBuf> = files.iter().filter(visible).filter(is_wanted).collect();
+        match found[..] {
+            [] => continue,
+            [one] => return Ok(one.clone()),
+            [first, second, ..] => {
+                return Err(Error::input(format!(
+                    "the folder holds several sequences, {} and {}; name one of them",
+                    first.display(),
+                    second.display()
+                ))
+                .file(folder));
+            }
+        }
+    }
+    Err(Error::input(
+        "the folder holds no .pvd, .vtkhdf or .cgns; a sequence has one when it is finished",
+    )
+    .file(folder))
 }

@@ -1,17 +1,25 @@
 //! The command line: one file a command. The only floor that prints and knows exit codes.
 
 mod check;
+mod completions;
 mod context;
 mod convert;
 mod deform;
 mod diff;
+mod finish;
 mod info;
 mod input;
+mod man;
+mod memory;
 mod output;
 mod progress;
 mod quality;
+mod report;
 mod sample;
 mod select;
+#[cfg(unix)]
+mod signals;
+mod threads;
 
 pub use context::Context;
 
@@ -34,9 +42,9 @@ pub struct Cli {
 #[derive(Debug, Clone, Args)]
 pub struct Common {
     /// Threads to use; by default what the machine, the control group or the batch system grants
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<NonZeroUsize>,
-    /// Print nothing but results and errors
+    /// Print nothing but errors, and what --json asks for
     #[arg(short, long, global = true)]
     pub quiet: bool,
     /// Say more; twice for more still
@@ -67,10 +75,18 @@ enum Command {
     Select(select::SelectArgs),
     /// Write one deformed mesh per azimuth step
     Deform(deform::DeformArgs),
+    /// Join the parts of a sequence that were written separately
+    Finish(finish::FinishArgs),
     /// Compare two meshes node by node and tag by tag
     Diff(diff::DiffArgs),
+    /// One self-contained HTML page of a sequence
+    Report(report::ReportArgs),
     /// Make a mesh and its schedule to try things on
     Sample(sample::SampleArgs),
+    /// Print completions for a shell
+    Completions(completions::CompletionsArgs),
+    /// Print the manual page, or write one for each command
+    Man(man::ManArgs),
 }
 
 /// What a command that did its work found.
@@ -96,6 +112,8 @@ pub fn main() -> ExitCode {
                 Kind::Check => 1,
                 Kind::Input => 2,
                 Kind::System => 3,
+                // What a shell reports of a program that a signal ended.
+                Kind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
             })
         }
     }
@@ -109,7 +127,11 @@ fn run(command: Command, context: &Context) -> Result<Outcome> {
         Command::Check(args) => check::run(&args, context),
         Command::Select(args) => select::run(&args, context),
         Command::Deform(args) => deform::run_command(&args, context),
+        Command::Finish(args) => finish::run(&args, context),
         Command::Diff(args) => diff::run(&args, context),
+        Command::Report(args) => report::run(&args, context),
         Command::Sample(args) => sample::run(&args, context),
+        Command::Completions(args) => completions::run(&args, context),
+        Command::Man(args) => man::run(&args, context),
     }
 }

@@ -31,8 +31,14 @@ enum Name {
     },
     /// 3D: a rotor blade of NACA 0012 sections in a cylinder
     Blade(BladeArgs),
-    /// 3D: the blade's cylinder as zone "rotor" inside a zone "background"
-    Rotor(BladeArgs),
+    /// 3D: the blade's cylinder as zone "rotor" inside a zone "background", or several blades around a hub
+    Rotor {
+        #[command(flatten)]
+        blade: BladeArgs,
+        /// This many blades, 2 to 8, around a hub, without a background; --cylinder-radius is half the height then
+        #[arg(long, value_name = "N")]
+        blades: Option<usize>,
+    },
     /// 2D: the unit square with a block of 5 by 1 cells taken out, to be turned and moved
     Block {
         #[command(flatten)]
@@ -130,7 +136,7 @@ impl Name {
     fn output(&self) -> &OutputArgs {
         match self {
             Self::Naca0012 { output, .. } | Self::Block { output, .. } => output,
-            Self::Blade(args) | Self::Rotor(args) => &args.output,
+            Self::Blade(args) | Self::Rotor { blade: args, .. } => &args.output,
         }
     }
 
@@ -140,7 +146,10 @@ impl Name {
                 size: size.options(),
             }),
             Self::Blade(args) => sample::blade(&args.options()),
-            Self::Rotor(args) => sample::rotor(&args.options()),
+            Self::Rotor { blade, blades } => match blades {
+                Some(n_blades) => sample::rotor_of(&blade.options(), *n_blades),
+                None => sample::rotor(&blade.options()),
+            },
             Self::Block { refine, .. } => sample::block(&BlockOptions { refine: *refine }),
         }
     }
@@ -149,6 +158,7 @@ impl Name {
 pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     let output = args.name.output();
     let path = &output.output;
+    context.check_json_beside(path)?;
     let format = match &context.common.format {
         Some(name) => formats::by_name(name)?,
         None if is_stdout(path) => {
@@ -213,10 +223,7 @@ fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) 
             "tags": counts(mesh.boundary_tags().map(|tag| (tag.name.as_str(), tag.cells.len())).collect()),
         }));
     }
-    if context.common.quiet {
-        return Ok(());
-    }
-    context.print(&format!(
+    context.print_result(&format!(
         "{}: {}; schedule: {}\n",
         path.display(),
         summary(mesh, n_surface),

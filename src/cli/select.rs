@@ -80,9 +80,9 @@ fn report(
             "tolerance_met": met,
             "layers": layers.collect::<Vec<_>>(),
         }))?;
-    } else if !context.common.quiet {
+    } else {
         for (layer, selection) in chosen {
-            context.print(&format!(
+            context.print_result(&format!(
                 "{}: {} {} of {} surface points, error {:.3e}, {:.3e} allowed\n",
                 args.output.display(),
                 selection.base.len(),

@@ -24,7 +24,7 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use save::{save, save_text, write_companions, write_whole};
-pub use sequence::{CreateSequence, SequenceFile};
+pub use sequence::{Begin, CreateSequence, SequenceFile};
 pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 

@@ -4,7 +4,7 @@ use super::{Format, WriteOptions};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, ErrorKind, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Bytes gathered before the system is asked to write, and the most that it is asked for at once:
@@ -91,6 +91,8 @@ pub(super) struct Emerging {
     path: PathBuf,
     /// Its name until then.
     temporary: Option<PathBuf>,
+    /// Bytes read back.
+    piece: Vec<u8>,
 }
 
 impl Emerging {
@@ -102,7 +104,57 @@ impl Emerging {
             file: Pieces(file),
             path: target,
             temporary: Some(temporary),
+            piece: Vec::new(),
         })
+    }
+
+    /// The file of this name, with what is in it.
+    pub fn reopen(path: &Path) -> Result<Self> {
+        let opened = OpenOptions::new().read(true).write(true).open(path);
+        Ok(Self {
+            file: Pieces(opened.map_err(|error| Error::io(path, &error))?),
+            path: fs::canonicalize(path).map_err(|error| Error::io(path, &error))?,
+            temporary: None,
+            piece: Vec::new(),
+        })
+    }
+
+    /// How many of these bytes are in the file from `at` on.
+    pub fn matching(&mut self, at: u64, bytes: &[u8]) -> io::Result<usize> {
+        self.file.0.seek(SeekFrom::Start(at))?;
+        let mut n = 0;
+        for wanted in bytes.chunks(PIECE) {
+            self.piece.clear();
+            let mut part = (&mut self.file.0).take(wanted.len() as u64);
+            part.read_to_end(&mut self.piece)?;
+            if self.piece != wanted {
+                let pairs = self.piece.iter().zip(wanted);
+                return Ok(n + pairs.take_while(|(a, b)| a == b).count());
+            }
+            n += wanted.len();
+        }
+        Ok(n)
+    }
+
+    /// Its length in bytes.
+    pub fn n_bytes(&self) -> io::Result<u64> {
+        Ok(self.file.0.metadata()?.len())
+    }
+
+    /// Leaves out what comes after so many bytes.
+    pub fn cut(&mut self, n_bytes: u64) -> io::Result<()> {
+        self.file.0.set_len(n_bytes)
+    }
+
+    /// Goes on in a new file beside, which has the first `n_bytes` of this one and takes its place
+    /// with [`Emerging::appear`].
+    pub fn move_aside(&mut self, n_bytes: u64) -> io::Result<()> {
+        let (mut file, temporary) = create_beside(&self.path)?;
+        self.temporary = Some(temporary);
+        self.file.0.seek(SeekFrom::Start(0))?;
+        io::copy(&mut (&mut self.file.0).take(n_bytes), &mut file)?;
+        self.file = Pieces(file);
+        Ok(())
     }
 
     /// Gives it its name, unless it has it.

@@ -16,7 +16,23 @@ pub trait SequenceFile: Send {
 
     /// A sentence for each thing of the first mesh that the format cannot hold.
     fn notes(&self) -> &[String];
+
+    /// Bytes of the file up to the end of the mesh appended last.
+    fn n_bytes(&self) -> u64;
+
+    /// Whether all that was appended so far was in the file before ([`Begin::Retrace`]).
+    fn is_retracing(&self) -> bool;
 }
 
-/// Starts a file of a sequence; one that has the name is replaced when the first mesh is whole.
-pub type CreateSequence = fn(&Path, &WriteOptions) -> Result<Box<dyn SequenceFile>>;
+/// What becomes of a file that has the name of a sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Begin {
+    /// It is replaced when the first mesh is whole.
+    Anew,
+    /// Meshes that it holds already are compared with it, not written; from the first byte that is
+    /// another it is written over. It holds the meshes before that at every moment.
+    Retrace,
+}
+
+/// Starts a file of a sequence.
+pub type CreateSequence = fn(&Path, &WriteOptions, Begin) -> Result<Box<dyn SequenceFile>>;

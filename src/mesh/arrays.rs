@@ -37,7 +37,6 @@ macro_rules! with_numbers {
         }
     };
 }
-#[allow(unused_imports)]
 pub(crate) use with_numbers;
 
 /// A named array of tuples.

@@ -59,6 +59,16 @@ impl<'a> CellRun<'a> {
     pub fn cells(&self) -> std::slice::ChunksExact<'a, u32> {
         self.connectivity.chunks_exact(self.n_nodes)
     }
+
+    /// Each cell, in order.
+    pub fn cell_refs(&self) -> impl Iterator<Item = CellRef<'a>> + use<'a> {
+        let (kind, first) = (self.kind, self.first_cell);
+        self.cells().enumerate().map(move |(i, nodes)| CellRef {
+            index: first + i,
+            kind,
+            nodes,
+        })
+    }
 }
 
 /// One cell.
@@ -235,6 +245,25 @@ impl Cells {
             first_cell: run.first_cell as usize,
             connectivity: &self.connectivity[run.first_entry..end],
         }
+    }
+
+    /// Which run holds a cell.
+    ///
+    /// # Panics
+    /// When there is no such cell.
+    pub fn run_of(&self, cell: usize) -> usize {
+        assert!(cell < self.len(), "there is no cell {cell}");
+        self.runs
+            .partition_point(|run| run.first_cell as usize <= cell)
+            - 1
+    }
+
+    /// The run of this index.
+    ///
+    /// # Panics
+    /// When there is no such run.
+    pub fn run(&self, index: usize) -> CellRun<'_> {
+        self.view(&self.runs[index])
     }
 
     /// The runs, cut to the cells of `range`.

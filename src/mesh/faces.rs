@@ -3,7 +3,7 @@
 //! A face that one cell has is an outer face; cells of one dimension less, the boundary cells, lie
 //! on outer faces, between two cells, or on no face at all. Faces are told apart by their corners.
 
-use super::sides::for_each_side;
+use super::sides::{for_each_side, side_corners};
 use super::{CellRef, Cells, Mesh};
 use rayon::prelude::*;
 
@@ -37,10 +37,10 @@ pub struct Faces {
 
 /// A face of a cell, or a boundary cell, for comparison.
 #[derive(Clone, Copy)]
-struct Entry {
+pub(super) struct Entry {
     /// Its four smallest corners, ascending; `NONE` where there are fewer.
     corners: [u32; 4],
-    cell: u32,
+    pub cell: u32,
     /// Face of the cell (24 bits; all set for a boundary cell) and number of corners (8 bits, 255
     /// for more).
     face_and_size: u32,
@@ -50,8 +50,15 @@ const NONE: u32 = u32::MAX;
 const BOUNDARY: u32 = (1 << 24) - 1;
 
 impl Entry {
+    /// In place of a side that is no face.
+    pub const COLLAPSED: Self = Self {
+        corners: [NONE; 4],
+        cell: NONE,
+        face_and_size: 0,
+    };
+
     /// `None` for a face that has collapsed to fewer corners than `least`.
-    fn new(corners: &[u32], least: usize, cell: usize, face: u32) -> Option<Self> {
+    pub fn new(corners: &[u32], least: usize, cell: usize, face: u32) -> Option<Self> {
         let mut smallest = [NONE; 4];
         let size = match corners.len() {
             n @ ..=4 => {
@@ -73,20 +80,20 @@ impl Entry {
         })
     }
 
-    fn key(&self) -> (u128, u32) {
+    pub fn key(&self) -> (u128, u32) {
         let [a, b, c, d] = self.corners.map(u128::from);
         (a << 96 | b << 64 | c << 32 | d, self.size())
     }
 
-    fn size(&self) -> u32 {
+    pub fn size(&self) -> u32 {
         self.face_and_size & 255
     }
 
-    fn face(&self) -> u32 {
+    pub fn face(&self) -> u32 {
         self.face_and_size >> 8
     }
 
-    fn is_boundary(&self) -> bool {
+    pub fn is_boundary(&self) -> bool {
         self.face() == BOUNDARY
     }
 
@@ -182,7 +189,7 @@ impl Faces {
 }
 
 /// Cells of one dimension less than the mesh's.
-fn boundary_cells(mesh: &Mesh, dimension: u8) -> Vec<Entry> {
+pub(super) fn boundary_cells(mesh: &Mesh, dimension: u8) -> Vec<Entry> {
     let runs = mesh.cells.runs();
     let runs = runs.filter(|run| run.kind.dimension() + 1 == dimension);
     let entries = runs.flat_map(|run| {
@@ -251,18 +258,12 @@ fn for_each_face(cells: &Cells, entries: &mut [Entry], mut visit: impl FnMut(&[E
     }
 }
 
-fn all_corners(cells: &Cells, entry: &Entry) -> Vec<u32> {
+pub(super) fn all_corners(cells: &Cells, entry: &Entry) -> Vec<u32> {
     let cell = cells.get(entry.cell as usize);
     if entry.is_boundary() {
         return sorted(&cell.nodes[..cell.kind.n_corners(cell.nodes.len())]);
     }
-    let mut found = Vec::new();
-    for_each_side(cells, &cell, |face, corners| {
-        if face as u32 == entry.face() {
-            found = sorted(corners);
-        }
-    });
-    found
+    side_corners(cells, &cell, entry.face() as usize, sorted)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! Owns what a mesh is and how two of them differ. Knows nothing of files or of motion. Node order
 //! within a cell is VTK's; node and cell indices are zero-based.
 
+pub mod adjacency;
 pub mod arrays;
 pub mod cells;
 mod connected;
@@ -19,6 +20,7 @@ pub mod repeated;
 pub mod sides;
 mod streams;
 
+pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{Difference, Tolerance};
@@ -82,6 +84,16 @@ impl Mesh {
         self.cells
             .runs()
             .filter(move |run| run.kind.dimension() == dimension)
+    }
+
+    /// The same, cut to the cells of `range`.
+    pub fn volume_runs_in(
+        &self,
+        range: std::ops::Range<usize>,
+    ) -> impl Iterator<Item = CellRun<'_>> {
+        let dimension = self.dimension();
+        let runs = self.cells.runs_in(range);
+        runs.filter(move |run| run.kind.dimension() == dimension)
     }
 
     /// Smallest and largest coordinates; `None` without nodes.

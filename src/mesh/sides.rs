@@ -31,6 +31,33 @@ pub fn for_each_side(cells: &Cells, cell: &CellRef<'_>, mut visit: impl FnMut(us
     }
 }
 
+/// What `read` makes of the corners of one face of a cell; of none where there is no such face.
+pub(super) fn side_corners<T>(
+    cells: &Cells,
+    cell: &CellRef<'_>,
+    face: usize,
+    read: impl FnOnce(&[u32]) -> T,
+) -> T {
+    match cell.kind {
+        Polyhedron => read(cells.polyhedron_faces(cell.index).nth(face).unwrap_or(&[])),
+        Polygon | QuadraticPolygon => {
+            let corners = &cell.nodes[..cell.kind.n_corners(cell.nodes.len())];
+            match corners.get(face) {
+                Some(&from) => read(&[from, corners[(face + 1) % corners.len()]]),
+                None => read(&[]),
+            }
+        }
+        kind => {
+            let corners = kind.faces().get(face).copied().unwrap_or(&[]);
+            let mut nodes = [0; 8];
+            for (node, &corner) in nodes.iter_mut().zip(corners) {
+                *node = cell.nodes[usize::from(corner)];
+            }
+            read(&nodes[..corners.len()])
+        }
+    }
+}
+
 /// A face of a cell as a cell of its own, with all nodes that lie on it. `None` where it is not
 /// known which do: cells whose orders along their axes differ, and some kinds of VTK's own.
 pub fn side(cells: &Cells, cell: &CellRef<'_>, face: usize) -> Option<(CellKind, Vec<u32>)> {

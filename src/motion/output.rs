@@ -36,6 +36,8 @@ pub enum OnInverted {
     Warn,
     /// Stop there.
     Stop,
+    /// Take the step again in 2, 4, 8 substeps; warn where that does not help.
+    Substeps,
 }
 
 /// `[output]`: what is written.
@@ -121,8 +123,12 @@ impl OutputOptions {
             options.compression = compression.choice(&known, &[])?;
         }
         if let Some(on_inverted) = section.get("on_inverted") {
-            let known = [("warn", OnInverted::Warn), ("stop", OnInverted::Stop)];
-            options.on_inverted = on_inverted.choice(&known, &["substeps"])?;
+            let known = [
+                ("warn", OnInverted::Warn),
+                ("stop", OnInverted::Stop),
+                ("substeps", OnInverted::Substeps),
+            ];
+            options.on_inverted = on_inverted.choice(&known, &[])?;
         }
         Ok(options)
     }

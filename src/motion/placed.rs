@@ -113,10 +113,7 @@ impl<'a> Pose<'a> {
     /// The place of what is at the point `x` of the reference mesh and has no displacement of its own.
     #[inline]
     pub fn apply(&self, x: Vector) -> Vector {
-        match self.links.as_slice() {
-            [Link::Rigid(map)] => map.apply(x),
-            _ => self.map(x).apply(x),
-        }
+        self.moved(x, x)
     }
 
     /// The place of a node whose place in the reference mesh is `x`.
@@ -124,7 +121,16 @@ impl<'a> Pose<'a> {
     pub fn place(&self, node: u32, x: Vector) -> Vector {
         match &self.shift {
             None => self.apply(x),
-            Some(shift) => self.map(x).apply(add(x, shift.of(node))),
+            Some(shift) => self.moved(x, add(x, shift.of(node))),
         }
+    }
+
+    /// The place of `start`, which moves with what is at `x` of the reference mesh.
+    #[inline]
+    fn moved(&self, x: Vector, start: Vector) -> Vector {
+        self.links.iter().fold(start, |at, link| match link {
+            Link::Rigid(map) => map.apply(at),
+            Link::Sections(sections) => sections.place(x, at),
+        })
     }
 }

@@ -3,7 +3,7 @@
 use super::body::Body;
 use super::boundaries::Boundaries;
 use super::options::{Interpolate, RbfOptions, SelectionOptions};
-use super::output::OutputOptions;
+use super::output::{OnInverted, OutputOptions};
 use super::reader::{AngleUnit, Entry, Keys, Section, line_at};
 use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
@@ -127,6 +127,9 @@ impl Schedule {
             }
             _ if self.rbf.substeps > 1 => {
                 "`velocity` = true does not go with substeps; leave them out"
+            }
+            _ if self.output.on_inverted == OnInverted::Substeps => {
+                "`velocity` = true does not go with `on_inverted` = \"substeps\"; use \"warn\" or \"stop\""
             }
             _ => return Ok(()),
         };

@@ -1,5 +1,5 @@
-//! Edges, faces and equiangle skew from extreme angles, kept as cosines so that a sweep over cells
-//! needs no arc cosine.
+//! Edges, faces and equiangle skew from extreme angles, kept as squares of cosines with the sign of
+//! the cosine, so that a sweep over cells needs neither roots nor arc cosines.
 //!
 //! Free of branches, so that a loop over cells becomes vector instructions.
 
@@ -23,7 +23,7 @@ const DIHEDRAL: usize = 2;
 pub(super) struct Edge {
     pub along: Vector,
     pub square: f64,
-    /// One over its length; not a number for an edge of no length, whose angles are then left out.
+    /// One over `square`; not a number for an edge of no length, whose angles are then left out.
     pub inverse: f64,
 }
 
@@ -31,7 +31,7 @@ impl Edge {
     #[inline(always)]
     pub(super) fn new(along: Vector) -> Self {
         let square = dot(along, along);
-        let inverse = 1.0 / square.sqrt();
+        let inverse = 1.0 / square;
         Self {
             along,
             square,
@@ -53,10 +53,11 @@ impl Edge {
         }
     }
 
-    /// Cosine of the angle between two edges.
+    /// Signed square of the cosine of the angle between two edges.
     #[inline(always)]
     fn cosine(&self, other: &Self) -> f64 {
-        dot(self.along, other.along) * (self.inverse * other.inverse)
+        let product = dot(self.along, other.along);
+        (product * self.inverse) * (product.abs() * other.inverse)
     }
 }
 
@@ -88,8 +89,8 @@ impl Patch {
     }
 }
 
-/// Extreme angles of each class, as cosines. An angle above 180 degrees goes on below -1, as
-/// `-2 - cos`, so that the order is kept.
+/// Extreme angles of each class, as signed squares of cosines. An angle above 180 degrees goes on
+/// below -1, as -2 less that of the angle, so that the order is kept.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Angles {
     pub classes: [Span; N_CLASSES],
@@ -117,6 +118,19 @@ impl Angles {
                 ((largest - ideal) / (PI - ideal)).max((ideal - smallest) / ideal)
             })
             .reduce(f64::max)
+    }
+
+    /// Smallest and largest angle of the faces in degrees; not numbers without one.
+    pub(super) fn of_faces(&self) -> Span {
+        let mut span = self.classes[TRIANGLE];
+        span.merge(self.classes[QUADRILATERAL]);
+        degrees(span)
+    }
+
+    /// Smallest and largest angle between the faces of a tetrahedron in degrees; not numbers
+    /// without one.
+    pub(super) fn between_faces(&self) -> Span {
+        degrees(self.classes[DIHEDRAL])
     }
 
     /// Takes in the angles of a triangle, its edges head to tail.
@@ -190,13 +204,30 @@ impl Angles {
     }
 }
 
-/// The angle in radians behind a cosine that may go on below -1.
-fn angle(cosine: f64) -> f64 {
-    if cosine < -1.0 - 1e-12 {
-        TAU - (-2.0 - cosine).clamp(-1.0, 1.0).acos()
-    } else {
-        cosine.clamp(-1.0, 1.0).acos()
+fn degrees(squares: Span) -> Span {
+    match squares.low <= squares.high {
+        true => Span {
+            low: angle(squares.high).to_degrees(),
+            high: angle(squares.low).to_degrees(),
+        },
+        false => Span::UNDEFINED,
     }
+}
+
+/// The angle in radians behind the signed square of a cosine that may go on below -1.
+fn angle(square: f64) -> f64 {
+    let within = |square: f64| signed_root(square.clamp(-1.0, 1.0)).acos();
+    if square < -1.0 - 1e-12 {
+        TAU - within(-2.0 - square)
+    } else {
+        within(square)
+    }
+}
+
+/// The number whose square with its sign is `square`.
+#[inline(always)]
+pub(super) fn signed_root(square: f64) -> f64 {
+    square.abs().sqrt().copysign(square)
 }
 
 #[cfg(test)]
@@ -237,6 +268,6 @@ mod tests {
         let p = [[0., 0., 0.], [3., 0., 0.], [0., 1., 0.], [0., 1., 0.]];
         let span = quadrilateral(p).classes[QUADRILATERAL];
         assert!(span.low.abs() < 1e-15);
-        assert!((span.high - 3.0 / 10f64.sqrt()).abs() < 1e-15);
+        assert!((span.high - 0.9).abs() < 1e-15);
     }
 }

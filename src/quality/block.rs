@@ -95,6 +95,9 @@ impl Block {
 
 /// A kind of cell with `N` corners.
 pub(super) trait Shape<const N: usize> {
+    /// Whether its metrics depend on the direction that it faces.
+    const FACES: bool;
+
     /// Metrics of one cell; must be free of branches, or the loop over cells stays scalar.
     fn measure(p: &[Vector; N], facing: Vector) -> Metrics;
 }
@@ -136,9 +139,11 @@ pub(super) fn measure<S: Shape<N>, const N: usize>(
                 corners.at[k][axis][i] = point[axis];
             }
         }
-        let facing = facing.of(first_cell + i);
-        for axis in 0..3 {
-            corners.facing[axis][i] = facing[axis];
+        if S::FACES {
+            let facing = facing.of(first_cell + i);
+            for axis in 0..3 {
+                corners.facing[axis][i] = facing[axis];
+            }
         }
     }
     block.n = n;

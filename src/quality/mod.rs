@@ -1,9 +1,10 @@
-//! Cell metrics by the definitions of the Verdict library, and their summary over a mesh.
+//! How good a mesh is: cell metrics by the definitions of the Verdict library, face metrics by those of
+//! finite-volume solvers, size and skew against a reference mesh, and their summary.
 //!
 //! Owns what a cell's volume, scaled Jacobian, edge ratio and skew are, and which cells count as
 //! inverted. Leaves to others where the nodes are and what is done about a bad cell. Second-order
-//! cells are judged by their corners; polygons and polyhedra have an area or a volume only. Only
-//! volume cells (those of the mesh's own dimension) count.
+//! cells are judged by their corners; polygons and polyhedra have an area or a volume and face metrics
+//! only. Only volume cells (those of the mesh's own dimension) count.
 //!
 //! Source: C. J. Stimpson, C. D. Ernst, P. Knupp, P. P. Pebay, D. Thompson, The Verdict Geometric
 //! Quality Library, Sandia report SAND2007-1751, with the later changes that VTK 9 has.
@@ -12,17 +13,28 @@ mod angles;
 mod block;
 mod cells;
 pub mod criterion;
+mod detail;
+pub mod faces;
+mod fold;
+mod judge;
 mod metrics;
 mod percentile;
 mod plane;
 mod reference;
+pub mod size_skew;
 mod solid;
+mod statistics;
 mod summary;
 #[cfg(test)]
 mod tests;
 mod visit;
+mod worst;
 
 pub use cells::{CellMetrics, per_cell};
 pub use criterion::Criterion;
+pub use detail::detail_arrays;
+pub use judge::{Judge, Quality};
 pub use reference::Reference;
+pub use statistics::{Statistic, statistics};
 pub use summary::{Extreme, Summary, assess};
+pub use worst::{Candidate, worst};

@@ -15,10 +15,10 @@ impl Histogram {
         }
     }
 
+    /// Counts a value in the bin that [`bin`] has for it.
     #[inline]
-    pub(super) fn add(&mut self, value: f64) {
-        let bin = ((value + 1.0) * (0.5 * N_BINS as f64)) as usize; // saturates at 0
-        self.counts[bin.min(N_BINS - 1)] += 1;
+    pub(super) fn add_to(&mut self, bin: u32) {
+        self.counts[bin as usize] += 1;
     }
 
     pub(super) fn merge(&mut self, other: &Self) {
@@ -44,6 +44,13 @@ impl Histogram {
     }
 }
 
+/// The bin of a value; of what is not a number the first.
+#[inline(always)]
+pub(super) fn bin(value: f64) -> u32 {
+    let bin = ((value + 1.0) * (0.5 * N_BINS as f64)) as i32; // saturates
+    bin.clamp(0, N_BINS as i32 - 1) as u32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -51,7 +58,7 @@ mod tests {
     #[test]
     fn the_first_percentile_of_even_values_is_found_to_a_bin() {
         let mut histogram = Histogram::new();
-        (0..=10_000).for_each(|i| histogram.add(f64::from(i) * 1e-4));
+        (0..=10_000).for_each(|i| histogram.add_to(bin(f64::from(i) * 1e-4)));
         let found = histogram.percentile(0.01).expect("there are values");
         assert!((found - 0.01).abs() < 2e-4, "{found}");
         assert!(Histogram::new().percentile(0.01).is_none());

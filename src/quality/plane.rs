@@ -1,6 +1,6 @@
 //! Triangles, quadrilaterals and polygons, seen along a given direction.
 
-use super::angles::{Angles, Edge, Patch};
+use super::angles::{Angles, Edge, Patch, signed_root};
 use super::metrics::{Metrics, Span, greater};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 
@@ -77,24 +77,25 @@ pub(super) fn quadrilateral(p: &[Vector; 4], facing: Vector) -> Metrics {
     let length = norm(across);
     let along = dot(across, facing);
     let (a, b) = (patch.a, patch.b);
-    let lengths = [
+    let inverse_squares = [
         a[0].inverse * b[0].inverse,
         a[0].inverse * b[1].inverse,
         a[1].inverse * b[1].inverse,
         a[1].inverse * b[0].inverse,
     ];
     let (mut area, mut corner, mut scaled) = (0.0, Span::EMPTY, Span::EMPTY);
+    let shrink = ratio(1.0, length);
     for i in 0..4 {
-        let part = ratio(dot(normals[i], across), length);
+        let part = dot(normals[i], across) * shrink;
         area += part;
         corner.include(dot(normals[i], facing));
-        scaled.include(or_zero(part * lengths[i]));
+        scaled.include(or_zero(part * (part.abs() * inverse_squares[i])));
     }
     let as_triangle = triangle_scaled(norm(normals[1]), [a[0].square, b[1].square, b[0].square]);
     let quality = if patch.is_triangle() {
         as_triangle
     } else {
-        scaled.low
+        signed_root(scaled.low)
     };
     let mut angles = Angles::NONE;
     angles.add_quadrilateral(&patch, &normals);

@@ -4,7 +4,7 @@
 //! tetrahedra around face centres). A cell is positive in the order in which Verdict has it
 //! positive: for a wedge that is a first triangle whose normal points at the second.
 
-use super::angles::{Angles, Edge, Patch};
+use super::angles::{Angles, Edge, Patch, signed_root};
 use super::metrics::{Metrics, Span, greater};
 use super::plane::{or_zero, ratio};
 use crate::geometry::vector::{Vector, add, cross, dot, scale, sub};
@@ -35,7 +35,7 @@ fn squares<const N: usize>(edges: &[Edge; N]) -> [f64; N] {
 }
 
 /// Scaled Jacobian of a tetrahedron with Jacobian `J` and the squared lengths of its edges 01, 02,
-/// 03, 12, 13, 23.
+/// 03, 12, 13, 23, as its square with its sign.
 ///
 /// ```text
 /// sqrt(2) J / max(|J|, largest product of the three edges at a corner), -1 to 1
@@ -47,8 +47,17 @@ fn tetrahedron_scaled(jacobian: f64, squares: [f64; 6]) -> f64 {
         greater(ab * ac * ad, ab * bc * bd),
         greater(bc * ac * cd, ad * bd * cd),
     );
-    let lengths = greater(jacobian.abs(), largest.sqrt());
-    ratio(SQRT_2 * jacobian, lengths)
+    let square = jacobian * jacobian.abs();
+    ratio(2.0 * square, greater(square.abs(), largest))
+}
+
+/// Both ends of a span of signed squares.
+#[inline(always)]
+fn roots(squares: Span, factor: f64) -> Span {
+    Span {
+        low: factor * signed_root(squares.low),
+        high: factor * signed_root(squares.high),
+    }
 }
 
 /// A tetrahedron: volume `J / 6`, scaled Jacobian as above.
@@ -69,7 +78,7 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Metrics {
     Metrics {
         volume: jacobian / 6.0,
         corner: Span::at(jacobian),
-        scaled: Span::at(tetrahedron_scaled(jacobian, squares)),
+        scaled: Span::at(signed_root(tetrahedron_scaled(jacobian, squares))),
         edge: Span::of_array(squares),
         angles,
     }
@@ -119,8 +128,9 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Metrics {
     for i in 0..4 {
         let (jacobian, squares) = tets[i];
         corner.include(jacobian);
-        scaled.include(tetrahedron_scaled(jacobian, squares) * SQRT_2);
+        scaled.include(tetrahedron_scaled(jacobian, squares));
     }
+    let scaled = roots(scaled, SQRT_2);
     let base = patch([0.0; 3], d, c, b);
     let sides = tets[0].0 + tets[1].0;
     let mut angles = Angles::NONE;
@@ -179,7 +189,7 @@ pub(super) fn wedge(p: &[Vector; 6]) -> Metrics {
     let (mut corner, mut scaled) = (Span::EMPTY, Span::EMPTY);
     for i in 0..6 {
         corner.include(corners[i].0);
-        scaled.include(TWO_OVER_SQRT_3 * corners[i].1);
+        scaled.include(corners[i].1);
     }
     let mut angles = Angles::NONE;
     angles.add_triangle(bottom);
@@ -193,7 +203,7 @@ pub(super) fn wedge(p: &[Vector; 6]) -> Metrics {
     Metrics {
         volume: wedge_volume(p),
         corner,
-        scaled,
+        scaled: roots(scaled, TWO_OVER_SQRT_3),
         edge,
         angles,
     }
@@ -213,13 +223,18 @@ fn wedge_volume(p: &[Vector; 6]) -> f64 {
     (2.0 * det(d, e, f) + sides) / 12.0
 }
 
-/// Jacobian of three edges, and the same divided by their lengths: 0 where one has no length.
+/// Jacobian of three edges, and of the same divided by their lengths the square with its sign: 0
+/// where one has no length.
 #[inline(always)]
 fn jacobian(edges: [Edge; 3]) -> (f64, f64) {
     let [u, v, w] = edges;
     let jacobian = det(w.along, u.along, v.along);
-    let scaled = jacobian * (u.inverse * v.inverse * w.inverse);
-    (jacobian, or_zero(scaled))
+    (jacobian, over_lengths(jacobian, u, v, w))
+}
+
+#[inline(always)]
+fn over_lengths(jacobian: f64, u: Edge, v: Edge, w: Edge) -> f64 {
+    or_zero((jacobian * (u.inverse * v.inverse)) * (jacobian.abs() * w.inverse))
 }
 
 /// A hexahedron.
@@ -264,7 +279,7 @@ pub(super) fn hexahedron(p: &[Vector; 8]) -> Metrics {
     // two edges. The bottom is seen from below.
     let mut add_corner = |jacobian: f64, u: Edge, v: Edge, w: Edge| {
         corner.include(jacobian);
-        scaled.include(or_zero(jacobian * (u.inverse * v.inverse * w.inverse)));
+        scaled.include(over_lengths(jacobian, u, v, w));
     };
     add_corner(-dot(z[0].along, below[0]), x[0], y[0], z[0]);
     add_corner(-dot(z[1].along, below[3]), x[0], y[1], z[1]);
@@ -280,7 +295,7 @@ pub(super) fn hexahedron(p: &[Vector; 8]) -> Metrics {
     Metrics {
         volume: hexahedron_volume(p),
         corner,
-        scaled,
+        scaled: roots(scaled, 1.0),
         edge,
         angles,
     }

@@ -1,8 +1,9 @@
 //! Quality of a whole mesh in a few numbers, found in one pass over its cells.
 
-use super::angles::Angles;
-use super::block::{BLOCK, Block, Spans};
-use super::metrics::{Span, greater, lesser};
+use super::angles::{Angles, N_CLASSES};
+use super::block::Block;
+use super::fold::{Folded, fold};
+use super::metrics::Span;
 use super::percentile::Histogram;
 use super::reference::Reference;
 use super::visit::{self, CHUNK};
@@ -86,11 +87,11 @@ pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary 
         .fold(
             new,
             |(mut parts, mut histogram): (Vec<Part>, Histogram), chunk| {
-                let mut part = Part::new();
+                let (mut part, mut folded) = (Part::new(), Folded::EMPTY);
                 let facing = reference.facing();
                 visit::volume_cells(mesh, points, facing, range(chunk), |first, block| {
-                    let turned = Turned::new(block, reference.signs_from(first));
-                    part.take(first, block, &turned, &mut histogram);
+                    fold(block, reference.signs_from(first), &mut folded);
+                    part.take(first, block, &folded, &mut histogram);
                 });
                 parts.push(part);
                 (parts, histogram)
@@ -140,36 +141,44 @@ impl Part {
         }
     }
 
-    fn take(&mut self, first: usize, block: &Block, turned: &Turned, all: &mut Histogram) {
+    fn take(&mut self, first: usize, block: &Block, folded: &Folded, all: &mut Histogram) {
         let n = block.n;
         self.n_cells += n;
-        self.volume_sum += sum(&turned.volume[..n]);
-        lower(&mut self.min_volume, &turned.volume[..n], first);
-        self.name_inverted(first, &turned.corner[..n]);
-        let scaled = &turned.scaled[..n];
-        lower(&mut self.min_scaled, scaled, first);
-        if scaled.iter().any(|value| value.is_nan()) {
-            for value in scaled.iter().filter(|value| !value.is_nan()) {
-                self.n_scaled += 1;
-                self.scaled_sum += value;
-                all.add(*value);
-            }
-        } else {
-            self.n_scaled += n;
-            self.scaled_sum += sum(scaled);
-            scaled.iter().for_each(|&value| all.add(value));
+        self.volume_sum += folded.volume_sum;
+        lower(
+            &mut self.min_volume,
+            folded.least_volume,
+            &folded.volume[..n],
+            first,
+        );
+        if folded.n_good < n {
+            self.name_inverted(first, &folded.corner[..n]);
         }
-        let ratios = &turned.edge_ratio_squared[..n];
-        raise(&mut self.max_edge_ratio_squared, ratios, first);
-        self.take_angles(first, block);
+        self.n_scaled += folded.n_scaled;
+        self.scaled_sum += folded.scaled_sum;
+        lower(
+            &mut self.min_scaled,
+            folded.least_scaled,
+            &folded.scaled[..n],
+            first,
+        );
+        let is_defined = |i: &usize| folded.n_scaled == n || !folded.scaled[*i].is_nan();
+        for i in (0..n).filter(is_defined) {
+            all.add_to(folded.bins[i]);
+        }
+        let ratios = &folded.edge_ratio_squared[..n];
+        raise(
+            &mut self.max_edge_ratio_squared,
+            folded.most_edge_ratio_squared,
+            ratios,
+            first,
+        );
+        self.take_angles(first, block, &folded.angles);
     }
 
     fn name_inverted(&mut self, first: usize, corner: &[f64]) {
-        let is_good = |corner: f64| corner > 0.0;
-        if corner.iter().all(|&corner| is_good(corner)) {
-            return;
-        }
-        for (i, _) in corner.iter().enumerate().filter(|(_, x)| !is_good(**x)) {
+        let is_bad = |(_, corner): &(usize, &f64)| !(**corner > 0.0);
+        for (i, _) in corner.iter().enumerate().filter(is_bad) {
             self.inverted += 1;
             if self.inverted_cells.len() < N_NAMED {
                 self.inverted_cells.push(first + i);
@@ -178,10 +187,11 @@ impl Part {
     }
 
     /// An arc cosine only for angles beyond all seen before.
-    fn take_angles(&mut self, first: usize, block: &Block) {
-        for (mine, spans) in self.angles.classes.iter_mut().zip(&block.angles) {
+    fn take_angles(&mut self, first: usize, block: &Block, extremes: &[Span; N_CLASSES]) {
+        let classes = self.angles.classes.iter_mut();
+        for ((mine, spans), extreme) in classes.zip(&block.angles).zip(extremes) {
             let (low, high) = (&spans.low[..block.n], &spans.high[..block.n]);
-            let (smallest, largest) = (least(low), greatest(high));
+            let (smallest, largest) = (extreme.low, extreme.high);
             let sides = [
                 (smallest < mine.low, low, smallest),
                 (largest > mine.high, high, largest),
@@ -197,10 +207,7 @@ impl Part {
                     keep_greater(&mut self.max_skew, skew, first + i);
                 }
             }
-            mine.merge(Span {
-                low: smallest,
-                high: largest,
-            });
+            mine.merge(*extreme);
         }
     }
 
@@ -258,87 +265,7 @@ impl Part {
     }
 }
 
-/// Metrics of a block's cells with each in the orientation that it has in the reference.
-struct Turned {
-    volume: [f64; BLOCK],
-    /// Smallest corner Jacobian: positive for a cell that is not inverted. Infinite for a cell that
-    /// is not valid in the reference.
-    corner: [f64; BLOCK],
-    scaled: [f64; BLOCK],
-    edge_ratio_squared: [f64; BLOCK],
-}
-
-impl Turned {
-    fn new(block: &Block, signs: &[i8]) -> Self {
-        let mut turned = Self {
-            volume: [0.0; BLOCK],
-            corner: [0.0; BLOCK],
-            scaled: [0.0; BLOCK],
-            edge_ratio_squared: [0.0; BLOCK],
-        };
-        let n = block.n.min(BLOCK);
-        for (i, &sign) in signs[..n].iter().enumerate() {
-            let is_negative = sign < 0;
-            let pick = |spans: &Spans| {
-                let mirrored = -spans.high[i];
-                if is_negative { mirrored } else { spans.low[i] }
-            };
-            let is_valid = sign.abs() == 1;
-            turned.volume[i] = f64::from(sign.signum()) * block.volume[i];
-            turned.corner[i] = if is_valid {
-                pick(&block.corner)
-            } else {
-                f64::INFINITY
-            };
-            turned.scaled[i] = pick(&block.scaled);
-            turned.edge_ratio_squared[i] = block.edge.high[i] / block.edge.low[i];
-        }
-        turned
-    }
-}
-
-/// Sums and extremes go side by side in as many lanes.
-const LANES: usize = 8;
-
-fn sum(values: &[f64]) -> f64 {
-    let (groups, rest) = values.as_chunks::<LANES>();
-    let mut sums = [0.0; LANES];
-    for group in groups {
-        for lane in 0..LANES {
-            sums[lane] += group[lane];
-        }
-    }
-    sums.iter().chain(rest).sum()
-}
-
-/// The least value; infinite where all are not numbers.
-fn least(values: &[f64]) -> f64 {
-    let (groups, rest) = values.as_chunks::<LANES>();
-    let mut found = [f64::INFINITY; LANES];
-    for group in groups {
-        for lane in 0..LANES {
-            found[lane] = lesser(group[lane], found[lane]);
-        }
-    }
-    let all = found.iter().chain(rest);
-    all.fold(f64::INFINITY, |least, &value| lesser(value, least))
-}
-
-/// The greatest value; minus infinity where all are not numbers.
-fn greatest(values: &[f64]) -> f64 {
-    let (groups, rest) = values.as_chunks::<LANES>();
-    let mut found = [f64::NEG_INFINITY; LANES];
-    for group in groups {
-        for lane in 0..LANES {
-            found[lane] = greater(group[lane], found[lane]);
-        }
-    }
-    let all = found.iter().chain(rest);
-    all.fold(f64::NEG_INFINITY, |most, &value| greater(value, most))
-}
-
-fn lower(extreme: &mut Option<Extreme>, values: &[f64], first: usize) {
-    let value = least(values);
+fn lower(extreme: &mut Option<Extreme>, value: f64, values: &[f64], first: usize) {
     if extreme.is_none_or(|e| value < e.value)
         && let Some(i) = values.iter().position(|&x| x == value)
     {
@@ -346,8 +273,7 @@ fn lower(extreme: &mut Option<Extreme>, values: &[f64], first: usize) {
     }
 }
 
-fn raise(extreme: &mut Option<Extreme>, values: &[f64], first: usize) {
-    let value = greatest(values);
+fn raise(extreme: &mut Option<Extreme>, value: f64, values: &[f64], first: usize) {
     if extreme.is_none_or(|e| value > e.value)
         && let Some(i) = values.iter().position(|&x| x == value)
     {

@@ -1,7 +1,7 @@
 //! Metrics against VTK's, and orientation against the reference.
 
 use super::*;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{CellKind, Mesh, Values};
 
 /// Cells and metrics from VTK, by `scripts/make_cell_quality.py`.
 const FROM_VTK: &str = include_str!("../../testdata/cell_quality.csv");
@@ -37,47 +37,164 @@ fn ideal(kind: CellKind) -> Vec<[f64; 3]> {
 fn coordinates(line: &str) -> Vec<[f64; 3]> {
     let numbers: Vec<f64> = line
         .split(',')
-        .skip(4)
+        .skip(12)
         .map(|x| x.parse().expect("a number"))
         .collect();
     numbers.as_chunks::<3>().0.to_vec()
+}
+
+/// The kind of cell in a line, and its metrics; `None` where VTK has none.
+fn metrics_of(line: &str) -> (CellKind, Vec<Option<f64>>) {
+    let (kind, rest) = line.split_once(',').expect("a kind and metrics");
+    let kind = CellKind::from_vtk(kind.parse().expect("a number")).expect("a known kind");
+    let metrics = rest.split(',').take(11);
+    (kind, metrics.map(|x| x.parse().ok()).collect())
 }
 
 #[test]
 fn metrics_equal_those_of_vtk_on_random_cells_of_each_kind() {
     let mut n = 0;
     for line in FROM_VTK.lines().skip(1) {
-        let fields: Vec<f64> = line
-            .split(',')
-            .map(|x| x.parse().expect("a number"))
-            .collect();
-        let kind = CellKind::from_vtk(fields[0] as u8).expect("a known kind");
+        let (kind, vtk) = metrics_of(line);
+        let vtk: Vec<f64> = vtk.iter().map(|x| x.unwrap_or(f64::NAN)).collect();
         let mesh = mesh_of(kind, coordinates(line));
         let ours = as_vtk_has_it(&mesh);
         let (size, scaled, skew) = (ours.volume[0], ours.scaled_jacobian[0], ours.skew[0]);
         if kind.dimension() == 2 {
             // VTK's are without the sign of the orientation.
             assert!(
-                close(size.abs(), fields[1].abs(), 1e-12),
+                close(size.abs(), vtk[0].abs(), 1e-12),
                 "{line}: area {size}"
             );
             assert!(
-                close(scaled.abs(), fields[2].abs(), 1e-12),
+                close(scaled.abs(), vtk[1].abs(), 1e-12),
                 "{line}: scaled {scaled}"
             );
         } else {
-            assert!(close(size, fields[1], 1e-12), "{line}: volume {size}");
+            assert!(close(size, vtk[0], 1e-12), "{line}: volume {size}");
             let scaled = if kind == CellKind::Pyramid {
                 scaled.max(0.0)
             } else {
                 scaled
             };
-            assert!(close(scaled, fields[2], 1e-12), "{line}: scaled {scaled}");
+            assert!(close(scaled, vtk[1], 1e-12), "{line}: scaled {scaled}");
         }
-        assert!(close(skew, fields[3], 1e-9), "{line}: skew {skew}");
+        assert!(close(skew, vtk[2], 1e-9), "{line}: skew {skew}");
+        let edge_ratio = ours.edge_ratio[0];
+        assert!(
+            vtk[3].is_nan() || close(edge_ratio, vtk[3], 1e-12),
+            "{line}: edge ratio {edge_ratio}"
+        );
         n += 1;
     }
     assert_eq!(n, 240);
+}
+
+#[test]
+fn further_metrics_equal_those_of_vtk_on_random_cells_of_each_kind() {
+    let mut n = 0;
+    for line in FROM_VTK.lines().skip(1) {
+        let (kind, vtk) = metrics_of(line);
+        let mesh = mesh_of(kind, coordinates(line));
+        // In 2D VTK does not know which way round a cell should be.
+        let as_vtk = match kind.dimension() {
+            2 => Reference::new(&mesh),
+            _ => Reference::new(&mesh_of(kind, ideal(kind))),
+        };
+        let arrays = detail_arrays(&mesh, &mesh.points, &as_vtk);
+        for (array, vtk) in arrays.iter().zip(&vtk[4..]) {
+            let Values::F64(ours) = &array.values else {
+                panic!("{} should hold numbers of 64 bits", array.name);
+            };
+            let Some(vtk) = vtk else {
+                continue;
+            };
+            // VTK writes infinity so.
+            let vtk = if *vtk >= 1e30 { f64::INFINITY } else { *vtk };
+            let same = ours[0] == vtk || close(ours[0], vtk, 1e-9);
+            assert!(same, "{line}: {} {} {vtk}", array.name, ours[0]);
+            n += 1;
+        }
+    }
+    assert_eq!(n, 40 * (5 + 7 + 4 + 1 + 3 + 4));
+}
+
+#[test]
+fn a_cell_that_has_turned_over_has_no_shape() {
+    for vtk in [5, 9, 10, 12, 13, 14] {
+        let kind = CellKind::from_vtk(vtk).expect("a known kind");
+        let upright = mesh_of(kind, ideal(kind));
+        let mirrored: Vec<_> = upright.points.iter().map(|p| [-p[0], p[1], p[2]]).collect();
+        for (reference, shape) in [
+            (Reference::new(&upright), 0.0),
+            (Reference::new(&mesh_of(kind, mirrored.clone())), 1.0),
+        ] {
+            let arrays = detail_arrays(&upright, &mirrored, &reference);
+            let value = |name: &str| match &arrays.iter().find(|a| a.name == name) {
+                Some(array) => match &array.values {
+                    Values::F64(values) => values[0],
+                    _ => f64::NAN,
+                },
+                None => f64::NAN,
+            };
+            assert!(close(value("Shape"), shape, 1e-14), "{kind:?}");
+            assert_eq!(value("Jacobian") > 0.0, shape > 0.0, "{kind:?}");
+        }
+    }
+}
+
+#[test]
+fn the_smallest_angle_of_a_tetrahedron_is_between_any_two_faces() {
+    // 160 degrees at edge 02, which VTK 9.7 takes for 20.
+    let turn = 160f64.to_radians();
+    let points = vec![
+        [0.0, 0.0, 0.0],
+        [1.0, 0.5, 0.0],
+        [0.0, 1.0, 0.0],
+        [turn.cos(), 0.5, turn.sin()],
+    ];
+    let mesh = mesh_of(CellKind::Tetrahedron, points);
+    let found = statistics(&mesh, &mesh.points, &Reference::new(&mesh));
+    let angle = |name: &str| {
+        let found = found.iter().find(|statistic| statistic.name == name);
+        found.and_then(|f| f.min).map_or(f64::NAN, |e| e.value)
+    };
+    assert!(close(angle("min_angle"), 21.518_282_084_826_875, 1e-12));
+    assert!(close(angle("max_angle"), 160.0, 1e-12));
+}
+
+#[test]
+fn statistics_and_the_worst_cells_agree_with_the_cells() {
+    let mut mesh = Mesh::default();
+    for line in FROM_VTK.lines().skip(1) {
+        let (kind, _) = metrics_of(line);
+        if kind.dimension() == 3 {
+            let first = mesh.points.len() as u32;
+            mesh.points.extend(coordinates(line));
+            let nodes: Vec<u32> = (first..mesh.points.len() as u32).collect();
+            mesh.cells.push(kind, &nodes);
+        }
+    }
+    let reference = Reference::new(&mesh);
+    let cells = per_cell(&mesh, &mesh.points, &reference);
+    let found = statistics(&mesh, &mesh.points, &reference);
+    let scaled = &found[1];
+    let mut sorted: Vec<(f64, usize)> = cells.scaled_jacobian.iter().copied().zip(0..).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    assert_eq!((scaled.name, scaled.n_cells), ("scaled_jacobian", 160));
+    let min = scaled.min.expect("it is defined");
+    assert_eq!((min.value, min.cell), sorted[0]);
+    assert_eq!(scaled.max.map(|e| e.value), Some(sorted[159].0));
+    let mean = sorted.iter().map(|(value, _)| value).sum::<f64>() / 160.0;
+    assert!(close(scaled.mean.expect("it is defined"), mean, 1e-14));
+    let names = |name| found.iter().find(|s| s.name == name).map(|s| s.n_cells);
+    assert_eq!(names("aspect_ratio"), Some(40));
+    assert_eq!(names("shape"), Some(160));
+    let listed = worst(&mesh, &mesh.points, &reference, 7);
+    let expected: Vec<usize> = sorted[..7].iter().map(|(_, cell)| *cell).collect();
+    assert_eq!(listed.iter().map(|c| c.cell).collect::<Vec<_>>(), expected);
+    assert!(worst(&mesh, &mesh.points, &reference, 0).is_empty());
+    assert_eq!(worst(&mesh, &mesh.points, &reference, 1000).len(), 160);
 }
 
 #[test]

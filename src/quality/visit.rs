@@ -17,11 +17,13 @@ pub(super) fn chunks(n_cells: usize) -> impl Fn(usize) -> Range<usize> {
 }
 
 macro_rules! shapes {
-    ($($name:ident $corners:literal |$p:ident, $facing:ident| $metrics:expr;)*) => {
+    ($($name:ident $corners:literal $faces:literal |$p:ident, $facing:ident| $metrics:expr;)*) => {
         $(
             struct $name;
 
             impl Shape<$corners> for $name {
+                const FACES: bool = $faces;
+
                 #[inline(always)]
                 fn measure($p: &[Vector; $corners], $facing: Vector) -> Metrics {
                     $metrics
@@ -32,12 +34,12 @@ macro_rules! shapes {
 }
 
 shapes! {
-    Triangle 3 |p, facing| plane::triangle(p, facing);
-    Quadrilateral 4 |p, facing| plane::quadrilateral(p, facing);
-    Tetrahedron 4 |p, _facing| solid::tetrahedron(p);
-    Pyramid 5 |p, _facing| solid::pyramid(p);
-    Wedge 6 |p, _facing| solid::wedge(p);
-    Hexahedron 8 |p, _facing| solid::hexahedron(p);
+    Triangle 3 true |p, facing| plane::triangle(p, facing);
+    Quadrilateral 4 true |p, facing| plane::quadrilateral(p, facing);
+    Tetrahedron 4 false |p, _facing| solid::tetrahedron(p);
+    Pyramid 5 false |p, _facing| solid::pyramid(p);
+    Wedge 6 false |p, _facing| solid::wedge(p);
+    Hexahedron 8 false |p, _facing| solid::hexahedron(p);
 }
 
 /// Calls `visit(first_cell, block)` for the volume cells of `range`, in order, with nodes at

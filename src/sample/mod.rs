@@ -13,7 +13,7 @@ pub mod size;
 mod spacing;
 mod split;
 
-pub use blade::{BladeOptions, BladeShape, blade, rotor};
+pub use blade::{BladeOptions, BladeShape, blade, rotor, rotor_of};
 pub use block::{BlockOptions, block};
 pub use extrude::CellShape;
 pub use naca0012::{Naca0012Options, naca0012};

@@ -156,6 +156,62 @@ fn every_cell_of_a_blade_is_valid_for_every_shape_of_the_blade() {
 }
 
 #[test]
+fn every_cell_of_a_rotor_is_valid_whatever_its_number_of_blades() {
+    for (blades, nodes) in [
+        (2, 6_000),
+        (3, 40_000),
+        (4, 20_000),
+        (4, 200_000),
+        (5, 60_000),
+        (8, 30_000),
+    ] {
+        for cells in [CellShape::Hex, CellShape::Wedge, CellShape::Tet] {
+            let options = BladeOptions {
+                cells,
+                ..of_size(nodes)
+            };
+            let mesh = rotor_of(&options, blades)
+                .expect("the size is possible")
+                .mesh;
+            mesh.validate().expect("it is a good mesh");
+            let least = least_in_mesh(&mesh);
+            assert!(least > 0.05, "{blades} {nodes} {cells:?}: {least}");
+            let off = mesh.points.len() as f64 / nodes as f64 - 1.0;
+            assert!(off.abs() < 0.1, "{nodes}: {}", mesh.points.len());
+        }
+    }
+}
+
+#[test]
+fn a_quarter_of_a_turn_takes_four_blades_to_one_another() {
+    let mesh = rotor_of(&of_size(8_000), 4).expect("it fits").mesh;
+    let places = |name: &str| -> Vec<Vector> {
+        let group = mesh.boundary_tags().find(|tag| tag.name == name);
+        let cells = group.expect("it is tagged").cells.iter();
+        let nodes = cells.flat_map(|cell| mesh.cells.get(cell).nodes);
+        let nodes: std::collections::BTreeSet<&u32> = nodes.collect();
+        nodes
+            .iter()
+            .map(|&&node| mesh.points[node as usize])
+            .collect()
+    };
+    for (blade, next) in [
+        ("blade_1", "blade_2"),
+        ("blade_4", "blade_1"),
+        ("hub", "hub"),
+    ] {
+        let next = places(next);
+        for [x, y, z] in places(blade) {
+            let turned = [-y, x, z];
+            assert!(
+                next.iter().any(|x| distance(*x, turned) < 1e-12),
+                "{blade} {turned:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn the_smallest_grids_are_valid() {
     for first_cell in [1e-9, 0.02] {
         let size = SizeOptions {
@@ -187,6 +243,7 @@ fn samples_are_closed_and_their_tags_look_outward() {
         };
         assert_closed(&blade(&options).expect("it fits").mesh);
         assert_closed(&rotor(&options).expect("it fits").mesh);
+        assert_closed(&rotor_of(&options, 4).expect("it fits").mesh);
     }
 }
 
@@ -253,6 +310,7 @@ fn schedules_are_toml_and_name_tags_and_zones_of_their_mesh() {
         naca0012(&Naca0012Options::default()),
         blade(&of_size(6_000)),
         rotor(&of_size(6_000)),
+        rotor_of(&of_size(6_000), 3),
         block(&BlockOptions::default()),
     ];
     for sample in samples {
@@ -306,4 +364,25 @@ fn wrong_options_are_refused_in_a_sentence() {
     };
     assert!(sentence(negative).contains("--chord"));
     assert!(block(&BlockOptions { refine: 0 }).is_err());
+    let blades = |n| {
+        rotor_of(&of_size(6_000), n)
+            .expect_err("it is wrong")
+            .to_string()
+    };
+    assert!(blades(1).starts_with("--blades is a number from 2 to 8, found 1"));
+    let wide = BladeShape {
+        chord: Some(0.9),
+        ..BladeShape::default()
+    };
+    let options = BladeOptions {
+        shape: wide,
+        ..of_size(60_000)
+    };
+    let crowded = rotor_of(&options, 4)
+        .expect_err("there is no room")
+        .to_string();
+    assert!(
+        crowded.starts_with("4 blades with a chord of 0.9 do not fit"),
+        "{crowded}"
+    );
 }

@@ -8,6 +8,7 @@ use crate::formats::save_text;
 use crate::geometry::vector::Vector;
 use crate::rbf::select::Selection;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What base.toml holds.
@@ -78,6 +79,18 @@ pub fn picture_of(path: &Path) -> PathBuf {
 
 /// Base points read from `path`, with weights for the plan's motion.
 pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
+    let stretches = plan.stretches();
+    let [stretch] = stretches.as_slice() else {
+        return Err(Error::input(
+            "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
+        )
+        .file(path));
+    };
+    load_for(plan, stretch, path)
+}
+
+/// Base points that were chosen for a stretch of the same plan.
+pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Result<Vec<Selection>> {
     let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
     let file: BaseFile = toml::from_str(&text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start);
@@ -95,7 +108,7 @@ pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
     });
     let bases = bases.collect::<Result<Vec<_>>>();
     let bases = bases.map_err(|error| error.file(path))?;
-    with_bases(plan, bases)
+    with_bases(plan, stretch, bases)
 }
 
 fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
@@ -130,11 +143,6 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
     {
         return Err(Error::input(
             "the base points were chosen with another `interpolate` or `rotation_radius` than the schedule has",
-        ));
-    }
-    if plan.stretches().len() > 1 {
-        return Err(Error::input(
-            "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
         ));
     }
     for nodes in [Some(&file.nodes), file.rotation_nodes.as_ref()]

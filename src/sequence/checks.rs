@@ -6,28 +6,23 @@ use super::run::write_options;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
 use crate::motion::{QualityOutput, SelectionMethod};
-use crate::quality::{Criterion, Summary};
+use crate::quality::{Criterion, Quality};
+use std::io::Write;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
 /// Base points for which the dense matrix still fits a workstation: 12.8 GB.
 const MOST_DENSE: usize = 40_000;
-/// Columns of steps.csv that stay empty in this version, and those that hold no number.
-const EMPTY: [&str; 6] = [
-    "file",
-    "blake3",
-    "max_non_orthogonality",
-    "min_size_skew",
-    "mean_size_skew",
-    "max_normal_change_deg",
-];
+/// Columns of steps.csv that hold no number.
+const NO_NUMBERS: [&str; 2] = ["file", "blake3"];
 
-/// All that a run can be refused for before it starts; returns what the format cannot hold.
+/// All that a run can be refused for before it starts; returns what the format cannot hold, and the
+/// bytes of one mesh in it, neither packed nor as text.
 pub(super) fn before_work(
     plan: &mut Plan,
     format: &dyn Format,
     fail_on: &[Criterion],
-) -> Result<Vec<String>> {
+) -> Result<(Vec<String>, u64)> {
     check_precision(plan)?;
     check_columns(plan, fail_on)?;
     check_dense(plan)?;
@@ -51,20 +46,23 @@ pub(super) fn check_dense(plan: &Plan) -> Result<()> {
 /// Refuses conditions on columns of steps.csv that have no value in this run.
 fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     let measured = plan.schedule.output.quality != QualityOutput::None;
-    let quality = Summary::default().columns().map(|(column, _)| column);
+    let quality = Quality::default().columns();
+    let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
     let filled = COLUMNS.into_iter().filter(|column| match *column {
         "time_s" => plan.motion.steps[0].time_s.is_some(),
         "min_first_cell_ratio" => plan.first_cells.smallest().is_some(),
-        column if quality.contains(&column) => measured,
-        column => !EMPTY.contains(&column),
+        "max_normal_change_deg" => measured,
+        column if is_quality(column) => measured,
+        column => !NO_NUMBERS.contains(&column),
     });
     fail_on
         .iter()
         .try_for_each(|criterion| criterion.check_column(filled.clone()))
 }
 
-/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold.
-fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
+/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
+/// and how many bytes that were.
+fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
@@ -80,11 +78,26 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<Vec<String>> {
         ..write_options(plan)
     };
     plan.mesh.points = std::mem::take(&mut plan.reference);
-    let dropped = format.write(&plan.mesh, &mut std::io::sink(), &options);
+    let mut sink = Counter(0);
+    let dropped = format.write(&plan.mesh, &mut sink, &options);
     plan.reference = std::mem::take(&mut plan.mesh.points);
     let mut dropped = dropped.map_err(|error| described(error, plan))?;
     dropped.extend(dropped_arrays(plan, format));
-    Ok(dropped)
+    Ok((dropped, sink.0))
+}
+
+/// Counts bytes that go nowhere.
+struct Counter(u64);
+
+impl Write for Counter {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// A sentence where arrays are asked for that the format does not hold.

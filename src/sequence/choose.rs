@@ -38,8 +38,12 @@ pub fn choose(
     selections.map_err(|error| error.file(&plan.schedule.path))
 }
 
-/// The selections that base points chosen before make.
-pub fn with_bases(plan: &Plan, bases: Vec<Vec<usize>>) -> Result<Vec<Selection>> {
+/// The selections that base points chosen before make, for the steps of a stretch.
+pub fn with_bases(
+    plan: &Plan,
+    stretch: &Range<usize>,
+    bases: Vec<Vec<usize>>,
+) -> Result<Vec<Selection>> {
     plan.layers
         .iter()
         .zip(bases)
@@ -48,13 +52,29 @@ pub fn with_bases(plan: &Plan, bases: Vec<Vec<usize>>) -> Result<Vec<Selection>>
                 SelectionMethod::Constant => Some(constant_error(plan, layer, base.clone())?),
                 _ => None,
             };
-            let own = select::from_base(&layer.space, plan.targets(layer), base, measure(plan))?;
+            let criterion = criterion_of(plan, layer, stretch)?;
+            let targets = Targets {
+                criterion: criterion.as_ref().unwrap_or(&layer.criterion),
+                ..plan.targets(layer)
+            };
+            let own = select::from_base(&layer.space, targets, base, measure(plan))?;
             Ok(Selection {
                 measured: constant.unwrap_or(own.measured),
                 ..own
             })
         })
         .collect()
+}
+
+/// The error over one step, which method `real` measures.
+fn criterion_of(plan: &Plan, layer: &Layer, stretch: &Range<usize>) -> Result<Option<Criterion>> {
+    match plan.schedule.selection.method {
+        SelectionMethod::Real => {
+            let step = first_that_moves(plan, stretch);
+            Ok(Some(layer.criterion.of_step(step)?))
+        }
+        _ => Ok(None),
+    }
 }
 
 fn choose_for(
@@ -66,11 +86,10 @@ fn choose_for(
     let targets = plan.targets(layer);
     let wanted = &plan.schedule.selection;
     match wanted.method {
-        SelectionMethod::Sequence => in_rounds(plan, layer, targets, progress),
-        SelectionMethod::Real => {
-            let criterion = layer.criterion.of_step(first_that_moves(plan, stretch))?;
+        SelectionMethod::Sequence | SelectionMethod::Real => {
+            let criterion = criterion_of(plan, layer, stretch)?;
             let targets = Targets {
-                criterion: &criterion,
+                criterion: criterion.as_ref().unwrap_or(&layer.criterion),
                 ..targets
             };
             in_rounds(plan, layer, targets, progress)

@@ -3,15 +3,13 @@
 
 use super::fields::{Chosen, Fields, Frame};
 use super::glide;
-use super::layer;
 use super::plan::Plan;
-use super::progress::{Progress, Silent};
+use super::progress::Progress;
 use super::velocity::Velocities;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, add, distance, sub};
-use crate::modes::RigidSurface;
 use crate::motion::{Pose, Role, Step};
-use crate::rbf::select::{self, Measure, Selection};
+use crate::rbf::select::Selection;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -25,6 +23,8 @@ pub struct Deformer<'a> {
     /// The plan it follows.
     pub plan: &'a Plan,
     way: Way,
+    /// Base points of each layer.
+    pub(super) bases: Vec<Vec<usize>>,
     velocities: Option<Velocities<'a>>,
     deforming: Option<Vec<u32>>,
     /// Distinct base points of all layers.
@@ -37,8 +37,9 @@ pub struct Deformer<'a> {
 enum Way {
     /// From the reference mesh at once, by fields that serve every step.
     AtOnce { fields: Fields, errors: Errors },
-    /// Through `substeps` meshes, each interpolated anew from these base points.
-    Substeps { bases: Vec<Vec<usize>> },
+    /// Through as many meshes as the schedule has `substeps`, each interpolated anew from the base
+    /// points.
+    Substeps,
 }
 
 /// The largest error before the correction at each step.
@@ -62,15 +63,14 @@ impl<'a> Deformer<'a> {
             plan,
             n_base: distinct_points(&selections),
             deforming: plan.deforming_nodes(),
-            way: Way::Substeps { bases: Vec::new() },
+            way: Way::Substeps,
+            bases: selections.iter().map(|s| s.base.clone()).collect(),
             velocities: None,
             warnings: Vec::new(),
         };
         deformer.way = match plan.schedule.rbf.substeps {
             1 => deformer.at_once(selections, stretch, progress)?,
-            _ => Way::Substeps {
-                bases: selections.into_iter().map(|s| s.base).collect(),
-            },
+            _ => Way::Substeps,
         };
         Ok(deformer)
     }
@@ -127,7 +127,7 @@ impl<'a> Deformer<'a> {
         Some(velocities.at(self.plan, step, self.reference(), points))
     }
 
-    fn reference(&self) -> Frame<'_> {
+    pub(super) fn reference(&self) -> Frame<'_> {
         Frame {
             nodes: &self.plan.reference,
             deforming: self.deforming.as_deref(),
@@ -162,8 +162,22 @@ impl<'a> Deformer<'a> {
                 }
                 errors.at(plan, step)
             }
-            Way::Substeps { bases } => self.through_substeps(bases, step, out)?,
+            Way::Substeps => self.through_substeps(step, plan.schedule.rbf.substeps, out)?,
         };
+        self.carry(step, out);
+        Ok(error)
+    }
+
+    /// The same by way of `n` meshes, each interpolated on the one before.
+    pub fn points_through(&self, step: &Step, n: usize, out: &mut [Vector]) -> Result<f64> {
+        let error = self.through_substeps(step, n, out)?;
+        self.carry(step, out);
+        Ok(error)
+    }
+
+    /// Carries a step round in the inertial frame, and sets nodes that follow others.
+    fn carry(&self, step: &Step, out: &mut [Vector]) {
+        let plan = self.plan;
         if let Some(carry) = plan.motion.carry(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
             out.par_iter_mut().enumerate().for_each(|(node, x)| {
@@ -178,95 +192,11 @@ impl<'a> Deformer<'a> {
         let carry = plan.motion.carry(step);
         plan.periodic
             .follow(&plan.motion, &plan.reference, carry.as_ref(), out);
-        Ok(error)
-    }
-
-    /// A step in as many parts as the schedule asks for, each interpolated on the mesh left by the
-    /// one before.
-    fn through_substeps(
-        &self,
-        bases: &[Vec<usize>],
-        step: &Step,
-        out: &mut [Vector],
-    ) -> Result<f64> {
-        let plan = self.plan;
-        let n = plan.schedule.rbf.substeps;
-        let mut nodes = plan.reference.clone();
-        let mut worst: f64 = 0.0;
-        for part in 1..=n {
-            let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
-            let error = self.substep(bases, step, (from, to), &nodes, out)?;
-            worst = worst.max(error);
-            plan.periodic
-                .follow(&plan.motion, &plan.reference, None, out);
-            nodes.copy_from_slice(out);
-        }
-        Ok(worst)
-    }
-
-    fn substep(
-        &self,
-        bases: &[Vec<usize>],
-        step: &Step,
-        (from, to): (f64, f64),
-        nodes: &[Vector],
-        out: &mut [Vector],
-    ) -> Result<f64> {
-        let plan = self.plan;
-        let surface: Vec<Vector> = plan
-            .surface
-            .nodes
-            .par_iter()
-            .map(|&node| nodes[node as usize])
-            .collect();
-        let rigid = RigidSurface {
-            points: &surface,
-            body: &plan.surface.body,
-        };
-        let given = plan.given_between(std::slice::from_ref(step), from, to);
-        let mut method = plan.method.clone();
-        if let Some(sliding) = glide::on_moved_surface(&plan.motion, &plan.surface, &surface) {
-            method.displacement.constraints = plan.surface.constraints(Some(&sliding));
-        }
-        let layers = layer::layers(rigid, &given, &method)?;
-        let selections = layers
-            .iter()
-            .zip(bases)
-            .map(|(layer, base)| {
-                let targets = select::Targets {
-                    points: &surface,
-                    values: &layer.modes.values,
-                    criterion: &layer.criterion,
-                    images: &plan.periodic.is_image,
-                    arms: &layer.arms,
-                };
-                select::from_base(&layer.space, targets, base.clone(), Measure::Max)
-            })
-            .collect::<Result<Vec<_>>>()?;
-        let chosen: Vec<Chosen<'_>> = selections
-            .iter()
-            .map(|selection| Chosen {
-                selection,
-                error: selection.error,
-            })
-            .collect();
-        let frame = Frame {
-            nodes,
-            surface: &surface,
-            ..self.reference()
-        };
-        let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(frame, &layers, &chosen, correct, &Silent);
-        fields.displace(&layers, 0, frame, out);
-        if correct {
-            self.set_surface(step, to, frame, out);
-        }
-        Ok(selections.iter().map(|selection| selection.error).sum())
     }
 
     /// Surface nodes where the motion puts them at a part of a step, in the rotating frame; fixed
     /// ones as they were, sliding ones on their boundary. `frame` is the mesh that was deformed.
-    fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
+    pub(super) fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
         let plan = self.plan;
         glide::place(&plan.motion, &plan.surface, frame, out);
         let poses = plan.motion.poses(step, part);

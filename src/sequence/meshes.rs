@@ -2,7 +2,7 @@
 
 use super::output::Names;
 use crate::error::Result;
-use crate::formats::{Format, SequenceFile, WriteOptions, write_companions, write_whole};
+use crate::formats::{Begin, Format, SequenceFile, WriteOptions, write_companions, write_whole};
 use crate::mesh::Mesh;
 use crate::motion::Step;
 use std::io::Write;
@@ -14,6 +14,8 @@ pub(super) struct Meshes<'a> {
     options: WriteOptions,
     /// The file that takes all of them, where the format has that.
     sequence: Option<Box<dyn SequenceFile>>,
+    /// Where each mesh written or retraced ends in that file.
+    pub ends: Vec<u64>,
 }
 
 impl<'a> Meshes<'a> {
@@ -22,17 +24,19 @@ impl<'a> Meshes<'a> {
         names: &'a Names,
         format: &'static dyn Format,
         options: WriteOptions,
+        begin: Begin,
     ) -> Result<Self> {
         let first = names.mesh(names.steps().start);
         let sequence = format
             .sequence()
-            .map(|create| create(&names.path(&first), &options))
+            .map(|create| create(&names.path(&first), &options, begin))
             .transpose()?;
         Ok(Self {
             names,
             format,
             options,
             sequence,
+            ends: Vec::new(),
         })
     }
 
@@ -42,7 +46,9 @@ impl<'a> Meshes<'a> {
         let path = self.names.path(&self.names.mesh(step.index));
         if let Some(sequence) = &mut self.sequence {
             let appended = sequence.append(step.time(), mesh);
-            return appended.map_err(|error| error.file(&path));
+            let hash = appended.map_err(|error| error.file(&path))?;
+            self.ends.push(sequence.n_bytes());
+            return Ok(hash);
         }
         let hash = write_whole(&path, |out| {
             let mut hashing = Hashing {
@@ -54,6 +60,12 @@ impl<'a> Meshes<'a> {
         })?;
         write_companions(mesh, &path, self.format)?;
         Ok(hash)
+    }
+
+    /// Whether all meshes so far were in the file of all steps before.
+    pub fn is_retracing(&self) -> bool {
+        let sequence = self.sequence.as_ref();
+        sequence.is_some_and(|sequence| sequence.is_retracing())
     }
 }
 

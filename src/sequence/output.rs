@@ -1,10 +1,8 @@
-//! The folder of a sequence: names of its files, whole files with their hashes, the time series.
+//! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
 
+use super::table::{Row, Rows};
 use crate::error::{Error, Result};
 use crate::formats::{Format, case_name, pvd, vtk_series};
-use crate::motion::Step;
-use std::fs::File;
-use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -113,6 +111,19 @@ impl Names {
             self.extension,
             digits = self.digits
         )
+    }
+
+    /// Whether one file holds all steps.
+    pub fn is_in_one(&self) -> bool {
+        self.in_one
+    }
+
+    /// The same sequence, another part of it.
+    pub fn part(&self, part: Part) -> Self {
+        Self {
+            part,
+            ..self.clone()
+        }
     }
 
     /// Path of the time series over files; `None` where one file is that itself, and for a part.
@@ -233,55 +244,40 @@ fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
     found
 }
 
-/// Makes the folder ready: it exists, and no file of an earlier run is left in it, nor any that a
-/// killed run was writing.
-pub fn prepare(names: &Names, force: bool) -> Result<()> {
-    if names.folder.is_file() {
-        return Err(Error::input("this is a file, not a folder").file(&names.folder));
-    }
+/// Bytes of the files of an earlier run.
+pub fn bytes_of_existing(names: &Names) -> u64 {
+    let files = existing_outputs(names).into_iter();
+    let sizes = files.filter_map(|path| Some(std::fs::metadata(path).ok()?.len()));
+    sizes.sum()
+}
+
+/// Refuses a folder that holds files of an earlier run.
+pub fn refuse_existing(names: &Names) -> Result<()> {
     let existing = existing_outputs(names);
-    if let (Some(first), false) = (existing.first(), force) {
-        return Err(Error::input(format!(
-            "holds {} files of an earlier run, {} among them; --force replaces them",
-            existing.len(),
-            first.file_name().unwrap_or_default().display()
-        ))
-        .file(&names.folder));
-    }
-    std::fs::create_dir_all(&names.folder).map_err(|error| Error::io(&names.folder, &error))?;
-    let leftovers = files(names, |name| names.is_leftover(name));
-    for path in existing.into_iter().chain(leftovers) {
-        std::fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
-    }
-    Ok(())
+    let Some(first) = existing.first() else {
+        return Ok(());
+    };
+    Err(Error::input(format!(
+        "holds {} files of an earlier run, {} among them; --resume goes on with it, --force replaces them",
+        existing.len(),
+        first.file_name().unwrap_or_default().display()
+    ))
+    .file(&names.folder))
 }
 
-/// steps.csv: a row a step, flushed as the step is finished.
-pub struct Table {
-    file: File,
-    path: PathBuf,
+/// Removes what a killed run was writing.
+pub fn clear_leftovers(names: &Names) -> Result<()> {
+    remove(files(names, |name| names.is_leftover(name)))
 }
 
-impl Table {
-    /// A new table with its header.
-    pub fn create(path: PathBuf) -> Result<Self> {
-        let file = File::create(&path).map_err(|error| Error::io(&path, &error))?;
-        let mut table = Self { file, path };
-        table.row(&COLUMNS.map(str::to_owned))?;
-        Ok(table)
-    }
+/// Removes every file of an earlier run.
+pub fn remove_existing(names: &Names) -> Result<()> {
+    remove(existing_outputs(names))
+}
 
-    /// Appends a row in one write.
-    pub fn row(&mut self, values: &[String]) -> Result<()> {
-        let line = values
-            .iter()
-            .map(|value| quoted(value))
-            .collect::<Vec<_>>()
-            .join(",")
-            + "\n";
-        let written = self.file.write_all(line.as_bytes());
-        written.map_err(|error| Error::io(&self.path, &error))
-    }
+fn remove(files: Vec<PathBuf>) -> Result<()> {
+    let mut files = files.iter();
+    files.try_for_each(|path| std::fs::remove_file(path).map_err(|error| Error::io(path, &error)))
 }
 
 /// The shortest text that reads back as the same number.
@@ -293,22 +289,12 @@ pub fn number(value: f64) -> String {
     }
 }
 
-fn quoted(value: &str) -> String {
-    match value.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", value.replace('"', "\"\"")),
-        false => value.to_owned(),
-    }
-}
-
 /// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
 /// azimuth. Legacy VTK files have a list of their own besides the .pvd.
-pub fn series(names: &Names, steps: &[(Step, String)]) -> Vec<(PathBuf, String)> {
-    let entries = || {
-        steps
-            .iter()
-            .map(|(step, file)| (step.time(), file.as_str()))
-    };
-    let Some(path) = names.series() else {
+pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
+    let entry = |row| Some((time(row)?, row.text("file")));
+    let entries = || rows.values().filter_map(entry);
+    let Some(path) = names.series().filter(|_| !rows.is_empty()) else {
         return Vec::new();
     };
     let mut lists = vec![(path, pvd(entries()))];
@@ -317,6 +303,11 @@ pub fn series(names: &Names, steps: &[(Step, String)]) -> Vec<(PathBuf, String)>
         lists.push((path, vtk_series(entries())));
     }
     lists
+}
+
+/// The time that a step has in a time series.
+pub(super) fn time(row: &Row) -> Option<f64> {
+    row.number("time_s").or_else(|| row.number("azimuth_deg"))
 }
 
 #[cfg(test)]

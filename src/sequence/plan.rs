@@ -14,8 +14,8 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Pose, Schedule, SelectionMethod, Step,
-    SurfaceFaces,
+    Interpolate, KernelName, Motion, OnInverted, Polynomial, Pose, Role, Schedule, SelectionMethod,
+    Step, SurfaceFaces,
 };
 use crate::rbf::select::Targets;
 use crate::rbf::space::Space;
@@ -47,6 +47,8 @@ pub struct Plan {
     pub surface: SurfacePoints,
     /// First cells at the moving walls.
     pub first_cells: FirstCells,
+    /// The boundary faces of the moving walls, ascending.
+    pub moving_faces: Vec<u32>,
     /// Kernel and support radius of displacements.
     pub basis: Basis,
     /// How the layers are interpolated.
@@ -75,7 +77,7 @@ impl Plan {
         let surface = SurfacePoints::new(&mesh, &motion)?;
         let mut choices = motion.notes();
         // The facets between the surface points have taken their place.
-        motion.surface.faces = SurfaceFaces::default();
+        let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
@@ -98,6 +100,7 @@ impl Plan {
             motion,
             surface,
             first_cells,
+            moving_faces: moving_faces(&faces),
             basis,
             method,
             periodic,
@@ -217,6 +220,12 @@ impl Plan {
     }
 }
 
+fn moving_faces(faces: &SurfaceFaces) -> Vec<u32> {
+    let faces = faces.cells.iter().zip(&faces.roles);
+    let moving = faces.filter(|(_, role)| matches!(role, Role::Moving(_)));
+    moving.map(|(cell, _)| *cell).collect()
+}
+
 /// The point that each body turns about: its centre of rotation where that is on or near it.
 fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
     (0..motion.bodies.len())
@@ -243,9 +252,11 @@ fn check_combination(
             motion.bodies[body].name
         )));
     }
-    if twist && schedule.rbf.substeps > 1 && !bodies.all(|body| motion.is_rigid(body)) {
+    let substeps = schedule.rbf.substeps > 1 || schedule.output.on_inverted == OnInverted::Substeps;
+    if twist && substeps && !bodies.all(|body| motion.is_rigid(body)) {
         return Err(Error::input(
-            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` out",
+            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` \
+             and `on_inverted` = \"substeps\" out",
         ));
     }
     let coupled = surface.sliding.is_some() || !periodic.images.is_empty();

@@ -1,12 +1,15 @@
 //! run.json: what a run was given, what it did and how it ended.
 
+use super::course::course;
+use super::finished::Finished;
 use super::plan::Plan;
+use super::run::Request;
 use crate::error::{Error, Result};
-use crate::formats::save_text;
+use crate::formats::{Precision, save_text};
 use crate::rbf::select::Selection;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::fs::File;
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -52,10 +55,16 @@ impl Clock {
 
 impl Record {
     /// The record of a run of `plan`, not yet written.
-    pub fn new(path: PathBuf, plan: &Plan, mesh: &Path, schedule: &Path) -> Result<Self> {
-        let mut inputs = vec![input(mesh)?, input(schedule)?];
+    pub fn new(path: PathBuf, plan: &Plan, request: &Request) -> Result<Self> {
+        let mut inputs = vec![
+            input("mesh", &request.mesh)?,
+            input("schedule", &plan.schedule.path)?,
+        ];
         for file in plan.schedule.files() {
-            inputs.push(input(&file)?);
+            inputs.push(input("file", &file)?);
+        }
+        if let Some(base) = &request.base {
+            inputs.push(input("base", base)?);
         }
         let content = json!({
             "version": 1,
@@ -69,6 +78,11 @@ impl Record {
                 "max_points": plan.schedule.selection.max_points,
                 "correction": plan.schedule.selection.correction,
                 "format": plan.schedule.output.format,
+                "precision": match plan.schedule.output.precision {
+                    Precision::F64 => "f64",
+                    Precision::F32 => "f32",
+                },
+                "tag_array": request.tag_array,
             },
             "chosen": plan.choices,
             "nodes": plan.reference.len(),
@@ -78,8 +92,19 @@ impl Record {
             "steps": plan.motion.steps.len(),
             "modes": plan.n_modes(),
             "mode_truncation": plan.truncation(),
+            "motion": course(plan),
         });
         Ok(Self { path, content })
+    }
+
+    /// A record that was read.
+    pub fn of(path: PathBuf, content: Value) -> Self {
+        Self { path, content }
+    }
+
+    /// Its content.
+    pub fn content(&self) -> &Value {
+        &self.content
     }
 
     /// Adds a value.
@@ -87,8 +112,25 @@ impl Record {
         self.content[key] = value;
     }
 
+    /// Adds what the run came to; `error` is what ended it.
+    pub fn close(&mut self, finished: &Finished, error: Option<&Error>) {
+        let outcome = match (error, finished.passed_over.len()) {
+            (Some(error), _) => error.to_string(),
+            (None, 0) => "complete".to_owned(),
+            (None, n) => format!("complete but for {n} steps"),
+        };
+        self.set("outcome", json!(outcome));
+        self.set("steps_written", json!(finished.n_steps));
+        self.set("inverted_steps", json!(finished.inverted_steps));
+        self.set("max_surface_error", json!(finished.surface_error));
+        self.set("passed_over", json!(finished.passed_over));
+        self.set("warnings", json!(finished.warnings));
+        self.set("failures", json!(finished.failures));
+        self.timings(&finished.timings);
+    }
+
     /// Adds the timings.
-    pub fn timings(&mut self, t: &Timings) {
+    fn timings(&mut self, t: &Timings) {
         self.content["seconds"] = json!({
             "selection": t.selection,
             "modes": t.modes,
@@ -98,26 +140,93 @@ impl Record {
         });
     }
 
+    /// Leaves a value out.
+    pub fn remove(&mut self, key: &str) {
+        if let Some(object) = self.content.as_object_mut() {
+            object.shift_remove(key);
+        }
+    }
+
     /// Writes the record as it stands.
     pub fn save(&self) -> Result<()> {
         save_text(&format!("{:#}\n", self.content), &self.path)
     }
 }
 
-fn input(path: &Path) -> Result<Value> {
+fn input(what: &str, path: &Path) -> Result<Value> {
     if path.as_os_str() == "-" {
-        return Ok(json!({ "file": "-" }));
+        return Ok(json!({ "what": what, "file": "-" }));
     }
     let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
     Ok(json!({
+        "what": what,
         "file": path.display().to_string(),
         "blake3": hash.to_string(),
     }))
 }
 
+/// A record on disk.
+pub(super) fn read(path: &Path) -> Result<Value> {
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+    serde_json::from_str(&text).map_err(|error| {
+        let line = error.line() as u64;
+        Error::input(error.to_string()).line(line).file(path)
+    })
+}
+
+/// In what two runs differ that decides what they write, as a sentence on the second; `None` where
+/// they write the same.
+pub(super) fn difference(now: &Value, then: &Value) -> Option<String> {
+    let text = |value: &Value| value.as_str().unwrap_or("an unknown version").to_owned();
+    if now["program"] != then["program"] {
+        return Some(format!(
+            "it is of {}, this is {}, which may write other bytes",
+            text(&then["program"]),
+            text(&now["program"])
+        ));
+    }
+    let list = |record: &Value| record["inputs"].as_array().cloned().unwrap_or_default();
+    let (now_inputs, then_inputs) = (list(now), list(then));
+    for (now, then) in now_inputs.iter().zip(&then_inputs) {
+        let file = text(&now["file"]);
+        if now["what"] != then["what"] {
+            return Some("it had other input files".to_owned());
+        }
+        if now["blake3"].is_null() || then["blake3"].is_null() {
+            return Some("its mesh came from standard input, of which there is no hash".to_owned());
+        }
+        if now["blake3"] != then["blake3"] {
+            return Some(format!(
+                "its {} was not what {file} is now",
+                text(&now["what"])
+            ));
+        }
+    }
+    if now_inputs.len() != then_inputs.len() {
+        return Some("it had more or fewer input files (base points of --base are one)".to_owned());
+    }
+    let empty = Map::new();
+    let options = |record: &Value| record["options"].as_object().unwrap_or(&empty).clone();
+    let (now, then) = (options(now), options(then));
+    let other = now
+        .iter()
+        .find(|(name, value)| then.get(*name) != Some(*value));
+    other.map(|(name, value)| {
+        let then = then.get(name).unwrap_or(&Value::Null);
+        format!("its {name} was {then}, it is {value} now")
+    })
+}
+
 /// The hash of a file, read piece by piece: a mapped file would count as memory of the run.
-fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
+pub(super) fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
+    hash_of_range(path, 0..u64::MAX)
+}
+
+/// The hash of some bytes of a file.
+pub(super) fn hash_of_range(path: &Path, bytes: Range<u64>) -> std::io::Result<blake3::Hash> {
     let mut file = File::open(path)?;
+    file.seek(SeekFrom::Start(bytes.start))?;
+    let mut file = file.take(bytes.end.saturating_sub(bytes.start));
     let mut hasher = blake3::Hasher::new();
     let mut piece = Vec::with_capacity(PIECE);
     loop {

@@ -3,24 +3,32 @@
 
 use super::base;
 use super::checks::before_work;
-use super::meshes::Meshes;
-use super::output::{self, COLUMNS, Names, Part, Table};
+use super::finished::Finished;
+use super::lock::Lock;
+use super::output::{self, Names, Part};
+use super::pass::Pass;
 use super::plan::Plan;
 use super::progress::Progress;
-use super::record::{Clock, Record, Timings};
-use super::step::{Computed, add_arrays, compute, row, set};
+use super::record::{Clock, Record};
+use super::resume::Earlier;
+use super::space::{self, Demand};
+use super::step::Measures;
+use super::stop::Stop;
 use super::stretches::Stretches;
-use crate::error::{Error, Result};
-use crate::formats::{self, Format, WriteOptions, su2};
+use super::table::Rows;
+use super::writer::Writer;
+use crate::error::Result;
+use crate::formats::{self, Begin, Format, WriteOptions, su2};
 use crate::mesh::Mesh;
-use crate::motion::{OnInverted, QualityOutput, Step};
-use crate::quality::{Criterion, Reference};
-use serde_json::json;
+use crate::motion::{QualityOutput, Step};
+use crate::quality::Criterion;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
 /// What a run is asked for.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Request {
     /// The mesh file, for names and hashes.
     pub mesh: PathBuf,
@@ -30,37 +38,18 @@ pub struct Request {
     pub base: Option<PathBuf>,
     /// The steps to write, counted from 0; all when left out.
     pub steps: Option<Range<usize>>,
+    /// The cell array that the boundary tags were read from, where it was named.
+    pub tag_array: Option<String>,
     /// Whether files of an earlier run are replaced.
     pub force: bool,
+    /// Whether an earlier run is gone on with.
+    pub resume: bool,
+    /// Whether steps that cannot be written are passed over.
+    pub keep_going: bool,
+    /// Whether a disk without room for all steps is written to nevertheless.
+    pub no_space_check: bool,
     /// Conditions that fail the run.
     pub fail_on: Vec<Criterion>,
-}
-
-/// What a run came to.
-#[derive(Debug, Clone, Default)]
-pub struct Finished {
-    /// Steps written.
-    pub n_steps: usize,
-    /// Base points used, the most at any step.
-    pub n_base: usize,
-    /// Largest displacement error before the correction, in mesh units.
-    pub selection_error: f64,
-    /// Largest distance of a written surface node from its place.
-    pub surface_error: f64,
-    /// Steps with inverted cells, and the most in one step.
-    pub inverted_steps: usize,
-    /// Most inverted cells in one step.
-    pub most_inverted: usize,
-    /// Smallest scaled Jacobian at any step.
-    pub min_scaled_jacobian: Option<f64>,
-    /// Sentences about conditions that failed.
-    pub failures: Vec<String>,
-    /// Sentences about what the user should know.
-    pub warnings: Vec<String>,
-    /// Bytes of one mesh file, the largest.
-    pub mesh_bytes: u64,
-    /// Where the time went.
-    pub timings: Timings,
 }
 
 /// Bytes that the meshes of a sequence take: an estimate from nodes and cells.
@@ -76,50 +65,74 @@ pub fn estimate_bytes(plan: &Plan) -> u64 {
 ///
 /// # Errors
 /// [`Kind::Check`](crate::error::Kind::Check) when the tolerance cannot be met (base points are saved, no mesh is written), and
-/// where `on_inverted = "stop"` stops it.
-pub fn run(plan: &mut Plan, request: &Request, progress: &dyn Progress) -> Result<Finished> {
+/// where `on_inverted = "stop"` stops it; [`Kind::Interrupted`](crate::error::Kind::Interrupted) between two steps when `stop` was
+/// asked to.
+pub fn run(
+    plan: &mut Plan,
+    request: &Request,
+    progress: &dyn Progress,
+    stop: &Stop,
+) -> Result<Finished> {
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let mut warnings = before_work(plan, format, &request.fail_on)?;
+    let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
     warnings.extend(plan.warnings());
     if !plan.mesh.remove_field_arrays(&[su2::BOXES]).is_empty() {
         let sentence =
             "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out";
         warnings.push(sentence.to_owned());
     }
-    let part = Part::new(request.steps.clone(), plan.motion.steps.len())?;
-    let names = Names::new(
-        &request.folder,
-        &request.mesh,
-        format,
-        plan.motion.steps.len(),
-        part,
-    );
-    let record = Record::new(names.record(), plan, &request.mesh, &plan.schedule.path)?;
-    let loaded = request
-        .base
-        .as_deref()
-        .map(|path| base::load(plan, path))
-        .transpose()?;
-    output::prepare(&names, request.force)?;
+    let n_steps = plan.motion.steps.len();
+    let part = Part::new(request.steps.clone(), n_steps)?;
+    let names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
+    let mut record = Record::new(names.record(), plan, request)?;
+    let base = request.base.as_deref();
+    let loaded = base.map(|path| base::load(plan, path)).transpose()?;
+    let lock = Lock::take(&names)?;
+    warnings.extend(lock.warning.clone());
+    let mut earlier = match request.resume {
+        true => Earlier::find(plan, &names, format, &record, progress)?,
+        false => Earlier::default(),
+    };
+    if !request.resume && !request.force {
+        output::refuse_existing(&names)?;
+    }
+    output::clear_leftovers(&names)?;
+    if !request.no_space_check {
+        let n_kept = earlier.rows.len();
+        let demand = Demand::of(plan, &names, n_kept, mesh_bytes, format.holds_arrays());
+        let freed = match request.force {
+            true => output::bytes_of_existing(&names),
+            false => 0,
+        };
+        warnings.extend(space::check(plan, &names, &demand, freed)?);
+    }
+    if request.force {
+        output::remove_existing(&names)?;
+    }
+    warnings.append(&mut earlier.notes);
+    earlier.note_in(&mut record);
     record.save()?;
     let mut mesh = std::mem::take(&mut plan.mesh);
-    let mut stretches = Stretches::new(plan, &names, loaded, progress);
+    let base_files = earlier.bases.clone();
+    let mut stretches = Stretches::new(plan, &names, loaded, base_files, progress);
     let mut run = Run {
         plan,
+        request,
         names: &names,
         format,
+        stop,
         record,
-        finished: Finished {
-            warnings,
-            ..Finished::default()
-        },
-        written: Vec::new(),
-        fail_on: request.fail_on.clone(),
+        rows: earlier.rows.clone(),
+        n_kept: earlier.rows.len(),
+        earlier,
+        passed_over: Vec::new(),
+        first_inverted: BTreeMap::new(),
+        warnings,
+        seconds: (0.0, 0.0),
     };
     let result = run.steps(&mut stretches, &mut mesh, progress);
-    run.prepared(stretches);
-    run.close(result, &clock)
+    run.close(result, stretches, &clock)
 }
 
 /// How meshes are written.
@@ -134,14 +147,23 @@ pub(super) fn write_options(plan: &Plan) -> WriteOptions {
 }
 
 /// A run under way.
-struct Run<'a> {
-    plan: &'a Plan,
-    names: &'a Names,
-    format: &'static dyn Format,
-    record: Record,
-    finished: Finished,
-    written: Vec<(Step, String)>,
-    fail_on: Vec<Criterion>,
+pub(super) struct Run<'a> {
+    pub plan: &'a Plan,
+    pub request: &'a Request,
+    pub names: &'a Names,
+    pub format: &'static dyn Format,
+    pub stop: &'a Stop,
+    pub record: Record,
+    /// What is known of the run that is gone on with; its rows are those that still count.
+    pub earlier: Earlier,
+    pub n_kept: usize,
+    /// Rows of all steps that are finished.
+    pub rows: Rows,
+    pub passed_over: Vec<String>,
+    pub first_inverted: BTreeMap<usize, usize>,
+    pub warnings: Vec<String>,
+    /// Of positions and quality, and of writing.
+    pub seconds: (f64, f64),
 }
 
 impl Run<'_> {
@@ -151,174 +173,116 @@ impl Run<'_> {
         mesh: &mut Mesh,
         progress: &dyn Progress,
     ) -> Result<()> {
-        let plan = self.plan;
-        let steps = &plan.motion.steps[self.names.steps()];
-        stretches.enter(&steps[0])?;
-        mesh.points.clone_from(&plan.reference);
-        let wanted = plan.schedule.output.quality != QualityOutput::None;
-        let reference = wanted.then(|| Reference::new(mesh));
-        let mut table = Table::create(self.names.table())?;
-        let mut meshes = Meshes::new(self.names, self.format, write_options(plan))?;
-        progress.start("steps", Some(steps.len() as u64));
-        let mut next = vec![[0.0; 3]; mesh.points.len()];
-        let mut computed = compute(stretches, reference.as_ref(), mesh, &steps[0], &mut next)?;
-        for (i, step) in steps.iter().enumerate() {
-            std::mem::swap(&mut mesh.points, &mut next);
-            self.judge(step, &computed)?;
-            add_arrays(plan, mesh, &mut computed, reference.as_ref());
-            let (written, following) = rayon::join(
-                || self.write(&mut meshes, mesh, step),
-                || {
-                    let following = steps.get(i + 1)?;
-                    Some(compute(
-                        stretches,
-                        reference.as_ref(),
-                        mesh,
-                        following,
-                        &mut next,
-                    ))
-                },
-            );
-            let written = written?;
-            self.finish_step(step, &computed, written, &mut table)?;
-            progress.advance(1);
-            if let Some(following) = following {
-                computed = following?;
+        if self.rows.len() == self.names.steps().len() && !self.is_to_be_retraced() {
+            return Ok(());
+        }
+        self.choose_first(stretches)?;
+        mesh.points.clone_from(&self.plan.reference);
+        let wanted = self.plan.schedule.output.quality != QualityOutput::None;
+        let measures = wanted.then(|| Measures::new(mesh, self.plan));
+        loop {
+            let begin = match self.request.resume {
+                true => Begin::Retrace,
+                false => Begin::Anew,
+            };
+            let mut writer = Writer::start(
+                self.names,
+                self.format,
+                write_options(self.plan),
+                self.earlier.rows.clone(),
+                self.stop,
+                begin,
+            )?;
+            let pass = self.pass(&mut writer, stretches, mesh, measures.as_ref(), progress);
+            self.seconds.1 += writer.seconds;
+            if self.names.is_in_one() {
+                self.record.set("step_ends", json!(writer.ends()));
+            }
+            self.rows = writer.into_rows();
+            if pass? == Pass::Done {
+                progress.finish();
+                return Ok(());
             }
         }
-        progress.finish();
-        Ok(())
     }
 
-    fn write(&self, meshes: &mut Meshes, mesh: &Mesh, step: &Step) -> Result<Written> {
-        let clock = Clock::start();
-        let hash = meshes.write(mesh, step)?;
-        Ok(Written {
-            file: self.names.mesh(step.index),
-            hash,
-            seconds: clock.seconds(),
-        })
+    /// Steps of an earlier run lie in a file that only those who go over them can go on with.
+    fn is_to_be_retraced(&self) -> bool {
+        self.names.is_in_one()
     }
 
-    /// The row of a step that is written, and what it adds to the run.
-    fn finish_step(
-        &mut self,
-        step: &Step,
-        computed: &Computed,
-        written: Written,
-        table: &mut Table,
-    ) -> Result<()> {
-        let finished = &mut self.finished;
-        finished.timings.steps += computed.seconds;
-        finished.timings.writing += written.seconds;
-        finished.n_base = finished.n_base.max(computed.n_base);
-        finished.selection_error = finished.selection_error.max(computed.selection_error);
-        finished.n_steps += 1;
-        let mut row = row(step, computed);
-        let seconds = computed.seconds + written.seconds;
-        set(&mut row, "file", written.file.clone());
-        set(&mut row, "blake3", written.hash.to_string());
-        set(&mut row, "seconds", format!("{seconds:.3}"));
-        self.check_conditions(step, &row)?;
-        table.row(&row)?;
-        self.written.push((*step, written.file));
-        Ok(())
+    /// The steps that have to be gone over.
+    pub(super) fn todo(&self) -> Vec<Step> {
+        let steps = &self.plan.motion.steps[self.names.steps()];
+        let wanted =
+            |step: &&Step| self.is_to_be_retraced() || !self.earlier.rows.contains_key(&step.index);
+        steps.iter().filter(wanted).copied().collect()
     }
 
-    /// Takes over what choosing base points and evaluating them came to.
-    fn prepared(&mut self, stretches: Stretches<'_>) {
-        self.record.set("selections", json!(stretches.selections));
-        self.finished.warnings.extend(stretches.warnings);
-        self.finished.timings.selection = stretches.seconds_selection;
-        self.finished.timings.modes = stretches.seconds_modes;
-    }
-
-    /// Counts what is wrong with a step; stops where the schedule says so.
-    fn judge(&mut self, step: &Step, computed: &Computed) -> Result<()> {
-        let finished = &mut self.finished;
-        finished.surface_error = finished.surface_error.max(computed.surface_error.0);
-        let Some(summary) = &computed.summary else {
+    /// Base points for the first step: without them there is no table of steps either.
+    fn choose_first(&mut self, stretches: &mut Stretches<'_>) -> Result<()> {
+        let todo = self.todo();
+        let Some(first) = todo.first() else {
             return Ok(());
         };
-        if let Some(worst) = summary.min_scaled_jacobian {
-            let least = finished.min_scaled_jacobian.unwrap_or(f64::INFINITY);
-            finished.min_scaled_jacobian = Some(least.min(worst.value));
-        }
-        if summary.inverted == 0 {
-            return Ok(());
-        }
-        finished.inverted_steps += 1;
-        finished.most_inverted = finished.most_inverted.max(summary.inverted);
-        let sentence = format!(
-            "step {} (azimuth {} degrees) has {} inverted cells, cell {} first",
-            step.index,
-            step.azimuth_deg,
-            summary.inverted,
-            summary.inverted_cells.first().copied().unwrap_or_default()
-        );
-        match self.plan.schedule.output.on_inverted {
-            OnInverted::Stop => Err(Error::check(format!(
-                "{sentence}; stopped before writing it"
-            ))),
-            OnInverted::Warn => {
-                finished.warnings.push(sentence);
-                Ok(())
-            }
+        let entered = stretches.enter(first).map(|_| ());
+        self.note_choices(stretches)?;
+        match entered {
+            Err(error) if self.plan.stretches().len() > 1 && self.passes_over(&error) => Ok(()),
+            entered => entered,
         }
     }
 
-    fn check_conditions(&mut self, step: &Step, row: &[String]) -> Result<()> {
-        let columns: Vec<(&str, Option<f64>)> = COLUMNS
-            .iter()
-            .zip(row)
-            .map(|(column, value)| (*column, value.parse().ok()))
-            .collect();
-        for criterion in &self.fail_on {
-            if criterion.is_met(&columns)? {
-                let sentence = format!("step {}: {criterion}", step.index);
-                self.finished.failures.push(sentence);
-            }
+    /// Puts into run.json what a resumed run must know of base points.
+    pub(super) fn note_choices(&mut self, stretches: &Stretches<'_>) -> Result<()> {
+        let base_files = json!(stretches.base_files);
+        if self.record.content()["base_files"] == base_files {
+            return Ok(());
         }
-        Ok(())
+        let selections = self.earlier.with_selections(&stretches.selections);
+        self.record.set("base_files", base_files);
+        self.record.set("selections", json!(selections));
+        self.record.save()
+    }
+
+    /// Puts into run.json which steps were taken in substeps; before they are written.
+    pub(super) fn note_repairs(&mut self) -> Result<()> {
+        let repairs: Vec<&Value> = self.earlier.repairs.values().collect();
+        self.record.set("repairs", json!(repairs));
+        self.record.save()
     }
 
     /// Writes what closes a run, whether it went well or not.
-    fn close(mut self, result: Result<()>, clock: &Clock) -> Result<Finished> {
-        self.finished.timings.total = clock.seconds();
-        let sizes = self.written.iter().filter_map(|(_, file)| {
-            std::fs::metadata(self.names.path(file))
-                .ok()
-                .map(|found| found.len())
-        });
-        self.finished.mesh_bytes = sizes.max().unwrap_or(0);
-        let outcome = match &result {
-            Ok(()) => "complete".to_owned(),
-            Err(error) => error.to_string(),
+    fn close(
+        mut self,
+        result: Result<()>,
+        stretches: Stretches<'_>,
+        clock: &Clock,
+    ) -> Result<Finished> {
+        let _held = self.stop.hold();
+        let mut finished = Finished {
+            n_kept: self.n_kept,
+            warnings: std::mem::take(&mut self.warnings),
+            passed_over: std::mem::take(&mut self.passed_over),
+            ..Finished::default()
         };
-        self.record.set("outcome", json!(outcome));
-        self.record.set("steps_written", json!(self.written.len()));
-        self.record
-            .set("inverted_steps", json!(self.finished.inverted_steps));
-        self.record
-            .set("max_surface_error", json!(self.finished.surface_error));
-        self.record.set("warnings", json!(self.finished.warnings));
-        self.record.set("failures", json!(self.finished.failures));
-        self.record.timings(&self.finished.timings);
-        let series = match self.written.is_empty() {
-            true => Ok(()),
-            false => output::series(self.names, &self.written)
-                .iter()
-                .try_for_each(|(path, text)| formats::save_text(text, path)),
-        };
-        let saved = series.and_then(|()| self.record.save());
+        finished.take_rows(
+            self.names,
+            &self.rows,
+            &self.first_inverted,
+            &self.request.fail_on,
+        )?;
+        finished.warnings.extend(stretches.warnings);
+        finished.timings.selection = stretches.seconds_selection;
+        finished.timings.modes = stretches.seconds_modes;
+        (finished.timings.steps, finished.timings.writing) = self.seconds;
+        finished.timings.total = clock.seconds();
+        self.record.close(&finished, result.as_ref().err());
+        let lists = output::series(self.names, &self.rows);
+        let mut lists = lists.iter();
+        let saved = lists.try_for_each(|(path, text)| formats::save_text(text, path));
+        let saved = saved.and_then(|()| self.record.save());
         // The first failure is the one to tell of.
-        result.and(saved).map(|()| self.finished)
+        result.and(saved).map(|()| finished)
     }
-}
-
-/// A mesh that stands in the folder.
-struct Written {
-    file: String,
-    hash: blake3::Hash,
-    seconds: f64,
 }

@@ -7,12 +7,14 @@ use super::deformer::Deformer;
 use super::output::Names;
 use super::plan::Plan;
 use super::progress::{Progress, Silent};
-use super::record::{Clock, selection_record};
-use crate::error::Result;
+use super::record::{Clock, hash_of, selection_record};
+use crate::error::{Error, Result};
 use crate::motion::Step;
 use crate::rbf::select::Selection;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::path::Path;
 
 /// The stretches of a run, with the deformer of the one that it is in.
 pub(super) struct Stretches<'a> {
@@ -21,6 +23,8 @@ pub(super) struct Stretches<'a> {
     ranges: Vec<Range<usize>>,
     /// Base points chosen before the run.
     loaded: Option<Vec<Selection>>,
+    /// Files of base points that this run or an earlier one has chosen, and their hashes.
+    pub base_files: BTreeMap<String, String>,
     progress: &'a dyn Progress,
     current: Option<(Range<usize>, Deformer<'a>)>,
     /// What each selection came to, for run.json.
@@ -38,6 +42,7 @@ impl<'a> Stretches<'a> {
         plan: &'a Plan,
         names: &'a Names,
         loaded: Option<Vec<Selection>>,
+        base_files: BTreeMap<String, String>,
         progress: &'a dyn Progress,
     ) -> Self {
         Self {
@@ -45,6 +50,7 @@ impl<'a> Stretches<'a> {
             names,
             ranges: plan.stretches(),
             loaded,
+            base_files,
             progress,
             current: None,
             selections: Vec::new(),
@@ -81,14 +87,16 @@ impl<'a> Stretches<'a> {
             true => self.progress,
             false => &Silent,
         };
-        let selections = match self.loaded.take() {
-            Some(loaded) => loaded,
-            None => choose(plan, &stretch, progress)?,
-        };
-        self.selections
-            .push(selection_record(plan, &stretch, &selections));
         let first = (self.ranges.len() > 1).then_some(stretch.start);
-        base::save(plan, &selections, &self.names.base(first))?;
+        let path = self.names.base(first);
+        let selections = match (self.loaded.take(), self.has_noted(&path)) {
+            (Some(loaded), _) => self.note(&stretch, loaded, &path)?,
+            (None, true) => base::load_for(plan, &stretch, &path)?,
+            (None, false) => {
+                let chosen = choose(plan, &stretch, progress)?;
+                self.note(&stretch, chosen, &path)?
+            }
+        };
         check_tolerance(plan, &selections)?;
         self.seconds_selection += clock.seconds();
         let clock = Clock::start();
@@ -97,4 +105,31 @@ impl<'a> Stretches<'a> {
         self.seconds_modes += clock.seconds();
         Ok((stretch, deformer))
     }
+
+    /// Whether a file of base points is the one that was written for this plan.
+    fn has_noted(&self, path: &Path) -> bool {
+        let noted = self.base_files.get(&name_of(path));
+        let found = || hash_of(path).ok().map(|hash| hash.to_string());
+        noted.is_some_and(|noted| found().as_ref() == Some(noted))
+    }
+
+    /// Writes base points, and keeps in mind what they came to.
+    fn note(
+        &mut self,
+        stretch: &Range<usize>,
+        selections: Vec<Selection>,
+        path: &Path,
+    ) -> Result<Vec<Selection>> {
+        self.selections
+            .push(selection_record(self.plan, stretch, &selections));
+        base::save(self.plan, &selections, path)?;
+        let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
+        self.base_files.insert(name_of(path), hash.to_string());
+        Ok(selections)
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }

@@ -94,14 +94,15 @@ pub fn conflicts(plan: &Plan, steps: &[&Step]) -> Vec<String> {
     sentences
 }
 
-fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
+/// The surface points that move with a body.
+pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
     let bodies = plan.surface.body.iter().enumerate();
     let own = bodies.filter(|(_, of)| of.map(usize::from) == Some(body));
     own.map(|(at, _)| at).collect()
 }
 
 /// The outermost of some points along the span of a body's blade.
-fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
+pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
     let rotor = &plan.motion.rotor;
     if plan.mesh.dimension() == 2 {
         return None;

@@ -80,6 +80,7 @@ impl Run<'_> {
     /// `IN OUT`, or the files of a sequence and `OUT`.
     fn write_file(&self) -> Result<()> {
         let (out, inputs) = self.args.paths.split_last().expect("clap asks for one");
+        self.context.check_json_beside(out)?;
         let input = match inputs {
             [] => {
                 return Err(Error::input(

@@ -2,7 +2,7 @@
 
 use super::{Input, Run};
 use crate::error::{Error, Result};
-use crate::formats::{self, Format, is_series, pvd, save_text, vtk_series};
+use crate::formats::{self, Begin, Format, is_series, pvd, save_text, vtk_series};
 use crate::mesh::Mesh;
 use serde_json::{Value, json};
 use std::fmt;
@@ -131,7 +131,7 @@ impl Run<'_> {
         format: &'static dyn Format,
     ) -> Result<()> {
         let create = format.sequence().expect("asked before");
-        let mut file = create(path, &self.args.write.options())?;
+        let mut file = create(path, &self.args.write.options(), Begin::Anew)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
             let append = || file.append(time, &mesh).map_err(|error| error.file(path));

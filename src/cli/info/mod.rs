@@ -29,7 +29,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
         for note in loaded.notes.iter() {
             context.note(&format!("{}: {note}", args.mesh.display()));
         }
-        context.print(&text::of(&facts))?;
+        context.print_result(&text::of(&facts))?;
     }
     Ok(Outcome::Fine)
 }

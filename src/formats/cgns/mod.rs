@@ -87,7 +87,11 @@ impl Format for Cgns {
     }
 
     fn sequence(&self) -> Option<CreateSequence> {
-        Some(|path, options| Ok(Box::new(write::sequence::Sequence::create(path, options)?)))
+        Some(|path, options, begin| {
+            Ok(Box::new(write::sequence::Sequence::create(
+                path, options, begin,
+            )?))
+        })
     }
 }
 

@@ -7,7 +7,7 @@
 use super::element::{NFACE_N, NGON_N};
 use super::node::Node;
 use super::read::Found;
-use super::sections::{Cells, Section, Span, node_indices};
+use super::sections::{Cells, Section, Span, node_index, node_indices};
 use super::zone::Zone;
 use crate::error::Result;
 use crate::mesh::CellKind;
@@ -134,11 +134,8 @@ impl Polyhedra {
             for face in faces.faces.clone() {
                 found.cells.push(CellKind::Polygon, self.faces.get(face));
             }
-            return Ok(span(
-                section.first,
-                section.n_elements,
-                Cells::From(first_cell),
-            ));
+            let n = section.n_elements;
+            return Ok(span(section.first, n, Cells::From(first_cell)));
         }
         let mut cells = vec![u32::MAX; section.n_elements];
         for (i, face) in faces.faces.clone().enumerate() {
@@ -271,8 +268,7 @@ impl Faces {
                 let stream = node.integers()?;
                 for part in counted(&stream, node, section.n_elements) {
                     for &number in part? {
-                        self.nodes
-                            .push(super::sections::node_index(number, node, zone)?);
+                        self.nodes.push(node_index(number, node, zone)?);
                     }
                     self.starts.push(self.nodes.len());
                 }

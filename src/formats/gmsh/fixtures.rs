@@ -269,3 +269,15 @@ fn what_gmsh_wrote_comes_back_from_both_versions() {
         }
     }
 }
+
+#[test]
+fn a_section_without_its_end_is_passed_over_when_times_are_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("open.msh");
+    let file = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$Elements\n1\n1 2 2 0 1 1 2 3\n$EndElements\n";
+    std::fs::write(&path, file).expect("it can be written");
+    let source = Source::open(&path).expect("it is there");
+    assert_eq!(Msh.steps(&source).expect("it is good enough"), [0.0; 0]);
+    let mesh = crate::formats::read(&source, &ReadOptions::default());
+    assert_eq!(mesh.expect("it is good enough").mesh.cells.len(), 1);
+}

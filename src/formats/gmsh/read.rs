@@ -113,6 +113,12 @@ fn skip_section(name: &[u8], stream: &mut Stream) -> Result<()> {
                 .set_position(stream.text.position() + at + end.len());
             Ok(())
         }
+        // Real files leave it out before the next section.
+        None if stream.binary.is_none()
+            && memchr::memmem::find(stream.text.rest(), b"\n$").is_some() =>
+        {
+            Ok(())
+        }
         None => Err(stream.error(format!("${0} has no $End{0}", show(name)))),
     }
 }

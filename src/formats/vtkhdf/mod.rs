@@ -75,7 +75,7 @@ impl Format for VtkHdf {
     }
 
     fn sequence(&self) -> Option<CreateSequence> {
-        Some(|path, options| Ok(Box::new(sequence::Sequence::create(path, options)?)))
+        Some(|path, options, begin| Ok(Box::new(sequence::Sequence::create(path, options, begin)?)))
     }
 }
 

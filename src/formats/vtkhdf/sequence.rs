@@ -2,7 +2,7 @@
 
 use super::super::hdf5::{Data, Element, Growing, Id, Stored};
 use super::super::vtk::plan::Plan;
-use super::super::{SequenceFile, WriteOptions};
+use super::super::{Begin, SequenceFile, WriteOptions};
 use super::blocks::{Block, Blocks, shape};
 use super::write::Grid;
 use crate::error::{Error, Result};
@@ -60,10 +60,10 @@ struct Series {
 }
 
 impl Sequence {
-    /// A new file, which takes its name with the first mesh.
-    pub fn create(path: &Path, options: &WriteOptions) -> Result<Self> {
+    /// A file, which takes its name with the first mesh unless it has it.
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
         Ok(Self {
-            file: Growing::create(path)?,
+            file: Growing::create(path, begin)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             notes: Vec::new(),
@@ -97,6 +97,14 @@ impl SequenceFile for Sequence {
 
     fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    fn n_bytes(&self) -> u64 {
+        self.file.n_bytes()
+    }
+
+    fn is_retracing(&self) -> bool {
+        self.file.is_retracing()
     }
 }
 

@@ -2,7 +2,7 @@
 //! reads what we write is checked in scripts/verify/vtkhdf.py.
 
 use super::*;
-use crate::formats::{Precision, SequenceFile, parse};
+use crate::formats::{Begin, Precision, SequenceFile, parse};
 use crate::mesh::{CellKind, DataArray, Group, Values};
 use std::path::Path;
 
@@ -242,7 +242,7 @@ fn moving(step: usize) -> Mesh {
 fn sequence(folder: &Path) -> (Box<dyn SequenceFile>, std::path::PathBuf) {
     let path = folder.join("moving.vtkhdf");
     let create = VtkHdf.sequence().expect("it has sequences");
-    let sequence = create(&path, &WriteOptions::default()).expect("it can be made");
+    let sequence = create(&path, &WriteOptions::default(), Begin::Anew).expect("it can be made");
     (sequence, path)
 }
 
@@ -275,10 +275,67 @@ fn a_sequence_is_whole_under_its_name_after_each_step() {
 }
 
 #[test]
+fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let append = |sequence: &mut Box<dyn SequenceFile>, steps: std::ops::Range<usize>| {
+        let append = |step| sequence.append(step as f64, &moving(step));
+        steps
+            .map(|step| append(step).expect("it is appended"))
+            .collect::<Vec<_>>()
+    };
+    let (mut whole, path) = sequence(folder.path());
+    let mut hashes = append(&mut whole, 0..1);
+    let first = std::fs::read(&path).expect("it is there");
+    hashes.extend(append(&mut whole, 1..3));
+    drop(whole);
+    let wanted = std::fs::read(&path).expect("it is there");
+    let create = VtkHdf.sequence().expect("it has sequences");
+    let retrace = || create(&path, &WriteOptions::default(), Begin::Retrace).expect("it opens");
+    let mut check = |content: &[u8], what: &str| {
+        std::fs::write(&path, content).expect("it can be written");
+        let mut sequence = retrace();
+        assert_eq!(append(&mut sequence, 0..3), hashes, "{what}");
+        assert!(
+            std::fs::read(&path).expect("it is there") == wanted,
+            "{what}"
+        );
+        sequence.is_retracing()
+    };
+    assert!(check(&wanted, "whole"));
+    for end in (first.len()..wanted.len()).step_by(97) {
+        // As a kill leaves it: the start is that of the first step.
+        let content = [&first[..48], &wanted[48..end]].concat();
+        assert!(!check(&content, &format!("{end} bytes")));
+    }
+    for at in (48..wanted.len()).step_by(131) {
+        let mut content = wanted.clone();
+        content[at] ^= 1;
+        assert!(!check(&content, &format!("damaged at {at}")));
+    }
+    std::fs::remove_file(&path).expect("it is there");
+    assert_eq!(append(&mut retrace(), 0..3), hashes, "from nothing");
+    // A file damaged in its second step keeps the first while it is written again.
+    let mut content = wanted.clone();
+    content[first.len() + 80] ^= 1;
+    std::fs::write(&path, content).expect("it can be written");
+    let mut sequence = retrace();
+    append(&mut sequence, 0..1);
+    let mut lacking = moving(1);
+    lacking.point_arrays.clear();
+    assert!(
+        sequence.append(1.0, &lacking).is_err(),
+        "arrays are missing"
+    );
+    drop(sequence);
+    let source = Source::open(&path).expect("it is there");
+    assert_same(&read(&source, Some(0)), &moving(0));
+}
+
+#[test]
 fn a_step_too_large_for_a_chunk_is_cut() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("cut.vtkhdf");
-    let sequence = sequence::Sequence::create(&path, &WriteOptions::default());
+    let sequence = sequence::Sequence::create(&path, &WriteOptions::default(), Begin::Anew);
     let mut sequence = sequence.expect("it can be made");
     // 14 nodes of 24 bytes: four chunks of four, the last one half filled.
     sequence.chunk_limit = 100;

@@ -1,6 +1,6 @@
 //! A blade that bends: translations and rotations of its sections over azimuth and span.
 
-use super::lifting::LiftingLine;
+use super::lifting::{LiftingLine, off_blade};
 use super::{BladeSurface, Clock};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, add, dot, scale, sub};
@@ -14,6 +14,8 @@ use std::path::Path;
 
 /// A blade may go on past the ends of its table by this part of its span before it is told of.
 const BEYOND: f64 = 0.05;
+/// Stations so many times as far out as the blade are told of.
+const FAR: f64 = 2.0;
 
 /// Six values at every station and azimuth, and the line that sections turn about.
 #[derive(Debug, Clone)]
@@ -61,7 +63,7 @@ impl Beam {
         clock.check(span.history(), body.azimuth_offset, motion.line)?;
         let notes = check_span(&span, path, body, surface.span())?;
         let line = match line {
-            Some(line) => LiftingLine::read(line)?,
+            Some(line) => LiftingLine::read(line, body, surface.span())?,
             None => LiftingLine::quarter_chord(surface, span.stations(), body, motion.line)?,
         };
         Ok(Self { span, line, notes })
@@ -142,7 +144,8 @@ fn read_span(motion: &BeamMotion, path: &Path) -> Result<SpanHistory> {
     SpanHistory::from_table(&table, key, station, &six, motion.interpolation)
 }
 
-/// Refuses a table that lies wholly off the blade; tells of a blade that goes on far past its table.
+/// Refuses a table that lies wholly off the blade; tells of a blade that goes on far past its table,
+/// and of stations far off the blade.
 fn check_span(
     table: &SpanHistory,
     path: &Path,
@@ -152,12 +155,9 @@ fn check_span(
     let stations = table.stations();
     let (first, last) = (stations[0], stations[stations.len() - 1]);
     if last < low || first > high {
-        let message = format!(
-            "the stations go from {first} to {last}, but body \"{}\" lies between {low} and {high} along its span; \
-             stations are lengths in mesh units from the hub",
-            body.name
-        );
-        return Err(Error::input(message).file(path));
+        let nearest = if last < low { stations.len() - 1 } else { 0 };
+        let message = off_blade([first, last], body, [low, high]);
+        return Err(Error::input(message).line(table.line(nearest)).file(path));
     }
     let mut notes = Vec::new();
     for (beyond, from, to) in [(first - low, low, first), (high - last, last, high)] {
@@ -170,7 +170,25 @@ fn check_span(
             ));
         }
     }
+    let reach = FAR * low.abs().max(high.abs());
+    if let Some(at) = stations.iter().position(|station| station.abs() > reach) {
+        notes.push(format!(
+            "{}:{}: station {} lies far off body \"{}\", which goes from {low} to {high} along its span; stations are \
+             lengths in mesh units from the hub",
+            path.display(),
+            table.line(at),
+            stations[at],
+            body.name
+        ));
+    }
     Ok(notes)
+}
+
+/// Two components turned from the first to the second.
+#[inline]
+fn turned(a: f64, b: f64, angle: f64) -> (f64, f64) {
+    let (sin, cos) = angle.sin_cos();
+    (cos * a - sin * b, sin * a + cos * b)
 }
 
 impl Sections<'_> {
@@ -197,6 +215,29 @@ impl Sections<'_> {
             ..turn
         };
         section.then(&self.after)
+    }
+
+    /// The image of `at` under the [`map`](Self::map) of the section that `x` is in, without the map
+    /// itself: this is done for every surface node and step.
+    #[inline]
+    pub fn place(&self, x: Vector, at: Vector) -> Vector {
+        let station = self.station(x);
+        let [dx, dy, dz, rx, ry, rz] = self.values.values(station).map(|v| self.part * v);
+        let pitch = self
+            .turns
+            .map_or(0.0, |[pitch, ..]| self.part * pitch.angle);
+        let RotorAxes { e_x, e_y, e_z, .. } = self.blade;
+        let arm = sub(at, self.reference(station));
+        let [x, y, z] = [e_x, e_y, e_z].map(|axis| dot(axis, arm));
+        let [along, forward, up] = [x, y, z];
+        let (y, z) = turned(y, z, rx + pitch);
+        let (z, x) = turned(z, x, ry);
+        let (x, y) = turned(x, y, rz);
+        // As a displacement, so that what does not move stays to the last bit.
+        let by = [x - along + dx, y - forward + dy, z - up + dz];
+        let moved: Vector =
+            std::array::from_fn(|i| at[i] + (e_x[i] * by[0] + e_y[i] * by[1] + e_z[i] * by[2]));
+        self.after.apply(moved)
     }
 
     /// The whole map with its velocity.

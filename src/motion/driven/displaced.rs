@@ -2,7 +2,7 @@
 //! or SU2's surface positions.
 
 use super::Clock;
-use super::nodes::{At, BodyNodes, Filled, Finder};
+use super::nodes::{At, BodyNodes, Filled, Finder, check_plane};
 use super::shapes::{NamedVectors, arrays_of, place_columns, unused};
 use crate::error::{Error, Result};
 use crate::formats::Source;
@@ -15,6 +15,9 @@ use std::path::Path;
 /// Part of the unit of a key, or of its value where that is larger, by which a set may be off its step.
 const SAME: f64 = 1e-6;
 
+/// What these files have.
+const WHAT: &str = "displacements";
+
 /// A set of displacements for every step, or one for all.
 #[derive(Debug, Clone)]
 pub(in crate::motion) struct SurfaceSets {
@@ -24,6 +27,8 @@ pub(in crate::motion) struct SurfaceSets {
     places: Vec<f64>,
     /// Displacements of the body's nodes.
     sets: Vec<Vec<Vector>>,
+    /// The last line of each set, in a table.
+    lines: Vec<u64>,
     /// What the user should know, as sentences.
     pub notes: Vec<String>,
 }
@@ -48,18 +53,10 @@ impl SurfaceSets {
         let sets = match kind.as_ref().and_then(|kind| kind.to_str()) {
             Some("csv" | "tsv") | None => Self::of_table(motion, path, body, nodes, in_plane)?,
             Some("dat" | "txt") => Self::of_positions(motion, path, body, nodes, in_plane)?,
-            Some(_) => Self::of_mesh(motion, path, body, nodes)?,
+            Some(_) => Self::of_mesh(motion, path, body, nodes, in_plane)?,
         };
-        if in_plane && sets.sets.iter().flatten().any(|d| d[2] != 0.0) {
-            let message = format!(
-                "body \"{}\" would leave the plane of the 2D mesh; displacements along z must be 0",
-                body.name
-            );
-            return Err(Error::input(message).file(path));
-        }
         for step in clock.steps {
-            sets.find(step, body.azimuth_offset)
-                .map_err(|error| error.file(path).line(motion.line))?;
+            sets.check(step, body.azimuth_offset, (path, motion.line))?;
         }
         Ok(sets)
     }
@@ -99,13 +96,17 @@ impl SurfaceSets {
         filled.resize_with(places.len(), || Filled::new(nodes.nodes.len()));
         let mut finder = Finder::new(nodes, motion.matching.tolerance);
         let mut others = 0;
+        let mut lines = vec![0; places.len()];
         for row in 0..table.n_rows() {
-            let found = finder.find(place.at(&table, row)?);
-            let found = found.map_err(|message| table.error(row, message))?;
+            let at_row = |message| table.error(row, message);
+            let found = finder.find(place.at(&table, row)?).map_err(at_row)?;
             others += usize::from(found.is_empty());
             let set = places.partition_point(|place| *place < at(row));
+            filled[set].saw(row);
+            lines[set] = table.line(row);
             for node in found {
                 let value = values.displacement(&table, row, nodes.places[node]);
+                check_plane(value, in_plane, WHAT, body).map_err(at_row)?;
                 filled[set].set(node, value, row).map_err(|before| {
                     let message = format!(
                         "node {} is given twice, first in line {}; keep one of the rows",
@@ -119,12 +120,14 @@ impl SurfaceSets {
         let key = key.map(|(key, _)| key);
         let sets = filled.into_iter().zip(&places).map(|(filled, place)| {
             let what = key.map_or(String::new(), |key| format!(" at {}", key.place(*place)));
-            filled.finish(nodes, motion.matching, body, (path, &what))
+            let at_row = |row, message| table.error_at(row, message);
+            filled.finish(nodes, motion.matching, body, &what, &at_row)
         });
         Ok(Self {
             sets: sets.collect::<Result<_>>()?,
             key,
             places,
+            lines,
             notes: unused(others, path, body),
         })
     }
@@ -141,8 +144,12 @@ impl SurfaceSets {
         let mut filled = Filled::new(nodes.nodes.len());
         let mut finder = Finder::new(nodes, motion.matching.tolerance);
         let mut others = 0;
+        let at_line = |line: Option<usize>, message: String| {
+            let line = line.map_or(1, |line| line as u64 + 1);
+            Error::input(message).line(line).file(path)
+        };
         for (line, text) in source.bytes().split(|b| *b == b'\n').enumerate() {
-            let wrong = |message: String| Error::input(message).line(line as u64 + 1).file(path);
+            let wrong = |message: String| at_line(Some(line), message);
             let text = String::from_utf8_lossy(text);
             let words: Vec<&str> = text.split_whitespace().collect();
             if words
@@ -166,13 +173,15 @@ impl SurfaceSets {
                     )));
                 }
             };
-            let found = finder.find(At::Node(node)).map_err(&wrong)?;
+            let found = finder.find(At::Node(node)).map_err(wrong)?;
             others += usize::from(found.is_empty());
+            filled.saw(line);
             for at in found {
                 let mut value = sub(place, nodes.places[at]);
                 if words.len() == 3 {
                     value[2] = 0.0;
                 }
+                check_plane(value, in_plane, WHAT, body).map_err(wrong)?;
                 filled.set(at, value, line).map_err(|before| {
                     wrong(format!(
                         "node {node} is given twice, first in line {}",
@@ -181,7 +190,7 @@ impl SurfaceSets {
                 })?;
             }
         }
-        let set = filled.finish(nodes, motion.matching, body, (path, ""))?;
+        let set = filled.finish(nodes, motion.matching, body, "", &at_line)?;
         Ok(Self::one(set, unused(others, path, body)))
     }
 
@@ -191,6 +200,7 @@ impl SurfaceSets {
         path: &Path,
         body: &Body,
         nodes: &BodyNodes,
+        in_plane: bool,
     ) -> Result<Self> {
         let (points, arrays) = arrays_of(path)?;
         let named = |array: &&NamedVectors| {
@@ -201,7 +211,7 @@ impl SurfaceSets {
             [one] => Some(one),
             _ => arrays.iter().find(named),
         };
-        let Some((_, values)) = found else {
+        let Some((name, values)) = found else {
             let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
             let message = format!(
                 "the mesh has no point array `Displacement` of 3 components; its vectors are: {}",
@@ -215,17 +225,20 @@ impl SurfaceSets {
         for (row, (place, value)) in points.iter().zip(values).enumerate() {
             let found = finder.find(At::Place(*place)).unwrap_or_default();
             others += usize::from(found.is_empty());
+            let wrong = |message: String| Error::input(message).dataset(name).file(path);
             for at in found {
+                check_plane(*value, in_plane, WHAT, body).map_err(wrong)?;
                 filled.set(at, *value, row).map_err(|before| {
                     let message = format!(
                         "points {before} and {row} are both at node {} and have different displacements",
                         nodes.nodes[at]
                     );
-                    Error::input(message).file(path)
+                    wrong(message)
                 })?;
             }
         }
-        let set = filled.finish(nodes, motion.matching, body, (path, ""))?;
+        let whole = |_, message| Error::input(message).dataset(name).file(path);
+        let set = filled.finish(nodes, motion.matching, body, "", &whole)?;
         Ok(Self::one(set, unused(others, path, body)))
     }
 
@@ -234,18 +247,15 @@ impl SurfaceSets {
             key: None,
             places: vec![0.0],
             sets: vec![set],
+            lines: Vec::new(),
             notes,
         }
     }
 
     /// The set of a step.
-    fn find(&self, step: &Step, offset: f64) -> Result<usize> {
-        let Some(key) = self.key else { return Ok(0) };
-        let Some(at) = Clock::place(key, step, offset) else {
-            return Err(Error::input(
-                "the sets are over `time_s`, but the steps have no time; give the schedule [time], or `rpm` in [rotor]",
-            ));
-        };
+    fn find(&self, step: &Step, offset: f64) -> Option<usize> {
+        let Some(key) = self.key else { return Some(0) };
+        let at = Clock::place(key, step, offset)?;
         let same = |place: f64| (place - at).abs() <= SAME * at.abs().max(1.0);
         let same_turn = |place: f64| {
             let turn = key.revolution().unwrap_or(f64::INFINITY);
@@ -253,16 +263,30 @@ impl SurfaceSets {
             turn.is_finite() && off.min(turn - off) <= SAME * at.abs().max(1.0)
         };
         let found = self.places.iter().position(|place| same(*place));
-        let found = found.or_else(|| self.places.iter().position(|place| same_turn(*place)));
-        found.ok_or_else(|| {
-            Error::input(format!(
-                "there are no rows for {} (step {}); every step needs a set of its own, and they go from {} to {}",
-                key.place(at),
-                step.index,
-                key.place(self.places[0]),
-                key.place(self.places[self.places.len() - 1])
-            ))
-        })
+        found.or_else(|| self.places.iter().position(|place| same_turn(*place)))
+    }
+
+    /// Refuses a step without a set; `line` is that of the motion in the schedule. Where rows are
+    /// missing, the error is at the last row before them.
+    fn check(&self, step: &Step, offset: f64, (path, line): (&Path, u64)) -> Result<()> {
+        let (Some(key), None) = (self.key, self.find(step, offset)) else {
+            return Ok(());
+        };
+        let Some(at) = Clock::place(key, step, offset) else {
+            let message = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
+                           `rpm` in [rotor]";
+            return Err(Error::input(message).line(line));
+        };
+        let before = self.places.partition_point(|place| *place < at);
+        let message = format!(
+            "there are no rows for {} (step {}); every step needs a set of its own, and they go from {} to {}",
+            key.place(at),
+            step.index,
+            key.place(self.places[0]),
+            key.place(self.places[self.places.len() - 1])
+        );
+        let line = self.lines[before.saturating_sub(1)];
+        Err(Error::input(message).line(line).file(path))
     }
 
     /// The displacements of a step.

@@ -40,8 +40,8 @@ pub(in crate::motion) struct LiftingLine {
 }
 
 impl LiftingLine {
-    /// Reads `station, x, y, z`.
-    pub fn read(path: &Path) -> Result<Self> {
+    /// Reads `station, x, y, z`; the blade goes from `span[0]` to `span[1]`.
+    pub fn read(path: &Path, body: &Body, span: [f64; 2]) -> Result<Self> {
         let table = Table::read(path)?;
         let mut columns = table.columns();
         let station = columns.require("station")?;
@@ -60,6 +60,15 @@ impl LiftingLine {
                 table.line(row - 1)
             );
             return Err(table.error(row, message));
+        }
+        let ends @ [first, last] = [stations[0], stations[stations.len() - 1]];
+        if last < span[0] || first > span[1] {
+            let nearest = if last < span[0] {
+                stations.len() - 1
+            } else {
+                0
+            };
+            return Err(table.error(nearest, off_blade(ends, body, span)));
         }
         let points = rows.map(|row| axes.map(|axis| table.value(row, axis)));
         Ok(Self {
@@ -124,6 +133,15 @@ impl LiftingLine {
         let part = (station - r[0]) / (r[1] - r[0]);
         std::array::from_fn(|i| p[0][i] + part * (p[1][i] - p[0][i]))
     }
+}
+
+/// What is said of stations that all lie off the blade.
+pub(super) fn off_blade([first, last]: [f64; 2], body: &Body, [low, high]: [f64; 2]) -> String {
+    format!(
+        "the stations go from {first} to {last}, but body \"{}\" lies between {low} and {high} along its span; \
+         stations are lengths in mesh units from the hub",
+        body.name
+    )
 }
 
 impl BladeSurface<'_> {

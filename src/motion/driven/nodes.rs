@@ -4,7 +4,6 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, distance};
 use crate::motion::body::{Body, Matching};
 use std::collections::HashMap;
-use std::path::Path;
 
 /// Nodes that are named in a message.
 const LISTED: usize = 5;
@@ -103,14 +102,25 @@ pub(super) struct Filled {
     values: Vec<Vector>,
     /// The row that gave it, from 1; 0 where none has.
     rows: Vec<u32>,
+    /// The last row that belongs here, of this body or not.
+    last: Option<usize>,
 }
+
+/// The error at a row of a file, or of the file as a whole where there is none.
+pub(super) type AtRow<'a> = &'a dyn Fn(Option<usize>, String) -> Error;
 
 impl Filled {
     pub fn new(n: usize) -> Self {
         Self {
             values: vec![[0.0; 3]; n],
             rows: vec![0; n],
+            last: None,
         }
+    }
+
+    /// Notes that a row belongs here, whether its node is the body's or not.
+    pub fn saw(&mut self, row: usize) {
+        self.last = self.last.max(Some(row));
     }
 
     /// Gives a node its vector; the row that has given it another one before is an error.
@@ -132,7 +142,8 @@ impl Filled {
         nodes: &BodyNodes,
         matching: Matching,
         body: &Body,
-        (path, what): (&Path, &str),
+        what: &str,
+        at_row: AtRow<'_>,
     ) -> Result<Vec<Vector>> {
         let rows = self.rows.iter().enumerate();
         let missing: Vec<u32> = rows
@@ -145,7 +156,7 @@ impl Filled {
                  match_tolerance = {:e}",
                 body.name, matching.tolerance
             );
-            return Err(Error::input(message).file(path));
+            return Err(at_row(self.last, message));
         }
         if missing.is_empty() || matching.missing_fixed {
             return Ok(self.values);
@@ -159,6 +170,22 @@ impl Filled {
             body.name,
             listed.join(", ")
         );
-        Err(Error::input(message).file(path))
+        Err(at_row(self.last, message))
     }
+}
+
+/// Refuses a vector out of the plane of a 2D mesh; `what` is what the file has, in the plural.
+pub(super) fn check_plane(
+    value: Vector,
+    in_plane: bool,
+    what: &str,
+    body: &Body,
+) -> std::result::Result<(), String> {
+    if !in_plane || value[2] == 0.0 {
+        return Ok(());
+    }
+    Err(format!(
+        "body \"{}\" would leave the plane of the 2D mesh; {what} along z must be 0",
+        body.name
+    ))
 }

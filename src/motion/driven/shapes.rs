@@ -2,7 +2,7 @@
 //! in common.
 
 use super::Clock;
-use super::nodes::{At, BodyNodes, Filled, Finder};
+use super::nodes::{At, BodyNodes, Filled, Finder, check_plane};
 use crate::error::{Error, Result};
 use crate::formats::{self, ReadOptions, Source};
 use crate::geometry::vector::{Vector, add, scale};
@@ -12,6 +12,9 @@ use crate::motion::body::{Body, ModesMotion};
 use crate::motion::steps::Step;
 use crate::motion::table::{Column, Columns, History, Table};
 use std::path::Path;
+
+/// What these files have.
+const WHAT: &str = "shapes";
 
 /// Shapes, and coordinates over azimuth, time or step.
 #[derive(Debug, Clone)]
@@ -38,24 +41,13 @@ impl ModeShapes {
         let is_table = shapes
             .extension()
             .is_none_or(|kind| kind == "csv" || kind == "tsv");
-        let (filled, others) = match is_table {
-            true => of_table(motion, shapes, nodes, n_modes, in_plane)?,
-            false => of_mesh(motion, shapes, nodes, n_modes)?,
+        let place = (nodes, body, in_plane);
+        let (shapes_found, others) = match is_table {
+            true => of_table(motion, shapes, place, n_modes)?,
+            false => of_mesh(motion, shapes, place, n_modes)?,
         };
-        let found = filled.into_iter().enumerate().map(|(mode, filled)| {
-            let what = format!(" of mode {}", mode + 1);
-            filled.finish(nodes, motion.matching, body, (shapes, &what))
-        });
-        let found = found.collect::<Result<Vec<_>>>()?;
-        if in_plane && found.iter().flatten().any(|d| d[2] != 0.0) {
-            let message = format!(
-                "body \"{}\" would leave the plane of the 2D mesh; shapes along z must be 0",
-                body.name
-            );
-            return Err(Error::input(message).file(shapes));
-        }
         Ok(Self {
-            shapes: found,
+            shapes: shapes_found,
             coordinates,
             notes: unused(others, shapes, body),
         })
@@ -97,14 +89,16 @@ fn read_coordinates(motion: &ModesMotion, path: &Path) -> Result<History> {
     History::from_table(&table, key, &coordinates, motion.interpolation)
 }
 
-/// Rows `node, mode, dx, dy, dz`, modes counted from 1.
+/// The nodes of a body, and whether it is in the plane.
+type Place<'a> = (&'a BodyNodes, &'a Body, bool);
+
+/// Rows `node, mode, dx, dy, dz`, modes counted from 1; and how many are for nodes of others.
 fn of_table(
     motion: &ModesMotion,
     path: &Path,
-    nodes: &BodyNodes,
+    (nodes, body, in_plane): Place<'_>,
     n_modes: usize,
-    in_plane: bool,
-) -> Result<(Vec<Filled>, usize)> {
+) -> Result<(Vec<Vec<Vector>>, usize)> {
     let table = Table::read(path)?;
     let mut columns = table.columns();
     let place = place_columns(&mut columns, in_plane)?;
@@ -122,39 +116,44 @@ fn of_table(
     let mut finder = Finder::new(nodes, motion.matching.tolerance);
     let mut others = 0;
     for row in 0..table.n_rows() {
+        let at_row = |message| table.error(row, message);
         let number = table.whole(row, mode)?;
         let mode = usize::try_from(number).unwrap_or(usize::MAX);
         if !(1..=n_modes).contains(&mode) {
-            let message = format!(
+            return Err(at_row(format!(
                 "column `mode` holds {number}; the table of coordinates has q1 to q{n_modes}, so it must be from 1 to {n_modes}"
-            );
-            return Err(table.error(row, message));
+            )));
         }
-        let found = finder.find(place.at(&table, row)?);
-        let found = found.map_err(|message| table.error(row, message))?;
+        let found = finder.find(place.at(&table, row)?).map_err(at_row)?;
         others += usize::from(found.is_empty());
         let value = axes.map(|axis| axis.map_or(0.0, |axis| table.value(row, axis)));
+        filled[mode - 1].saw(row);
         for node in found {
+            check_plane(value, in_plane, WHAT, body).map_err(at_row)?;
             filled[mode - 1].set(node, value, row).map_err(|before| {
-                let message = format!(
+                at_row(format!(
                     "node {} of mode {mode} is given twice, first in line {}; keep one of the rows",
                     nodes.nodes[node],
                     table.line(before)
-                );
-                table.error(row, message)
+                ))
             })?;
         }
     }
-    Ok((filled, others))
+    let at_row = |row, message| table.error_at(row, message);
+    let shapes = (1..).zip(filled).map(|(mode, filled)| {
+        let what = format!(" of mode {mode}");
+        filled.finish(nodes, motion.matching, body, &what, &at_row)
+    });
+    Ok((shapes.collect::<Result<_>>()?, others))
 }
 
 /// Point arrays of a mesh whose names end in the number of the mode.
 fn of_mesh(
     motion: &ModesMotion,
     path: &Path,
-    nodes: &BodyNodes,
+    (nodes, body, in_plane): Place<'_>,
     n_modes: usize,
-) -> Result<(Vec<Filled>, usize)> {
+) -> Result<(Vec<Vec<Vector>>, usize)> {
     let (points, arrays) = arrays_of(path)?;
     let number = |name: &str| {
         let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
@@ -169,7 +168,7 @@ fn of_mesh(
     let mut all = Vec::new();
     for mode in 1..=n_modes {
         let mut of_mode = arrays.iter().filter(|(name, _)| number(name) == Some(mode));
-        let (Some((_, values)), None) = (of_mode.next(), of_mode.next()) else {
+        let (Some((name, values)), None) = (of_mode.next(), of_mode.next()) else {
             let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
             let message = format!(
                 "mode {mode} needs one point array of 3 components whose name ends in {mode}, as in mode{mode}; found: {}",
@@ -177,19 +176,22 @@ fn of_mesh(
             );
             return Err(Error::input(message).file(path));
         };
+        let wrong = |message: String| Error::input(message).dataset(name).file(path);
         let mut filled = Filled::new(nodes.nodes.len());
         for (row, (found, value)) in at.iter().zip(values).enumerate() {
             for &node in found {
+                check_plane(*value, in_plane, WHAT, body).map_err(wrong)?;
                 filled.set(node, *value, row).map_err(|before| {
-                    let message = format!(
+                    wrong(format!(
                         "points {before} and {row} are both at node {} and differ in mode {mode}",
                         nodes.nodes[node]
-                    );
-                    Error::input(message).file(path)
+                    ))
                 })?;
             }
         }
-        all.push(filled);
+        let what = format!(" of mode {mode}");
+        let at_row = |_, message| wrong(message);
+        all.push(filled.finish(nodes, motion.matching, body, &what, &at_row)?);
     }
     Ok((all, others))
 }

@@ -33,6 +33,8 @@ pub enum Interpolation {
 #[derive(Debug, Clone)]
 pub struct History {
     path: PathBuf,
+    /// Lines of the rows at the first and the last knot, where they are known.
+    lines: Option<[u64; 2]>,
     key: Key,
     knots: Vec<f64>,
     /// (knots, n), by rows.
@@ -73,6 +75,7 @@ impl History {
         assert!(knots.windows(2).all(|pair| pair[0] < pair[1]));
         let mut history = Self {
             path: path.to_path_buf(),
+            lines: None,
             key,
             knots,
             values,
@@ -122,7 +125,15 @@ impl History {
         }
         let values = rows.flat_map(|row| columns.iter().map(move |c| table.value(row, *c)));
         let values = values.collect();
-        Ok(Self::new(table.path(), key, knots, values, interpolation))
+        let lines = [0, table.n_rows() - 1].map(|row| table.line(row));
+        Ok(Self::new(table.path(), key, knots, values, interpolation).with_lines(lines))
+    }
+
+    /// The same with the lines of its first and last knot, for errors.
+    #[must_use]
+    pub fn with_lines(mut self, lines: [u64; 2]) -> Self {
+        self.lines = Some(lines);
+        self
     }
 
     /// Finds out whether the table repeats itself; a last row that repeats the first goes.
@@ -239,13 +250,18 @@ impl History {
 
     fn outside(&self, at: f64) -> Error {
         let (first, last) = self.range();
+        let end = usize::from(at > last);
         let (first, last) = (self.key.place(first), self.key.place(last));
         let at = self.key.place(at);
         let open = self.open.iter().map(|open| format!("; {open}"));
         let open: String = open.collect();
         let message =
             format!("the motion is asked for at {at}; the table goes from {first} to {last}{open}");
-        Error::input(message).file(&self.path)
+        let error = Error::input(message).file(&self.path);
+        match self.lines {
+            Some(lines) => error.line(lines[end]),
+            None => error,
+        }
     }
 
     /// Values of some components at a place, into `out`.

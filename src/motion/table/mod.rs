@@ -92,6 +92,14 @@ impl Table {
         Error::input(message).line(self.line(row)).file(&self.path)
     }
 
+    /// An error at a row, or at the names of the columns where there is none.
+    pub fn error_at(&self, row: Option<usize>, message: impl Into<String>) -> Error {
+        match row {
+            Some(row) => self.error(row, message),
+            None => self.header_error(message),
+        }
+    }
+
     /// An error at the names of the columns.
     pub fn header_error(&self, message: impl Into<String>) -> Error {
         Error::input(message).line(self.header).file(&self.path)

@@ -12,6 +12,8 @@ const MOST: usize = 1 << 26;
 #[derive(Debug, Clone)]
 pub struct SpanHistory {
     stations: Vec<f64>,
+    /// The first line that has each of them.
+    lines: Vec<u64>,
     /// Values in a row of the table.
     n_values: usize,
     /// Each row holds all stations.
@@ -46,9 +48,13 @@ impl SpanHistory {
             columns,
         };
         let (order, groups) = rows.groups()?;
-        let mut stations: Vec<f64> = order.iter().map(|&row| rows.station(row)).collect();
-        stations.sort_by(f64::total_cmp);
-        stations.dedup();
+        let placed = order
+            .iter()
+            .map(|&row| (rows.station(row), table.line(row)));
+        let mut placed: Vec<(f64, u64)> = placed.collect();
+        placed.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        placed.dedup_by_key(|(station, _)| *station);
+        let (stations, lines): (Vec<f64>, Vec<u64>) = placed.into_iter().unzip();
         if groups.iter().any(|group| group.len() < stations.len()) {
             rows.check_complete(&order, &groups)?;
         }
@@ -67,8 +73,11 @@ impl SpanHistory {
         }
         let knots = groups.iter().map(|group| rows.key(order[group.start]));
         let history = History::new(table.path(), name, knots.collect(), values, interpolation);
+        let ends = [&groups[0], &groups[groups.len() - 1]];
+        let history = history.with_lines(ends.map(|group| table.line(order[group.start])));
         Ok(Self {
             stations,
+            lines,
             n_values: n,
             history,
         })
@@ -77,6 +86,11 @@ impl SpanHistory {
     /// All stations of all azimuths, increasing.
     pub fn stations(&self) -> &[f64] {
         &self.stations
+    }
+
+    /// The first line of the table that has a station, by its place among all.
+    pub fn line(&self, station: usize) -> u64 {
+        self.lines[station]
     }
 
     /// What is interpolated over azimuth: the values of all stations in one row.

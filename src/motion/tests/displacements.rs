@@ -82,7 +82,7 @@ fn every_step_has_a_set_of_its_own() {
         assert_near(place(&motion, step, 0), x);
     }
     let none = surface(true, "azimuth.values = [0, 15]", SURFACE, file).expect_err("15 is missing");
-    assert!(none.to_string().ends_with("s.csv:6: there are no rows for azimuth 15 deg (step 1); every step needs a set of its own, and they go from azimuth 0 deg to azimuth 30 deg"), "{none}");
+    assert!(none.to_string().ends_with("s.csv:3: there are no rows for azimuth 15 deg (step 1); every step needs a set of its own, and they go from azimuth 0 deg to azimuth 30 deg"), "{none}");
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn nodes_that_are_missing_are_an_error_or_stay() {
     let one = "node,dx,dy,dz\n1,0.1,0,0\n";
     assert_eq!(
         told(false, SURFACE, one),
-        "s.csv: 3 of the 4 nodes of body \"blade\" are missing: 0, 2, 3; add them, or set missing = \"fixed\""
+        "s.csv:2: 3 of the 4 nodes of body \"blade\" are missing: 0, 2, 3; add them, or set missing = \"fixed\""
     );
     let fixed = "surface = { file = \"s.csv\", missing = \"fixed\" }";
     let motion = surface(false, "azimuth.values = [0]", fixed, one).expect("it is good");
@@ -134,12 +134,12 @@ fn wrong_surface_files_are_told_their_line() {
         (
             true,
             "node,dx,dy,dz\n0,0,0,1\n1,0,0,0\n",
-            "s.csv: body \"blade\" would leave the plane of the 2D mesh; displacements along z must be 0",
+            "s.csv:2: body \"blade\" would leave the plane of the 2D mesh; displacements along z must be 0",
         ),
         (
             false,
             "x,y,z,dx,dy,dz\n0,0,1e-3,0,0,0\n",
-            "s.csv: no node of body \"blade\" is in the file; its nodes are counted from 0, and places must agree to match_tolerance = 1e-9",
+            "s.csv:2: no node of body \"blade\" is in the file; its nodes are counted from 0, and places must agree to match_tolerance = 1e-9",
         ),
     ] {
         assert_eq!(told(plane, SURFACE, file), expected);

@@ -191,7 +191,7 @@ fn a_wrong_table_is_told_its_line() {
         assert_eq!(told(plane, body, table), expected);
     }
     let short = told(false, TABLE, "azimuth_deg,dx\n0,1\n10,2\n");
-    assert!(short.starts_with("m.csv: the motion is asked for at azimuth 30 deg; the table goes from azimuth 0 deg to azimuth 10 deg"), "{short}");
+    assert!(short.starts_with("m.csv:3: the motion is asked for at azimuth 30 deg; the table goes from azimuth 0 deg to azimuth 10 deg"), "{short}");
     let typo = told(false, TABLE, "azimuth_deg,rot_z\n0,1\n");
     assert!(
         typo.starts_with("m.csv:1: column `rot_z` is not known here; did you mean `rot_z_"),
@@ -273,7 +273,7 @@ fn a_wrong_beam_table_is_told_its_line() {
     );
     assert_eq!(
         told(format!("{BEAM}5,0,0,0,0,0,0\n6,0,0,0,0,0,0\n")),
-        "m.csv: the stations go from 5 to 6, but body \"blade\" lies between 0 and 1 along its span; stations are lengths in mesh units from the hub"
+        "m.csv:2: the stations go from 5 to 6, but body \"blade\" lies between 0 and 1 along its span; stations are lengths in mesh units from the hub"
     );
     let axis = "cyclic = { collective = 1, pitch_axis = [0.1, 0] }\nbeam = { table = \"m.csv\" }";
     assert_eq!(
@@ -414,8 +414,11 @@ proptest! {
         let motion = case.motion();
         let step: &Step = &motion.steps[0];
         for x in points {
-            let found = motion.pose(0, step).apply(x);
-            prop_assert!(distance(found, case.expected(x)) < 2e-14, "{found:?} {:?}", case.expected(x));
+            let pose = motion.pose(0, step);
+            let expected = case.expected(x);
+            for found in [pose.apply(x), pose.map(x).apply(x)] {
+                prop_assert!(distance(found, expected) < 2e-14, "{found:?} {expected:?}");
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ mod refusals;
 mod schedule;
 mod surface;
 mod twist;
+mod wrong_files;
 
 use super::Schedule;
 use crate::error::Result;

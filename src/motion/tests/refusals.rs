@@ -56,8 +56,8 @@ fn features_of_later_versions_are_refused_in_one_sentence() {
         (
             "output",
             17,
-            "on_inverted = \"substeps\"",
-            "`on_inverted` = \"substeps\" is not available in this version; available: warn, stop",
+            "on_inverted = \"repair\"",
+            "unknown on_inverted \"repair\"; known: warn, stop, substeps",
         ),
     ] {
         assert_eq!(

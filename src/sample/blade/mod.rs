@@ -2,10 +2,12 @@
 //!
 //! The blade's sections are NACA 0012 (rounded trailing edge), its root and tip are rounded. Every
 //! node of its surface grid has a ray of nodes out to a grid of the same kind on the cylinder.
-//! Tags `blade` and `outer`.
+//! Tags `blade` and `outer`. A rotor of several blades has a sector for each in place of the cylinder.
 
 pub mod geometry;
 mod schedule;
+mod sector;
+mod several;
 mod shape;
 mod tube;
 
@@ -92,6 +94,15 @@ pub fn rotor(options: &BladeOptions) -> Result<Sample> {
             ..Mesh::default()
         },
         schedule: schedule::rotor(&geometry),
+    })
+}
+
+/// The mesh and the schedule of a rotor with 2 to 8 blades around a hub, without a background.
+pub fn rotor_of(options: &BladeOptions, n_blades: usize) -> Result<Sample> {
+    let geometry = options.shape.resolve()?;
+    Ok(Sample {
+        mesh: several::mesh(options, n_blades)?,
+        schedule: schedule::rotor_of(&geometry, n_blades),
     })
 }
 

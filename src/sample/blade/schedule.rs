@@ -1,10 +1,24 @@
 //! Motion schedules of the blade samples.
 
 use super::geometry::Geometry;
+use std::fmt::Write;
+
+/// Pitch and flap of the M427 rotor in forward flight, as keys of `cyclic`.
+const CYCLIC: [&str; 4] = [
+    "collective = 10.04",
+    "pitch = [ { sin = -7.65, cos = -0.96 } ]",
+    "coning = 2.619",
+    "flap = [ { sin = 3.211, cos = -0.421 } ]",
+];
 
 /// A blade in its rotating frame through one revolution of forward flight.
 pub(super) fn blade(geometry: &Geometry) -> String {
-    text(geometry, "rotating", "[boundaries]\nfixed = [\"outer\"]\n")
+    text(
+        geometry,
+        "rotating",
+        &one_blade(),
+        "[boundaries]\nfixed = [\"outer\"]\n",
+    )
 }
 
 /// The zone `rotor` carried round with the azimuth.
@@ -12,10 +26,37 @@ pub(super) fn rotor(geometry: &Geometry) -> String {
     let boundaries = "[boundaries]\n\
         zones = [\"rotor\"]  # only this zone deforms and turns\n\
         fixed = [\"farfield\"]\n";
-    text(geometry, "inertial", boundaries)
+    text(geometry, "inertial", &one_blade(), boundaries)
 }
 
-fn text(geometry: &Geometry, frame: &str, boundaries: &str) -> String {
+/// Several blades, each with its own azimuth, carried round with the mesh.
+pub(super) fn rotor_of(geometry: &Geometry, n_blades: usize) -> String {
+    let mut bodies = String::new();
+    for blade in 0..n_blades {
+        // Writing to a string cannot fail.
+        let _ = write!(
+            bodies,
+            "[[body]]\nname = \"blade_{0}\"\ntags = [\"blade_{0}\"]\nazimuth_offset = {1:?}\ncyclic = {{ {2} }}\n\n",
+            blade + 1,
+            round(360.0 * blade as f64 / n_blades as f64),
+            CYCLIC.join(", ")
+        );
+    }
+    text(
+        geometry,
+        "inertial",
+        &bodies,
+        "[boundaries]\nfixed = [\"hub\", \"outer\"]\n",
+    )
+}
+
+/// The body of a mesh with one blade.
+fn one_blade() -> String {
+    let cyclic = CYCLIC.join("\n");
+    format!("[[body]]\nname = \"blade\"\ntags = [\"blade\"]\n\n[body.cyclic]\n{cyclic}\n\n")
+}
+
+fn text(geometry: &Geometry, frame: &str, bodies: &str, boundaries: &str) -> String {
     let note = match frame {
         "inertial" => "the mesh is carried round with the azimuth",
         _ => "the mesh pitches and flaps, but is not carried round",
@@ -37,17 +78,7 @@ span_axis = [1.0, 0.0, 0.0]
 shaft_axis = [0.0, 0.0, 1.0]
 frame = "{frame}"  # {note}
 
-[[body]]
-name = "blade"
-tags = ["blade"]
-
-[body.cyclic]
-collective = 10.04
-pitch = [ {{ sin = -7.65, cos = -0.96 }} ]
-coning = 2.619
-flap = [ {{ sin = 3.211, cos = -0.421 }} ]
-
-{boundaries}
+{bodies}{boundaries}
 [rbf]
 kernel = "wendland-c2"
 support_radius = {radius:?}  # the blade's radius

@@ -11,6 +11,7 @@
 //! 135 degrees.
 
 use super::geometry::Geometry;
+use super::sector::Sector;
 use super::tube::{End, Place, Tube};
 use crate::geometry::vector::{Vector, unit};
 use crate::sample::airfoil::{Half, NOSE_RADIUS, Section};
@@ -39,13 +40,13 @@ pub struct Shape<'a> {
     stations: Vec<f64>,
 }
 
-/// A node of the blade, the normal there and the node of the cylinder opposite to it.
+/// A node of the blade, the normal there and the node opposite to it.
 pub struct Pair {
     /// On the blade.
     pub wall: Vector,
     /// Outward unit normal of the blade.
     pub normal: Vector,
-    /// On the cylinder.
+    /// On the cylinder, or on the boundary of the sector.
     pub outer: Vector,
 }
 
@@ -97,14 +98,30 @@ impl<'a> Shape<'a> {
         }
     }
 
+    /// Blade, normal and boundary of its sector at a node of the tube.
+    pub fn pair_in(&self, sector: &Sector, node: usize) -> Pair {
+        let place = self.tube.place(node);
+        let (wall, normal) = self.blade(place);
+        Pair {
+            wall,
+            normal,
+            outer: sector.node(&self.tube, place, |along| self.part(along)),
+        }
+    }
+
+    /// How far out nodes opposite to those of a loop lie, 0 to 1: between equal steps and the
+    /// blade's own.
+    fn part(&self, along: usize) -> f64 {
+        let last = self.stations.len() - 1;
+        let share = along as f64 / last as f64;
+        let part =
+            (self.stations[along] - self.stations[0]) / (self.stations[last] - self.stations[0]);
+        0.5 * (share + part)
+    }
+
     /// Index in half a loop, and +1 above, -1 below the chord.
     fn folded(&self, around: usize) -> (usize, f64) {
-        let half_loop = self.tube.side + self.tube.band;
-        if around <= half_loop {
-            (around, 1.0)
-        } else {
-            (2 * half_loop - around, -1.0)
-        }
+        self.tube.folded(around)
     }
 
     fn blade(&self, place: Place) -> (Vector, Vector) {
@@ -213,11 +230,7 @@ impl<'a> Shape<'a> {
         let cylinder = &self.geometry.cylinder;
         match place {
             Place::Wrap(around, along) => {
-                let last = self.stations.len() - 1;
-                let share = along as f64 / last as f64;
-                let part = (self.stations[along] - self.stations[0])
-                    / (self.stations[last] - self.stations[0]);
-                let part = 0.5 * (share + part);
+                let part = self.part(along);
                 let x = cylinder.ends[0] + part * (cylinder.ends[1] - cylinder.ends[0]);
                 let [y, z] = self.rim(around);
                 [x, y, z]

@@ -34,6 +34,16 @@ pub enum End {
     Tip,
 }
 
+impl End {
+    /// Part of the way from root to tip.
+    pub fn part(self) -> f64 {
+        match self {
+            Self::Root => 0.0,
+            Self::Tip => 1.0,
+        }
+    }
+}
+
 /// The place of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
@@ -100,13 +110,57 @@ impl Tube {
         self.n_loop() * (self.n_rows() - 1) + 2 * self.side * self.band
     }
 
-    fn n_rows(&self) -> usize {
+    /// Rows of loops: those of the wrap and of both rings.
+    pub fn n_rows(&self) -> usize {
         self.span + self.band + 1
     }
 
     /// Nodes inside a patch.
     fn n_inside(&self) -> usize {
         (self.side - 1) * (self.band - 1)
+    }
+
+    /// Loop index in half a loop, and +1 on the upper, -1 on the lower half.
+    pub fn folded(&self, around: usize) -> (usize, f64) {
+        let half_loop = self.side + self.band;
+        if around <= half_loop {
+            (around, 1.0)
+        } else {
+            (2 * half_loop - around, -1.0)
+        }
+    }
+
+    /// The end that a quadrilateral lies on, rings included; `None` on the wrap.
+    pub fn end_of(&self, quad: usize) -> Option<End> {
+        let (n, ring) = (self.n_loop(), self.band / 2);
+        let of_rows = n * (self.n_rows() - 1);
+        if quad < n * ring || (of_rows..of_rows + self.side * self.band).contains(&quad) {
+            Some(End::Root)
+        } else if quad < n * (ring + self.span) {
+            None
+        } else {
+            Some(End::Tip)
+        }
+    }
+
+    /// Whether a cell of a loop, from this loop index to the next, is in the leading or the trailing
+    /// band.
+    pub fn is_in_band(&self, around: usize) -> bool {
+        let (half, ring) = (self.n_loop() / 2, self.band / 2);
+        around % half < ring || around % half >= half - ring
+    }
+
+    /// Whether a node lies on the wrap's trailing band or its edges.
+    pub fn is_trailing(&self, node: usize) -> bool {
+        let (n, ring) = (self.n_loop(), self.band / 2);
+        let on_wrap = (n * ring..n * (ring + self.span + 1)).contains(&node);
+        on_wrap && (node % n).abs_diff(n / 2) <= ring
+    }
+
+    /// The node opposite to one of the wrap: on the leading half for one on the trailing half.
+    pub fn mirrored(&self, node: usize) -> usize {
+        let n = self.n_loop();
+        node - node % n + (n / 2 + n - node % n) % n
     }
 
     /// The place of a node: rows from root to tip, then the root's patch, then the tip's.
@@ -231,6 +285,33 @@ mod tests {
         );
         // A sphere: nodes - edges + faces = 2.
         assert_eq!(tube.n_nodes() + quads.len(), edges.len() / 2 + 2);
+    }
+
+    #[test]
+    fn nodes_and_their_mirror_images_are_on_opposite_bands() {
+        let tube = Tube {
+            side: 5,
+            band: 4,
+            span: 6,
+        };
+        let n = tube.n_loop();
+        let trailing: Vec<usize> = (0..tube.n_nodes())
+            .filter(|&i| tube.is_trailing(i))
+            .collect();
+        assert_eq!(trailing.len(), 5 * 7);
+        for node in trailing {
+            let leading = tube.mirrored(node);
+            assert_eq!((leading / n, tube.mirrored(leading)), (node / n, node));
+            assert!([0, 1, 2, n - 1, n - 2].contains(&(leading % n)));
+        }
+        let on = |end| {
+            (0..tube.n_quads())
+                .filter(|&quad| tube.end_of(quad) == end)
+                .count()
+        };
+        assert_eq!(on(Some(End::Root)), 2 * n + 5 * 4);
+        assert_eq!(on(Some(End::Tip)), on(Some(End::Root)));
+        assert_eq!((0..n).filter(|&around| tube.is_in_band(around)).count(), 8);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! once; pointers of the zone to those of each step, and times.
 
 use super::super::super::hdf5::{Growing, Stored};
-use super::super::super::{SequenceFile, WriteOptions};
+use super::super::super::{Begin, SequenceFile, WriteOptions};
 use super::super::FULL_NAME;
 use super::arrays::{AT_CELLS, AT_NODES, Scalar, scalars, volume_cells};
 use super::draft::{Draft, Kind, Make, Place};
@@ -57,15 +57,15 @@ struct Series {
 }
 
 impl Sequence {
-    /// A new file, which takes its name with the first mesh.
-    pub fn create(path: &Path, options: &WriteOptions) -> Result<Self> {
+    /// A file, which takes its name with the first mesh unless it has it.
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
         let series = |location| Series {
             location,
             solutions: Vec::new(),
             of_steps: Vec::new(),
         };
         Ok(Self {
-            file: Growing::create(path)?,
+            file: Growing::create(path, begin)?,
             options: options.clone(),
             notes: Vec::new(),
             first: None,
@@ -194,6 +194,14 @@ impl SequenceFile for Sequence {
 
     fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    fn n_bytes(&self) -> u64 {
+        self.file.n_bytes()
+    }
+
+    fn is_retracing(&self) -> bool {
+        self.file.is_retracing()
     }
 }
 

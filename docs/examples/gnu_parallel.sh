@@ -1,0 +1,25 @@
+#!/bin/bash
+#
+# A sequence in parts that GNU parallel runs side by side, from one base.toml:
+#
+#     azimesh select wing.cgns wing.toml -o base.toml
+#     ./gnu_parallel.sh wing.cgns wing.toml base.toml out 8
+#
+# Run again after whatever has stopped it, it goes on from the finished steps. With --sshlogin of
+# parallel the parts run on several machines that share the folder.
+set -euo pipefail
+mesh=$1 schedule=$2 base=$3 out=$4 parts=$5
+threads=$(($(nproc) / parts))
+
+steps=$(azimesh check "$mesh" "$schedule" | awk '$1 == "steps" { print $2 }')
+ranges() {
+    local part
+    for ((part = 0; part < parts; part++)); do
+        echo "$((part * steps / parts))..$(((part + 1) * steps / parts))"
+    done
+}
+
+ranges | parallel --jobs "$parts" --halt soon,fail=1 \
+    azimesh deform "$mesh" "$schedule" --base "$base" -o "$out" --threads "$((threads > 0 ? threads : 1))" \
+    --steps {} --resume
+azimesh finish "$out" --force

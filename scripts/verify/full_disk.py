@@ -1,0 +1,89 @@
+"""A disk that is too small, and one that fills up half way: `deform` refuses the first with both figures
+and ends with exit code 3 on the second, whole files left, which --resume completes when there is room.
+
+Needs a file system of its own, a small tmpfs, which only root can mount; says so where it cannot.
+"""
+
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from interrupted import case, left_by
+from killed import FORMATS, finished, steps_of
+from program import AZIMESH, report, scratch
+
+NODES = 4_000
+
+
+@contextmanager
+def disk(folder, n_bytes):
+    """A folder with room for so many bytes; None where it cannot be made."""
+    folder.mkdir()
+    done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={n_bytes}", "tmpfs", folder], capture_output=True, text=True)
+    if done.returncode != 0:
+        yield None
+        return
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", folder], check=True)
+
+
+def deform(mesh, out, name, *options):
+    """A run and what it said."""
+    schedule = mesh.with_suffix(".toml")
+    command = [AZIMESH, "deform", mesh, schedule, "-o", out, "--format", name, *options]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def check(mesh, folder, name):
+    """One format; the number of steps that fit."""
+    whole = folder / f"{name}_whole"
+    assert deform(mesh, whole, name).returncode == 0, name
+    wanted = steps_of(whole, name)
+    total = sum(path.stat().st_size for path in whole.iterdir())
+    with disk(folder / f"{name}_disk", total * 6 // 10) as small:
+        if small is None:
+            return None
+        out = small / "out"
+        refused = deform(mesh, out, name)
+        assert refused.returncode == 3, f"{name}: exit code {refused.returncode}\n{refused.stderr}"
+        assert "36 steps take" in refused.stderr and "are free" in refused.stderr, refused.stderr
+        assert not out.exists(), f"{name}: a refused run has written {list(out.iterdir())}"
+        full = deform(mesh, out, name, "--no-space-check")
+        assert full.returncode == 3, f"{name}: exit code {full.returncode}\n{full.stderr}"
+        assert "No space left on device" in full.stderr, full.stderr
+        rows, found = finished(out), steps_of(out, name)
+        assert 0 < len(rows) < 36, f"{name}: {len(rows)} steps fit"
+        assert set(rows) <= set(found), f"{name}: steps.csv has {rows}, the files {sorted(found)}"
+        for step, points in found.items():
+            assert np.array_equal(points, wanted[step]), f"{name}: step {step} is another"
+        left = [path.name for path in out.iterdir() if path.name.endswith(".part")]
+        assert not left, f"{name}: {left} left"
+        subprocess.run(["mount", "-o", f"remount,size={total * 3}", small], check=True)
+        resumed = deform(mesh, out, name, "--resume")
+        assert resumed.returncode == 0, f"{name}: exit code {resumed.returncode}\n{resumed.stderr}"
+        found, expected = left_by(out), left_by(whole)
+        assert found.keys() == expected.keys(), f"{name}: {sorted(found.keys() ^ expected.keys())}"
+        for file, content in expected.items():
+            assert found[file] == content, f"{name}: {file} is another"
+        return len(rows)
+
+
+def main(nodes=NODES):
+    """One line in all."""
+    with scratch() as folder:
+        mesh = case(Path(folder), nodes)
+        fitted = [check(mesh, folder, name) for name in FORMATS]
+    if None in fitted:
+        print("full_disk: SKIPPED: no tmpfs can be mounted here (that takes root)", file=sys.stderr, flush=True)
+        return
+    note = ", ".join(f"{name} full after {n} of 36" for name, n in zip(FORMATS, fitted))
+    report("full_disk", 36 * len(FORMATS), 0.0, "steps", note)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,128 @@
+"""A run of 36 steps ended by SIGINT, SIGTERM and SIGKILL at random moments and resumed until it is done:
+the same bytes as without, and whole files all along.
+
+Formats: files of one step each, and whole sequences in one file.
+"""
+
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+
+from killed import FORMATS, SEED, finished, steps_of
+from program import AZIMESH, azimesh, report, scratch
+
+NODES = 8_000
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+# The longest that a run may take to end when it is asked to, with the step it is writing.
+PATIENCE = 5.0
+
+
+def case(folder, nodes):
+    """A mesh and its schedule of 36 steps, with another array at every step."""
+    mesh = folder / "mesh.vtu"
+    azimesh("sample", "naca0012", "--nodes", nodes, "-o", mesh)
+    schedule = mesh.with_suffix(".toml")
+    text = schedule.read_text().replace("stop = 360.0", "stop = 350.0")
+    schedule.write_text(text + '\n[output]\nquality = "cells"\n')
+    return mesh
+
+
+def command(mesh, folder, name):
+    """The run that is ended, and the same that goes on with it."""
+    schedule = mesh.with_suffix(".toml")
+    return [AZIMESH, "--quiet", "deform", mesh, schedule, "-o", folder, "--format", name, "--resume"]
+
+
+def left_by(folder):
+    """Files by name, without what tells of the single runs: seconds, and run.json."""
+    files = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "run.json"}
+    table = files["steps.csv"].decode().splitlines()
+    files["steps.csv"] = [row.rsplit(",", 1)[0] for row in table]
+    return files
+
+
+def check_left(folder, name, wanted, what):
+    """Whole files after a run was ended; the number of steps in steps.csv."""
+    rows = finished(folder)
+    found = steps_of(folder, name)
+    assert set(rows) <= set(found), f"{what}: steps.csv has {rows}, the files {sorted(found)}"
+    for step, points in found.items():
+        assert np.array_equal(points, wanted[step]), f"{what}: step {step} is another"
+    return len(rows)
+
+
+def end_once(run, how, delay):
+    """Sends a signal after so many seconds, unless the run is over; whether it ended the run."""
+    time.sleep(delay)
+    if run.poll() is not None:
+        assert run.returncode == 0, f"a run that was left alone ended with {run.returncode}"
+        return False
+    run.send_signal(how)
+    asked = time.monotonic()
+    code = run.wait()
+    assert time.monotonic() - asked < PATIENCE, f"{how.name}: it took {time.monotonic() - asked:.1f} s to end"
+    # 0: it was done; negative: before the program listened to signals.
+    expected = {-how} if how == signal.SIGKILL else {128 + how, -how, 0}
+    assert code in expected | {0}, f"{how.name}: exit code {code}"
+    return code != 0
+
+
+def until_done(mesh, folder, name, wanted, chance, seconds, steps_seconds):
+    """Ends and resumes a run until it is done; the numbers of steps that were there after each end."""
+    left = []
+    while True:
+        run = subprocess.Popen(command(mesh, folder, name), stderr=subprocess.DEVNULL)
+        # Mostly while steps are written, at times before.
+        start = max(seconds - steps_seconds, 0.0)
+        delay = chance.uniform(0.0, start) if chance.random() < 0.2 else start + chance.uniform(0.0, steps_seconds / 3)
+        how = chance.choice(SIGNALS)
+        if not end_once(run, how, delay):
+            return left
+        if (folder / "run.json").exists():
+            what = f"{name}, {how.name} after {delay:.4f} s, end {len(left) + 1}"
+            left.append(check_left(folder, name, wanted, what))
+
+
+def whole_run(mesh, folder, name):
+    """Nodes of every step of a run that nobody ends, and its seconds: all, and those of the steps."""
+    start = time.monotonic()
+    run = subprocess.Popen(command(mesh, folder, name))
+    while not (folder / "steps.csv").exists() and run.poll() is None:
+        time.sleep(0.0005)
+    began = time.monotonic()
+    assert run.wait() == 0, f"{name}: the run failed"
+    end = time.monotonic()
+    return steps_of(folder, name), end - start, end - began
+
+
+def main(ends=8, nodes=NODES):
+    """One line in all; `ends` for each format."""
+    chance = random.Random(SEED)
+    n_files, left = 0, []
+    with scratch() as folder:
+        mesh = case(Path(folder), nodes)
+        for name in FORMATS:
+            whole = folder / f"{name}_whole"
+            wanted, seconds, steps_seconds = whole_run(mesh, whole, name)
+            assert len(wanted) == 36, f"{name}: {len(wanted)} steps"
+            ended = []
+            while len(ended) < ends:
+                out = folder / f"{name}_{len(ended)}"
+                ended += until_done(mesh, out, name, wanted, chance, seconds, steps_seconds)
+                found, expected = left_by(out), left_by(whole)
+                assert found.keys() == expected.keys(), f"{name}: {sorted(found.keys() ^ expected.keys())}"
+                for file, content in expected.items():
+                    assert found[file] == content, f"{name}: {file} is another after ends at {ended}"
+                n_files += len(expected)
+            left += ended
+    inside = sum(0 < n < 36 for n in left)
+    note = f"{len(left)} ends by {', '.join(how.name for how in SIGNALS)} of {', '.join(FORMATS)}, {inside} amid the steps"
+    report("interrupted", n_files, 0.0, "files", note)
+
+
+if __name__ == "__main__":
+    main()

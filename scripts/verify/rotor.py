@@ -1,0 +1,80 @@
+"""Four blades in one mesh, carried round with the azimuth.
+
+Blade k is where blade 1 will be after k - 1 quarter turns, every blade is where numpy puts it, and the whole mesh repeats
+itself after a quarter turn to the tolerance. No cell is inverted, by azimesh's count and by VTK.
+"""
+
+import numpy as np
+
+import bending
+import outputs
+import reference
+from program import azimesh, report, scratch
+
+BLADES = 4
+SIZE = ["--nodes", 40_000, "--first-cell", 1e-3]
+
+
+def make(folder, step, size=SIZE):
+    """The mesh, and its schedule with steps of `step` degrees."""
+    path = folder / "rotor.vtu"
+    azimesh("sample", "rotor", "--blades", BLADES, *size, "-o", path, "--force")
+    schedule = folder / "rotor.toml"
+    schedule.write_text(schedule.read_text().replace("step = 10.0", f"step = {step}"))
+    return path, schedule
+
+
+def blades(mesh):
+    """Nodes of each blade; node i of one is node i of the next, a quarter of a turn on."""
+    nodes = [np.unique([n for face in mesh.tags[f"blade_{k + 1}"] for n in face]) for k in range(BLADES)]
+    for k in range(BLADES):
+        turned = mesh.points[nodes[k]] @ reference.rotation([0, 0, 1], np.pi / 2).T
+        assert np.abs(turned - mesh.points[nodes[(k + 1) % BLADES]]).max() < 1e-12
+    return nodes
+
+
+class Symmetry:
+    """Largest differences between a step and the one a quarter of a turn later."""
+
+    def __init__(self, mesh):
+        self.nodes = blades(mesh)
+        self.n_sector = len(mesh.points) // BLADES
+        self.n_steps = self.surface = self.volume = 0
+
+    def compare(self, before, after):
+        """`after` is the mesh a quarter of a turn after `before`."""
+        for k in range(BLADES):
+            ahead = before[self.nodes[(k + 1) % BLADES]]
+            self.surface = max(self.surface, np.abs(after[self.nodes[k]] - ahead).max())
+        ahead = np.roll(before, -self.n_sector, axis=0)
+        self.volume = max(self.volume, np.linalg.norm(after - ahead, axis=1).max())
+        self.n_steps += 1
+
+
+def main():
+    """One revolution in steps of 15 degrees."""
+    with scratch() as folder:
+        path, schedule = make(folder, 15.0)
+        mesh, grid = bending.read(path)
+        rows = outputs.deform(path, schedule, folder / "out")
+        motion = reference.Motion(schedule, mesh)
+        tolerance = motion.schedule["selection"]["tolerance"]
+        bending.check_steps(rows, tolerance)
+        symmetry, worst, least = Symmetry(mesh), 0.0, 1.0
+        points = [outputs.points(folder / "out", row) for row in rows]
+        quarter = (len(rows) - 1) // 4
+        for k in range(len(rows)):
+            wanted = motion.carried(motion.step(k), k)
+            worst = max(worst, *(np.abs(points[k][n] - wanted[n]).max() for n in symmetry.nodes))
+            least = min(least, bending.least_quality(grid, points[k]))
+            if k >= quarter:
+                symmetry.compare(points[k - quarter], points[k])
+    note = f"a quarter of a turn later blades agree to {symmetry.surface:.1e}, all nodes to {symmetry.volume:.1e}"
+    report("rotor", len(rows), worst, "steps", f"{note}; smallest scaled Jacobian {least:.3f}")
+    assert len(rows) == 25 and symmetry.n_steps == 19
+    assert worst <= 1e-12 and symmetry.surface <= 1e-12, (worst, symmetry.surface)
+    assert symmetry.volume <= 2 * tolerance and least > 0.0
+
+
+if __name__ == "__main__":
+    main()

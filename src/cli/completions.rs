@@ -1,0 +1,35 @@
+//! `azimesh completions`: what a shell needs to complete commands and options.
+
+use super::{Cli, Context, Outcome};
+use crate::error::Result;
+use clap::CommandFactory;
+use clap_complete::Shell;
+use serde_json::json;
+
+/// Arguments of `azimesh completions`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Where a shell looks for it:\n  \
+bash        ~/.local/share/bash-completion/completions/azimesh\n  \
+zsh         _azimesh in a folder of $fpath\n  \
+fish        ~/.config/fish/completions/azimesh.fish\n  \
+elvish      appended to ~/.config/elvish/rc.elv\n  \
+powershell  appended to $PROFILE")]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+pub(super) fn run(args: &CompletionsArgs, context: &Context) -> Result<Outcome> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "azimesh", &mut script);
+    let script = String::from_utf8_lossy(&script);
+    match context.common.json {
+        true => context.print_json(json!({
+            "shell": args.shell.to_string(),
+            "script": script,
+        }))?,
+        false => context.print(&script)?,
+    }
+    Ok(Outcome::Fine)
+}

@@ -1,0 +1,128 @@
+//! `azimesh diff`: two meshes, or two sequences step by step.
+
+mod sequence;
+mod told;
+
+use super::input::Input;
+use super::{Context, Outcome};
+use crate::error::{Error, Result};
+use crate::formats;
+use crate::mesh::{Difference, Mesh, Tolerance};
+use std::path::PathBuf;
+
+/// Arguments of `azimesh diff`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Exit code 0: the same; 1: a difference. -v lists each difference. Sequences (a .pvd, a \
+file of several steps, a folder that holds one of them) are compared step by step."
+)]
+pub struct DiffArgs {
+    /// First mesh or sequence; - is standard input
+    a: PathBuf,
+    /// Second mesh or sequence
+    b: PathBuf,
+    /// Largest distance of two nodes, and of two values of an array, that count as the same
+    #[arg(long, value_name = "T", default_value_t = 0.0)]
+    tolerance: f64,
+    /// Tolerances are fractions of the first mesh's diagonal, and of an array's largest value
+    #[arg(long)]
+    relative: bool,
+    /// Which nodes and cells belong together
+    #[arg(
+        long = "match",
+        value_name = "HOW",
+        value_enum,
+        default_value = "order"
+    )]
+    matching: Matching,
+    /// With --match position: largest distance of two nodes that belong together
+    /// [default: the tolerance, and at least 1e-9 of the diagonal]
+    #[arg(long, value_name = "T")]
+    match_tolerance: Option<f64>,
+}
+
+/// Which nodes and cells belong together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Matching {
+    /// Those with the same number
+    Order,
+    /// Nodes at the same place, and cells with the same nodes, however they are numbered
+    Position,
+}
+
+pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
+    args.check()?;
+    let format = context.common.format.as_deref().map(formats::by_name);
+    let format = format.transpose()?;
+    let (a, b) = (Input::open(&args.a, format)?, Input::open(&args.b, format)?);
+    let same = match (a.times(), b.times()) {
+        (None, None) => one_mesh(args, &a, &b, context)?,
+        (Some(ours), Some(theirs)) => {
+            let sequences = [(&a, &ours[..]), (&b, &theirs[..])];
+            sequence::compare(args, sequences, context)?
+        }
+        (ours, _) => {
+            let (many, one) = if ours.is_some() { (&a, &b) } else { (&b, &a) };
+            return Err(Error::input(format!(
+                "is a sequence, and {} is one mesh; compare it with the file of one step, which \
+                 `azimesh convert --step I` writes",
+                one.path().display()
+            ))
+            .file(many.path()));
+        }
+    };
+    Ok(match same {
+        true => Outcome::Fine,
+        false => Outcome::CheckFailed,
+    })
+}
+
+fn one_mesh(args: &DiffArgs, a: &Input, b: &Input, context: &Context) -> Result<bool> {
+    let difference = args.difference(&a.mesh(None, context)?, &b.mesh(None, context)?, context)?;
+    if context.common.json {
+        context.print_json(told::as_json(&difference))?;
+    } else {
+        let details = match context.common.verbose {
+            0 => String::new(),
+            _ => told::details(&difference, "  "),
+        };
+        context.print_result(&format!("{difference}\n{details}"))?;
+    }
+    Ok(difference.is_same())
+}
+
+impl DiffArgs {
+    fn check(&self) -> Result<()> {
+        let tolerances = [
+            ("--tolerance", Some(self.tolerance)),
+            ("--match-tolerance", self.match_tolerance),
+        ];
+        for (option, value) in tolerances {
+            if let Some(value) = value.filter(|value| !(*value >= 0.0 && value.is_finite())) {
+                return Err(Error::input(format!(
+                    "{option} {value}: it must be a number from 0 on"
+                )));
+            }
+        }
+        if self.match_tolerance.is_some() && self.matching == Matching::Order {
+            return Err(Error::input("--match-tolerance goes with --match position"));
+        }
+        Ok(())
+    }
+
+    /// Compares two meshes as asked; remarks on what was decided on the way.
+    fn difference(&self, a: &Mesh, b: &Mesh, context: &Context) -> Result<Difference> {
+        let tolerance = Tolerance {
+            value: self.tolerance,
+            relative: self.relative,
+        };
+        let found = context.stage("comparing", || match self.matching {
+            Matching::Order => Ok(Difference::between(a, b, tolerance)),
+            Matching::Position => Difference::by_position(a, b, tolerance, self.match_tolerance),
+        })?;
+        for note in &found.notes {
+            context.note(note);
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,112 @@
+//! Two sequences, step by step.
+
+use super::{Context, DiffArgs, Input, told};
+use crate::error::Result;
+use crate::mesh::Difference;
+use serde_json::{Value, json};
+
+/// Times that differ by no more than this part of the last one are the same.
+const TIMES: f64 = 1e-9;
+
+/// A step that both have.
+struct Compared {
+    time: f64,
+    difference: Difference,
+}
+
+/// Compares the steps that both have; gives whether all is the same.
+pub fn compare(
+    args: &DiffArgs,
+    [(a, ours), (b, theirs)]: [(&Input, &[f64]); 2],
+    context: &Context,
+) -> Result<bool> {
+    let mut steps = Vec::new();
+    for (step, time) in ours.iter().enumerate().take(theirs.len()) {
+        let meshes = [a, b].map(|input| input.mesh(Some(step), context));
+        let [x, y] = meshes;
+        steps.push(Compared {
+            time: *time,
+            difference: args.difference(&x?, &y?, context)?,
+        });
+    }
+    let frame = frame_differences(ours, theirs);
+    let same = frame.is_empty() && steps.iter().all(|step| step.difference.is_same());
+    let summary = summary(&frame, &steps);
+    if context.common.json {
+        context.print_json(as_json(same, &summary, [ours, theirs], &steps))?;
+        return Ok(same);
+    }
+    let mut text = format!("{summary}\n");
+    if context.common.verbose > 0 {
+        for (i, step) in different(&steps) {
+            text += &format!("  step {i}, time {}: {}\n", step.time, step.difference);
+            text += &told::details(&step.difference, "    ");
+        }
+    }
+    context.print_result(&text)?;
+    Ok(same)
+}
+
+/// What differs of the sequences as such: number of steps, times.
+fn frame_differences(ours: &[f64], theirs: &[f64]) -> Vec<String> {
+    let mut found = Vec::new();
+    if ours.len() != theirs.len() {
+        found.push(format!("{} and {} steps", ours.len(), theirs.len()));
+    }
+    let largest = ours
+        .iter()
+        .fold(0.0, |largest: f64, time| largest.max(time.abs()));
+    let differs = |(x, y): (&f64, &f64)| (x - y).abs() > TIMES * largest;
+    if let Some(step) = ours.iter().zip(theirs).position(differs) {
+        let [x, y] = [ours, theirs].map(|times| times[step]);
+        found.push(format!("step {step} has times {x} and {y}"));
+    }
+    found
+}
+
+fn different(steps: &[Compared]) -> impl Iterator<Item = (usize, &Compared)> {
+    let numbered = steps.iter().enumerate();
+    numbered.filter(|(_, step)| !step.difference.is_same())
+}
+
+fn summary(frame: &[String], steps: &[Compared]) -> String {
+    let mut parts = frame.to_vec();
+    if let Some((first, step)) = different(steps).next() {
+        let (n, of) = (different(steps).count(), steps.len());
+        let what = step.difference.to_string();
+        parts.push(format!("{n} of {of} steps, step {first} first, {what}"));
+    }
+    if !parts.is_empty() {
+        return format!("different: {}", parts.join("; "));
+    }
+    let furthest = steps.iter().map(|step| step.difference.max_distance());
+    let furthest = furthest.fold(0.0, f64::max);
+    let apart = match furthest {
+        0.0 => String::new(),
+        furthest => format!(", nodes at most {furthest:e} apart"),
+    };
+    let first = steps.first().map(|step| &step.difference);
+    let [nodes, cells] = first.map_or([0; 2], |first| [first.n_nodes[0], first.n_cells[0]]);
+    format!(
+        "same: {} steps, {nodes} nodes, {cells} cells{apart}",
+        steps.len()
+    )
+}
+
+fn as_json(same: bool, summary: &str, times: [&[f64]; 2], steps: &[Compared]) -> Value {
+    let steps = steps.iter().enumerate().map(|(i, step)| {
+        let mut told = json!({ "step": i, "time": step.time });
+        if let (Some(told), Value::Object(more)) =
+            (told.as_object_mut(), told::as_json(&step.difference))
+        {
+            told.extend(more);
+        }
+        told
+    });
+    json!({
+        "same": same,
+        "summary": summary,
+        "times": times,
+        "steps": steps.collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,84 @@
+//! `azimesh man`: manual pages, one for the program and one for each command.
+
+use super::{Cli, Context, Outcome};
+use crate::error::{Error, Result};
+use crate::formats::save_text;
+use clap::{Command, CommandFactory};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Arguments of `azimesh man`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Try `azimesh man | man -l -`, or put the pages of -o where man looks: \
+~/.local/share/man/man1."
+)]
+pub struct ManArgs {
+    /// Folder for the pages: azimesh.1, azimesh-info.1 and so on; without it the first is printed
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Replace pages that exist
+    #[arg(long)]
+    force: bool,
+}
+
+/// What the foot of each page says.
+const SOURCE: &str = concat!("azimesh ", env!("CARGO_PKG_VERSION"));
+
+/// A manual page.
+struct Page {
+    file: String,
+    text: String,
+}
+
+pub(super) fn run(args: &ManArgs, context: &Context) -> Result<Outcome> {
+    let mut pages = Vec::new();
+    let mut program = Cli::command().disable_help_subcommand(true);
+    program.build();
+    add_pages(&program, &mut pages)?;
+    match &args.output {
+        Some(folder) => {
+            let paths: Vec<PathBuf> = pages.iter().map(|page| folder.join(&page.file)).collect();
+            if let Some(path) = paths.iter().find(|path| path.exists() && !args.force) {
+                return Err(Error::input("exists already; --force replaces it").file(path));
+            }
+            std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
+            for (page, path) in pages.iter().zip(&paths) {
+                save_text(&page.text, path)?;
+            }
+            let files: Vec<&str> = pages.iter().map(|page| page.file.as_str()).collect();
+            match context.common.json {
+                true => context.print_json(json!({
+                    "folder": folder.display().to_string(),
+                    "pages": files,
+                }))?,
+                false => files.iter().for_each(|file| context.detail(file)),
+            }
+        }
+        None if context.common.json => {
+            context.print_json(json!({ "page": pages[0].file, "text": pages[0].text }))?;
+        }
+        None => context.print(&pages[0].text)?,
+    }
+    Ok(Outcome::Fine)
+}
+
+/// The page of a command, then those of its commands.
+fn add_pages(command: &Command, pages: &mut Vec<Page>) -> Result<()> {
+    let man = clap_mangen::Man::new(command.clone())
+        .manual("azimesh")
+        .source(SOURCE);
+    let mut text = Vec::new();
+    man.render(&mut text)
+        .map_err(|error| Error::system(format!("a manual page cannot be made: {error}")))?;
+    pages.push(Page {
+        file: man.get_filename(),
+        text: String::from_utf8_lossy(&text).into_owned(),
+    });
+    let commands = command
+        .get_subcommands()
+        .filter(|command| !command.is_hide_set());
+    commands
+        .into_iter()
+        .try_for_each(|command| add_pages(command, pages))
+}

@@ -1,0 +1,277 @@
+//! `azimesh quality`.
+
+mod table;
+mod worst;
+
+use super::input::Input;
+use super::output::OutputArgs;
+use super::{Context, Outcome};
+use crate::error::{Error, Result};
+use crate::formats::{self, Format};
+use crate::geometry::vector::Vector;
+use crate::mesh::{Cells, Mesh};
+use crate::quality::{Criterion, Judge, Quality, Statistic, statistics};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use worst::WorstCells;
+
+/// Arguments of `azimesh quality`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "A cell is inverted when it is valid in the reference mesh and a corner of it \
+has turned over or become flat. Without --reference a mesh is its own reference: nothing can be \
+inverted then, and cells that are bad as they are count as inverted_reference. The reference of a \
+sequence is its first mesh.\n\n\
+For one mesh there is also the smallest, mean and largest value of every metric; for a sequence a \
+row a step."
+)]
+pub struct QualityArgs {
+    /// Mesh to judge, or a sequence: a .pvd, the folder that deform wrote, a .vtkhdf or .cgns with
+    /// several steps; - is standard input
+    mesh: PathBuf,
+    /// Mesh with the same cells that says how each is oriented
+    #[arg(long, value_name = "MESH")]
+    reference: Option<PathBuf>,
+    /// List the N cells with the smallest scaled Jacobian, of a sequence those over all steps
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    worst: usize,
+    /// Exit with 1 where this holds (at any step), as in "inverted>0" or "min_scaled_jacobian<0.1";
+    /// repeatable
+    #[arg(long, value_name = "EXPR")]
+    fail_on: Vec<Criterion>,
+    /// Write the mesh with every metric as a cell array
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    write: OutputArgs,
+}
+
+/// Which mesh of a sequence.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    index: usize,
+    time: f64,
+}
+
+/// A mesh that was judged.
+struct Judged {
+    /// `None` where there is one mesh alone.
+    step: Option<Step>,
+    quality: Quality,
+    /// Positions in `--fail-on` of those that hold.
+    met: Vec<usize>,
+}
+
+/// All that is told.
+struct Findings<'a> {
+    meshes: Vec<Judged>,
+    /// Of one mesh alone.
+    metrics: Option<Vec<Statistic>>,
+    worst: WorstCells,
+    fail_on: &'a [Criterion],
+}
+
+pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
+    let columns = Quality::default().columns();
+    for criterion in &args.fail_on {
+        criterion.check_column(columns.iter().map(|(name, _)| *name))?;
+    }
+    let format = output_format(args)?;
+    let input = Input::open(&args.mesh, context.input_format()?)?;
+    let findings = match input.times() {
+        Some(_) if args.output.is_some() => {
+            let message = "a sequence; -o writes one mesh (give one of its files, or set \
+                           output.quality = \"cells\" for deform)";
+            return Err(Error::input(message).file(&args.mesh));
+        }
+        Some(times) => judge_sequence(args, context, &input, &times)?,
+        None => judge_mesh(args, context, &input, format)?,
+    };
+    findings.tell(context)?;
+    Ok(match findings.met().is_empty() {
+        true => Outcome::Fine,
+        false => Outcome::CheckFailed,
+    })
+}
+
+/// The output's format by its ending; also refuses to replace a file.
+fn output_format(args: &QualityArgs) -> Result<Option<&'static dyn Format>> {
+    let Some(path) = &args.output else {
+        return Ok(None);
+    };
+    let format = formats::by_extension(path)?;
+    args.write.check(path)?;
+    Ok(Some(format))
+}
+
+fn judge_mesh<'a>(
+    args: &'a QualityArgs,
+    context: &Context,
+    input: &Input,
+    format: Option<&'static dyn Format>,
+) -> Result<Findings<'a>> {
+    let mut told = BTreeSet::new();
+    let mesh = read(input, None, context, &mut told)?;
+    let given = given_reference(args, context)?;
+    if let Some(given) = &given {
+        given.check(&mesh, &args.mesh)?;
+    }
+    let (judge, before) = match given {
+        Some(given) => (given.judge, given.points),
+        None => {
+            let judge = context.stage("reference", || Ok(Judge::new(&mesh)))?;
+            (judge, mesh.points.clone())
+        }
+    };
+    let mut findings = Findings::new(args);
+    findings.take(None, &mesh, &judge, &before, context)?;
+    let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
+    findings.metrics = Some(context.stage("metrics", every)?);
+    if let (Some(path), Some(format)) = (&args.output, format) {
+        let with_arrays = with_arrays(mesh, &judge, &before);
+        args.write.save(&with_arrays, path, format, context)?;
+    }
+    Ok(findings)
+}
+
+fn judge_sequence<'a>(
+    args: &'a QualityArgs,
+    context: &Context,
+    input: &Input,
+    times: &[f64],
+) -> Result<Findings<'a>> {
+    let mut given = given_reference(args, context)?;
+    let mut findings = Findings::new(args);
+    let mut told = BTreeSet::new();
+    for (index, &time) in times.iter().enumerate() {
+        let mesh = read(input, Some(index), context, &mut told)?;
+        let given = given.get_or_insert_with(|| Given::new(&mesh));
+        given.check(&mesh, input.path_of(index))?;
+        let step = Some(Step { index, time });
+        findings.take(step, &mesh, &given.judge, &given.points, context)?;
+    }
+    Ok(findings)
+}
+
+/// Reads a mesh; what there is to remark on every mesh of a sequence is remarked once.
+fn read(
+    input: &Input,
+    step: Option<usize>,
+    context: &Context,
+    told: &mut BTreeSet<String>,
+) -> Result<Mesh> {
+    let loaded = input.read(step, context)?;
+    for note in loaded.notes.iter() {
+        let note = format!("{}: {note}", input.path().display());
+        if told.insert(note.clone()) {
+            context.note(&note);
+        }
+    }
+    Ok(loaded.mesh)
+}
+
+/// A reference for several meshes.
+struct Given {
+    judge: Judge,
+    points: Vec<Vector>,
+    cells: Cells,
+}
+
+fn given_reference(args: &QualityArgs, context: &Context) -> Result<Option<Given>> {
+    let Some(path) = &args.reference else {
+        return Ok(None);
+    };
+    Ok(Some(Given::new(&context.read_mesh(path)?)))
+}
+
+impl Given {
+    fn new(mesh: &Mesh) -> Self {
+        Self {
+            judge: Judge::new(mesh),
+            points: mesh.points.clone(),
+            cells: mesh.cells.clone(),
+        }
+    }
+
+    /// Refuses a mesh with other cells.
+    fn check(&self, mesh: &Mesh, path: &Path) -> Result<()> {
+        if self.cells != mesh.cells {
+            let message = "its cells are not those of the reference: that has the same cells in \
+                           the same order";
+            return Err(Error::input(message).file(path));
+        }
+        Ok(())
+    }
+}
+
+impl<'a> Findings<'a> {
+    fn new(args: &'a QualityArgs) -> Self {
+        Self {
+            meshes: Vec::new(),
+            metrics: None,
+            worst: WorstCells::new(args.worst),
+            fail_on: &args.fail_on,
+        }
+    }
+
+    /// Judges a mesh.
+    fn take(
+        &mut self,
+        step: Option<Step>,
+        mesh: &Mesh,
+        judge: &Judge,
+        before: &[Vector],
+        context: &Context,
+    ) -> Result<()> {
+        let assess = || Ok(judge.assess(mesh, &mesh.points, before));
+        let quality = context.stage("summary", assess)?;
+        let mut met = Vec::new();
+        for (i, criterion) in self.fail_on.iter().enumerate() {
+            if criterion.is_met(&quality.columns())? {
+                met.push(i);
+            }
+        }
+        self.worst.consider(step, mesh, &judge.reference);
+        self.meshes.push(Judged { step, quality, met });
+        Ok(())
+    }
+
+    /// The conditions that hold, with the steps of a sequence where they do.
+    fn met(&self) -> Vec<(&'a Criterion, Vec<usize>)> {
+        let of = |i: usize| {
+            let meshes = self.meshes.iter().filter(move |mesh| mesh.met.contains(&i));
+            meshes.filter_map(|mesh| mesh.step).map(|step| step.index)
+        };
+        let holds = |i: &usize| self.meshes.iter().any(|mesh| mesh.met.contains(i));
+        let indices = (0..self.fail_on.len()).filter(holds);
+        indices
+            .map(|i| (&self.fail_on[i], of(i).collect()))
+            .collect()
+    }
+
+    /// Prints everything.
+    fn tell(&self, context: &Context) -> Result<()> {
+        if context.common.json {
+            return context.print_json(table::as_json(self));
+        }
+        context.print_result(&table::as_text(self))?;
+        for (criterion, steps) in self.met() {
+            let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
+            context.warn(&match &steps[..] {
+                [] => format!("{criterion} holds"),
+                [step] => format!("{criterion} holds at step {step}"),
+                _ => format!("{criterion} holds at steps {}", steps.join(", ")),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// The mesh with an array for each metric, in place of those of the same names.
+fn with_arrays(mut mesh: Mesh, judge: &Judge, before: &[Vector]) -> Mesh {
+    let arrays = judge.arrays(&mesh, &mesh.points, before);
+    mesh.cell_arrays
+        .retain(|old| arrays.iter().all(|new| new.name != old.name));
+    mesh.cell_arrays.extend(arrays);
+    mesh
+}

@@ -1,0 +1,50 @@
+//! Signals that ask a sequence to end: the first one is heard between two steps, the second ends the
+//! program at once.
+
+use crate::error::{Error, Result};
+use crate::sequence::Stop;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use std::io::Write;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A run that writes nothing has so much time to end by itself.
+const GRACE: Duration = Duration::from_millis(700);
+/// Between two looks at the run.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// From here on SIGINT and SIGTERM ask through `stop`.
+///
+/// A step that is being written is waited for, whatever time it takes. Before the steps (reading, base
+/// points, modes) nothing is under work that could be lost, and the program ends.
+pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
+    let failed =
+        |error: std::io::Error| Error::system(format!("cannot listen to signals: {error}"));
+    let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
+    let stop = Arc::clone(stop);
+    let wait = move || {
+        let Some(signal) = signals.forever().next() else {
+            return;
+        };
+        stop.ask(signal);
+        let mut idle = Instant::now();
+        while idle.elapsed() < GRACE {
+            std::thread::sleep(PAUSE);
+            if let Some(again) = signals.pending().next() {
+                std::process::exit(128 + again);
+            }
+            if stop.is_held() {
+                idle = Instant::now();
+            }
+        }
+        // Nobody is left to tell when stderr is gone.
+        let _ = writeln!(
+            std::io::stderr(),
+            "error: interrupted; finished steps are kept, and --resume goes on from there"
+        );
+        std::process::exit(128 + signal);
+    };
+    let thread = std::thread::Builder::new().name("signals".to_owned());
+    thread.spawn(wait).map(|_| ()).map_err(failed)
+}

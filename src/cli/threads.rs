@@ -1,0 +1,131 @@
+//! How many threads: what is asked for, or what the batch system and the machine grant.
+
+use std::num::NonZeroUsize;
+
+/// Variables in which batch systems tell how many processors a task has on this machine; the first
+/// that holds a number counts. Slurm, PBS, LSF, Grid Engine.
+const GRANTS: [&str; 6] = [
+    "SLURM_CPUS_PER_TASK",
+    "SLURM_CPUS_ON_NODE",
+    "NCPUS",
+    "PBS_NUM_PPN",
+    "LSB_DJOB_NUMPROC",
+    "NSLOTS",
+];
+
+/// Where a number comes from, besides these variables.
+const ASKED: &str = "--threads";
+const RAYON: &str = "RAYON_NUM_THREADS";
+const MACHINE: &str = "machine";
+
+/// A number of threads and where it comes from.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Threads {
+    /// The number.
+    pub n: usize,
+    /// What decided it.
+    pub by: &'static str,
+}
+
+impl Threads {
+    /// `asked` where given; else `RAYON_NUM_THREADS`; else what the batch system grants, if that is
+    /// less than what the machine does: processors that the process may run on (affinity), within
+    /// the quota of its control group.
+    pub fn granted(asked: Option<NonZeroUsize>) -> Self {
+        let machine = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let variable = |name: &str| std::env::var(name).ok();
+        Self::decide(asked, machine, variable)
+    }
+
+    /// Whether this is what it is without anybody's doing, or as rayon would decide.
+    pub fn is_default(&self) -> bool {
+        [MACHINE, RAYON].contains(&self.by)
+    }
+
+    fn decide(
+        asked: Option<NonZeroUsize>,
+        machine: usize,
+        variable: impl Fn(&str) -> Option<String>,
+    ) -> Self {
+        let number = |name: &str| {
+            let n = variable(name)?.trim().parse::<usize>().ok();
+            n.filter(|n| *n > 0)
+        };
+        if let Some(n) = asked {
+            return Self {
+                n: n.get(),
+                by: ASKED,
+            };
+        }
+        if let Some(n) = number(RAYON) {
+            return Self { n, by: RAYON };
+        }
+        let granted = GRANTS
+            .into_iter()
+            .find_map(|name| Some((number(name)?, name)));
+        match granted.filter(|(n, _)| *n < machine) {
+            Some((n, by)) => Self { n, by },
+            None => Self {
+                n: machine,
+                by: MACHINE,
+            },
+        }
+    }
+}
+
+/// Reads `--threads`.
+pub fn parse(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.parse::<usize>().ok();
+    number.and_then(NonZeroUsize::new).ok_or_else(|| {
+        "it must be a whole number from 1 on; leave it out for all that are granted".to_owned()
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn decide(asked: usize, machine: usize, set: &[(&str, &str)]) -> (usize, &'static str) {
+        let variable = |name: &str| {
+            let found = set.iter().find(|(key, _)| *key == name);
+            found.map(|(_, value)| (*value).to_owned())
+        };
+        let threads = Threads::decide(NonZeroUsize::new(asked), machine, variable);
+        (threads.n, threads.by)
+    }
+
+    #[test]
+    fn what_is_asked_for_comes_before_what_is_granted() {
+        let set = [("RAYON_NUM_THREADS", "3"), ("SLURM_CPUS_PER_TASK", "2")];
+        assert_eq!(decide(64, 8, &set), (64, "--threads"));
+        assert_eq!(decide(0, 8, &set), (3, "RAYON_NUM_THREADS"));
+        assert_eq!(decide(0, 8, &set[1..]), (2, "SLURM_CPUS_PER_TASK"));
+    }
+
+    #[test]
+    fn a_batch_system_grants_no_more_than_the_machine_has() {
+        assert_eq!(decide(0, 4, &[("NCPUS", "16")]), (4, "machine"));
+        assert_eq!(decide(0, 4, &[("NCPUS", "1")]), (1, "NCPUS"));
+        assert_eq!(decide(0, 4, &[("PBS_NUM_PPN", " 2\n")]), (2, "PBS_NUM_PPN"));
+        assert_eq!(
+            decide(0, 4, &[("LSB_DJOB_NUMPROC", "3")]),
+            (3, "LSB_DJOB_NUMPROC")
+        );
+        let both = [("SLURM_CPUS_ON_NODE", "3"), ("NCPUS", "1")];
+        assert_eq!(decide(0, 4, &both), (3, "SLURM_CPUS_ON_NODE"));
+    }
+
+    #[test]
+    fn a_variable_that_holds_no_number_is_not_looked_at() {
+        let set = [("SLURM_CPUS_PER_TASK", "many"), ("RAYON_NUM_THREADS", "0")];
+        assert_eq!(decide(0, 4, &set), (4, "machine"));
+    }
+
+    #[test]
+    fn no_thread_at_all_is_refused() {
+        assert!(parse("0").unwrap_err().contains("from 1 on"));
+        assert!(parse("-1").is_err());
+        assert_eq!(parse("2").unwrap().get(), 2);
+    }
+}

@@ -1,0 +1,54 @@
+//! Which node or cell of the second mesh belongs to which of the first.
+
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// No partner.
+pub const NONE: u32 = u32::MAX;
+
+/// Nodes or cells that are looked at in one go.
+const CHUNK: usize = 1 << 16;
+
+/// The partner of each node, or of each cell, of the first mesh.
+#[derive(Debug)]
+pub enum Partners {
+    /// The same index, for as many as both have.
+    InOrder(usize),
+    /// An index of the second mesh each, or [`NONE`].
+    Listed(Vec<u32>),
+}
+
+impl Partners {
+    /// Index i and index i.
+    pub fn in_order(n_first: usize, n_second: usize) -> Self {
+        Partners::InOrder(n_first.min(n_second))
+    }
+
+    /// The partner of index `i`, if it has one.
+    pub fn of(&self, i: usize) -> Option<usize> {
+        match self {
+            Partners::InOrder(n) => (i < *n).then_some(i),
+            Partners::Listed(list) => match list[i] {
+                NONE => None,
+                partner => Some(partner as usize),
+            },
+        }
+    }
+
+    /// Whether the partner of every index is the same index.
+    pub fn is_in_order(&self) -> bool {
+        matches!(self, Partners::InOrder(_))
+    }
+}
+
+/// Does `work` on ranges of `0..n` on all threads and joins what comes of it in order.
+pub fn in_chunks<T: Send + Default>(
+    n: usize,
+    work: impl Fn(Range<usize>) -> T + Sync,
+    join: impl Fn(T, T) -> T + Sync + Send,
+) -> T {
+    (0..n.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| work(chunk * CHUNK..n.min((chunk + 1) * CHUNK)))
+        .reduce(T::default, join)
+}

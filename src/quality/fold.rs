@@ -1,0 +1,137 @@
+//! What the cells of a block come to, each in the orientation that it has in the reference.
+
+use super::angles::N_CLASSES;
+use super::block::{BLOCK, Block, Spans};
+use super::metrics::{Span, greater, lesser};
+use super::percentile;
+use multiversion::multiversion;
+
+type Column = [f64; BLOCK];
+
+/// Metrics of a block's cells, their sums and their extremes. What columns hold beyond the cells of
+/// the block means nothing.
+pub(super) struct Folded {
+    pub volume: Column,
+    /// Smallest corner Jacobian: positive for a cell that is not inverted. Infinite for a cell that
+    /// is not valid in the reference.
+    pub corner: Column,
+    pub scaled: Column,
+    /// Where the scaled Jacobian counts in the histogram.
+    pub bins: [u32; BLOCK],
+    pub edge_ratio_squared: Column,
+    /// Cells that have a scaled Jacobian.
+    pub n_scaled: usize,
+    pub volume_sum: f64,
+    pub scaled_sum: f64,
+    pub least_volume: f64,
+    /// Cells whose corner Jacobians are all positive, or that are not valid in the reference.
+    pub n_good: usize,
+    pub least_scaled: f64,
+    pub most_edge_ratio_squared: f64,
+    pub angles: [Span; N_CLASSES],
+}
+
+impl Folded {
+    pub(super) const EMPTY: Self = Self {
+        volume: [0.0; BLOCK],
+        corner: [0.0; BLOCK],
+        scaled: [0.0; BLOCK],
+        bins: [0; BLOCK],
+        edge_ratio_squared: [0.0; BLOCK],
+        n_scaled: 0,
+        volume_sum: 0.0,
+        scaled_sum: 0.0,
+        least_volume: 0.0,
+        n_good: 0,
+        least_scaled: 0.0,
+        most_edge_ratio_squared: 0.0,
+        angles: [Span::EMPTY; N_CLASSES],
+    };
+}
+
+/// Folds a block; `signs` are those of its cells in the reference, doubled for invalid ones.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub(super) fn fold(block: &Block, signs: &[i8], folded: &mut Folded) {
+    let n = block.n.min(BLOCK);
+    for (i, &sign) in signs[..n].iter().enumerate() {
+        let turned = f64::from(sign.signum());
+        folded.volume[i] = turned * block.volume[i];
+        let corner = facing(&block.corner, i, turned);
+        let is_valid = sign.abs() == 1;
+        folded.corner[i] = if is_valid { corner } else { f64::INFINITY };
+        folded.scaled[i] = facing(&block.scaled, i, turned);
+        folded.edge_ratio_squared[i] = block.edge.high[i] / block.edge.low[i];
+    }
+    for i in 0..n {
+        folded.bins[i] = percentile::bin(folded.scaled[i]);
+    }
+    let scaled = &folded.scaled[..n];
+    folded.n_scaled = scaled.iter().filter(|value| !value.is_nan()).count();
+    folded.scaled_sum = sum(scaled);
+    folded.least_scaled = least(scaled);
+    folded.volume_sum = sum(&folded.volume[..n]);
+    folded.least_volume = least(&folded.volume[..n]);
+    folded.n_good = folded.corner[..n].iter().filter(|x| **x > 0.0).count();
+    folded.most_edge_ratio_squared = greatest(&folded.edge_ratio_squared[..n]);
+    for (extreme, spans) in folded.angles.iter_mut().zip(&block.angles) {
+        *extreme = Span {
+            low: least(&spans.low[..n]),
+            high: greatest(&spans.high[..n]),
+        };
+    }
+}
+
+#[inline(always)]
+fn facing(spans: &Spans, i: usize, sign: f64) -> f64 {
+    let mirrored = -spans.high[i];
+    if sign < 0.0 { mirrored } else { spans.low[i] }
+}
+
+/// Sums and extremes go side by side in as many lanes.
+const LANES: usize = 8;
+
+/// Without what is not a number.
+#[inline(always)]
+fn sum(values: &[f64]) -> f64 {
+    let known = |value: f64| if value.is_nan() { 0.0 } else { value };
+    let (groups, rest) = values.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for group in groups {
+        for lane in 0..LANES {
+            sums[lane] += known(group[lane]);
+        }
+    }
+    sums.iter().chain(rest).map(|&value| known(value)).sum()
+}
+
+/// The least value; infinite where all are not numbers.
+#[inline(always)]
+fn least(values: &[f64]) -> f64 {
+    let (groups, rest) = values.as_chunks::<LANES>();
+    let mut found = [f64::INFINITY; LANES];
+    for group in groups {
+        for lane in 0..LANES {
+            found[lane] = lesser(group[lane], found[lane]);
+        }
+    }
+    let all = found.iter().chain(rest);
+    all.fold(f64::INFINITY, |least, &value| lesser(value, least))
+}
+
+/// The greatest value; minus infinity where all are not numbers.
+#[inline(always)]
+fn greatest(values: &[f64]) -> f64 {
+    let (groups, rest) = values.as_chunks::<LANES>();
+    let mut found = [f64::NEG_INFINITY; LANES];
+    for group in groups {
+        for lane in 0..LANES {
+            found[lane] = greater(group[lane], found[lane]);
+        }
+    }
+    let all = found.iter().chain(rest);
+    all.fold(f64::NEG_INFINITY, |most, &value| greater(value, most))
+}

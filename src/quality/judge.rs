@@ -1,0 +1,107 @@
+//! Everything that is measured on a mesh, by what is made once for all of its steps.
+
+use super::cells::per_cell;
+use super::detail::{N_DETAILS, detail_arrays};
+use super::faces::{self, FaceSummary};
+use super::reference::Reference;
+use super::size_skew::{self, SizeSkew};
+use super::summary::{Summary, assess};
+use crate::geometry::vector::Vector;
+use crate::mesh::{Adjacency, DataArray, Mesh};
+
+/// What a mesh and its later positions are judged by. The positions of the reference mesh stay with
+/// whoever has them.
+#[derive(Debug, Clone)]
+pub struct Judge {
+    /// Orientation of the cells in the reference mesh.
+    pub reference: Reference,
+    /// Which cells share each face.
+    pub adjacency: Adjacency,
+}
+
+/// Quality of a mesh in a few numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Quality {
+    /// Of its cells.
+    pub cells: Summary,
+    /// Of its faces.
+    pub faces: FaceSummary,
+    /// Of its cells against the reference mesh.
+    pub size_skew: SizeSkew,
+}
+
+impl Quality {
+    /// Names and values, those of `steps.csv` among them; a metric that is not defined is `None`.
+    pub fn columns(&self) -> Vec<(&'static str, Option<f64>)> {
+        let mut columns = self.cells.columns().to_vec();
+        columns.extend(self.faces.columns());
+        columns.extend(self.size_skew.columns());
+        columns
+    }
+}
+
+impl Judge {
+    /// For the reference mesh: orientation of its cells, and its faces.
+    pub fn new(mesh: &Mesh) -> Self {
+        Self {
+            reference: Reference::new(mesh),
+            adjacency: Adjacency::of(mesh),
+        }
+    }
+
+    /// Quality of `mesh` with nodes at `points`, beside those at `before` in the reference mesh.
+    ///
+    /// # Panics
+    /// When there are fewer positions than nodes, or the mesh has other cells than the reference.
+    pub fn assess(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Quality {
+        self.complete(self.cells(mesh, points), mesh, points, before)
+    }
+
+    /// The part of [`Judge::assess`] that tells of inverted cells.
+    pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
+        assess(mesh, points, &self.reference)
+    }
+
+    /// What [`Judge::assess`] gives, where the part of [`Judge::cells`] is there.
+    pub fn complete(
+        &self,
+        cells: Summary,
+        mesh: &Mesh,
+        points: &[Vector],
+        before: &[Vector],
+    ) -> Quality {
+        Quality {
+            cells,
+            faces: faces::assess(mesh, points, &self.reference, &self.adjacency),
+            size_skew: size_skew::assess(mesh, points, before, &self.reference),
+        }
+    }
+
+    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::CellMetrics) and
+    /// [`detail_arrays`], then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`.
+    ///
+    /// # Panics
+    /// As [`Judge::assess`].
+    pub fn arrays(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Vec<DataArray> {
+        let mut arrays = per_cell(mesh, points, &self.reference).into_arrays();
+        arrays.extend(detail_arrays(mesh, points, &self.reference));
+        let faces = faces::per_cell(mesh, points, &self.reference, &self.adjacency);
+        arrays.extend(faces.into_arrays());
+        arrays.push(size_skew::per_cell(mesh, points, before, &self.reference));
+        arrays
+    }
+
+    /// Bytes of one cell in all [arrays](Self::arrays): a flag, four metrics of the summary, the
+    /// details, three of faces, and the size-skew.
+    pub const ARRAY_BYTES: usize = 1 + 8 * (4 + N_DETAILS + 3 + 1);
+
+    /// Bytes that judging a mesh will take, one step at a time, before anything is made.
+    pub fn estimate_bytes(mesh: &Mesh) -> usize {
+        mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh)
+    }
+
+    /// Bytes held in memory.
+    pub fn memory_bytes(&self) -> usize {
+        self.reference.memory_bytes() + self.adjacency.memory_bytes()
+    }
+}

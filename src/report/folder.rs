@@ -1,0 +1,186 @@
+//! The folder of a sequence: its record and its table, with the motion as columns.
+
+use super::record::{Body, Record};
+use super::table::{self, Table};
+use crate::error::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Bodies whose motion is shown.
+const BODIES: usize = 8;
+
+/// What a folder says of its sequence.
+pub struct Sequence {
+    /// The folder.
+    pub folder: PathBuf,
+    /// The run, or the first part of it.
+    pub record: Record,
+    /// The finished steps. Motions of bodies are columns `body/pitch_deg` and so on.
+    pub table: Table,
+    /// Sentences on what is missing.
+    pub notes: Vec<String>,
+}
+
+impl Sequence {
+    /// Reads records and tables; no mesh.
+    pub fn read(folder: &Path) -> Result<Self> {
+        if folder.is_file() {
+            return Err(Error::input(
+                "this is a file; give the folder that `azimesh deform -o` has made",
+            )
+            .file(folder));
+        }
+        std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
+        let tables = whole_or_parts(folder, "steps", "csv");
+        let records = whole_or_parts(folder, "run", "json");
+        if tables.is_empty() && records.is_empty() {
+            return Err(Error::input(
+                "holds neither steps.csv nor run.json, so it is not the folder of a sequence; give one that \
+                 `azimesh deform -o` has made",
+            )
+            .file(folder));
+        }
+        let mut sequence = Self {
+            folder: folder.to_path_buf(),
+            record: Record::default(),
+            table: Table::read(&tables)?,
+            notes: Vec::new(),
+        };
+        sequence.take_records(&records)?;
+        sequence.add_motion();
+        sequence.note_what_is_missing();
+        Ok(sequence)
+    }
+
+    /// The first record; of further parts their warnings, and of parts that are not complete that.
+    fn take_records(&mut self, paths: &[PathBuf]) -> Result<()> {
+        for (at, path) in paths.iter().enumerate() {
+            let record = Record::read(path)?;
+            if at == 0 {
+                self.record = record;
+                continue;
+            }
+            for warning in record.warnings {
+                if !self.record.warnings.contains(&warning) {
+                    self.record.warnings.push(warning);
+                }
+            }
+            if record.outcome != "complete" {
+                self.record.outcome = record.outcome;
+            }
+        }
+        if paths.len() > 1 {
+            self.notes.push(format!(
+                "The sequence is in {} parts; inputs, options, base points and times are those of the first.",
+                paths.len()
+            ));
+        }
+        Ok(())
+    }
+
+    fn add_motion(&mut self) {
+        let steps: Vec<usize> = (0..self.table.len())
+            .map(|row| self.table.step(row))
+            .collect();
+        let Some(motion) = &self.record.motion else {
+            return;
+        };
+        for body in motion.bodies.iter().take(BODIES) {
+            for (key, values) in courses(body) {
+                let column = format!("{}/{key}", body.name);
+                let values: Vec<_> = steps
+                    .iter()
+                    .map(|&step| values.get(step).copied())
+                    .collect();
+                self.table.add(&column, &values);
+            }
+        }
+        if motion.bodies.len() > BODIES {
+            self.notes.push(format!(
+                "The motion is shown of the first {BODIES} of {} bodies.",
+                motion.bodies.len()
+            ));
+        }
+    }
+
+    fn note_what_is_missing(&mut self) {
+        let n = self.table.len();
+        if self.record.outcome.is_empty() {
+            let note =
+                "There is no run.json: inputs, options, base points and times are not known.";
+            self.notes.push(note.to_owned());
+        }
+        match self.record.steps {
+            Some(all) if n < all => self.notes.push(format!(
+                "{n} of the {all} steps of the schedule are finished."
+            )),
+            None if n == 0 => self.notes.push("No step is finished.".to_owned()),
+            _ => {}
+        }
+    }
+
+    /// The bodies' motions, where the record has them.
+    pub fn bodies(&self) -> &[Body] {
+        let motion = self.record.motion.as_ref();
+        motion.map_or(&[], |motion| {
+            &motion.bodies[..motion.bodies.len().min(BODIES)]
+        })
+    }
+
+    /// Azimuth of a row in degrees.
+    pub fn azimuth(&self, row: usize) -> f64 {
+        self.table.text(row, "azimuth_deg").parse().unwrap_or(0.0)
+    }
+
+    /// What the horizontal axes show: the azimuth where it grows from step to step, else the time, else
+    /// the number of the step.
+    pub fn abscissa(&self) -> &'static str {
+        let grows = |column: &&str| {
+            let values = self.table.numbers(column);
+            let pairs = values.windows(2);
+            self.table.has(column) && pairs.into_iter().all(|pair| pair[0] < pair[1])
+        };
+        let columns = ["azimuth_deg", "time_s"];
+        columns.into_iter().find(grows).unwrap_or("step")
+    }
+
+    /// Name of the case: that of the mesh without its endings.
+    pub fn case(&self) -> String {
+        let input = self.record.inputs.first().map_or("", |mesh| &mesh.file);
+        let name = Path::new(input).file_name().unwrap_or_default();
+        match crate::formats::case_name(&name.to_string_lossy()) {
+            "" | "-" => "sequence".to_owned(),
+            case => case.to_owned(),
+        }
+    }
+}
+
+/// What is known of a body over the steps of the schedule; angles that are always zero are left out.
+fn courses(body: &Body) -> Vec<(&'static str, Vec<f64>)> {
+    let tip = |axis: usize| body.tip_displacement.iter().map(|tip| tip[axis]).collect();
+    let angles = [
+        ("pitch_deg", body.pitch_deg.clone()),
+        ("flap_deg", body.flap_deg.clone()),
+        ("lag_deg", body.lag_deg.clone()),
+    ];
+    let angles = angles
+        .into_iter()
+        .filter(|(_, values)| values.iter().any(|x| *x != 0.0));
+    let lengths = [
+        ("tip_x", tip(0)),
+        ("tip_y", tip(1)),
+        ("tip_z", tip(2)),
+        ("max_displacement", body.max_displacement.clone()),
+    ];
+    let all = angles.chain(lengths);
+    all.filter(|(_, values): &(_, Vec<f64>)| !values.is_empty())
+        .collect()
+}
+
+/// The file of a whole sequence, or those of its parts.
+fn whole_or_parts(folder: &Path, stem: &str, extension: &str) -> Vec<PathBuf> {
+    let whole = folder.join(format!("{stem}.{extension}"));
+    match whole.is_file() {
+        true => vec![whole],
+        false => table::parts(folder, stem, extension),
+    }
+}

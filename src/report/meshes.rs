@@ -1,0 +1,85 @@
+//! The meshes of a sequence that the page needs: those of steps, and the one that was given.
+
+use super::folder::Sequence;
+use crate::error::{Error, Result};
+use crate::formats::{self, ReadOptions, Source};
+use crate::mesh::Mesh;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// Where the meshes of a sequence are.
+pub struct Meshes<'a> {
+    sequence: &'a Sequence,
+    options: &'a ReadOptions,
+}
+
+impl<'a> Meshes<'a> {
+    /// Those of a folder.
+    pub fn new(sequence: &'a Sequence, options: &'a ReadOptions) -> Self {
+        Self { sequence, options }
+    }
+
+    /// The mesh of a row of steps.csv.
+    pub fn at(&self, row: usize) -> Result<Mesh> {
+        let table = &self.sequence.table;
+        let name = table.text(row, "file");
+        if name.is_empty() {
+            return Err(Error::input("steps.csv names no file for it"));
+        }
+        // One file may hold many steps, in the order of the rows.
+        let before = (0..row)
+            .filter(|&other| table.text(other, "file") == name)
+            .count();
+        let is_alone =
+            before == 0 && (row + 1..table.len()).all(|other| table.text(other, "file") != name);
+        self.read(
+            &self.sequence.folder.join(name),
+            (!is_alone).then_some(before),
+        )
+    }
+
+    /// The mesh that was given, if it is where it was and has not changed since.
+    pub fn reference(&self) -> Result<Mesh> {
+        let input = self.sequence.record.inputs.first();
+        let input = input.ok_or_else(|| Error::input("run.json does not name it"))?;
+        let hash = input.blake3.as_ref();
+        let hash = hash.ok_or_else(|| Error::input("it came from standard input"))?;
+        let mut is_there = false;
+        for path in self.places(&input.file) {
+            let Ok(found) = hash_of(&path) else { continue };
+            is_there = true;
+            if found.to_string() == *hash {
+                return self.read(&path, None);
+            }
+        }
+        Err(Error::input(match is_there {
+            true => "it has changed since the run",
+            false => "it is not there any more",
+        })
+        .file(Path::new(&input.file)))
+    }
+
+    /// Where a path of run.json may be: from here, from the folder, from beside it.
+    fn places(&self, file: &str) -> [PathBuf; 3] {
+        let folder = &self.sequence.folder;
+        [
+            PathBuf::from(file),
+            folder.join(file),
+            folder.join("..").join(file),
+        ]
+    }
+
+    fn read(&self, path: &Path, step: Option<usize>) -> Result<Mesh> {
+        let options = ReadOptions {
+            step,
+            ..self.options.clone()
+        };
+        Ok(formats::read(&Source::open(path)?, &options)?.mesh)
+    }
+}
+
+fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(File::open(path)?)?;
+    Ok(hasher.finalize())
+}

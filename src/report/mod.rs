@@ -1,0 +1,65 @@
+//! One HTML page of a sequence: what moved, how exact and how good every step is, how long it took.
+//!
+//! ```text
+//! folder ── Sequence::read ──> run.json, steps.csv ── charts ──────────────> figures ─┐
+//!               │                                                                     ├── page
+//!               └── a few meshes ── gallery: histogram, cuts coloured by quality ─────┘
+//! ```
+//!
+//! Owns the page and how a mesh is cut to be drawn on it. Leaves to others what a step is, how good
+//! a cell is and how a mesh file is read. The figures are SVG of its own making: their colours and
+//! strokes are classes, so that one style sheet serves a bright screen, a dark one and paper, which
+//! the plotting crates, with colours and sizes in every element, do not allow.
+
+mod axis;
+mod charts;
+mod choose;
+mod columns;
+mod cut;
+mod folder;
+mod gallery;
+mod html;
+mod meshes;
+mod page;
+mod plot;
+mod record;
+mod section;
+mod selection;
+mod series;
+mod slice;
+mod table;
+#[cfg(test)]
+mod tests;
+mod view;
+
+use crate::error::Result;
+use crate::formats::ReadOptions;
+use std::path::Path;
+
+/// A page and what could not be put on it.
+#[derive(Debug, Clone)]
+pub struct Page {
+    /// The page; the same bytes for the same folder.
+    pub html: String,
+    /// Number of finished steps that it shows.
+    pub n_steps: usize,
+    /// Sentences on what is missing; they are on the page as well.
+    pub notes: Vec<String>,
+}
+
+/// The page of the sequence in a folder, finished or not.
+///
+/// Reads `run.json` and `steps.csv`, or those of its parts, and the meshes of at most six steps.
+///
+/// # Errors
+/// Where the folder holds no sequence, or its records cannot be read. A missing mesh is a note.
+pub fn page(folder: &Path, options: &ReadOptions) -> Result<Page> {
+    let mut sequence = folder::Sequence::read(folder)?;
+    let gallery = gallery::gallery(&mut sequence, options);
+    let html = page::html(&sequence, &gallery);
+    Ok(Page {
+        html,
+        n_steps: sequence.table.len(),
+        notes: sequence.notes,
+    })
+}

@@ -1,0 +1,324 @@
+//! The page: its sections in order, its style sheet and script, and the values that the slider shows.
+
+use super::charts::{Charts, capitalized, with_unit};
+use super::choose;
+use super::columns;
+use super::folder::Sequence;
+use super::gallery::Gallery;
+use super::html::{count, embedded, escape, short};
+use super::plot::Plot;
+use super::{selection, slice};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+/// Steps that the slider stops at; of more of them some are left out.
+const STOPS: usize = 2000;
+/// Warnings that are listed.
+const WARNINGS: usize = 100;
+
+/// The page of a sequence.
+pub fn html(sequence: &Sequence, gallery: &Gallery) -> String {
+    let case = escape(&sequence.case());
+    let charts = Charts::new(sequence);
+    let stops = stops(sequence);
+    let mut body = header(sequence, &case);
+    if !stops.is_empty() {
+        body += &slider(sequence, &stops);
+        body += &values(sequence);
+    }
+    body += &figures("Motion", "", &charts.motion());
+    body += &figures("Accuracy", "", &charts.accuracy());
+    body += &figures("Choice of base points", "", &selection::plots(sequence));
+    let mut quality = charts.quality();
+    quality.extend(gallery.histogram.clone());
+    body += &figures("Quality of the cells", "", &quality);
+    body += &cuts(gallery);
+    body += &figures(
+        "Time",
+        &stages(sequence),
+        &charts.time().into_iter().collect::<Vec<_>>(),
+    );
+    body += &inputs(sequence);
+    let data = data(sequence, &charts, &stops);
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
+         <title>{case}: azimesh report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}\
+         <script type=\"application/json\" id=\"data\">{}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        embedded(&data)
+    )
+}
+
+fn header(sequence: &Sequence, case: &str) -> String {
+    let record = &sequence.record;
+    let table = &sequence.table;
+    let most = |column: &str| table.numbers(column).into_iter().flatten().reduce(f64::max);
+    let least = |column: &str| table.numbers(column).into_iter().flatten().reduce(f64::min);
+    let steps = match record.steps {
+        Some(all) if all != table.len() => format!("{} of {all}", table.len()),
+        _ => table.len().to_string(),
+    };
+    let mut tiles = vec![
+        ("run", record.state().to_owned(), false),
+        ("steps", steps, false),
+    ];
+    let mut add = |name, value: Option<String>, is_bad: bool| {
+        tiles.extend(value.map(|value| (name, value, is_bad)));
+    };
+    add("nodes", record.nodes.map(count), false);
+    add("cells", record.cells.map(count), false);
+    add("base points", most("base_points").map(short), false);
+    add(
+        "largest surface error",
+        most("max_surface_error").map(short),
+        false,
+    );
+    let jacobian = least("min_scaled_jacobian");
+    add(
+        "smallest scaled Jacobian",
+        jacobian.map(short),
+        jacobian.is_some_and(|q| q <= 0.0),
+    );
+    let inverted = most("inverted");
+    add(
+        "inverted cells, most",
+        inverted.map(short),
+        inverted.is_some_and(|n| n > 0.0),
+    );
+    let seconds = record.seconds.get("total").and_then(Value::as_f64);
+    add("seconds", seconds.map(short), false);
+    let tiles: String = tiles
+        .into_iter()
+        .map(|(name, value, is_bad)| {
+            let class = if is_bad { " class=\"bad\"" } else { "" };
+            format!(
+                "<div{class}><dt>{name}</dt><dd>{}</dd></div>",
+                escape(&value)
+            )
+        })
+        .collect();
+    let program = match record.program.as_str() {
+        "" => String::new(),
+        program => format!(" by {}", escape(program)),
+    };
+    let mut html = format!(
+        "<header>\n<h1>{case}</h1>\n<p>A mesh in motion{program}</p>\n<dl class=\"tiles\">{tiles}</dl>\n"
+    );
+    html += &list("notes", "", &sequence.notes);
+    let stopped = record.state() == "stopped";
+    if stopped {
+        html += &list("notes", "", std::slice::from_ref(&record.outcome));
+    }
+    html += &warnings(&record.warnings);
+    html + "</header>\n<main>\n"
+}
+
+fn warnings(all: &[String]) -> String {
+    let shown = &all[..all.len().min(WARNINGS)];
+    if shown.is_empty() {
+        return String::new();
+    }
+    let mut sentences = shown.to_vec();
+    if all.len() > WARNINGS {
+        sentences.push(format!("and {} more in run.json", all.len() - WARNINGS));
+    }
+    let open = if all.len() <= 3 { " open" } else { "" };
+    let title = match all.len() {
+        1 => "1 warning".to_owned(),
+        n => format!("{n} warnings"),
+    };
+    let items = list("warnings", "", &sentences);
+    format!("<details{open}><summary>{title}</summary>{items}</details>\n")
+}
+
+fn list(class: &str, title: &str, sentences: &[String]) -> String {
+    if sentences.is_empty() {
+        return String::new();
+    }
+    let items: String = sentences
+        .iter()
+        .map(|sentence| format!("<li>{}</li>", escape(sentence)))
+        .collect();
+    format!("{title}<ul class=\"{class}\">{items}</ul>\n")
+}
+
+/// Rows that the slider stops at: all, or some evenly and those that are drawn.
+fn stops(sequence: &Sequence) -> Vec<usize> {
+    let n = sequence.table.len();
+    let every = n.div_ceil(STOPS).max(1);
+    let mut rows: Vec<usize> = (0..n).step_by(every).collect();
+    rows.extend(choose::drawn(&sequence.table));
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
+fn slider(sequence: &Sequence, stops: &[usize]) -> String {
+    let last = stops.len() - 1;
+    let worst = choose::worst(&sequence.table);
+    let worst = worst.and_then(|row| stops.iter().position(|stop| *stop == row));
+    let worst = worst.map_or_else(String::new, |at| {
+        format!("<button type=\"button\" data-stop=\"{at}\">worst</button>")
+    });
+    let left_out = match stops.len() < sequence.table.len() {
+        true => format!(
+            "<p class=\"remark\">The slider stops at {} of {} steps.</p>",
+            stops.len(),
+            sequence.table.len()
+        ),
+        false => String::new(),
+    };
+    format!(
+        "<form class=\"slider\" autocomplete=\"off\">\n<label for=\"step\"><output id=\"which\"></output></label>\n\
+         <div class=\"row\"><button type=\"button\" data-by=\"-1\" aria-label=\"step before\">◀</button>\
+         <input type=\"range\" id=\"step\" min=\"0\" max=\"{last}\" step=\"1\" value=\"0\">\
+         <button type=\"button\" data-by=\"1\" aria-label=\"next step\">▶</button>{worst}</div>{left_out}\n</form>\n\
+         <noscript><p class=\"remark\">The slider needs JavaScript; steps.csv has the values of every step.</p></noscript>\n"
+    )
+}
+
+/// Every column that has a value, for the chosen step.
+fn values(sequence: &Sequence) -> String {
+    let table = &sequence.table;
+    let named = table.columns.iter().filter(|name| shown(sequence, name));
+    let values: String = named
+        .map(|column| {
+            let name = escape(&capitalized(&with_unit(column)));
+            let column = escape(column);
+            format!("<div><dt>{name}</dt><dd><output data-column=\"{column}\"></output></dd></div>")
+        })
+        .collect();
+    format!("<section>\n<h2>At this step</h2>\n<dl class=\"values\">{values}</dl>\n</section>\n")
+}
+
+fn shown(sequence: &Sequence, column: &str) -> bool {
+    let rows = 0..sequence.table.len();
+    let has_text = columns::is_text(column)
+        && rows
+            .into_iter()
+            .any(|row| !sequence.table.text(row, column).is_empty());
+    has_text || sequence.table.has(column)
+}
+
+fn figures(title: &str, before: &str, plots: &[Plot]) -> String {
+    if plots.is_empty() && before.is_empty() {
+        return String::new();
+    }
+    let figures: String = plots.iter().map(Plot::figure).collect();
+    format!(
+        "<section>\n<h2>{title}</h2>\n{before}<div class=\"figures\">\n{figures}</div>\n</section>\n"
+    )
+}
+
+fn cuts(gallery: &Gallery) -> String {
+    if gallery.pictures.is_empty() {
+        return String::new();
+    }
+    let mut figures = String::new();
+    for picture in &gallery.pictures {
+        let caption = escape(&picture.caption);
+        let caption = match picture.row {
+            Some(row) => format!("<button type=\"button\" data-row=\"{row}\">{caption}</button>"),
+            None => caption,
+        };
+        write!(
+            figures,
+            "<figure><figcaption>{caption}</figcaption>{}</figure>\n",
+            picture.svg
+        )
+        .expect("a string takes any text");
+    }
+    format!(
+        "<section>\n<h2>Cuts through the mesh</h2>\n<p>{} The bar is in mesh units.</p>\n{}<div class=\"figures\">\n{figures}</div>\n</section>\n",
+        escape(&gallery.sentence),
+        slice::colour_key()
+    )
+}
+
+/// Seconds of each stage of the run.
+fn stages(sequence: &Sequence) -> String {
+    let names = [
+        ("selection", "choosing base points"),
+        ("modes", "evaluating them at the nodes"),
+        ("steps", "positions and quality of all steps"),
+        ("writing", "writing meshes, beside the next step"),
+        ("total", "the whole run"),
+    ];
+    let seconds = &sequence.record.seconds;
+    let row = |key: &String, value: &Value| {
+        let name = names.iter().find(|(name, _)| name == key);
+        let name = name.map_or(key.as_str(), |(_, name)| name);
+        let value = value.as_f64().map(short)?;
+        Some((capitalized(name), format!("{value} s")))
+    };
+    rows(seconds.iter().filter_map(|(key, value)| row(key, value)))
+}
+
+fn inputs(sequence: &Sequence) -> String {
+    let record = &sequence.record;
+    let files = record.inputs.iter().map(|input| {
+        let hash = input.blake3.as_ref().map_or("not known", |hash| hash);
+        (input.file.clone(), format!("BLAKE3 {hash}"))
+    });
+    let text = |value: &Value| {
+        value
+            .as_str()
+            .map_or_else(|| value.to_string(), str::to_owned)
+    };
+    let options = record
+        .options
+        .iter()
+        .map(|(key, value)| (key.replace('_', " "), text(value)));
+    let counts = [
+        ("surface points", record.surface_points),
+        ("modes of the motion", record.modes),
+    ];
+    let counts = counts
+        .into_iter()
+        .filter_map(|(name, n)| Some((name.to_owned(), count(n?))));
+    let files = rows(files);
+    let options = rows(options.chain(counts));
+    if files.is_empty() && options.is_empty() {
+        return "</main>\n".to_owned();
+    }
+    let chosen = list(
+        "chosen",
+        "<h3>What the schedule left open</h3>\n",
+        &record.chosen,
+    );
+    format!(
+        "<section>\n<h2>Inputs</h2>\n{files}<h3>Options</h3>\n{options}{chosen}</section>\n</main>\n"
+    )
+}
+
+fn rows(entries: impl Iterator<Item = (String, String)>) -> String {
+    let rows: String = entries
+        .map(|(name, value)| {
+            format!(
+                "<tr><th scope=\"row\">{}</th><td>{}</td></tr>",
+                escape(&name),
+                escape(&value)
+            )
+        })
+        .collect();
+    match rows.is_empty() {
+        true => String::new(),
+        false => format!("<table>{rows}</table>\n"),
+    }
+}
+
+/// What the script knows of the steps.
+fn data(sequence: &Sequence, charts: &Charts<'_>, stops: &[usize]) -> Value {
+    let table = &sequence.table;
+    let rows = stops.iter().map(|&row| table.row(row));
+    json!({
+        "of": sequence.record.steps.unwrap_or(table.len()),
+        "columns": table.columns,
+        "stops": stops,
+        "x": stops.iter().map(|&row| charts.places()[row]).collect::<Vec<_>>(),
+        "rows": rows.collect::<Vec<_>>(),
+    })
+}

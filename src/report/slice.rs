@@ -1,0 +1,254 @@
+//! The picture of a cut: polygons coloured by quality, in so few bytes that a page holds several.
+//!
+//! Polygons of one colour are one path in whole units. What is smaller than a dot on a screen is drawn
+//! as that dot, in the colour of the worst cell that is in it; the dots grow until there are few enough.
+
+use super::cut::{Flat, Piece, Window};
+use super::html::{escape, short};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Units across a picture; about ten to a dot on a screen.
+const ACROSS: f64 = 4000.0;
+/// Polygons and dots of a picture, at most.
+const DRAWN: usize = 6000;
+/// Colours from 0 to 1.
+const COLOURS: usize = 16;
+/// Units across a polygon from which on its edges are drawn.
+const WITH_EDGES: f64 = 28.0;
+
+/// What is in a picture.
+pub struct Slice<'a> {
+    /// The cells.
+    pub pieces: &'a [Piece],
+    /// Quality of every cell of the mesh; NaN where it has none.
+    pub quality: &'a [f64],
+    /// The surface of the body.
+    pub outline: &'a [[Flat; 2]],
+    /// Where that was.
+    pub before: &'a [[Flat; 2]],
+    /// What is seen.
+    pub window: Window,
+}
+
+/// A polygon in units of the picture.
+struct Shape {
+    corners: Vec<[i32; 2]>,
+    colour: Colour,
+    has_edges: bool,
+}
+
+/// A colour, best first: later ones are drawn over earlier ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Colour {
+    None,
+    Good(std::cmp::Reverse<usize>),
+    Inverted,
+}
+
+impl Colour {
+    fn of(quality: f64) -> Self {
+        match quality {
+            q if q.is_nan() => Colour::None,
+            q if q <= 0.0 => Colour::Inverted,
+            q => {
+                let colour = (q * COLOURS as f64) as usize;
+                Colour::Good(std::cmp::Reverse(colour.min(COLOURS - 1)))
+            }
+        }
+    }
+
+    fn class(self) -> String {
+        match self {
+            Colour::None => "qn".to_owned(),
+            Colour::Good(std::cmp::Reverse(colour)) => format!("q{colour}"),
+            Colour::Inverted => "qi".to_owned(),
+        }
+    }
+}
+
+impl Slice<'_> {
+    /// The SVG element.
+    pub fn svg(&self, in_words: &str) -> String {
+        let height = ACROSS * self.window.half[1] / self.window.half[0];
+        let shapes = self.few_enough();
+        let mut paths: BTreeMap<(Colour, bool), String> = BTreeMap::new();
+        for shape in &shapes {
+            let d = paths.entry((shape.colour, shape.has_edges)).or_default();
+            outline_of(&shape.corners, d);
+        }
+        let mut svg = String::new();
+        for ((colour, has_edges), d) in &paths {
+            let edges = if *has_edges { " e" } else { "" };
+            write!(svg, "<path class=\"{}{edges}\" d=\"{d}\"/>", colour.class())
+                .expect("a string takes any text");
+        }
+        for (class, segments) in [("before", self.before), ("body", self.outline)] {
+            let d = self.lines(segments);
+            write!(svg, "<path class=\"{class}\" d=\"{d}\"/>").expect("a string takes any text");
+        }
+        self.scale_bar(height, &mut svg);
+        format!(
+            "<svg class=\"slice\" viewBox=\"0 0 {ACROSS} {height:.0}\" role=\"img\" aria-label=\"{}\">{svg}</svg>",
+            escape(in_words)
+        )
+    }
+
+    /// Shapes with dots as small as their number allows.
+    fn few_enough(&self) -> Vec<Shape> {
+        let mut dot = 5;
+        loop {
+            let shapes = self.shapes(dot);
+            if shapes.len() <= DRAWN || f64::from(dot) > ACROSS / 8.0 {
+                return shapes;
+            }
+            dot += dot.div_euclid(2);
+        }
+    }
+
+    fn shapes(&self, dot: i32) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        let mut dots: BTreeMap<[i32; 2], Colour> = BTreeMap::new();
+        for piece in self.pieces {
+            let colour = Colour::of(self.quality.get(piece.cell).copied().unwrap_or(f64::NAN));
+            let mut corners: Vec<[i32; 2]> = piece.corners.iter().map(|&x| self.place(x)).collect();
+            corners.dedup();
+            let [low, high] = box_around(&corners);
+            let longest = (high[0] - low[0]).max(high[1] - low[1]);
+            if longest < dot {
+                let place = [0, 1].map(|axis| low[axis].midpoint(high[axis]).div_euclid(dot));
+                let worst = dots.entry(place).or_insert(colour);
+                *worst = colour.max(*worst);
+                continue;
+            }
+            let thickness = twice_area(&corners).abs() as f64 / (2.0 * f64::from(longest));
+            shapes.push(Shape {
+                corners,
+                colour,
+                has_edges: thickness >= WITH_EDGES,
+            });
+        }
+        shapes.extend(dots.into_iter().map(|([x, y], colour)| {
+            let (x, y) = (x * dot, y * dot);
+            Shape {
+                corners: vec![[x, y], [x + dot, y], [x + dot, y + dot], [x, y + dot]],
+                colour,
+                has_edges: false,
+            }
+        }));
+        shapes
+    }
+
+    /// A place of the plane in units of the picture, y downward.
+    fn place(&self, x: Flat) -> [i32; 2] {
+        let scale = 0.5 * ACROSS / self.window.half[0];
+        let [right, up] = [0, 1].map(|axis| x[axis] - self.window.centre[axis]);
+        let unit = |x: f64| x.clamp(-1e6, 1e6).round() as i32;
+        [
+            unit((right + self.window.half[0]) * scale),
+            unit((self.window.half[1] - up) * scale),
+        ]
+    }
+
+    /// Segments as few lines as they can be joined to in their order.
+    fn lines(&self, segments: &[[Flat; 2]]) -> String {
+        let mut d = String::new();
+        let mut end = None;
+        for [from, to] in segments
+            .iter()
+            .map(|segment| segment.map(|x| self.place(x)))
+        {
+            if from == to {
+                continue;
+            }
+            if end != Some(from) {
+                write!(d, "M{} {}", from[0], from[1]).expect("a string takes any text");
+            }
+            write!(d, "L{} {}", to[0], to[1]).expect("a string takes any text");
+            end = Some(to);
+        }
+        d
+    }
+
+    /// A bar of a round length that is about a fifth of the picture.
+    fn scale_bar(&self, height: f64, svg: &mut String) {
+        let wanted = 0.4 * self.window.half[0];
+        let power = 10f64.powf(wanted.log10().floor());
+        let digits = [5.0, 2.0, 1.0].into_iter();
+        let digit = digits
+            .filter(|digit| digit * power <= wanted)
+            .fold(1.0, f64::max);
+        let units = digit * power * 0.5 * ACROSS / self.window.half[0];
+        let y = height - 130.0;
+        write!(
+            svg,
+            "<g class=\"scale\"><rect x=\"80\" y=\"{:.0}\" width=\"{:.0}\" height=\"230\" rx=\"40\"/>\
+             <path d=\"M150 {y:.0}h{units:.0}\"/><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{}</text></g>",
+            y - 160.0,
+            units + 140.0,
+            150.0 + 0.5 * units,
+            y - 30.0,
+            short(digit * power)
+        )
+        .expect("a string takes any text");
+    }
+}
+
+/// A closed polygon with relative coordinates, which are shorter.
+fn outline_of(corners: &[[i32; 2]], d: &mut String) {
+    let mut last: Option<[i32; 2]> = None;
+    for &[x, y] in corners {
+        match last {
+            None => write!(d, "M{x} {y}l"),
+            Some([from_x, from_y]) => {
+                let (right, down) = (x - from_x, y - from_y);
+                // A minus separates as well as a blank does.
+                let blank = |value: i32| if value < 0 { "" } else { " " };
+                let lead = if d.ends_with('l') { "" } else { blank(right) };
+                write!(d, "{lead}{right}{}{down}", blank(down))
+            }
+        }
+        .expect("a string takes any text");
+        last = Some([x, y]);
+    }
+    d.push('z');
+}
+
+fn box_around(corners: &[[i32; 2]]) -> [[i32; 2]; 2] {
+    let start = [[i32::MAX; 2], [i32::MIN; 2]];
+    corners.iter().fold(start, |[low, high], corner| {
+        [
+            [0, 1].map(|axis| low[axis].min(corner[axis])),
+            [0, 1].map(|axis| high[axis].max(corner[axis])),
+        ]
+    })
+}
+
+fn twice_area(corners: &[[i32; 2]]) -> i64 {
+    let wide = |corner: [i32; 2]| corner.map(i64::from);
+    let next = corners.iter().cycle().skip(1);
+    let pairs = corners.iter().zip(next).map(|(&a, &b)| (wide(a), wide(b)));
+    pairs
+        .map(|([x, y], [next_x, next_y])| x * next_y - next_x * y)
+        .sum()
+}
+
+/// The colours and what they stand for.
+pub fn colour_key() -> String {
+    let mut svg = String::new();
+    for colour in 0..COLOURS {
+        write!(
+            svg,
+            "<path class=\"q{colour}\" d=\"M{} 0h20v12h-20z\"/>",
+            colour * 20
+        )
+        .expect("a string takes any text");
+    }
+    format!(
+        "<p class=\"key\"><span>0</span><svg viewBox=\"0 0 320 12\" role=\"img\" aria-label=\"Colours from 0, dark, to 1, \
+         bright\">{svg}</svg><span>1</span> <span>scaled Jacobian</span> \
+         <svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qi\" d=\"M0 0h12v12h-12z\"/></svg><span>inverted</span> \
+         <svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qn\" d=\"M0 0h12v12h-12z\"/></svg><span>not defined \
+         for the cell</span></p>"
+    )
+}

@@ -1,0 +1,164 @@
+//! steps.csv: the finished steps, one row each, in order.
+
+use super::columns;
+use crate::error::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// The rows of one table or of the tables of several parts.
+#[derive(Debug, Clone, Default)]
+pub struct Table {
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Reads tables with the same columns; rows come in the order of their steps, each step once.
+    pub fn read(paths: &[PathBuf]) -> Result<Self> {
+        let mut table = Self::default();
+        for path in paths {
+            let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+            table.append(&text).map_err(|error| error.file(path))?;
+        }
+        let steps = table.numbers("step");
+        let mut rows: Vec<(f64, Vec<String>)> = Vec::with_capacity(steps.len());
+        for (step, row) in steps.into_iter().zip(table.rows) {
+            rows.push((step.unwrap_or(f64::INFINITY), row));
+        }
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows.dedup_by(|a, b| a.0 == b.0);
+        table.rows = rows.into_iter().map(|(_, row)| row).collect();
+        Ok(table)
+    }
+
+    fn append(&mut self, text: &str) -> Result<()> {
+        let mut records = records(text).into_iter();
+        let Some((_, header)) = records.next() else {
+            return Ok(());
+        };
+        if !header.iter().any(|name| name == "step") {
+            return Err(Error::input("has no column `step`: this is no table of steps").line(1));
+        }
+        if !self.columns.is_empty() && self.columns != header {
+            return Err(Error::input("its columns are not those of the other parts").line(1));
+        }
+        self.columns = header;
+        for (line, record) in records {
+            self.check(&record).map_err(|error| error.line(line))?;
+            self.rows.push(record);
+        }
+        Ok(())
+    }
+
+    fn check(&self, record: &[String]) -> Result<()> {
+        if record.len() != self.columns.len() {
+            return Err(Error::input(format!(
+                "a row of {} values under {} columns",
+                record.len(),
+                self.columns.len()
+            )));
+        }
+        for (name, value) in self.columns.iter().zip(record) {
+            let needed = name == "step" && value.is_empty();
+            let wrong = !value.is_empty() && value.parse::<f64>().is_err();
+            if needed || columns::is_number(name) && wrong {
+                return Err(Error::input(format!(
+                    "{name} is \"{value}\"; it should be a number"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The text in a row; empty where there is no such column.
+    pub fn text(&self, row: usize, column: &str) -> &str {
+        self.place(column).map_or("", |at| &self.rows[row][at])
+    }
+
+    /// A row, in the order of the columns.
+    pub fn row(&self, row: usize) -> &[String] {
+        &self.rows[row]
+    }
+
+    /// A column as numbers; `None` where a value is not known.
+    pub fn numbers(&self, column: &str) -> Vec<Option<f64>> {
+        let at = self.place(column);
+        let number = |row: &Vec<String>| row[at?].parse().ok().filter(|x: &f64| x.is_finite());
+        self.rows.iter().map(number).collect()
+    }
+
+    /// The number of a step in the schedule.
+    pub fn step(&self, row: usize) -> usize {
+        self.text(row, "step").parse().unwrap_or(row)
+    }
+
+    /// Whether a column has a value in any row.
+    pub fn has(&self, column: &str) -> bool {
+        self.numbers(column).iter().any(Option::is_some)
+    }
+
+    /// Adds a column; `None` stays empty.
+    pub fn add(&mut self, column: &str, values: &[Option<f64>]) {
+        self.columns.push(column.to_owned());
+        for (row, value) in self.rows.iter_mut().zip(values) {
+            row.push(value.map_or_else(String::new, |value| value.to_string()));
+        }
+    }
+
+    fn place(&self, column: &str) -> Option<usize> {
+        self.columns.iter().position(|name| name == column)
+    }
+}
+
+/// Records with the lines that they begin at. The last one counts when its line has ended: a run that
+/// was killed may leave half a row.
+fn records(text: &str) -> Vec<(u64, Vec<String>)> {
+    let mut found = Vec::new();
+    let mut record = vec![String::new()];
+    let (mut line, mut first, mut is_quoted) = (1, 1, false);
+    let mut characters = text.chars().peekable();
+    while let Some(c) = characters.next() {
+        let field = record.last_mut().expect("a record has a field at least");
+        line += u64::from(c == '\n');
+        match (c, is_quoted) {
+            ('"', true) if characters.peek() == Some(&'"') => {
+                characters.next();
+                field.push('"');
+            }
+            ('"', _) => is_quoted = !is_quoted,
+            (',', false) => record.push(String::new()),
+            ('\n', false) => {
+                found.push((first, std::mem::replace(&mut record, vec![String::new()])));
+                first = line;
+            }
+            ('\r', false) => {}
+            _ => field.push(c),
+        }
+    }
+    found
+}
+
+/// Tables of the parts of a sequence in a folder, with the steps that their names say, in order.
+pub fn parts(folder: &Path, stem: &str, extension: &str) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut found: Vec<([usize; 2], PathBuf)> = entries
+        .filter_map(|entry| {
+            let path = entry.ok()?.path();
+            let name = path.file_name()?.to_str()?;
+            let inside = name.strip_prefix(stem)?.strip_prefix('_')?;
+            let range = inside.strip_suffix(extension)?.strip_suffix('.')?;
+            let (start, end) = range.split_once('-')?;
+            let range = [start.parse().ok()?, end.parse().ok()?];
+            Some((range, path))
+        })
+        .collect();
+    found.sort();
+    found.into_iter().map(|(_, path)| path).collect()
+}

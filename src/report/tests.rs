@@ -1,0 +1,282 @@
+//! The room as a whole: sections of every kind of cell, pictures that stay small, tables and folders as
+//! runs leave them.
+
+use super::cut::{Cut, Flat, Piece, Plane, Window};
+use super::folder::Sequence;
+use super::slice::Slice;
+use super::table::Table;
+use crate::formats::{self, ReadOptions, Source};
+use crate::geometry::Bounds;
+use crate::geometry::vector::{Vector, cross, dot, scale, unit};
+use crate::mesh::Mesh;
+use crate::quality::{Reference, per_cell};
+use std::path::Path;
+
+fn mesh(name: &str) -> Mesh {
+    let path = Path::new("testdata").join(name);
+    let source = Source::open(&path).expect("it is there");
+    let loaded = formats::read(&source, &ReadOptions::default());
+    loaded.expect("it is good").mesh
+}
+
+fn plane(normal: Vector, height: f64) -> Plane {
+    let normal = unit(normal).expect("it has a length");
+    let right = unit(cross([0.3, 1.0, -0.2], normal)).expect("they are not parallel");
+    Plane {
+        origin: scale(normal, height),
+        normal,
+        right,
+        up: cross(normal, right),
+    }
+}
+
+const EVERYTHING: Window = Window {
+    centre: [0.0; 2],
+    half: [1e9; 2],
+};
+
+fn area(corners: &[Flat]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    let pairs = corners.iter().zip(next);
+    0.5 * pairs
+        .map(|(a, b)| a[0] * b[1] - b[0] * a[1])
+        .sum::<f64>()
+        .abs()
+}
+
+/// Cavalieri's principle, cell by cell: the areas of many cuts add up to the volume.
+#[test]
+fn cuts_through_cells_of_every_kind_add_up_to_their_volumes() {
+    const CUTS: usize = 400;
+    for name in ["mixed_cells_base64.vtu", "polyhedra_ascii.vtu"] {
+        let mesh = mesh(name);
+        let volume = per_cell(&mesh, &mesh.points, &Reference::new(&mesh)).volume;
+        for normal in [[1.0, 0.7, 0.3], [0.0, 0.0, 1.0]] {
+            let along = plane(normal, 0.0).normal;
+            let heights = mesh.points.iter().map(|x| dot(*x, along));
+            let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+                (l.min(x), h.max(x))
+            });
+            let step = (high - low) / CUTS as f64;
+            let mut swept = vec![0.0; mesh.cells.len()];
+            for i in 0..CUTS {
+                let plane = plane(normal, low + (i as f64 + 0.5) * step);
+                for piece in Cut::new(&mesh, plane).pieces(&EVERYTHING) {
+                    swept[piece.cell] += step * area(&piece.corners);
+                }
+            }
+            let size = volume
+                .iter()
+                .copied()
+                .filter(|v| !v.is_nan())
+                .fold(0.0, f64::max);
+            for (cell, (swept, volume)) in swept.iter().zip(&volume).enumerate() {
+                let kind = mesh.cells.get(cell).kind.name();
+                let expected = if volume.is_nan() { 0.0 } else { volume.abs() };
+                assert!(
+                    (swept - expected).abs() < 0.01 * size,
+                    "{name}: {kind} {cell}: {swept}, {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_plane_through_nodes_cuts_no_cell_twice_and_leaves_no_gap() {
+    let mesh = mesh("block.vtu");
+    let flat = Cut::new(&mesh, plane([0.0, 0.0, 1.0], 0.0)).pieces(&EVERYTHING);
+    assert_eq!(
+        flat.len(),
+        mesh.volume_runs().map(|run| run.n_cells()).sum::<usize>()
+    );
+    let mesh = self::mesh("mixed_cells_base64.vtu");
+    let bounds = Bounds::around(&mesh.points);
+    for part in [0.0, 0.25, 0.5, 1.0] {
+        let height = bounds.low[2] + part * (bounds.high[2] - bounds.low[2]);
+        let pieces = Cut::new(&mesh, plane([0.0, 0.0, 1.0], height)).pieces(&EVERYTHING);
+        let mut cells: Vec<usize> = pieces.iter().map(|piece| piece.cell).collect();
+        cells.dedup();
+        assert_eq!(cells.len(), pieces.len(), "convex cells have one piece");
+        let total: f64 = pieces.iter().map(|piece| area(&piece.corners)).sum();
+        let near = Cut::new(&mesh, plane([0.0, 0.0, 1.0], height - 1e-9)).pieces(&EVERYTHING);
+        let expected: f64 = near.iter().map(|piece| area(&piece.corners)).sum();
+        assert!(
+            (total - expected).abs() < 1e-6 || part == 0.0,
+            "{part}: {total}, {expected}"
+        );
+    }
+}
+
+#[test]
+fn the_outline_of_a_body_is_closed() {
+    let mesh = mesh("wing_on_plane.vtu");
+    let tags = vec!["wing".to_owned()];
+    let outline = Cut::new(&mesh, plane([0.0, 0.0, 1.0], 0.4)).outline(&tags);
+    assert!(outline.len() > 8, "{}", outline.len());
+    let same = |a: Flat, b: Flat| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-12;
+    for end in outline.iter().flatten() {
+        let here = outline.iter().flatten().filter(|other| same(**other, *end));
+        assert_eq!(here.count(), 2);
+    }
+}
+
+fn squares(n: usize) -> Vec<Piece> {
+    let square = |cell: usize| {
+        let size = 2.0 / n as f64;
+        let (x, y) = (
+            (cell % n) as f64 * size - 1.0,
+            (cell / n) as f64 * size - 1.0,
+        );
+        Piece {
+            cell,
+            corners: vec![[x, y], [x + size, y], [x + size, y + size], [x, y + size]],
+        }
+    };
+    (0..n * n).map(square).collect()
+}
+
+#[test]
+fn a_picture_of_a_large_mesh_stays_small_and_shows_the_worst_cell() {
+    let pieces = squares(600);
+    let mut quality = vec![0.9; pieces.len()];
+    quality[123_456] = -0.2;
+    let slice = Slice {
+        pieces: &pieces,
+        quality: &quality,
+        outline: &[],
+        before: &[],
+        window: Window {
+            centre: [0.0; 2],
+            half: [1.0, 0.7],
+        },
+    };
+    let svg = slice.svg("squares");
+    assert!(svg.len() < 300_000, "{}", svg.len());
+    assert!(svg.contains("class=\"qi\""));
+    let few = squares(10);
+    let slice = Slice {
+        pieces: &few,
+        ..slice
+    };
+    assert_eq!(slice.svg("squares").matches('z').count(), few.len());
+}
+
+const TABLE: &str = "step,azimuth_deg,file\n0,0,\"a,b.vtu\"\n1,10,c\"\"\"d\ne\".vtu\n2,20,\n";
+
+fn sequence(files: &[(&str, &str)]) -> Result<Sequence, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, content) in files {
+        std::fs::write(folder.path().join(name), content).expect("it can be written");
+    }
+    Sequence::read(folder.path()).map_err(|error| error.to_string())
+}
+
+fn table(text: &str) -> Table {
+    sequence(&[("steps.csv", text)]).expect("it is good").table
+}
+
+#[test]
+fn a_table_is_read_with_its_quotes_and_without_a_row_that_was_cut_short() {
+    let whole = table(TABLE);
+    assert_eq!(whole.text(0, "file"), "a,b.vtu");
+    assert_eq!(whole.text(1, "file"), "c\"d\ne.vtu");
+    assert_eq!(
+        whole.numbers("azimuth_deg"),
+        [Some(0.0), Some(10.0), Some(20.0)]
+    );
+    assert!(!whole.has("max_skew"));
+    let half = format!("{TABLE}3,3");
+    assert_eq!(table(&half).len(), 3);
+    for (wrong, told) in [
+        ("3,30\n", "steps.csv:6: a row of 2 values under 3 columns"),
+        (
+            "3,east,\n",
+            "steps.csv:6: azimuth_deg is \"east\"; it should be a number",
+        ),
+    ] {
+        let error = sequence(&[("steps.csv", &format!("{TABLE}{wrong}"))]).err();
+        assert!(
+            error.as_ref().is_some_and(|error| error.ends_with(told)),
+            "{error:?}"
+        );
+    }
+}
+
+#[test]
+fn parts_of_a_sequence_are_put_in_order() {
+    let part = |from: usize| {
+        format!(
+            "step,azimuth_deg\n{from},{from}0\n{},{}0\n",
+            from + 1,
+            from + 1
+        )
+    };
+    let record = r#"{"outcome": "complete", "steps": 12, "warnings": ["one"]}"#;
+    let stopped = r#"{"outcome": "running", "steps": 12, "warnings": ["one", "two"]}"#;
+    let files = [
+        ("steps_10-12.csv", part(10)),
+        ("steps_9-11.csv", part(9)),
+        ("steps_0-2.csv", part(0)),
+        ("run_0-2.json", record.to_owned()),
+        ("run_10-12.json", stopped.to_owned()),
+    ];
+    let files: Vec<(&str, &str)> = files
+        .iter()
+        .map(|(name, text)| (*name, text.as_str()))
+        .collect();
+    let read = sequence(&files).expect("they fit");
+    let steps: Vec<usize> = (0..read.table.len())
+        .map(|row| read.table.step(row))
+        .collect();
+    assert_eq!(steps, [0, 1, 9, 10, 11]);
+    assert_eq!(read.record.warnings, ["one", "two"]);
+    assert_eq!(read.record.state(), "not finished");
+    assert!(
+        read.notes
+            .iter()
+            .any(|note| note.starts_with("5 of the 12 steps")),
+        "{:?}",
+        read.notes
+    );
+}
+
+#[test]
+fn a_folder_without_a_sequence_is_refused() {
+    let told = sequence(&[("mesh.vtu", "")]).err().expect("it is empty");
+    assert!(
+        told.contains("holds neither steps.csv nor run.json"),
+        "{told}"
+    );
+    let told = sequence(&[("run.json", "{\n\"steps\": \"all\"}")])
+        .err()
+        .expect("it is wrong");
+    assert!(
+        told.contains("run.json:2: this is not the record of a run"),
+        "{told}"
+    );
+    let file = Sequence::read(Path::new("testdata/block.vtu"))
+        .err()
+        .expect("it is a file");
+    assert!(
+        file.to_string().contains("this is a file; give the folder"),
+        "{file}"
+    );
+}
+
+#[test]
+fn a_sequence_without_meshes_has_a_page_that_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let steps = "step,azimuth_deg,file,min_scaled_jacobian\n0,0,a.vtu,0.5\n1,10,b.vtu,0.25\n";
+    std::fs::write(folder.path().join("steps.csv"), steps).expect("it can be written");
+    let page = super::page(folder.path(), &ReadOptions::default()).expect("it can be made");
+    assert_eq!(page.n_steps, 2);
+    assert!(
+        page.notes
+            .iter()
+            .any(|note| note.starts_with("No mesh is shown:")),
+        "{:?}",
+        page.notes
+    );
+    assert!(page.html.contains("There is no run.json"));
+}

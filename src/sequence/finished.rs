@@ -1,0 +1,102 @@
+//! What a run came to: everything that its rows of steps.csv tell, and where the time went.
+
+use super::output::Names;
+use super::record::Timings;
+use super::table::{Row, Rows};
+use crate::error::Result;
+use crate::quality::Criterion;
+use std::collections::BTreeMap;
+
+/// What a run came to.
+#[derive(Debug, Clone, Default)]
+pub struct Finished {
+    /// Steps that are finished, those of earlier runs included.
+    pub n_steps: usize,
+    /// Steps that an earlier run had finished.
+    pub n_kept: usize,
+    /// Base points used, the most at any step.
+    pub n_base: usize,
+    /// Largest displacement error before the correction, in mesh units.
+    pub selection_error: f64,
+    /// Largest distance of a written surface node from its place.
+    pub surface_error: f64,
+    /// Steps with inverted cells.
+    pub inverted_steps: usize,
+    /// Most inverted cells in one step.
+    pub most_inverted: usize,
+    /// Smallest scaled Jacobian at any step.
+    pub min_scaled_jacobian: Option<f64>,
+    /// Sentences about conditions that failed.
+    pub failures: Vec<String>,
+    /// Sentences about steps that were passed over, with the reason.
+    pub passed_over: Vec<String>,
+    /// Sentences about what the user should know.
+    pub warnings: Vec<String>,
+    /// Bytes of one mesh file, the largest.
+    pub mesh_bytes: u64,
+    /// Where the time went.
+    pub timings: Timings,
+}
+
+impl Finished {
+    /// Whether there is something to complain about.
+    pub fn is_failed(&self) -> bool {
+        self.inverted_steps > 0 || !self.failures.is_empty() || !self.passed_over.is_empty()
+    }
+
+    /// Takes over what the rows tell. `first_inverted` holds the first inverted cell of steps where it
+    /// is known.
+    pub(super) fn take_rows(
+        &mut self,
+        names: &Names,
+        rows: &Rows,
+        first_inverted: &BTreeMap<usize, usize>,
+        fail_on: &[Criterion],
+    ) -> Result<()> {
+        self.n_steps = rows.len();
+        for (step, row) in rows {
+            self.take_row(row);
+            if row.number("inverted").is_some_and(|n| n > 0.0) {
+                let sentence = inverted(row, first_inverted.get(step).copied());
+                self.warnings.push(sentence);
+            }
+            let values = row.numbers();
+            for criterion in fail_on {
+                if criterion.is_met(&values)? {
+                    self.failures.push(format!("step {step}: {criterion}"));
+                }
+            }
+        }
+        let sizes = rows.values().filter_map(|row| {
+            let found = std::fs::metadata(names.path(row.text("file")));
+            found.ok().map(|found| found.len())
+        });
+        self.mesh_bytes = sizes.max().unwrap_or(0);
+        Ok(())
+    }
+
+    fn take_row(&mut self, row: &Row) {
+        let number = |column| row.number(column).unwrap_or(0.0);
+        self.n_base = self.n_base.max(number("base_points") as usize);
+        self.selection_error = self.selection_error.max(number("selection_error"));
+        self.surface_error = self.surface_error.max(number("max_surface_error"));
+        let inverted = number("inverted") as usize;
+        self.inverted_steps += usize::from(inverted > 0);
+        self.most_inverted = self.most_inverted.max(inverted);
+        if let Some(jacobian) = row.number("min_scaled_jacobian") {
+            let least = self.min_scaled_jacobian.unwrap_or(f64::INFINITY);
+            self.min_scaled_jacobian = Some(least.min(jacobian));
+        }
+    }
+}
+
+/// A sentence about the inverted cells of a step.
+pub(super) fn inverted(row: &Row, first: Option<usize>) -> String {
+    let first = first.map_or(String::new(), |cell| format!(", cell {cell} first"));
+    format!(
+        "step {} (azimuth {} degrees) has {} inverted cells{first}",
+        row.text("step"),
+        row.text("azimuth_deg"),
+        row.text("inverted"),
+    )
+}

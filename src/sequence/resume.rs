@@ -1,0 +1,186 @@
+//! What an earlier run left in the folder, as far as it holds: its inputs are those of this run, and
+//! its files have the hashes that it noted.
+
+use super::output::{Names, existing_outputs};
+use super::plan::Plan;
+use super::progress::Progress;
+use super::record::{self, Record, hash_of};
+use super::table::{self, Row, Rows};
+use crate::error::{Error, Result};
+use crate::formats::Format;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Sentences of one sort that are given one by one.
+const MOST_NOTES: usize = 10;
+
+/// An earlier run.
+#[derive(Debug, Default)]
+pub(super) struct Earlier {
+    /// Rows of the steps that need not be done again; where one file holds all steps, those that are
+    /// to be retraced in it.
+    pub rows: Rows,
+    /// Files of base points that it chose, and their hashes.
+    pub bases: BTreeMap<String, String>,
+    /// What it noted of each selection.
+    selections: Vec<Value>,
+    /// Steps that it took in substeps, as it had inverted cells.
+    pub repairs: BTreeMap<usize, Value>,
+    /// How often it was gone on with.
+    n_before: u64,
+    /// Sentences on what has to be done again.
+    pub notes: Vec<String>,
+}
+
+impl Earlier {
+    /// The run that is to be gone on with; empty where the folder holds none.
+    ///
+    /// # Errors
+    /// Where another mesh, schedule or program was used, or it left no record of itself.
+    pub fn find(
+        plan: &Plan,
+        names: &Names,
+        format: &dyn Format,
+        now: &Record,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let path = names.record();
+        if !path.exists() {
+            return match existing_outputs(names).is_empty() {
+                true => Ok(Self::default()),
+                false => Err(no_record(names)),
+            };
+        }
+        let then = record::read(&path)?;
+        if let Some(difference) = record::difference(now.content(), &then) {
+            return Err(Error::input(format!(
+                "this run cannot be gone on with: {difference}; --force starts anew"
+            ))
+            .file(&path));
+        }
+        let mut earlier = Self::of(&then);
+        if names.table().exists() {
+            earlier.rows = table::read(&names.table())?;
+        }
+        earlier.check_rows(plan, names);
+        if !names.is_in_one() {
+            earlier.check_files(plan, names, format, progress);
+        }
+        Ok(earlier)
+    }
+
+    /// What a record tells.
+    fn of(then: &Value) -> Self {
+        let bases = then["base_files"].as_object().into_iter().flatten();
+        let base =
+            |(name, hash): (&String, &Value)| Some((name.clone(), hash.as_str()?.to_owned()));
+        let repairs = then["repairs"].as_array().into_iter().flatten();
+        let repair = |repair: &Value| Some((repair["step"].as_u64()? as usize, repair.clone()));
+        Self {
+            bases: bases.filter_map(base).collect(),
+            selections: then["selections"].as_array().cloned().unwrap_or_default(),
+            repairs: repairs.filter_map(repair).collect(),
+            n_before: then["resumed"].as_u64().unwrap_or(0) + 1,
+            ..Self::default()
+        }
+    }
+
+    /// Writes what is known of the earlier run into the record of this one.
+    pub fn note_in(&self, record: &mut Record) {
+        record.set("resumed", json!(self.n_before));
+        record.set("steps_kept", json!(self.rows.len()));
+        record.set("base_files", json!(self.bases));
+        record.set("selections", json!(self.selections));
+    }
+
+    /// The selections of both runs by their first step; those of this one count.
+    pub fn with_selections(&self, new: &[Value]) -> Vec<Value> {
+        let first = |selection: &Value| selection["first_step"].as_u64();
+        let all = self.selections.iter().chain(new);
+        let by_step: BTreeMap<_, &Value> =
+            all.map(|selection| (first(selection), selection)).collect();
+        by_step.into_values().cloned().collect()
+    }
+
+    /// Leaves out rows that are none of this run's steps.
+    fn check_rows(&mut self, plan: &Plan, names: &Names) {
+        let steps = &plan.motion.steps;
+        self.rows.retain(|&index, row| {
+            names.steps().contains(&index)
+                && row.text("file") == names.mesh(index)
+                && row.text("azimuth_deg") == steps[index].azimuth_deg.to_string()
+        });
+    }
+
+    /// Leaves out steps whose file is missing or another.
+    fn check_files(
+        &mut self,
+        plan: &Plan,
+        names: &Names,
+        format: &dyn Format,
+        progress: &dyn Progress,
+    ) {
+        progress.start("verifying", Some(self.rows.len() as u64));
+        let mut wrong = Vec::new();
+        self.rows.retain(|step, row| {
+            let found = check_file(plan, names, format, row);
+            progress.advance(1);
+            found
+                .map_err(|reason| {
+                    wrong.push(format!(
+                        "step {step} is done again: {} {reason}",
+                        row.text("file")
+                    ))
+                })
+                .is_ok()
+        });
+        progress.finish();
+        let more = wrong.len().saturating_sub(MOST_NOTES);
+        self.notes.extend(wrong.into_iter().take(MOST_NOTES));
+        if more > 0 {
+            self.notes
+                .push(format!("and {more} more steps are done again"));
+        }
+    }
+}
+
+/// Whether the file of a row, and what belongs beside it, is there as it was written.
+fn check_file(
+    plan: &Plan,
+    names: &Names,
+    format: &dyn Format,
+    row: &Row,
+) -> std::result::Result<(), String> {
+    let path = names.path(row.text("file"));
+    if !path.is_file() {
+        return Err("is missing".to_owned());
+    }
+    match hash_of(&path) {
+        Ok(hash) if hash.to_string() == row.text("blake3") => {}
+        Ok(_) => return Err("has another hash than steps.csv says".to_owned()),
+        Err(error) => return Err(format!("cannot be read ({error})")),
+    }
+    let beside = format.companions(&plan.mesh, &path);
+    let differs =
+        |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
+    match beside.iter().any(differs) {
+        true => Err("lacks the file that belongs beside it".to_owned()),
+        false => Ok(()),
+    }
+}
+
+fn no_record(names: &Names) -> Error {
+    let record = names.record();
+    let record = record.file_name().unwrap_or_default().display();
+    let hint = match names.is_part() {
+        true => "",
+        false => {
+            " (parts begun with --steps are gone on with by the same --steps, and joined by `azimesh finish`)"
+        }
+    };
+    Error::input(format!(
+        "holds files of an earlier run but no {record}, so that nothing can be verified; --force starts anew{hint}"
+    ))
+    .file(&names.folder)
+}

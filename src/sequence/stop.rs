@@ -1,0 +1,79 @@
+//! How a run is asked to end early, and when it must not be cut short.
+
+use crate::error::{Error, Result};
+use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
+
+/// A request to end, shared by whoever asks and the run that hears it between two steps.
+#[derive(Debug, Default)]
+pub struct Stop {
+    /// The signal that asked; 0 while nobody has.
+    signal: AtomicI32,
+    /// How many pieces of work are under way that should be finished.
+    held: AtomicUsize,
+}
+
+/// As long as it lives, something is being written.
+#[must_use]
+pub(super) struct Held<'a>(&'a Stop);
+
+impl Stop {
+    /// Asks the run to end; `signal` is the number of the signal that made one ask.
+    pub fn ask(&self, signal: i32) {
+        self.signal.store(signal, Ordering::SeqCst);
+    }
+
+    /// The signal that asked.
+    pub fn signal(&self) -> Option<i32> {
+        match self.signal.load(Ordering::SeqCst) {
+            0 => None,
+            signal => Some(signal),
+        }
+    }
+
+    /// Whether a step or what closes a run is being written: it should be waited for.
+    pub fn is_held(&self) -> bool {
+        self.held.load(Ordering::SeqCst) > 0
+    }
+
+    /// Makes whoever asks wait.
+    pub(super) fn hold(&self) -> Held<'_> {
+        self.held.fetch_add(1, Ordering::SeqCst);
+        Held(self)
+    }
+
+    /// Ends a run that was asked to.
+    pub(super) fn check(&self) -> Result<()> {
+        match self.signal() {
+            None => Ok(()),
+            Some(signal) => Err(Error::interrupted(
+                signal,
+                "interrupted; finished steps are kept, and --resume goes on from there",
+            )),
+        }
+    }
+}
+
+impl Drop for Held<'_> {
+    fn drop(&mut self) {
+        self.0.held.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Kind;
+
+    #[test]
+    fn a_run_that_is_asked_ends_and_is_waited_for_while_it_writes() {
+        let stop = Stop::default();
+        assert!(stop.check().is_ok() && !stop.is_held());
+        let held = stop.hold();
+        stop.ask(15);
+        assert!(stop.is_held());
+        drop(held);
+        assert!(!stop.is_held());
+        let error = stop.check().expect_err("it was asked");
+        assert_eq!(error.kind, Kind::Interrupted { signal: 15 });
+    }
+}

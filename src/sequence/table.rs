@@ -1,0 +1,229 @@
+//! steps.csv: a row a step, on disk as soon as the step is finished, and read back by later runs.
+
+use super::output::COLUMNS;
+use crate::error::{Error, Result};
+use crate::formats::save_text;
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Rows by their step.
+pub(super) type Rows = BTreeMap<usize, Row>;
+
+/// The values of a step, one for each of [`COLUMNS`]; empty where a value is not known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Row(Vec<String>);
+
+impl Row {
+    /// A row without values.
+    pub fn new() -> Self {
+        Self(vec![String::new(); COLUMNS.len()])
+    }
+
+    /// Sets the value of a column.
+    pub fn set(&mut self, column: &str, value: String) {
+        self.0[at(column)] = value;
+    }
+
+    /// The value of a column as it stands in the file.
+    pub fn text(&self, column: &str) -> &str {
+        &self.0[at(column)]
+    }
+
+    /// The value of a column that holds numbers.
+    pub fn number(&self, column: &str) -> Option<f64> {
+        self.text(column).parse().ok()
+    }
+
+    /// Every column with its value where that is a number.
+    pub fn numbers(&self) -> Vec<(&'static str, Option<f64>)> {
+        let values = COLUMNS.into_iter().zip(&self.0);
+        values
+            .map(|(column, value)| (column, value.parse().ok()))
+            .collect()
+    }
+
+    fn line(&self) -> String {
+        joined(self.0.iter().map(String::as_str))
+    }
+}
+
+fn at(column: &str) -> usize {
+    let at = COLUMNS.iter().position(|name| *name == column);
+    at.expect("it is a column of steps.csv")
+}
+
+/// The table of a run under way.
+pub(super) struct Table {
+    file: File,
+    path: PathBuf,
+    n_bytes: u64,
+    rows: Rows,
+}
+
+impl Table {
+    /// A table that holds these rows already; it takes the place of one that is there.
+    pub fn start(path: PathBuf, rows: Rows) -> Result<Self> {
+        let text = text(&rows);
+        save_text(&text, &path)?;
+        let file = OpenOptions::new().append(true).open(&path);
+        Ok(Self {
+            file: file.map_err(|error| Error::io(&path, &error))?,
+            path,
+            n_bytes: text.len() as u64,
+            rows,
+        })
+    }
+
+    /// Adds the row of a step: appended in one write, or, where later steps have theirs, in its
+    /// place.
+    pub fn add(&mut self, step: usize, row: Row) -> Result<()> {
+        let is_last = self
+            .rows
+            .last_key_value()
+            .is_none_or(|(last, _)| *last < step);
+        let line = row.line();
+        self.rows.insert(step, row);
+        if !is_last {
+            let rows = std::mem::take(&mut self.rows);
+            *self = Self::start(std::mem::take(&mut self.path), rows)?;
+            return Ok(());
+        }
+        if let Err(error) = self.file.write_all(line.as_bytes()) {
+            // The error is told; half a row would be left out by readers too.
+            let _ = self.file.set_len(self.n_bytes);
+            return Err(Error::io(&self.path, &error));
+        }
+        self.n_bytes += line.len() as u64;
+        Ok(())
+    }
+
+    /// The rows so far.
+    pub fn rows(&self) -> &Rows {
+        &self.rows
+    }
+
+    /// The rows, when there will be no more.
+    pub fn into_rows(self) -> Rows {
+        self.rows
+    }
+}
+
+/// The text of a table.
+pub(super) fn text(rows: &Rows) -> String {
+    rows.values()
+        .fold(joined(COLUMNS), |text, row| text + &row.line())
+}
+
+/// The rows of a table on disk. A row that a killed run left cut is none; nor is one that is no row.
+pub(super) fn read(path: &Path) -> Result<Rows> {
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+    let mut lines = text
+        .split_inclusive('\n')
+        .filter_map(|line| line.strip_suffix('\n'));
+    match lines.next() {
+        None => return Ok(Rows::new()),
+        Some(header) if cut(header) == COLUMNS => {}
+        Some(header) => {
+            return Err(Error::input(format!(
+                "the columns are \"{header}\"; this version has \"{}\"",
+                COLUMNS.join(",")
+            ))
+            .line(1)
+            .file(path));
+        }
+    }
+    let row = |line| {
+        let row = cut(line);
+        let step = (row.len() == COLUMNS.len()).then(|| row[0].parse().ok());
+        Some((step.flatten()?, Row(row)))
+    };
+    Ok(lines.filter_map(row).collect())
+}
+
+fn joined<'a>(values: impl IntoIterator<Item = &'a str>) -> String {
+    let values: Vec<String> = values.into_iter().map(quoted).collect();
+    values.join(",") + "\n"
+}
+
+fn quoted(value: &str) -> String {
+    match value.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", value.replace('"', "\"\"")),
+        false => value.to_owned(),
+    }
+}
+
+/// The values of a line.
+fn cut(line: &str) -> Vec<String> {
+    let mut values = vec![String::new()];
+    let mut is_quoted = false;
+    let mut characters = line.chars().peekable();
+    while let Some(character) = characters.next() {
+        let value = values.last_mut().expect("there is always one");
+        match character {
+            '"' if is_quoted && characters.next_if_eq(&'"').is_some() => value.push('"'),
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => values.push(String::new()),
+            _ => value.push(character),
+        }
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(step: usize, file: &str) -> Row {
+        let mut row = Row::new();
+        row.set("step", step.to_string());
+        row.set("file", file.to_owned());
+        row
+    }
+
+    #[test]
+    fn rows_come_back_in_the_order_of_steps_whenever_they_were_added() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("steps.csv");
+        let mut table = Table::start(path.clone(), Rows::new()).expect("it starts");
+        for step in [0, 3, 1, 4] {
+            table
+                .add(step, row(step, "a, \"b\".vtu"))
+                .expect("it is added");
+            assert_eq!(&read(&path).expect("it is whole"), table.rows());
+        }
+        let steps: Vec<usize> = table.rows().keys().copied().collect();
+        assert_eq!(steps, [0, 1, 3, 4]);
+        assert_eq!(table.rows()[&3].text("file"), "a, \"b\".vtu");
+        let written = std::fs::read_to_string(&path).expect("it is there");
+        assert_eq!(written, text(table.rows()));
+    }
+
+    #[test]
+    fn a_table_cut_anywhere_has_its_whole_rows() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("steps.csv");
+        let rows: Rows = (0..3).map(|step| (step, row(step, "m.vtu"))).collect();
+        let text = text(&rows);
+        for end in 0..=text.len() {
+            std::fs::write(&path, &text[..end]).expect("it can be written");
+            let whole = text[..end].matches('\n').count().saturating_sub(1);
+            let found = read(&path).expect("what is cut is left out");
+            assert_eq!(found.len(), whole, "{end}");
+            assert!(found.iter().all(|(step, row)| rows[step] == *row));
+        }
+    }
+
+    #[test]
+    fn a_table_with_other_columns_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("steps.csv");
+        std::fs::write(&path, "step,file\n0,a\n").expect("it can be written");
+        let error = read(&path).expect_err("columns are missing").to_string();
+        assert!(
+            error.contains("steps.csv:1: the columns are \"step,file\""),
+            "{error}"
+        );
+    }
+}
