@@ -14,7 +14,7 @@ use support::{airfoil, azimesh, rewrite};
 fn folder() -> tempfile::TempDir {
     let folder = airfoil();
     let path = folder.path();
-    let few = [("step = 10.0", "step = 180.0")];
+    let few = [("step = 10.0", "step = 90.0")];
     rewrite(path, "n.toml", "few.toml", &few);
     let strict = "\n[selection]\ntolerance = 1e-12\nmax_points = 4\n";
     let text = std::fs::read_to_string(path.join("few.toml")).unwrap();

@@ -44,7 +44,7 @@ fn table(folder: &Path) -> Vec<String> {
 fn parts_are_joined_to_the_files_of_one_run() {
     let folder = seven_steps();
     let folder = folder.path();
-    for format in ["vtu", "legacy", "vtkhdf", "cgns"] {
+    for format in ["vtu", "vtk", "vtkhdf", "cgns"] {
         deform(folder, format, &["-o", "whole"]);
         in_parts(folder, format);
         let run = succeed(folder, &["finish", "out"]);

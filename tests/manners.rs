@@ -21,10 +21,10 @@ const COMMANDS: [&str; 10] = [
     "man",
 ];
 
-/// A folder with `n.vtu` and `few.toml`, a schedule of three steps.
+/// A folder with `n.vtu` and `few.toml`, a schedule of five steps.
 fn folder() -> tempfile::TempDir {
     let folder = airfoil();
-    let few = [("step = 10.0", "step = 180.0")];
+    let few = [("step = 10.0", "step = 90.0")];
     rewrite(folder.path(), "n.toml", "few.toml", &few);
     folder
 }
@@ -39,7 +39,7 @@ fn runs(out: &str) -> Vec<Vec<String>> {
         "select n.vtu few.toml -o OUT.toml",
         "deform n.vtu few.toml -o OUT",
         "diff n.vtu n.vtu",
-        "sample block -o OUT.vtu",
+        "sample block -o OUT-block.vtu",
         "completions bash",
         "man -o OUT-pages",
     ]
@@ -91,7 +91,7 @@ fn quiet_commands_print_nothing() {
             "{args:?}"
         );
     }
-    let run = azimesh(folder.path(), &["-q", "diff", "n.vtu", "quiet.vtu"]);
+    let run = azimesh(folder.path(), &["-q", "diff", "n.vtu", "quiet-block.vtu"]);
     assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (1, "", ""));
 }
 
@@ -129,7 +129,7 @@ fn a_reader_that_is_gone_changes_no_exit_code_and_causes_no_noise() {
         assert!(output.stderr.is_empty(), "{args:?}: {output:?}");
         assert!(output.status.success(), "{args:?}: {output:?}");
     }
-    let output = unread(folder.path(), &["diff", "n.vtu", "unread.vtu"]);
+    let output = unread(folder.path(), &["diff", "n.vtu", "unread-block.vtu"]);
     assert_eq!(output.status.code(), Some(1));
 }
 

@@ -8,7 +8,7 @@ from importlib import import_module
 CHECKS = [
     "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "interrupted", "full_disk", "batches", "quality",
     "faces", "all_points", "sequence", "motions", "surface", "pvd", "pitching", "size_skew", "twist", "bending",
-    "rotor", "flap", "report",
+    "rotor", "flap", "report", "terminal",
 ]
 
 

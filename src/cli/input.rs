@@ -167,7 +167,7 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
         }
     }
     Err(Error::input(
-        "the folder holds no .pvd, .vtkhdf or .cgns; a sequence has one when it is finished",
+        "this is a folder, not a mesh, and it holds no sequence: no .pvd, .vtkhdf or .cgns",
     )
     .file(folder))
 }

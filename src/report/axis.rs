@@ -11,6 +11,8 @@ pub struct Axis {
     /// Value at the upper end.
     pub high: f64,
     is_log: bool,
+    /// Power of ten that the labels leave out, where there is one.
+    pub power: Option<String>,
     /// Values that are labelled.
     pub ticks: Vec<(f64, String)>,
 }
@@ -39,16 +41,20 @@ impl Axis {
 
     fn with_ticks(low: f64, high: f64, first: i64, last: i64, step: f64) -> Self {
         let largest = low.abs().max(high.abs());
-        let label = |value: f64| match (1e-3..1e5).contains(&largest) {
-            true => decimal(value, step),
-            false => scientific(value, step),
+        let exponent = match (1e-3..1e5).contains(&largest) {
+            true => 0,
+            false => largest.log10().floor() as i32,
         };
+        let unit = 10f64.powi(exponent);
         let ticks = (first..=last).map(|i| i as f64 * step);
         Self {
             low,
             high,
             is_log: false,
-            ticks: ticks.map(|value| (value, label(value))).collect(),
+            power: (exponent != 0).then(|| power_of_ten(exponent)),
+            ticks: ticks
+                .map(|value| (value, decimal(value / unit, step / unit)))
+                .collect(),
         }
     }
 
@@ -70,6 +76,7 @@ impl Axis {
             low: 10f64.powi(first),
             high: 10f64.powi(last),
             is_log: true,
+            power: None,
             ticks: ticks
                 .map(|exponent| (10f64.powi(exponent), power_of_ten(exponent)))
                 .collect(),
@@ -119,23 +126,8 @@ fn round_angle(least: f64) -> f64 {
 
 fn decimal(value: f64, step: f64) -> String {
     let decimals = (-(step * 1.000_001).log10().floor()).clamp(0.0, 9.0) as usize;
-    minus(&format!("{:.decimals$}", value + 0.0))
-}
-
-fn scientific(value: f64, step: f64) -> String {
-    if value.abs() < 0.5 * step {
-        return "0".to_owned();
-    }
-    let text = format!("{value:.9e}");
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
-    let exponent = exponent.parse().unwrap_or(0);
-    minus(&format!("{mantissa}·{}", power_of_ten(exponent)))
-}
-
-/// With the sign that is as wide as a digit.
-fn minus(text: &str) -> String {
-    text.replace('-', "\u{2212}")
+    // The minus sign that is as wide as a digit.
+    format!("{:.decimals$}", value + 0.0).replace('-', "\u{2212}")
 }
 
 /// As in 10⁻⁵.
@@ -173,10 +165,8 @@ mod tests {
         let angle = Axis::round([-9.8, 9.8].into_iter(), 5);
         assert_eq!(labels(&angle), ["\u{2212}10", "\u{2212}5", "0", "5", "10"]);
         let small = Axis::round([0.0, 3.2e-5].into_iter(), 4);
-        assert_eq!(
-            labels(&small),
-            ["0", "1·10⁻⁵", "2·10⁻⁵", "3·10⁻⁵", "4·10⁻⁵"]
-        );
+        assert_eq!(labels(&small), ["0", "1", "2", "3", "4"]);
+        assert_eq!(small.power.as_deref(), Some("10⁻⁵"));
         let fine = Axis::round([0.52, 0.61].into_iter(), 5);
         assert_eq!(labels(&fine)[..2], ["0.52", "0.54"]);
     }

@@ -1,7 +1,7 @@
 //! What the columns of steps.csv are called on the page, and their units.
 
 /// Column, name, unit.
-const COLUMNS: [(&str, &str, &str); 28] = [
+const COLUMNS: [(&str, &str, &str); 30] = [
     ("step", "step", ""),
     ("azimuth_deg", "azimuth", "degrees"),
     ("time_s", "time", "s"),
@@ -13,7 +13,7 @@ const COLUMNS: [(&str, &str, &str); 28] = [
         "mesh units",
     ),
     ("max_surface_error", "largest surface error", "mesh units"),
-    ("rms_surface_error", "rms surface error", "mesh units"),
+    ("rms_surface_error", "RMS surface error", "mesh units"),
     ("inverted", "inverted cells", ""),
     ("inverted_reference", "inverted in the reference", ""),
     ("min_volume", "smallest volume", "mesh units"),
@@ -44,6 +44,8 @@ const COLUMNS: [(&str, &str, &str); 28] = [
         "degrees",
     ),
     ("seconds", "computing and writing", "s"),
+    ("file", "file", ""),
+    ("blake3", "BLAKE3 of the file", ""),
     ("pitch_deg", "pitch", "degrees"),
     ("flap_deg", "flap", "degrees"),
     ("lag_deg", "lag", "degrees"),
@@ -69,7 +71,7 @@ pub fn label(column: &str) -> (String, &'static str) {
 
 /// Whether a column holds numbers, as far as is known.
 pub fn is_number(column: &str) -> bool {
-    COLUMNS.iter().any(|(name, _, _)| *name == column)
+    COLUMNS.iter().any(|(name, _, _)| *name == column) && !is_text(column)
 }
 
 /// Whether a column holds text.

@@ -187,8 +187,9 @@ fn values(sequence: &Sequence) -> String {
     let values: String = named
         .map(|column| {
             let name = escape(&capitalized(&with_unit(column)));
+            let class = if column == "blake3" { " class=\"wide\"" } else { "" };
             let column = escape(column);
-            format!("<div><dt>{name}</dt><dd><output data-column=\"{column}\"></output></dd></div>")
+            format!("<div{class}><dt>{name}</dt><dd><output data-column=\"{column}\"></output></dd></div>")
         })
         .collect();
     format!("<section>\n<h2>At this step</h2>\n<dl class=\"values\">{values}</dl>\n</section>\n")
@@ -232,7 +233,7 @@ fn cuts(gallery: &Gallery) -> String {
         .expect("a string takes any text");
     }
     format!(
-        "<section>\n<h2>Cuts through the mesh</h2>\n<p>{} The bar is in mesh units.</p>\n{}<div class=\"figures\">\n{figures}</div>\n</section>\n",
+        "<section>\n<h2>Cuts through the mesh</h2>\n<p>{} The bar is in mesh units.</p>\n{}<div class=\"figures cuts\">\n{figures}</div>\n</section>\n",
         escape(&gallery.sentence),
         slice::colour_key()
     )

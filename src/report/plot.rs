@@ -7,9 +7,9 @@ use std::fmt::Write;
 
 const WIDTH: f64 = 400.0;
 const HEIGHT: f64 = 232.0;
-const LEFT: f64 = 68.0;
+const LEFT: f64 = 64.0;
 const RIGHT: f64 = 12.0;
-const TOP: f64 = 10.0;
+const TOP: f64 = 14.0;
 const BOTTOM: f64 = 40.0;
 
 /// A plot of lines, bands and bars.
@@ -132,9 +132,11 @@ impl Plot {
         let middle = (LEFT + right) / 2.0;
         text(svg, middle, HEIGHT - 6.0, "middle", &self.x);
         let middle = (TOP + bottom) / 2.0;
+        let power = axes.y.power.as_ref();
+        let power = power.map_or_else(String::new, |power| format!(", {power}"));
         write!(
             svg,
-            "<text transform=\"translate(11 {middle}) rotate(-90)\" text-anchor=\"middle\">{}</text>\
+            "<text transform=\"translate(11 {middle}) rotate(-90)\" text-anchor=\"middle\">{}{power}</text>\
              <path class=\"grid\" d=\"{grid}\"/><path class=\"axis\" d=\"M{LEFT} {TOP}V{bottom}H{right}\"/>",
             escape(&self.y)
         )
@@ -180,7 +182,9 @@ impl Plot {
             let Some(y) = axes.y(*value) else { continue };
             write!(svg, "<path class=\"level\" d=\"M{LEFT} {y:.1}H{right}\"/>")
                 .expect("a string takes any text");
-            text(svg, right - 2.0, y - 4.0, "end", name);
+            // Below its line where there is no room above.
+            let above = if y > TOP + 10.0 { -4.0 } else { 13.0 };
+            text(svg, right - 2.0, y + above, "end", name);
         }
     }
 

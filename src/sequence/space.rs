@@ -7,8 +7,8 @@ use crate::formats::{Compression, Precision};
 use crate::motion::QualityOutput;
 use std::path::{Path, PathBuf};
 
-/// Bytes of the cell arrays of `quality = "cells"`, for one cell: four numbers and a flag.
-const QUALITY_BYTES: u64 = 4 * 8 + 1;
+/// Bytes of the cell arrays of `quality = "cells"`, for one cell: eleven numbers and a flag.
+const QUALITY_BYTES: u64 = 11 * 8 + 1;
 
 /// What a run will write.
 #[derive(Debug, Clone, Copy)]
