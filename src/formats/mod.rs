@@ -161,6 +161,23 @@ pub struct WriteOptions {
     pub tag_names: bool,
 }
 
+impl WriteOptions {
+    /// Refuses coordinates that the wanted precision cannot hold.
+    fn check_coordinates(&self, mesh: &Mesh) -> Result<()> {
+        if self.precision == Precision::F64 {
+            return Ok(());
+        }
+        let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
+        match mesh.points.iter().position(too_large) {
+            Some(node) => Err(Error::input(format!(
+                "node {node} has coordinates {:?}, too large for 32 bits; write 64",
+                mesh.points[node]
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
 impl Default for WriteOptions {
     fn default() -> Self {
         Self {

@@ -14,6 +14,9 @@ pub trait SequenceFile: Send {
     /// differ; gives the hash of the bytes that were added to the file.
     fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash>;
 
+    /// A sentence for each thing of the first mesh that the format cannot hold.
+    fn notes(&self) -> &[String];
+
     /// Bytes of the file up to the end of the mesh appended last.
     fn n_bytes(&self) -> u64;
 

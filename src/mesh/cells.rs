@@ -4,6 +4,8 @@
 //! Node indices are zero-based.
 
 use super::kind::CellKind;
+pub use super::streams::face_stream;
+use super::streams::{Listed, distinct_nodes};
 use crate::error::{Error, Result};
 
 /// Cells in order, run-length encoded by kind and node count.
@@ -157,21 +159,14 @@ impl Cells {
     ///
     /// Its nodes are listed once each, in order of first appearance.
     pub fn push_polyhedron(&mut self, stream: &[u32]) -> Result<()> {
-        let mut nodes: Vec<u32> = Vec::new();
-        for face in face_stream(stream) {
-            for &node in face? {
-                if !nodes.contains(&node) {
-                    nodes.push(node);
-                }
-            }
-        }
-        self.push_polyhedron_with_nodes(&nodes, stream)
+        self.push_polyhedron_with_nodes(&distinct_nodes(stream)?, stream)
     }
 
     /// Appends a polyhedron whose file gives the order of its nodes.
     pub fn push_polyhedron_with_nodes(&mut self, nodes: &[u32], stream: &[u32]) -> Result<()> {
+        let listed = Listed::new(nodes);
         for face in face_stream(stream) {
-            if let Some(node) = face?.iter().find(|node| !nodes.contains(node)) {
+            if let Some(node) = face?.iter().find(|node| !listed.has(**node)) {
                 return Err(Error::input(format!(
                     "a face of polyhedron {} has node {node}, which the polyhedron does not",
                     self.len()
@@ -351,36 +346,6 @@ impl Cells {
             + size_of_val(&self.polyhedra.stream[..])
             + self.polyhedra.cells.len() * 12
     }
-}
-
-/// The faces of one polyhedron's stream; an error where the counts do not fit its length.
-pub fn face_stream(stream: &[u32]) -> impl Iterator<Item = Result<&[u32]>> {
-    let n_faces = stream.first().copied().unwrap_or(0);
-    let mut rest = stream.get(1..).unwrap_or(&[]);
-    let mut left = n_faces;
-    std::iter::from_fn(move || {
-        if left == 0 {
-            if rest.is_empty() {
-                return None;
-            }
-            let extra = std::mem::take(&mut rest).len();
-            return Some(Err(Error::input(format!(
-                "a polyhedron's face stream has {extra} entries after its last face"
-            ))));
-        }
-        left -= 1;
-        let n = rest.first().copied().unwrap_or(0) as usize;
-        if n == 0 || rest.len() <= n {
-            left = 0;
-            rest = &[];
-            return Some(Err(Error::input(
-                "a polyhedron's face stream ends inside a face",
-            )));
-        }
-        let (face, tail) = rest[1..].split_at(n);
-        rest = tail;
-        Some(Ok(face))
-    })
 }
 
 #[cfg(test)]

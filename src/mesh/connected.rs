@@ -4,7 +4,7 @@ use super::faces::Faces;
 use super::sides::side;
 use super::{CellSet, Group, Mesh, Values};
 use crate::error::{Error, Result};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An outer face without a tag: a boundary cell that is there, or one to be made.
 struct Untagged {
@@ -86,11 +86,11 @@ impl Mesh {
     }
 
     fn add_boundary_tags(&mut self, dimension: u8, sets: Vec<CellSet>) {
-        let mut numbers = 1..;
-        for cells in sets {
-            let is_free = |name: &String| self.groups.iter().all(|group| group.name != *name);
-            let mut names = numbers.by_ref().map(|i| format!("boundary_{i}"));
-            let name = names.find(is_free).expect("numbers do not end");
+        let taken = self.groups.iter().map(|group| group.name.clone());
+        let taken: BTreeSet<String> = taken.collect();
+        let names = (1..).map(|i| format!("boundary_{i}"));
+        let free = names.filter(|name| !taken.contains(name));
+        for (cells, name) in sets.into_iter().zip(free) {
             self.groups.push(Group {
                 dimension,
                 name,

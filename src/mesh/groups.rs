@@ -77,6 +77,14 @@ impl CellSet {
         after > 0 && (cell as u32) < self.ranges[after - 1].end
     }
 
+    /// Whether all of these cells are in the set.
+    pub fn contains_range(&self, cells: Range<usize>) -> bool {
+        let after = self
+            .ranges
+            .partition_point(|range| range.start as usize <= cells.start);
+        cells.is_empty() || (after > 0 && cells.end <= self.ranges[after - 1].end as usize)
+    }
+
     /// The cells, ascending.
     pub fn iter(&self) -> impl Iterator<Item = usize> + Clone {
         self.ranges
@@ -116,5 +124,7 @@ mod tests {
         assert_eq!(set.len(), 4);
         assert_eq!(set.ranges().len(), 3);
         assert!(set.contains(4) && !set.contains(5) && !set.contains(0));
+        assert!(set.contains_range(3..5) && set.contains_range(4..5));
+        assert!(!set.contains_range(3..6) && !set.contains_range(0..4));
     }
 }

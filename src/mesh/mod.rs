@@ -15,8 +15,10 @@ pub mod kind;
 pub mod lagrange;
 mod linearize;
 mod nodes;
+mod reorder;
 pub mod repeated;
 pub mod sides;
+mod streams;
 
 pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
@@ -157,6 +159,17 @@ impl Mesh {
     }
 
     fn validate_arrays(&self) -> Result<()> {
+        let all = [&self.point_arrays, &self.cell_arrays, &self.field_arrays];
+        for array in all.into_iter().flatten() {
+            if array.n_components > array.values.len().max(MOST_COMPONENTS) {
+                return Err(Error::input(format!(
+                    "array \"{}\" has tuples of {} components, but {} values",
+                    array.name,
+                    array.n_components,
+                    array.values.len()
+                )));
+            }
+        }
         let expected = [
             (&self.point_arrays, self.points.len(), "nodes"),
             (&self.cell_arrays, self.cells.len(), "cells"),
@@ -205,6 +218,9 @@ impl Mesh {
     }
 }
 
+/// Components that an array may have without values to show for them.
+const MOST_COMPONENTS: usize = 4096;
+
 /// Position of the first value for which `wanted` holds. Long slices are searched on all threads.
 pub(crate) fn first_where<T: Sync>(
     values: &[T],
@@ -217,4 +233,21 @@ pub(crate) fn first_where<T: Sync>(
     let chunks = values.par_chunks(CHUNK).enumerate();
     let found = chunks.filter_map(|(i, chunk)| Some(i * CHUNK + chunk.iter().position(&wanted)?));
     found.min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_array_needs_values_for_very_many_components() {
+        for (n, n_values, is_good) in [(4096, 0, true), (4097, 0, false), (4097, 4097, true)] {
+            let wide = DataArray::tuples("wide", n, Values::F64(vec![0.0; n_values]));
+            let mesh = Mesh {
+                field_arrays: vec![wide],
+                ..Mesh::default()
+            };
+            assert_eq!(mesh.validate().is_ok(), is_good);
+        }
+    }
 }

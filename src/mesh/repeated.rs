@@ -1,11 +1,12 @@
 //! Boundary faces that a file lists once per group, made one face in several groups.
 
-use super::{CellSet, Cells, Mesh};
-use std::collections::BTreeMap;
+use super::{CellSet, Mesh};
+use std::collections::{BTreeMap, BTreeSet};
 
 impl Mesh {
-    /// Merges boundary faces with the same nodes, of one kind, into the first of them, which then
-    /// belongs to the groups of all. Files that hold one group a face repeat a face that is in two.
+    /// Merges boundary faces with the same nodes, of one kind and in different groups, into the
+    /// first of them, which then belongs to the groups of all. Files that hold one group a face
+    /// repeat a face that is in two. Two faces of one group are a baffle's and stay.
     pub fn merge_repeated_faces(&mut self) {
         let dimension = self.dimension();
         let tagged = self.boundary_tags().filter(|tag| !tag.cells.is_empty());
@@ -15,8 +16,7 @@ impl Mesh {
         self.merge_repeated_cells(dimension - 1);
     }
 
-    /// Merges cells of this dimension with the same nodes, of one kind, into the first of them,
-    /// which then belongs to the groups of all.
+    /// Merges cells of this dimension in the same way.
     pub fn merge_repeated_cells(&mut self, dimension: u8) {
         let replaced_by = self.repeated_cells(dimension);
         if replaced_by.is_empty() {
@@ -39,10 +39,10 @@ impl Mesh {
         for array in &mut self.cell_arrays {
             array.values = array.values.select(array.n_components, &keep);
         }
-        self.cells = self.cells_without(&replaced_by);
+        self.cells = self.cells.select(keep);
     }
 
-    /// Repeated cells and the first cell with the same nodes.
+    /// Repeated cells and the first cell with the same nodes in none of their groups.
     fn repeated_cells(&self, dimension: u8) -> BTreeMap<usize, usize> {
         let mut faces: Vec<(Vec<u32>, usize)> = self
             .cells
@@ -56,33 +56,48 @@ impl Mesh {
             })
             .collect();
         faces.sort_unstable();
+        let coincident = |same: &[(Vec<u32>, usize)]| same.iter().map(|(_, cell)| *cell).collect();
+        let sets: Vec<Vec<usize>> = faces
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|same| same.len() > 1)
+            .map(coincident)
+            .collect();
+        drop(faces);
+        let groups = self.groups_of(sets.iter().flatten().copied().collect());
         let mut replaced_by = BTreeMap::new();
-        let mut first = 0;
-        for i in 1..faces.len() {
-            if faces[i].0 == faces[first].0 {
-                replaced_by.insert(faces[i].1, faces[first].1);
-            } else {
-                first = i;
+        for set in &sets {
+            // Cells that stay, with the groups they get.
+            let mut kept: Vec<(usize, BTreeSet<usize>)> = Vec::new();
+            for cell in set {
+                let own = groups.get(cell).cloned().unwrap_or_default();
+                let is_other = |(_, known): &&mut (usize, BTreeSet<usize>)| {
+                    !known.is_empty() && !own.is_empty() && known.is_disjoint(&own)
+                };
+                match kept.iter_mut().find(is_other) {
+                    Some((first, known)) => {
+                        replaced_by.insert(*cell, *first);
+                        known.extend(own);
+                    }
+                    None => kept.push((*cell, own)),
+                }
             }
         }
         replaced_by
     }
 
-    fn cells_without(&self, removed: &BTreeMap<usize, usize>) -> Cells {
-        let mut cells = Cells::new();
-        cells.reserve(self.cells.connectivity().len());
-        for cell in self.cells.iter() {
-            if removed.contains_key(&cell.index) {
-                continue;
-            }
-            match self.cells.face_stream(cell.index) {
-                Some(stream) => cells
-                    .push_polyhedron_with_nodes(cell.nodes, stream)
-                    .expect("it was checked when it was added"),
-                None => cells.push(cell.kind, cell.nodes),
+    /// The groups of each of these cells that is in one.
+    fn groups_of(&self, mut cells: Vec<usize>) -> BTreeMap<usize, BTreeSet<usize>> {
+        cells.sort_unstable();
+        let mut groups: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        for (i, group) in self.groups.iter().enumerate() {
+            for range in group.cells.ranges() {
+                let first = cells.partition_point(|cell| *cell < range.start);
+                for cell in cells[first..].iter().take_while(|cell| **cell < range.end) {
+                    groups.entry(*cell).or_default().insert(i);
+                }
             }
         }
-        cells
+        groups
     }
 }
 
@@ -118,5 +133,31 @@ mod tests {
         assert_eq!(mesh.groups[1].cells.iter().collect::<Vec<_>>(), [1]);
         assert_eq!(mesh.cell_arrays[0].values, Values::I32(vec![10, 11, 12]));
         mesh.validate().expect("it stays a good mesh");
+    }
+
+    #[test]
+    fn a_baffle_keeps_both_its_faces_in_each_of_its_tags() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 3],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+        for nodes in [[0, 1], [1, 0], [0, 1], [1, 0], [0, 1]] {
+            mesh.cells.push(CellKind::Line, &nodes);
+        }
+        for (name, cells) in [("baffle", vec![1, 2]), ("probe", vec![3, 4])] {
+            mesh.groups.push(Group {
+                dimension: 1,
+                name: name.into(),
+                number: None,
+                condition: None,
+                cells: cells.into_iter().collect(),
+            });
+        }
+        mesh.merge_repeated_faces();
+        // The last is in no tag.
+        assert_eq!(mesh.cells.len(), 4);
+        assert_eq!(mesh.groups[0].cells.iter().collect::<Vec<_>>(), [1, 2]);
+        assert_eq!(mesh.groups[1].cells.iter().collect::<Vec<_>>(), [1, 2]);
     }
 }

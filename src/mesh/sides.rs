@@ -174,6 +174,12 @@ fn of_any_order(kind: CellKind, order: usize, corners: &[usize]) -> Option<(Cell
             (0..lattice.len()).find(|&node| at(node) == wanted)
         })
         .collect::<Option<Vec<_>>>()?;
+    // The quadratic pyramid with every middle has quadratic faces, for want of a kind of its own.
+    let face = match (kind, nodes.len()) {
+        (LagrangePyramid, 6) => Triangle6,
+        (LagrangePyramid, 9) => Quadrilateral9,
+        _ => face,
+    };
     Some((face, nodes))
 }
 

@@ -138,6 +138,9 @@ impl Run<'_> {
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }
+        for dropped in file.notes() {
+            self.tell(format!("{}: {dropped}", format.title()));
+        }
         Ok(())
     }
 

@@ -7,7 +7,7 @@
 use super::element::{NFACE_N, NGON_N};
 use super::node::Node;
 use super::read::Found;
-use super::sections::{Cells, Section, Span, node_indices};
+use super::sections::{Cells, Section, Span, node_index, node_indices};
 use super::zone::Zone;
 use crate::error::Result;
 use crate::mesh::CellKind;
@@ -134,11 +134,8 @@ impl Polyhedra {
             for face in faces.faces.clone() {
                 found.cells.push(CellKind::Polygon, self.faces.get(face));
             }
-            return Ok(span(
-                section.first,
-                section.n_elements,
-                Cells::From(first_cell),
-            ));
+            let n = section.n_elements;
+            return Ok(span(section.first, n, Cells::From(first_cell)));
         }
         let mut cells = vec![u32::MAX; section.n_elements];
         for (i, face) in faces.faces.clone().enumerate() {
@@ -268,10 +265,10 @@ impl Faces {
                     .extend(starts[1..].iter().map(|start| base + start));
             }
             None => {
-                for part in counted(node, section.n_elements)? {
-                    for &number in &part {
-                        self.nodes
-                            .push(super::sections::node_index(number, node, zone)?);
+                let stream = node.integers()?;
+                for part in counted(&stream, node, section.n_elements) {
+                    for &number in part? {
+                        self.nodes.push(node_index(number, node, zone)?);
                     }
                     self.starts.push(self.nodes.len());
                 }
@@ -307,8 +304,9 @@ impl Solids {
                 solids.starts = starts(offsets, section.n_elements, solids.faces.len())?;
             }
             None => {
-                for part in counted(node, section.n_elements)? {
-                    solids.faces.extend(part);
+                let stream = node.integers()?;
+                for part in counted(&stream, node, section.n_elements) {
+                    solids.faces.extend(part?);
                     solids.starts.push(solids.faces.len());
                 }
             }
@@ -379,11 +377,13 @@ fn starts(node: &Node, n: usize, n_entries: usize) -> Result<Vec<usize>> {
 }
 
 /// The entries of `n` elements that are each preceded by their number: how it was before CGNS 3.4.
-fn counted(node: &Node, n: usize) -> Result<Vec<Vec<i64>>> {
-    let stream = node.integers()?;
-    let mut rest = &stream[..];
-    let mut parts = Vec::with_capacity(n.min(stream.len()));
-    for i in 0..n {
+fn counted<'s>(
+    stream: &'s [i64],
+    node: &Node,
+    n: usize,
+) -> impl Iterator<Item = Result<&'s [i64]>> {
+    let mut rest = stream;
+    (0..n).map(move |i| {
         let count = rest.first().and_then(|&count| usize::try_from(count).ok());
         let Some(count) = count.filter(|count| *count < rest.len()) else {
             return Err(node.refuse(format!(
@@ -392,8 +392,8 @@ fn counted(node: &Node, n: usize) -> Result<Vec<Vec<i64>>> {
                 rest.len()
             )));
         };
-        parts.push(rest[1..=count].to_vec());
-        rest = &rest[count + 1..];
-    }
-    Ok(parts)
+        let (part, others) = rest[1..].split_at(count);
+        rest = others;
+        Ok(part)
+    })
 }

@@ -1,5 +1,6 @@
 //! Sections of elements of an unstructured zone, and which element is which cell.
 
+use super::super::hdf5::Dataset;
 use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
 };
@@ -177,43 +178,99 @@ impl Section<'_> {
 
     fn read_mixed(&self, zone: &Zone, found: &mut Found) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
-        let stream = node
-            .values()?
-            .to_integers()
-            .ok_or_else(|| node.refuse("node numbers must be integers"))?;
+        let mut stream = Entries::open(node)?;
         found.check_room(self.n_elements)?;
-        let mut rest = &stream[..];
         let mut nodes: Vec<u32> = Vec::new();
         let mut of: Option<ElementType> = None;
         for i in 0..self.n_elements {
-            let number = current_number(rest.first().copied().unwrap_or(0), zone.version);
+            let first = stream.next(1)?.map_or(0, |number| number[0]);
+            let number = current_number(first, zone.version);
             let polygon = old_polygon(number, zone.version);
             let element = ElementType::from_number(number).filter(|_| polygon.is_none());
-            let n = polygon.or(element.map(|element| element.n_nodes));
-            let Some(n) = n.filter(|n| *n < rest.len()) else {
-                return Err(node.refuse(format!(
-                    "element {} of {} is of {} where {} entries are left",
-                    i + 1,
-                    self.n_elements,
-                    type_name(number),
-                    rest.len()
-                )));
-            };
-            if element != of {
+            if element != of || nodes.len() as u64 > BLOCK {
                 flush(of, &mut nodes, found);
                 of = element;
             }
-            for &number in &rest[1..=n] {
+            let n = polygon.or(element.map(|element| element.n_nodes));
+            let left = stream.n_left();
+            let numbers = n.map_or(Ok(None), |n| stream.next(n))?;
+            let Some(numbers) = numbers else {
+                return Err(node.refuse(format!(
+                    "element {} of {} is of {} where {left} entries are left",
+                    i + 1,
+                    self.n_elements,
+                    type_name(number),
+                )));
+            };
+            for &number in numbers {
                 nodes.push(node_index(number, node, zone)?);
             }
             if polygon.is_some() {
                 found.cells.push(CellKind::Polygon, &nodes);
                 nodes.clear();
             }
-            rest = &rest[n + 1..];
         }
         flush(of, &mut nodes, found);
         Ok(())
+    }
+}
+
+/// The entries of a dataset, of which a block at a time is in memory.
+struct Entries<'a> {
+    node: &'a Node,
+    dataset: Dataset,
+    rows: Range<u64>,
+    block: Vec<i64>,
+    /// Entries of the block that were given.
+    given: usize,
+}
+
+impl<'a> Entries<'a> {
+    fn open(node: &'a Node) -> Result<Self> {
+        let dataset = node.dataset()?;
+        let rows = 0..dataset.n_rows();
+        dataset
+            .check_rows(&rows)
+            .map_err(|e| node.refuse(e.message))?;
+        Ok(Self {
+            node,
+            dataset,
+            rows,
+            block: Vec::new(),
+            given: 0,
+        })
+    }
+
+    /// The next `n` entries; `None` where there are less.
+    fn next(&mut self, n: usize) -> Result<Option<&[i64]>> {
+        while self.block.len() - self.given < n && !self.rows.is_empty() {
+            let rows = match self.dataset.shape() {
+                [_] => self.dataset.whole_chunks(BLOCK),
+                _ => u64::MAX,
+            };
+            let end = self.rows.start.saturating_add(rows).min(self.rows.end);
+            let values = self.dataset.rows(self.rows.start..end);
+            let values = values.map_err(|e| self.node.refuse(e.message))?;
+            let numbers = values.to_integers();
+            let refused = || self.node.refuse("node numbers must be integers");
+            self.block.drain(..self.given);
+            self.given = 0;
+            self.block.append(&mut numbers.ok_or_else(refused)?);
+            self.rows.start = end;
+        }
+        let start = self.given;
+        if self.block.len() - start < n {
+            return Ok(None);
+        }
+        self.given += n;
+        Ok(Some(&self.block[start..self.given]))
+    }
+
+    /// How many are left.
+    fn n_left(&self) -> u64 {
+        let row = self.dataset.row().unwrap_or(1) as u64;
+        let rows = self.rows.end - self.rows.start;
+        (self.block.len() - self.given) as u64 + rows.saturating_mul(row)
     }
 }
 

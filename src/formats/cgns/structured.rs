@@ -1,11 +1,12 @@
 //! Structured zones: hexahedra, quadrilaterals or lines, and the faces of their boundary conditions.
 
+use super::super::vtk::structured;
 use super::families::Families;
 use super::read::Found;
 use super::regions::{Place, Region, regions};
 use super::zone::Zone;
-use crate::error::Result;
-use crate::mesh::CellKind;
+use crate::error::{Error, Result};
+use crate::mesh::{CellKind, Cells};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -13,7 +14,7 @@ use std::ops::Range;
 pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Result<()> {
     let grid = Grid::of(zone)?;
     found.check_room(grid.cells.iter().product())?;
-    grid.append_cells(found);
+    structured::append(&mut found.cells, grid.nodes, grid.first_node as u32);
     for region in regions(zone, families, found)? {
         if region.place == Place::CellCenters && grid.is_solid(&region) {
             found.leave("groups of cells of structured zones", 1);
@@ -21,8 +22,8 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Resul
         }
         let start = found.cells.len();
         match region.is_range {
-            true => grid.append_range(&region, found)?,
-            false => grid.append_list(&region, found)?,
+            true => grid.append_range(&region, &mut found.cells)?,
+            false => grid.append_list(&region, &mut found.cells)?,
         }
         let cells = start..found.cells.len();
         if cells.is_empty() {
@@ -78,7 +79,7 @@ impl Grid {
         (self.first_node + i + self.nodes[0] * (j + self.nodes[1] * k)) as u32
     }
 
-    /// Nodes of the cell or face that spreads from `at` along the indices `along`, in VTK's order.
+    /// Nodes of the face that spreads from `at` along the indices `along`, in VTK's order.
     fn corners(&self, at: [usize; 3], along: &[usize]) -> Vec<u32> {
         let moved = |steps: &[usize]| {
             let mut at = at;
@@ -88,32 +89,7 @@ impl Grid {
         match *along {
             [a] => vec![moved(&[]), moved(&[a])],
             [a, b] => vec![moved(&[]), moved(&[a]), moved(&[a, b]), moved(&[b])],
-            [a, b, c] => {
-                let bottom = [moved(&[]), moved(&[a]), moved(&[a, b]), moved(&[b])];
-                let top = [
-                    moved(&[c]),
-                    moved(&[a, c]),
-                    moved(&[a, b, c]),
-                    moved(&[b, c]),
-                ];
-                [bottom, top].concat()
-            }
             _ => vec![moved(&[])],
-        }
-    }
-
-    fn append_cells(&self, found: &mut Found) {
-        let along: Vec<usize> = (0..self.n_indices).collect();
-        let kind = kind(self.n_indices);
-        let mut nodes = Vec::with_capacity(self.cells[0] << self.n_indices);
-        for k in 0..self.cells[2] {
-            for j in 0..self.cells[1] {
-                nodes.clear();
-                for i in 0..self.cells[0] {
-                    nodes.extend(self.corners([i, j, k], &along));
-                }
-                found.cells.push_run(kind, 1 << self.n_indices, &nodes);
-            }
         }
     }
 
@@ -125,7 +101,7 @@ impl Grid {
     }
 
     /// Appends the faces in a range of nodes, of faces, or of the cells beside them.
-    fn append_range(&self, region: &Region, found: &mut Found) -> Result<()> {
+    fn append_range(&self, region: &Region, cells: &mut Cells) -> Result<()> {
         let n = self.n_indices;
         if region.numbers.len() != 2 * n {
             return Err(region.node.refuse(format!(
@@ -148,18 +124,11 @@ impl Grid {
             }
         }
         let Some(across) = self.across(region, low, high) else {
-            found.leave(
-                "names of boundary conditions for which no faces were found",
-                1,
-            );
             return Ok(());
         };
         let counts_nodes =
             region.place == Place::Nodes || (0..n).any(|i| i != across && high[i] > self.cells[i]);
-        let layer = match region.place {
-            Place::CellCenters if low[across] > 1 => low[across],
-            _ => low[across] - 1,
-        };
+        let layer = layer(region, low[across] - 1);
         let mut ranges: [Range<usize>; 3] = [0..1, 0..1, 0..1];
         for i in (0..n).filter(|&i| i != across) {
             ranges[i] = match counts_nodes {
@@ -168,7 +137,7 @@ impl Grid {
             };
         }
         ranges[across] = layer..layer + 1;
-        self.append_faces(across, ranges, found);
+        self.append_faces(across, ranges, cells);
         Ok(())
     }
 
@@ -195,7 +164,7 @@ impl Grid {
     }
 
     /// Appends the faces across an index whose lowest corners lie in `ranges`, turned outward.
-    fn append_faces(&self, across: usize, ranges: [Range<usize>; 3], found: &mut Found) {
+    fn append_faces(&self, across: usize, ranges: [Range<usize>; 3], cells: &mut Cells) {
         let along: Vec<usize> = match self.n_indices {
             3 => vec![(across + 1) % 3, (across + 2) % 3],
             2 => vec![1 - across],
@@ -215,15 +184,15 @@ impl Grid {
                     if turned {
                         nodes.reverse();
                     }
-                    found.cells.push(kind, &nodes);
+                    cells.push(kind, &nodes);
                 }
             }
         }
     }
 
-    /// Appends the faces given by a list: all faces of the six sides with only such nodes, or the
-    /// faces that are named.
-    fn append_list(&self, region: &Region, found: &mut Found) -> Result<()> {
+    /// Appends the faces given by a list: all faces of the six sides with only such nodes, the
+    /// faces that are named, or those of the cells that are named.
+    fn append_list(&self, region: &Region, cells: &mut Cells) -> Result<()> {
         let n = self.n_indices;
         let mut points: BTreeSet<[usize; 3]> = BTreeSet::new();
         for numbers in region.numbers.chunks(n) {
@@ -232,34 +201,65 @@ impl Grid {
                 point[i] = usize::try_from(number.saturating_sub(1)).unwrap_or(usize::MAX);
             }
             if numbers.len() < n || (0..n).any(|i| point[i] >= self.nodes[i]) {
-                return Err(region.node.refuse(format!(
-                    "its list names {numbers:?}, which is not in the zone of {:?} nodes",
-                    &self.nodes[..n]
-                )));
+                return Err(self.outside(region, numbers));
             }
             points.insert(point);
         }
-        let across = match region.place {
-            Place::FacesAcross(index) if index < n => Some(index),
-            Place::Elements => (0..n).find(|&i| {
-                let mut places = points.iter().map(|point| point[i]);
-                let first = places.next().unwrap_or(0);
-                (first == 0 || first + 1 == self.nodes[i]) && places.all(|place| place == first)
-            }),
-            _ => None,
-        };
-        match across {
-            Some(across) => {
-                for point in &points {
-                    self.append_faces(across, point.map(|i| i..i + 1), found);
-                }
+        let Some(across) = self.across_list(region, &points) else {
+            if region.place != Place::CellCenters {
+                self.append_sides(&points, cells);
             }
-            None => self.append_sides(&points, found),
+            return Ok(());
+        };
+        for point in &points {
+            let counts_faces = |i: usize| i == across && region.place != Place::CellCenters;
+            if (0..n).any(|i| !counts_faces(i) && point[i] >= self.cells[i]) {
+                return Err(self.outside(region, &point.map(|i| i as i64 + 1)[..n]));
+            }
+            let mut ranges = point.map(|i| i..i + 1);
+            let layer = layer(region, point[across]);
+            ranges[across] = layer..layer + 1;
+            self.append_faces(across, ranges, cells);
         }
         Ok(())
     }
 
-    fn append_sides(&self, points: &BTreeSet<[usize; 3]>, found: &mut Found) {
+    fn outside(&self, region: &Region, numbers: &[i64]) -> Error {
+        let n = self.n_indices;
+        let message = format!(
+            "its list names {numbers:?}, which is not in the zone of {:?} nodes and {:?} cells",
+            &self.nodes[..n],
+            &self.cells[..n]
+        );
+        region.node.refuse(message)
+    }
+
+    /// The index across which the faces of a list lie; `None` for a list of nodes.
+    fn across_list(&self, region: &Region, points: &BTreeSet<[usize; 3]>) -> Option<usize> {
+        let ends = |i: usize| {
+            let places = || points.iter().map(|point| point[i]);
+            [places().min().unwrap_or(0), places().max().unwrap_or(0)]
+        };
+        let at_end = |i: &usize| {
+            let [low, high] = ends(*i);
+            low == high && (low == 0 || low + 1 == self.nodes[*i])
+        };
+        match region.place {
+            Place::FacesAcross(index) => Some(index).filter(|index| *index < self.n_indices),
+            Place::Elements => (0..self.n_indices).find(at_end),
+            Place::CellCenters => {
+                let ends: [[usize; 2]; 3] = std::array::from_fn(ends);
+                self.across(
+                    region,
+                    ends.map(|[low, _]| low + 1),
+                    ends.map(|[_, high]| high + 1),
+                )
+            }
+            Place::Nodes => None,
+        }
+    }
+
+    fn append_sides(&self, points: &BTreeSet<[usize; 3]>, cells: &mut Cells) {
         for across in 0..self.n_indices {
             for side in [0, self.nodes[across] - 1] {
                 for point in points.iter().filter(|point| point[across] == side) {
@@ -273,12 +273,18 @@ impl Grid {
                         points.contains(&place)
                     });
                     if all {
-                        self.append_faces(across, point.map(|i| i..i + 1), found);
+                        self.append_faces(across, point.map(|i| i..i + 1), cells);
                     }
                 }
             }
         }
     }
+}
+
+/// Where faces lie that are given by their own index or by that of the cells beside them, which have
+/// them on their far side unless they are the first.
+fn layer(region: &Region, index: usize) -> usize {
+    index + usize::from(region.place == Place::CellCenters && index > 0)
 }
 
 fn kind(dimension: usize) -> CellKind {
@@ -287,5 +293,63 @@ fn kind(dimension: usize) -> CellKind {
         1 => CellKind::Line,
         2 => CellKind::Quadrilateral,
         _ => CellKind::Hexahedron,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::node::Node;
+    use super::*;
+    use crate::formats::Source;
+    use crate::formats::hdf5::Tree;
+    use std::path::Path;
+
+    /// The faces that a list gives in a grid of 3 nodes along each index.
+    fn listed(place: Place, numbers: &[[i64; 3]]) -> Result<Cells> {
+        let mut bytes = Vec::new();
+        Tree::new().write(&mut bytes).expect("it can be written");
+        let source = Source::from_bytes(Path::new("<memory>"), bytes);
+        let node = Node::root(&source).expect("a file without nodes");
+        let region = Region {
+            node: &node,
+            names: Vec::new(),
+            condition: None,
+            place,
+            dimension: 2,
+            numbers: numbers.concat(),
+            is_range: false,
+        };
+        let grid = Grid {
+            n_indices: 3,
+            nodes: [3; 3],
+            cells: [2; 3],
+            first_node: 0,
+        };
+        let mut cells = Cells::new();
+        grid.append_list(&region, &mut cells).map(|()| cells)
+    }
+
+    #[test]
+    fn a_list_of_cells_names_the_faces_on_their_outer_side() {
+        for (i, expected) in [(1, 0), (2, 2)] {
+            let beside = [[i, 1, 1], [i, 2, 1], [i, 1, 2], [i, 2, 2]];
+            let faces = listed(Place::CellCenters, &beside).expect("a good list");
+            assert_eq!(faces.len(), 4);
+            assert!(faces.connectivity().iter().all(|node| node % 3 == expected));
+        }
+        let solid = [[1, 1, 1], [2, 2, 2]];
+        let faces = listed(Place::CellCenters, &solid).expect("no list of a side");
+        assert!(faces.is_empty());
+        assert!(listed(Place::CellCenters, &[[3, 1, 1]]).is_err());
+    }
+
+    #[test]
+    fn a_face_beyond_the_last_is_refused() {
+        let last = listed(Place::FacesAcross(0), &[[3, 2, 2]]).expect("the last face");
+        assert_eq!(last.len(), 1);
+        for number in [[1, 3, 1], [1, 1, 3], [4, 1, 1]] {
+            let error = listed(Place::FacesAcross(0), &[number]).expect_err("no such face");
+            assert!(error.to_string().contains("which is not in"), "{error}");
+        }
     }
 }

@@ -353,6 +353,113 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
 }
 
 #[test]
+fn a_sequence_refuses_polyhedra_of_the_same_nodes_with_other_faces() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let create = Cgns.sequence().expect("CGNS has sequences");
+    let path = folder.path().join("m.cgns");
+    let mut file = create(&path, &WriteOptions::default(), Begin::Anew).expect("it starts");
+    let pyramid = |apex: u32, [a, b, c, d]: [u32; 4]| {
+        let mut mesh = Mesh {
+            points: vec![[0.0, 0.0, 1.0]; 5],
+            ..Mesh::default()
+        };
+        let faces = [
+            &[5, 4, a, b, c, d][..],
+            &[3, a, b, apex, 3, b, c, apex, 3, c, d, apex, 3, d, a, apex],
+        ];
+        mesh.cells
+            .push_polyhedron_with_nodes(&[0, 1, 2, 3, 4], &faces.concat())
+            .expect("a good polyhedron");
+        mesh
+    };
+    file.append(0.0, &pyramid(4, [0, 1, 2, 3])).expect("a step");
+    let other = file.append(1.0, &pyramid(0, [1, 2, 3, 4]));
+    let message = other.expect_err("other faces").to_string();
+    assert!(message.contains("other nodes or cells"), "{message}");
+}
+
+#[test]
+fn arrays_that_are_left_out_are_named_in_a_file_and_in_a_sequence() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut mesh = rich_mesh();
+    let n = mesh.points.len();
+    let large = |n| Values::U64(vec![u64::MAX; n]);
+    mesh.point_arrays.push(DataArray::scalar("hash", large(n)));
+    mesh.field_arrays = vec![
+        DataArray::scalar("seed", large(1)),
+        DataArray::scalar("none", Values::F64(Vec::new())),
+    ];
+    let create = Cgns.sequence().expect("CGNS has sequences");
+    let path = folder.path().join("m.cgns");
+    let mut file = create(&path, &WriteOptions::default(), Begin::Anew).expect("it starts");
+    file.append(0.0, &mesh).expect("a step");
+    let (bytes, notes) = written(&mesh);
+    assert_eq!(notes, file.notes());
+    for (array, why) in [
+        ("\"hash\"", "integers above 9223372036854775807"),
+        ("\"seed\"", "integers above 9223372036854775807"),
+        ("\"none\"", "no values"),
+    ] {
+        let said = |note: &&String| note.contains(array) && note.contains(why);
+        assert_eq!(notes.iter().filter(said).count(), 1, "{notes:?}");
+    }
+    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    assert!(back.point_arrays.iter().all(|array| array.name != "hash"));
+    assert!(back.field_arrays.is_empty());
+}
+
+#[test]
+fn a_mixed_section_larger_than_a_block_comes_back() {
+    let mut mesh = Mesh {
+        points: vec![[0.0; 3]; 9],
+        ..Mesh::default()
+    };
+    for i in 0..40_000 {
+        mesh.cells.push(CellKind::Triangle, &[i % 7, 7, 8]);
+        mesh.cells
+            .push(CellKind::Quadrilateral, &[i % 5, 5, 6, 7 + i % 2]);
+    }
+    let (bytes, notes) = written(&mesh);
+    assert_eq!(notes, [""; 0]);
+    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    assert!(back.cells == mesh.cells);
+}
+
+#[test]
+fn alternating_hexahedra_and_polyhedra_are_a_section_each() {
+    let mut mesh = Mesh {
+        points: vec![[0.0, 0.0, 1.0]; 8],
+        ..Mesh::default()
+    };
+    let tetrahedron = [4, 3, 0, 1, 2, 3, 0, 1, 3, 3, 1, 2, 3, 3, 0, 2, 3];
+    for _ in 0..300 {
+        mesh.cells
+            .push(CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]);
+        mesh.cells
+            .push_polyhedron(&tetrahedron)
+            .expect("a good stream");
+    }
+    let id = Values::I32((0..600).collect());
+    mesh.cell_arrays.push(DataArray::scalar("id", id));
+    mesh.groups = vec![Group {
+        cells: (0..600).step_by(2).collect(),
+        ..group(3, "even", 0..0)
+    }];
+    let (bytes, notes) = written(&mesh);
+    assert!(
+        notes[0].contains("in the order of their types"),
+        "{notes:?}"
+    );
+    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    assert_eq!(back.cells.runs().len(), 2);
+    let even = back.groups.iter().find(|group| group.name == "even");
+    let even: Vec<usize> = even.expect("the group").cells.iter().collect();
+    assert_eq!(even, (0..300).collect::<Vec<_>>());
+    let expected = (0..600).step_by(2).chain((1..600).step_by(2));
+    assert_eq!(back.cell_arrays[0].values, Values::I32(expected.collect()));
+}
+
+#[test]
 fn adf_files_are_refused_with_the_tool_that_converts_them() {
     let mut bytes = b"\xc0\xa8\xa3\xa9ADF Database Version A02011>".to_vec();
     bytes.resize(4096, 0);

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{DataArray, Mesh, Values};
 
 /// More components than any field has.
-const MOST_COMPONENTS: usize = 100;
+pub(super) const MOST_COMPONENTS: usize = 100;
 
 /// What the values belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,6 +4,7 @@
 use super::entities::Entities;
 use super::nodes::count;
 use super::stream::Stream;
+use super::written::segments;
 use crate::error::Result;
 use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -225,13 +226,9 @@ const PARTITIONS: &str = "gmsh:partition";
 pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Vec<DataArray> {
     let mut arrays = Vec::new();
     let mut known = BTreeSet::new();
+    let segments = segments(mesh);
     let tells_more = |(key, cells): (&(u8, i32), &CellSet)| {
-        if key.0 + 1 < mesh.dimension() {
-            return false;
-        }
-        let of = |group: &Group| group.dimension == key.0 && overlap(&group.cells, cells);
-        let groups: Vec<bool> = mesh.groups.iter().map(of).collect();
-        !known.insert((key.0, groups))
+        key.0 + 1 >= mesh.dimension() && !known.insert((key.0, groups_in(&segments, cells)))
     };
     if elementary.0.iter().any(tells_more) {
         arrays.push(elementary.array(ENTITIES, mesh.cells.len()));
@@ -242,10 +239,18 @@ pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Ve
     arrays
 }
 
-/// Whether two sets have a cell in common: then a range of one starts within the other.
-fn overlap(a: &CellSet, b: &CellSet) -> bool {
-    let starts_in = |a: &CellSet, b: &CellSet| a.ranges().any(|range| b.contains(range.start));
-    starts_in(a, b) || starts_in(b, a)
+/// The groups that have a cell of a set, ascending. Segments are the cells in order, with the groups
+/// of each.
+fn groups_in(segments: &[(Range<usize>, Vec<usize>)], cells: &CellSet) -> Vec<usize> {
+    let mut groups = BTreeSet::new();
+    for range in cells.ranges() {
+        let first = segments.partition_point(|(segment, _)| segment.end <= range.start);
+        let segments = segments[first..].iter();
+        for (_, of_segment) in segments.take_while(|(segment, _)| segment.start < range.end) {
+            groups.extend(of_segment);
+        }
+    }
+    groups.into_iter().collect()
 }
 
 #[cfg(test)]
@@ -259,5 +264,23 @@ mod tests {
         assert_eq!(unquoted(b"\"beam\" lower_dimensional_block"), "beam");
         assert_eq!(unquoted(b"bare"), "bare");
         assert_eq!(unquoted(b"\""), "");
+    }
+
+    #[test]
+    fn groups_of_an_entity_are_those_with_a_cell_in_it() {
+        let segments = [
+            (0..2, vec![]),
+            (2..4, vec![5]),
+            (4..5, vec![1, 5]),
+            (5..9, vec![0]),
+        ];
+        let groups = |cells: &[Range<usize>]| {
+            let cells = cells.iter().cloned().flatten().collect();
+            groups_in(&segments, &cells)
+        };
+        assert_eq!(groups(&[0..2]), [0; 0]);
+        assert_eq!(groups(&[1..3]), [5]);
+        assert_eq!(groups(&[3..5]), [1, 5]);
+        assert_eq!(groups(&[0..1, 4..5, 8..9]), [0, 1, 5]);
     }
 }

@@ -339,3 +339,53 @@ fn elements_that_a_mesh_lacks_are_refused_by_name() {
         assert!(error.to_string().contains(word), "{error}");
     }
 }
+
+/// A triangle with these tags of its nodes and values at them.
+fn triangle(tags: [i64; 3], values: DataArray) -> Mesh {
+    let mut mesh = Mesh {
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+    let tags = Values::I64(tags.to_vec());
+    mesh.point_arrays = vec![DataArray::scalar("node_number", tags), values];
+    mesh
+}
+
+#[test]
+fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
+    let p = DataArray::scalar("p", Values::F64(vec![1.0, 2.0, 3.0]));
+    let mesh = triangle([3_000_000_000, 3_000_000_001, 7], p);
+    for encoding in [Encoding::Raw, Encoding::Ascii] {
+        let options = WriteOptions {
+            encoding,
+            ..WriteOptions::default()
+        };
+        let mut bytes = Vec::new();
+        let notes = Msh.write(&mesh, &mut bytes, &options).expect("written");
+        assert!(notes[0].contains("nodes are counted from 1"), "{notes:?}");
+        let back = read(&bytes);
+        let p = back.point_arrays.iter().find(|array| array.name == "p");
+        assert_eq!(p, Some(&mesh.point_arrays[1]));
+        let mut alone = mesh.clone();
+        alone.point_arrays.pop();
+        assert_eq!(read(&written(&Msh, &alone, encoding)), alone);
+    }
+}
+
+#[test]
+fn arrays_of_more_components_than_are_read_are_left_out() {
+    for (n, is_written) in [(100, true), (101, false)] {
+        let wide = DataArray::tuples("wide", n, Values::F64(vec![0.5; 3 * n]));
+        let mesh = triangle([1, 2, 3], wide);
+        for format in [&Msh as &dyn Format, &Msh22] {
+            let mut bytes = Vec::new();
+            let notes = format.write(&mesh, &mut bytes, &WriteOptions::default());
+            let notes = notes.expect("it can be written");
+            let said = notes.iter().any(|note| note.contains("101 components"));
+            assert_eq!(said, !is_written, "{notes:?}");
+            let names = |array: &DataArray| array.name == "wide";
+            assert_eq!(read(&bytes).point_arrays.iter().any(names), is_written);
+        }
+    }
+}

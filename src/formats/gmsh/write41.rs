@@ -17,6 +17,7 @@ pub(super) fn write(
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
     let mut plan = Plan::new(mesh, i64::MAX, 0)?;
+    let mut notes = plan.drop_large_numbers(mesh);
     if plan.entities.is_empty() {
         plan.entities.push(Entity {
             dimension: 3,
@@ -26,7 +27,7 @@ pub(super) fn write(
     }
     let mut sink = Sink::new(out, options);
     sink.header("4.1")?;
-    let mut notes = sink.physical_names(mesh, &plan)?;
+    notes.extend(sink.physical_names(mesh, &plan)?);
     write_entities(mesh, &plan, &mut sink)?;
     write_nodes(mesh, &plan, &mut sink)?;
     let number = |cell: usize| match &plan.cell_numbers {

@@ -2,6 +2,7 @@
 
 use super::super::records::{push_integer, push_real, write_records};
 use super::super::{Precision, WriteOptions};
+use super::data::MOST_COMPONENTS;
 use super::sink::{Sink, plain};
 use super::written::Plan;
 use crate::error::Result;
@@ -40,6 +41,14 @@ fn write_array(
         notes.push(format!(
             "MSH holds no text; array \"{}\" is left out",
             array.name
+        ));
+        return Ok(());
+    }
+    if array.n_components > MOST_COMPONENTS {
+        notes.push(format!(
+            "array \"{}\" is left out: it has {} components, and MSH holds fields of {MOST_COMPONENTS} at \
+             most",
+            array.name, array.n_components
         ));
         return Ok(());
     }

@@ -150,6 +150,27 @@ impl Plan {
         }
     }
 
+    /// Counts nodes and elements that have values from 1 on where their own tags are above the 32
+    /// bits that data refer to them with. Returns a sentence for each.
+    pub fn drop_large_numbers(&mut self, mesh: &Mesh) -> Vec<String> {
+        let [has_point_data, has_cell_data] = self.data(mesh).map(|arrays| !arrays.is_empty());
+        let is_large = |tag: &i64| i32::try_from(*tag).is_err();
+        let mut notes = Vec::new();
+        for (of, has_data, numbers) in [
+            ("nodes", has_point_data, &mut self.node_numbers),
+            ("elements", has_cell_data, &mut self.cell_numbers),
+        ] {
+            if has_data && numbers.iter().flatten().any(is_large) {
+                *numbers = None;
+                notes.push(format!(
+                    "{of} are counted from 1: data of MSH refer to numbers up to {}, and theirs are higher",
+                    i32::MAX
+                ));
+            }
+        }
+        notes
+    }
+
     /// Tag of a node.
     pub fn node_tag(&self, node: u32) -> u64 {
         match &self.node_numbers {
@@ -233,7 +254,7 @@ fn lowest_and_highest(tags: Option<&[i64]>, n: usize) -> [usize; 2] {
 }
 
 /// The cells in order, cut wherever the set of groups changes.
-fn segments(mesh: &Mesh) -> Vec<(Range<usize>, Vec<usize>)> {
+pub(super) fn segments(mesh: &Mesh) -> Vec<(Range<usize>, Vec<usize>)> {
     let mut events: Vec<(usize, bool, usize)> = Vec::new();
     for (i, group) in mesh.groups.iter().enumerate() {
         for range in group.cells.ranges() {

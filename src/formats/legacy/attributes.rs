@@ -177,8 +177,10 @@ pub(super) fn metadata(cursor: &mut Cursor, array: Option<&mut DataArray>, notes
             break;
         }
         if line == b"COMPONENT_NAMES" {
-            let of_components = (0..n_names).map(|_| decoded(cursor.line().trim_ascii()));
-            names = of_components.collect();
+            names.clear();
+            while names.len() < n_names && !cursor.rest().is_empty() {
+                names.push(decoded(cursor.line().trim_ascii()));
+            }
         } else if let Some(name) = line.strip_prefix(b"NAME ") {
             let name = name.split(u8::is_ascii_whitespace).next().unwrap_or(name);
             if !KNOWN.contains(&name) {

@@ -336,3 +336,16 @@ fn damaged_files_never_panic() {
         }
     }
 }
+
+#[test]
+fn an_array_of_more_components_than_values_is_refused() {
+    for names in ["", "METADATA\nCOMPONENT_NAMES\nx\n\n"] {
+        let file = format!(
+            "# vtk DataFile Version 5.1\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\n\
+             a 300000000000 0 double\n\n{names}POINTS 1 double\n0 0 0\n"
+        );
+        let source = Source::from_bytes(std::path::Path::new("<memory>"), file.into_bytes());
+        let read = crate::formats::read(&source, &ReadOptions::default());
+        assert!(read.is_err());
+    }
+}

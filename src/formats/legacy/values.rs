@@ -1,6 +1,7 @@
 //! Values of arrays in a legacy file: numbers as text or in big-endian bytes, bits, strings.
 
 use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
+use super::super::vtk::text::{cuts, word_end};
 use super::cursor::{Cursor, decoded};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
@@ -215,7 +216,12 @@ fn text<T: Number>(
     while done < n {
         let guess = (n - done).saturating_mul(24).max(256);
         let end = cursor.at.saturating_add(guess.min(PER_TASK * BATCH));
-        let cuts = cuts(cursor.bytes, cursor.at, word_end(cursor.bytes, end));
+        let cuts = cuts(
+            cursor.bytes,
+            cursor.at,
+            word_end(cursor.bytes, end),
+            PER_TASK,
+        );
         let parts: Vec<Part<T>> = cuts
             .par_windows(2)
             .map(|cut| Part::parse(cursor.bytes, cut[0], cut[1], element))
@@ -279,24 +285,6 @@ impl<T: Number> Part<T> {
         }
         at
     }
-}
-
-/// Ends of stretches of about equal length.
-fn cuts(bytes: &[u8], start: usize, end: usize) -> Vec<usize> {
-    let mut cuts = vec![start];
-    while cuts[cuts.len() - 1] < end {
-        cuts.push(word_end(&bytes[..end], cuts[cuts.len() - 1] + PER_TASK));
-    }
-    cuts
-}
-
-/// The end of the word that `at` is in.
-fn word_end(text: &[u8], at: usize) -> usize {
-    let Some(rest) = text.get(at..) else {
-        return text.len();
-    };
-    let length = rest.iter().position(u8::is_ascii_whitespace);
-    at + length.unwrap_or(rest.len())
 }
 
 fn bits(cursor: &mut Cursor, n: usize) -> Result<Vec<u8>> {

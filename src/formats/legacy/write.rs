@@ -3,7 +3,7 @@
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::order;
-use super::super::vtk::plan::{Plan, check_precision};
+use super::super::vtk::plan::Plan;
 use super::super::vtk::text::{ascii, failed};
 use super::super::{Compression, Encoding, WriteOptions};
 use super::cursor::encoded;
@@ -32,7 +32,7 @@ pub(super) fn write(
     options: &WriteOptions,
     version: Version,
 ) -> Result<Vec<String>> {
-    check_precision(mesh, options)?;
+    options.check_coordinates(mesh)?;
     if version == Version::V42 && mesh.points.len() > i32::MAX as usize {
         let n = mesh.points.len();
         let message = format!("{n} nodes are too many for 32-bit indices; write version 5.1");

@@ -1,7 +1,7 @@
 //! Ghost cells: copies of a neighbour's cells that a piece has for its own use.
 
 use super::merge::Piece;
-use super::subset::{nodes_of, subset};
+use super::subset::Subsets;
 use crate::formats::Notes;
 use crate::mesh::DataArray;
 
@@ -25,8 +25,10 @@ pub(super) fn left_out(mut piece: Piece, notes: &mut Notes) -> Piece {
                 of_ghosts[node as usize] = true;
             }
         }
-        let nodes = nodes_of(&piece.mesh, &own, |node| !of_ghosts[node]);
-        piece.mesh = subset(&piece.mesh, &own, &nodes);
+        let others: Vec<usize> = (0..of_ghosts.len())
+            .filter(|node| !of_ghosts[*node])
+            .collect();
+        piece.mesh = Subsets::of(&piece.mesh).take(&own, &others).0;
         notes.push("ghost cells of the pieces are left out");
     }
     let is_mark = |array: &DataArray| [TYPE, LEVELS].contains(&array.name.as_str());

@@ -1,7 +1,7 @@
 //! Pieces as one mesh: nodes that they share become one.
 //!
-//! Shared are nodes of the same global number, or without those nodes of different pieces at the
-//! very same place, where each piece has but one node. Cells and nodes with global numbers are put
+//! Shared are nodes of the same global number at nearly the same place, or without numbers nodes of
+//! different pieces at the very same place, where each piece has but one node. Cells and nodes with global numbers are put
 //! in the order of these, others stay piece by piece.
 
 use super::read::mismatch;
@@ -20,6 +20,10 @@ pub(in crate::formats) struct Piece {
     /// Cell array.
     pub cell_ids: Option<String>,
 }
+
+/// Nodes of one global number are as near as this, times the largest coordinate: 32-bit numbers are
+/// rounded to 6e-8 of themselves.
+const SAME_PLACE: f64 = 1e-6;
 
 /// Where the nodes of the pieces are in the whole mesh.
 struct Joined {
@@ -89,8 +93,12 @@ fn all_numbers(pieces: &[Piece], numbers: impl Fn(&Piece) -> Option<Vec<i64>>) -
 fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<Joined> {
     let mut sorted: Vec<(i64, usize)> = ids.iter().copied().zip(0..).collect();
     sorted.par_sort_unstable();
+    let magnitude = |point: &[f64; 3]| point.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let largest = points.par_iter().map(magnitude).reduce(|| 0.0, f64::max);
     let elsewhere = |pair: &[(i64, usize)]| {
-        pair[0].0 == pair[1].0 && bits(points[pair[0].1]) != bits(points[pair[1].1])
+        let [a, b] = [pair[0].1, pair[1].1].map(|node| points[node]);
+        let near = |i: usize| (a[i] - b[i]).abs() <= SAME_PLACE * largest;
+        pair[0].0 == pair[1].0 && !(0..3).all(near)
     };
     if sorted.par_windows(2).any(elsewhere) {
         notes.push("global numbers of nodes are not used: they join nodes at different places");
@@ -109,8 +117,9 @@ fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<
     Some(joined)
 }
 
+/// What orders places; the two zeros are one.
 fn bits(point: [f64; 3]) -> [u64; 3] {
-    point.map(f64::to_bits)
+    point.map(|x| (x + 0.0).to_bits())
 }
 
 /// Nodes at one place as one, where no piece has several there.

@@ -2,37 +2,57 @@
 
 use crate::mesh::{Cells, DataArray, Mesh};
 
-/// Nodes used by these cells, and nodes for which `also` holds, ascending.
-pub(super) fn nodes_of(mesh: &Mesh, cells: &[usize], also: impl Fn(usize) -> bool) -> Vec<usize> {
-    let mut used = vec![false; mesh.points.len()];
-    for &cell in cells {
-        for &node in mesh.cells.get(cell).nodes {
-            used[node as usize] = true;
-        }
-    }
-    let wanted = |node: &usize| used[*node] || also(*node);
-    (0..used.len()).filter(wanted).collect()
+/// Takes parts out of a mesh, each in a time that goes by its own size.
+pub(super) struct Subsets<'m> {
+    mesh: &'m Mesh,
+    /// `u32::MAX` but for the nodes of the part that is taken.
+    new_index: Vec<u32>,
 }
 
-/// The cells and nodes, both ascending, as a mesh; the nodes have all that the cells need.
-pub(super) fn subset(mesh: &Mesh, cells: &[usize], nodes: &[usize]) -> Mesh {
-    let mut new_index = vec![u32::MAX; mesh.points.len()];
-    for (new, &old) in nodes.iter().enumerate() {
-        new_index[old] = new as u32;
+impl<'m> Subsets<'m> {
+    /// Parts of this mesh.
+    pub fn of(mesh: &'m Mesh) -> Self {
+        Self {
+            mesh,
+            new_index: vec![u32::MAX; mesh.points.len()],
+        }
     }
-    let mut new_cells = Cells::new();
-    for &cell in cells {
-        push(&mut new_cells, &mesh.cells, cell, |node| {
-            new_index[node as usize]
-        });
-    }
-    Mesh {
-        points: nodes.iter().map(|&node| mesh.points[node]).collect(),
-        cells: new_cells,
-        groups: Vec::new(),
-        point_arrays: select(&mesh.point_arrays, nodes),
-        cell_arrays: select(&mesh.cell_arrays, cells),
-        field_arrays: mesh.field_arrays.clone(),
+
+    /// These cells, ascending, with their nodes and some more, as a mesh; and its nodes, ascending.
+    pub fn take(&mut self, cells: &[usize], more_nodes: &[usize]) -> (Mesh, Vec<usize>) {
+        let mesh = self.mesh;
+        let mut nodes: Vec<usize> = Vec::new();
+        let of_cells = cells.iter().flat_map(|cell| mesh.cells.get(*cell).nodes);
+        for node in of_cells
+            .map(|node| *node as usize)
+            .chain(more_nodes.iter().copied())
+        {
+            if self.new_index[node] == u32::MAX {
+                self.new_index[node] = 0;
+                nodes.push(node);
+            }
+        }
+        nodes.sort_unstable();
+        for (new, &old) in nodes.iter().enumerate() {
+            self.new_index[old] = new as u32;
+        }
+        let mut new_cells = Cells::new();
+        for &cell in cells {
+            let new_index = |node: u32| self.new_index[node as usize];
+            push(&mut new_cells, &mesh.cells, cell, new_index);
+        }
+        for &node in &nodes {
+            self.new_index[node] = u32::MAX;
+        }
+        let part = Mesh {
+            points: nodes.iter().map(|&node| mesh.points[node]).collect(),
+            cells: new_cells,
+            groups: Vec::new(),
+            point_arrays: select(&mesh.point_arrays, &nodes),
+            cell_arrays: select(&mesh.cell_arrays, cells),
+            field_arrays: mesh.field_arrays.clone(),
+        };
+        (part, nodes)
     }
 }
 

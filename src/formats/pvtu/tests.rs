@@ -78,6 +78,35 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
     );
 }
 
+#[test]
+fn pieces_that_fail_to_take_their_places_leave_the_old_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bar.pvtu");
+    let options = WriteOptions::default();
+    write_pieces(&bar(4), &path, 3, &options).expect("it can be written");
+    let pieces = folder.path().join("bar");
+    let contents = || {
+        let entries = std::fs::read_dir(&pieces).expect("the pieces");
+        let entries = entries.map(|entry| entry.expect("a piece").path());
+        let mut files: Vec<_> = entries
+            .map(|path| (std::fs::read(&path).ok(), path))
+            .collect();
+        files.sort();
+        files
+    };
+    let before = contents();
+    assert_eq!(before.len(), 3);
+    // The list, which comes last, cannot take the place of a folder.
+    std::fs::remove_file(&path).expect("the list");
+    std::fs::create_dir(&path).expect("a folder");
+    assert!(write_pieces(&bar(9), &path, 5, &options).is_err());
+    assert_eq!(contents(), before);
+    let new = folder.path().join("new.pvtu");
+    std::fs::create_dir(&new).expect("a folder");
+    assert!(write_pieces(&bar(9), &new, 3, &options).is_err());
+    assert!(!folder.path().join("new").exists());
+}
+
 /// A piece of two triangles on a line of nodes from `x`, with further data in its XML.
 fn piece(folder: &Path, name: &str, x: u32, point_data: &str, cell_data: &str) {
     let points: String = (x..x + 2).map(|x| format!("{x} 0 0 {x} 1 0 ")).collect();
@@ -194,6 +223,25 @@ fn global_numbers_decide_where_they_agree_with_the_places() {
             .iter()
             .any(|note| note.contains("are not used"))
     );
+}
+
+#[test]
+fn zeros_of_both_signs_and_rounded_coordinates_are_one_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let second = folder.path().join("b.vtu");
+    for (ids, other_zero) in [(false, "-0.0"), (true, "-0.0"), (true, "1e-9")] {
+        let ids = |values| match ids {
+            true => array("Int64", "ids", values),
+            false => String::new(),
+        };
+        piece(folder.path(), "a.vtu", 0, &ids("0 1 2 3"), "");
+        piece(folder.path(), "b.vtu", 1, &ids("2 3 4 5"), "");
+        let text = std::fs::read_to_string(&second).expect("it is there");
+        let other = text.replace("1 0 0", &format!("1 {other_zero} 0"));
+        std::fs::write(&second, other).expect("it can be written");
+        let mesh = load(&list(folder.path())).mesh;
+        assert_eq!(mesh.points.len(), 6, "{other_zero}");
+    }
 }
 
 #[test]

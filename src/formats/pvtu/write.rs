@@ -5,7 +5,7 @@ use super::super::vtk::number::Element;
 use super::super::vtk::plan::Plan;
 use super::super::vtu::{Vtu, escaped};
 use super::super::{WriteOptions, save, save_text};
-use super::subset::{nodes_of, subset};
+use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::error::{Error, Result};
 use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
@@ -17,7 +17,10 @@ use std::path::{Path, PathBuf};
 /// not in the files.
 ///
 /// Pieces hold the numbers of their nodes and cells in the whole mesh, so that reading them gives
-/// the same mesh. They are written in a hidden folder first: an error leaves what was there before.
+/// the same mesh. All are written into a hidden folder first, then they take the places of old ones,
+/// and the list is written last. After an error everything is as it was before. A system that stops
+/// between the renames, which no file system does at once for several files, leaves old and new
+/// pieces.
 pub fn write_pieces(
     mesh: &Mesh,
     path: &Path,
@@ -31,22 +34,58 @@ pub fn write_pieces(
     let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(path))?;
     let folder = path.with_file_name(stem);
     let hidden = path.with_file_name(format!(".{stem}.{}", std::process::id()));
-    let io = |at: &Path, result: std::io::Result<()>| result.map_err(|error| Error::io(at, &error));
-    io(&hidden, fs::create_dir(&hidden))?;
+    fs::create_dir(&hidden).map_err(|error| Error::io(&hidden, &error))?;
     let names: Vec<String> = (0..n).map(|i| format!("{stem}_{i}.vtu")).collect();
     let files: Vec<PathBuf> = names.iter().map(|name| hidden.join(name)).collect();
     let written = write_all(mesh, &of_cells, &files, options).and_then(|(notes, arrays)| {
-        io(&folder, fs::create_dir_all(&folder))?;
-        for (file, name) in files.iter().zip(&names) {
-            let target = folder.join(name);
-            io(&target, fs::rename(file, &target))?;
-        }
-        save_text(&list(stem, &names, &arrays), path)?;
+        let list = || save_text(&list(stem, &names, &arrays), path);
+        put_in_place(&hidden, &folder, &names, list)?;
         Ok(notes)
     });
     // What is left there is of no use, whatever happened.
     let _ = fs::remove_dir_all(&hidden);
     written
+}
+
+/// Moves files of these names from `hidden` into `folder`, then does the `last` thing. An error on
+/// the way brings back the files that had the names before.
+fn put_in_place(
+    hidden: &Path,
+    folder: &Path,
+    names: &[String],
+    last: impl FnOnce() -> Result<()>,
+) -> Result<()> {
+    let old = hidden.join("old");
+    let is_new = !folder.exists();
+    for made in [&old, folder] {
+        fs::create_dir_all(made).map_err(|error| Error::io(made, &error))?;
+    }
+    let mut moved = 0;
+    let move_all = || {
+        for name in names {
+            let target = folder.join(name);
+            let io = |error: std::io::Error| Error::io(&target, &error);
+            if target.exists() {
+                fs::rename(&target, old.join(name)).map_err(io)?;
+            }
+            moved += 1;
+            fs::rename(hidden.join(name), &target).map_err(io)?;
+        }
+        last()
+    };
+    let done = move_all();
+    if done.is_err() {
+        // What cannot be brought back is worth less than the error that is told.
+        for name in &names[..moved] {
+            let target = folder.join(name);
+            let _ = fs::remove_file(&target);
+            let _ = fs::rename(old.join(name), &target);
+        }
+        if is_new {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+    done
 }
 
 /// Writes the pieces; gives the notes and what a list says of their arrays.
@@ -62,18 +101,17 @@ fn write_all(
         index_in_piece[cell] = cells[piece as usize].len() as u32;
         cells[piece as usize].push(cell);
     }
-    let mut used = vec![false; mesh.points.len()];
-    for &node in mesh.cells.connectivity() {
-        used[node as usize] = true;
-    }
+    let used = mesh.nodes_of_cells();
+    let alone: Vec<usize> = (0..used.len()).filter(|node| !used[*node]).collect();
+    let mut group_cells = group_cells(mesh, of_cells, &index_in_piece, files.len());
+    let mut subsets = Subsets::of(mesh);
     let mut notes: Vec<String> = Vec::new();
     let mut arrays = String::new();
     for (piece, file) in files.iter().enumerate() {
         // Nodes of no cell go with the first piece.
-        let alone = |node: usize| piece == 0 && !used[node];
-        let nodes = nodes_of(mesh, &cells[piece], alone);
-        let mut part = subset(mesh, &cells[piece], &nodes);
-        part.groups = groups(mesh, of_cells, &index_in_piece, piece);
+        let alone: &[usize] = if piece == 0 { &alone } else { &[] };
+        let (mut part, nodes) = subsets.take(&cells[piece], alone);
+        part.groups = groups(mesh, std::mem::take(&mut group_cells[piece]));
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
         for note in save(&part, file, &Vtu, options)? {
@@ -88,21 +126,43 @@ fn write_all(
     Ok((notes, arrays))
 }
 
-/// All groups of the mesh, with those of their cells that are in the piece, so that each group has
+/// For each piece the cells that groups have in it, by the number of the group.
+fn group_cells(
+    mesh: &Mesh,
+    of_cells: &[u32],
+    index_in_piece: &[u32],
+    n_pieces: usize,
+) -> Vec<Vec<(usize, CellSet)>> {
+    let mut of_pieces = vec![Vec::new(); n_pieces];
+    for (i, group) in mesh.groups.iter().enumerate() {
+        let mut sets = vec![CellSet::new(); n_pieces];
+        for cell in group.cells.iter() {
+            sets[of_cells[cell] as usize].push(index_in_piece[cell] as usize);
+        }
+        for (piece, set) in of_pieces.iter_mut().zip(sets) {
+            if !set.is_empty() {
+                piece.push((i, set));
+            }
+        }
+    }
+    of_pieces
+}
+
+/// All groups of the mesh, with those of their cells that are in a piece, so that each group has
 /// the same number in every piece.
-fn groups(mesh: &Mesh, of_cells: &[u32], index_in_piece: &[u32], piece: usize) -> Vec<Group> {
-    let in_piece = |cell: &usize| of_cells[*cell] as usize == piece;
-    let of_group = |group: &Group| {
-        let mut cells = CellSet::new();
-        for cell in group.cells.iter().filter(in_piece) {
-            cells.push(index_in_piece[cell] as usize);
-        }
-        Group {
-            cells,
-            ..group.clone()
-        }
+fn groups(mesh: &Mesh, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
+    let empty = |group: &Group| Group {
+        dimension: group.dimension,
+        name: group.name.clone(),
+        number: group.number,
+        condition: group.condition.clone(),
+        cells: CellSet::new(),
     };
-    mesh.groups.iter().map(of_group).collect()
+    let mut groups: Vec<Group> = mesh.groups.iter().map(empty).collect();
+    for (i, set) in cells {
+        groups[i].cells = set;
+    }
+    groups
 }
 
 fn add_numbers(

@@ -76,18 +76,19 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
     Ok(patches)
 }
 
-/// The content of the file for a mesh; `None` where the face numbers say all there is.
-pub(super) fn content(mesh: &Mesh) -> Option<String> {
-    if mesh.dimension() != 3 {
-        return None;
-    }
+/// Whether a mesh needs the file: not where the face numbers say all there is.
+pub(super) fn is_needed(mesh: &Mesh) -> bool {
     let tags = faces::tags(mesh);
     let says_all =
         |tag: &Tag| tag.group.name == tag.number.to_string() && tag.group.condition.is_none();
+    let says_all = tags.iter().all(says_all) && FaceNumbers::of(mesh, &tags).n_untagged == 0;
+    mesh.dimension() == 3 && !says_all
+}
+
+/// The content of the file for a mesh.
+pub(super) fn content(mesh: &Mesh) -> String {
+    let tags = faces::tags(mesh);
     let numbers = FaceNumbers::of(mesh, &tags);
-    if tags.iter().all(says_all) && numbers.n_untagged == 0 {
-        return None;
-    }
     let n = tags.len() + usize::from(numbers.n_untagged > 0);
     let mut text = format!("{n}\n");
     for tag in &tags {
@@ -98,7 +99,7 @@ pub(super) fn content(mesh: &Mesh) -> Option<String> {
     if numbers.n_untagged > 0 {
         writeln!(text, "{} 0 {UNTAGGED}", numbers.untagged).expect("a string takes all");
     }
-    Some(text)
+    text
 }
 
 /// Sentences about names and conditions that change in the file.
@@ -128,7 +129,7 @@ pub(super) fn changes(mesh: &Mesh, tags: &[Tag]) -> Vec<String> {
             _ => {}
         }
     }
-    if !without.is_empty() && content(mesh).is_some() {
+    if !without.is_empty() && is_needed(mesh) {
         let names = without.join(", ");
         notes.push(format!(
             "tags without a boundary condition have number 0 in the .mapbc: {names}"

@@ -87,9 +87,12 @@ impl Format for Ugrid {
         write::write(mesh, out, &self.layout, options)
     }
     fn companions(&self, mesh: &Mesh, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-        let content = mapbc::content(mesh);
-        let file = content.map(|content| (mapbc::path(&case(path)), content.into_bytes()));
-        file.into_iter().collect()
+        let file = mapbc::path(&case(path));
+        // One that is there already would name the tags of this mesh.
+        if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {
+            return Vec::new();
+        }
+        vec![(file, mapbc::content(mesh).into_bytes())]
     }
 }
 

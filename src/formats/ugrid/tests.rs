@@ -341,3 +341,15 @@ fn a_large_text_is_read_as_a_small_one() {
         )
     );
 }
+
+#[test]
+fn an_old_mapbc_does_not_rename_the_tags_of_a_new_mesh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("wing.b8.ugrid");
+    assert!(B8.companions(&solid(), &path).is_empty());
+    std::fs::write(folder.path().join("wing.mapbc"), "1\n2 4000 hub\n").expect("a folder");
+    save(&solid(), &path, &B8, &WriteOptions::default()).expect("it can be written");
+    let source = Source::open(&path).expect("it is there");
+    let mesh = B8.read(&source, &ReadOptions::default(), &mut Notes::default());
+    assert_eq!(mesh.expect("it can be read").groups, solid().groups);
+}

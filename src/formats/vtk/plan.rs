@@ -4,7 +4,6 @@
 use super::content::{Content, Part, of_values, owned, slice};
 use super::number::Element;
 use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
-use crate::error::{Error, Result};
 use crate::formats::{Precision, WriteOptions};
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
@@ -27,21 +26,6 @@ impl<'a> Sections<'a> {
     pub fn all(&self) -> impl Iterator<Item = &Content<'a>> {
         let of_piece = [&self.point_data, &self.cell_data, &self.points, &self.cells];
         self.fields.iter().chain(of_piece.into_iter().flatten())
-    }
-}
-
-/// Refuses coordinates that the wanted precision cannot hold.
-pub fn check_precision(mesh: &Mesh, options: &WriteOptions) -> Result<()> {
-    if options.precision == Precision::F64 {
-        return Ok(());
-    }
-    let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
-    match mesh.points.iter().position(too_large) {
-        Some(node) => Err(Error::input(format!(
-            "node {node} has coordinates {:?}, too large for 32 bits; write 64",
-            mesh.points[node]
-        ))),
-        None => Ok(()),
     }
 }
 

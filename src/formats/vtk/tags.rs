@@ -2,7 +2,9 @@
 //!
 //! `BoundaryTag` numbers cells one dimension below the mesh's, `Zone` those of its own, `Group` any
 //! of lower dimension; 0 is none, and name i of `BoundaryTagNames`, `ZoneNames` or `GroupNames`
-//! belongs to number i + 1. Arrays of other programs number the cells of every dimension at once.
+//! belongs to number i + 1. Arrays of other programs number the cells of every dimension at once;
+//! ours do where cells were extracted, as a surface from its volume: a number makes a group of its
+//! own in each dimension that has it.
 
 use crate::error::{Error, Result, nearest_name};
 use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
@@ -41,22 +43,22 @@ pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
     if let Some(name) = chosen {
         take_chosen(mesh, name)?;
     } else if is_integer(mesh, BOUNDARY.array) {
-        take(mesh, &BOUNDARY, |d| d + 1 == dimension);
+        take(mesh, &BOUNDARY, dimension.saturating_sub(1));
     } else if let Some(name) = FOREIGN.into_iter().find(|name| is_integer(mesh, name)) {
         let labels = Labels {
             array: name,
             names: "",
         };
-        take(mesh, &labels, |_| true);
+        take(mesh, &labels, dimension);
     }
     if is_integer(mesh, ZONE.array) {
         let has_zones = mesh.zones().next().is_some();
         if !has_zones {
-            take(mesh, &ZONE, |d| d == dimension);
+            take(mesh, &ZONE, dimension);
         }
     }
     if is_integer(mesh, LOWER.array) && names_at(mesh, LOWER.names).is_some() {
-        take(mesh, &LOWER, |d| d + 1 < dimension);
+        take(mesh, &LOWER, dimension.saturating_sub(2));
     }
     Ok(())
 }
@@ -67,9 +69,9 @@ fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {
             .into_iter()
             .find(|labels| labels.array == name);
         let names = own.map_or("", |labels| labels.names);
-        let (array, dimension) = (name.to_owned(), mesh.dimension());
-        let only_faces = name == BOUNDARY.array;
-        take_from(mesh, &array, names, |d| !only_faces || d + 1 == dimension);
+        let below = u8::from(name == BOUNDARY.array);
+        let dimension = mesh.dimension().saturating_sub(below);
+        take_from(mesh, name, names, dimension);
         return Ok(());
     }
     let known: Vec<_> = mesh
@@ -93,12 +95,13 @@ fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {
     )))
 }
 
-fn take(mesh: &mut Mesh, labels: &Labels, wanted: impl Fn(u8) -> bool) {
-    take_from(mesh, labels.array, labels.names, wanted);
+fn take(mesh: &mut Mesh, labels: &Labels, usual: u8) {
+    take_from(mesh, labels.array, labels.names, usual);
 }
 
-/// Makes a group of each number on cells of each wanted dimension; removes the arrays.
-fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> bool) {
+/// Makes a group of each number on cells of each dimension, and one of the `usual` dimension of each
+/// name that no cell has; removes the arrays.
+fn take_from(mesh: &mut Mesh, array: &str, names: &str, usual: u8) {
     let at = array_at(mesh, array).expect("the caller has found it");
     let numbers = mesh.cell_arrays.remove(at).values;
     let names = names_at(mesh, names).map(|at| mesh.field_arrays.remove(at).values);
@@ -109,9 +112,6 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> b
     let mut sets: BTreeMap<(i64, u8), CellSet> = BTreeMap::new();
     for run in mesh.cells.runs() {
         let dimension = run.kind.dimension();
-        if !wanted(dimension) {
-            continue;
-        }
         let cells = run.first_cell..run.first_cell + run.n_cells();
         let mut start = cells.start;
         numbers.for_each_stretch(cells, |number, n| {
@@ -122,7 +122,7 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> b
             start += n;
         });
     }
-    add_named_but_unused(&mut sets, &names, mesh.dimension(), wanted);
+    add_named_but_unused(&mut sets, &names, usual);
     mesh.groups
         .extend(sets.into_iter().map(|((number, dimension), cells)| {
             let index = number.checked_sub(1).and_then(|i| usize::try_from(i).ok());
@@ -141,15 +141,7 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, wanted: impl Fn(u8) -> b
 }
 
 /// A named tag without cells is kept, so that nothing is lost on the way through.
-fn add_named_but_unused(
-    sets: &mut BTreeMap<(i64, u8), CellSet>,
-    names: &[String],
-    dimension: u8,
-    wanted: impl Fn(u8) -> bool,
-) {
-    let Some(dimension) = (0..=dimension).rev().find(|d| wanted(*d)) else {
-        return;
-    };
+fn add_named_but_unused(sets: &mut BTreeMap<(i64, u8), CellSet>, names: &[String], dimension: u8) {
     for number in 1..=names.len() as i64 {
         if sets.range((number, 0)..=(number, 3)).next().is_none() {
             sets.insert((number, dimension), CellSet::new());
@@ -249,4 +241,66 @@ fn fill<T: Copy + Default + PartialEq>(
         }
     }
     of_cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::CellKind;
+
+    /// A tetrahedron, or else nothing, and two of its faces, with these arrays.
+    fn mesh(has_volume: bool, arrays: &[(&Labels, Vec<i32>)], names: &[&str]) -> Mesh {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 4],
+            ..Mesh::default()
+        };
+        if has_volume {
+            mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        }
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 3]);
+        for (labels, numbers) in arrays {
+            let numbers = Values::I32(numbers.clone());
+            mesh.cell_arrays
+                .push(DataArray::scalar(labels.array, numbers));
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            mesh.field_arrays
+                .push(DataArray::scalar(labels.names, Values::Text(names)));
+        }
+        mesh
+    }
+
+    fn groups(mesh: &Mesh) -> Vec<(u8, &str, Vec<usize>)> {
+        let group = |g: &Group| (g.dimension, g.cells.iter().collect());
+        let named = |g| {
+            let (dimension, cells) = group(g);
+            (dimension, g.name.as_str(), cells)
+        };
+        mesh.groups.iter().map(named).collect()
+    }
+
+    #[test]
+    fn tags_of_an_extracted_surface_become_its_zones() {
+        let mut surface = mesh(false, &[(&BOUNDARY, vec![2, 1])], &["hub", "blade", "far"]);
+        extract(&mut surface, None).expect("good arrays");
+        let expected = [
+            (2, "hub", vec![1]),
+            (2, "blade", vec![0]),
+            (1, "far", vec![]),
+        ];
+        assert_eq!(groups(&surface), expected);
+        assert!(surface.cell_arrays.is_empty());
+    }
+
+    #[test]
+    fn numbers_on_cells_of_another_dimension_are_kept() {
+        let mut volume = mesh(true, &[(&BOUNDARY, vec![2, 1, 0])], &["wall", "inner"]);
+        extract(&mut volume, None).expect("good arrays");
+        let expected = [(2, "wall", vec![1]), (3, "inner", vec![0])];
+        assert_eq!(groups(&volume), expected);
+
+        let mut zones = mesh(true, &[(&ZONE, vec![1, 0, 1])], &["air"]);
+        extract(&mut zones, None).expect("good arrays");
+        assert_eq!(groups(&zones), [(2, "air", vec![2]), (3, "air", vec![0])]);
+    }
 }

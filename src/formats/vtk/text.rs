@@ -1,4 +1,4 @@
-//! Values as text, many at a time.
+//! Values as text, many at a time; text cut between words.
 
 use super::content::Content;
 use super::number::{Element, Number, with_type};
@@ -8,6 +8,24 @@ use std::io::{self, Write};
 
 /// Values that one task turns into text; a multiple of every line length.
 const PER_TASK: usize = 7560;
+
+/// Ends of stretches of text of about `length`, between words; the first is `start`.
+pub fn cuts(text: &[u8], start: usize, end: usize, length: usize) -> Vec<usize> {
+    let mut cuts = vec![start];
+    while cuts[cuts.len() - 1] < end {
+        cuts.push(word_end(&text[..end], cuts[cuts.len() - 1] + length));
+    }
+    cuts
+}
+
+/// The end of the word that `at` is in.
+pub fn word_end(text: &[u8], at: usize) -> usize {
+    let Some(rest) = text.get(at..) else {
+        return text.len();
+    };
+    let length = rest.iter().position(u8::is_ascii_whitespace);
+    at + length.unwrap_or(rest.len())
+}
 
 /// An error of the sink.
 pub fn failed(error: io::Error) -> Error {

@@ -6,7 +6,7 @@ use super::super::vtk::cells::{Built, CellTable, Nodes};
 use super::super::vtk::number::{Chunk, Number};
 use super::super::vtk::polyhedra::SharedFaces;
 use super::extent::{FacePart, Part};
-use super::read::{count, windows};
+use super::read::{column, count, windows};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Values, arrays::with_numbers};
 use std::ops::Range;
@@ -50,7 +50,7 @@ pub(super) fn read(
 
 fn types(grid: &Group, part: &Part) -> Result<Vec<u8>> {
     let mut types = Vec::new();
-    windows(&grid.need("Types")?, &part.cells, |values| {
+    windows(&column(grid, "Types")?, &part.cells, |values| {
         // No type is larger than 255, and 255 is none.
         let narrow = |vtk: u64| u8::try_from(vtk).unwrap_or(u8::MAX);
         with_numbers!(&values, v => types.extend(v.iter().map(|x| narrow(x.as_index()))),
@@ -67,7 +67,7 @@ fn append(
     types: &[u8],
     table: &mut CellTable,
 ) -> Result<()> {
-    let ends = grid.need("Offsets")?;
+    let ends = column(grid, "Offsets")?;
     let mut last = None;
     let mut first = 0;
     let mut done = 0;
@@ -125,9 +125,9 @@ fn indices(
     nodes: Nodes,
     out: &mut Vec<u32>,
 ) -> Result<()> {
-    let dataset = grid.need(name)?;
+    let dataset = column(grid, name)?;
     dataset.check_rows(rows)?;
-    out.reserve_exact((rows.end - rows.start) as usize);
+    out.reserve((rows.end - rows.start) as usize);
     let mut done = rows.start;
     windows(&dataset, rows, |values| {
         let start = out.len();
@@ -173,7 +173,7 @@ fn append_faces(
     };
     // Offsets start with that of the first, which is 0.
     let ends = |name: &str, rows: &Range<u64>| -> Result<Vec<i64>> {
-        let values = grid.need(name)?.rows(rows.clone())?.to_integers();
+        let values = column(grid, name)?.rows(rows.clone())?.to_integers();
         let values = values.ok_or_else(|| no_integers(name))?;
         match values.split_first() {
             Some((0, ends)) => Ok(ends.to_vec()),

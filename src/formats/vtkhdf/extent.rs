@@ -105,10 +105,10 @@ impl Extent {
         let (Some((step, _)), Some(steps)) = (self.step, &self.steps) else {
             return Ok(0..n_parts);
         };
-        let starts = integers(steps, "PartOffsets")?.unwrap_or_default();
+        let starts = self.of_steps(steps, "PartOffsets")?.unwrap_or_default();
         let start = starts.get(step).copied().unwrap_or(0);
-        let n = match integers(steps, "NumberOfParts")? {
-            Some(numbers) => numbers.get(step).copied().unwrap_or(1),
+        let n = match self.of_steps(steps, "NumberOfParts")? {
+            Some(numbers) => numbers[step],
             // Without numbers, a step has the parts up to the next one's.
             None => {
                 let later = starts.iter().copied().filter(|other| *other > start).min();
@@ -130,26 +130,33 @@ impl Extent {
         let (Some((step, n_steps)), Some(steps)) = (self.step, &self.steps) else {
             return Ok(otherwise);
         };
-        Ok(match integers(steps, name)? {
-            // Of several topologies the first.
-            Some(starts) => match starts.get(step * (starts.len() / n_steps.max(1))) {
-                Some(start) => *start,
-                None => return Err(Error::input("it has less values than steps").dataset(name)),
-            },
-            None => otherwise,
-        })
+        // Of several topologies the first.
+        let of_step = |starts: Vec<u64>| starts[step * (starts.len() / n_steps)];
+        Ok(self.of_steps(steps, name)?.map_or(otherwise, of_step))
+    }
+
+    /// Integers of which there are one or several a step; `None` where the dataset is not there.
+    fn of_steps(&self, group: &Group, name: &str) -> Result<Option<Vec<u64>>> {
+        let values = integers(group, name)?;
+        match (&values, self.step) {
+            (Some(values), Some((_, n_steps))) if values.len() < n_steps => Err(Error::input(
+                format!("{} values for {n_steps} steps", values.len()),
+            )
+            .dataset(name)),
+            _ => Ok(values),
+        }
     }
 
     /// The rows of an array in `PointData` or `CellData`, `rows` being those of the grid itself.
     pub fn array_rows(&self, offsets: &str, name: &str, rows: Range<u64>) -> Result<Range<u64>> {
         let n = rows.end - rows.start;
-        let mut start = match self.group(offsets)? {
-            Some(_) if self.step.is_none() => rows.start,
-            Some(group) => match (integers(&group, name)?, self.step) {
-                (Some(starts), Some((step, _))) => starts.get(step).copied().unwrap_or(rows.start),
-                _ => rows.start,
-            },
-            None => rows.start,
+        let starts = match self.group(offsets)? {
+            Some(group) => self.of_steps(&group, name)?,
+            None => None,
+        };
+        let mut start = match (starts, self.step) {
+            (Some(starts), Some((step, _))) => starts[step],
+            _ => rows.start,
         };
         take(&mut start, n)
     }
@@ -163,7 +170,7 @@ impl Extent {
             let Some(group) = self.group(group)? else {
                 return Ok(None);
             };
-            let values = integers(&group, array.name())?;
+            let values = self.of_steps(&group, array.name())?;
             Ok(values.and_then(|values| values.get(step * per_step + at).copied()))
         };
         match (

@@ -48,6 +48,15 @@ pub(super) fn count(rows: &Range<u64>) -> Result<usize> {
     }
 }
 
+/// A dataset of one value a row.
+pub(super) fn column(grid: &Group, name: &str) -> Result<Dataset> {
+    let dataset = grid.need(name)?;
+    match dataset.row()? {
+        1 => Ok(dataset),
+        n => Err(Error::input(format!("its rows have {n} values instead of 1")).dataset(name)),
+    }
+}
+
 /// Hands some rows of a dataset to `take`, part by part.
 pub(super) fn windows(
     dataset: &Dataset,

@@ -1,7 +1,7 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
 use super::super::hdf5::{Data, Element, Growing, Id, Stored};
-use super::super::vtk::plan::{Plan, check_precision};
+use super::super::vtk::plan::Plan;
 use super::super::{Begin, SequenceFile, WriteOptions};
 use super::blocks::{Block, Blocks, shape};
 use super::write::Grid;
@@ -20,6 +20,7 @@ pub(super) struct Sequence {
     /// Most bytes of a chunk.
     pub chunk_limit: u64,
     options: WriteOptions,
+    notes: Vec<String>,
     times: Vec<f64>,
     topology: Option<Topology>,
     /// Positions, then the arrays.
@@ -65,6 +66,7 @@ impl Sequence {
             file: Growing::create(path, begin)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
+            notes: Vec::new(),
             times: Vec::new(),
             topology: None,
             series: Vec::new(),
@@ -74,7 +76,7 @@ impl Sequence {
 
 impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
-        check_precision(mesh, &self.options)?;
+        self.options.check_coordinates(mesh)?;
         let options = self.options.clone();
         let plan = Plan::new(mesh, &options);
         let blocks = Blocks::new(mesh, &plan);
@@ -83,11 +85,18 @@ impl SequenceFile for Sequence {
         for block in arrays {
             self.append_block(block)?;
         }
+        if self.times.is_empty() {
+            self.notes.clone_from(&blocks.notes);
+        }
         self.times.push(time);
         self.check_complete()?;
         let topology = self.topology.as_ref().expect("the first step has set it");
         let grid = tree(topology, &self.series, &self.times);
         self.file.finish_step(&grid.tree)
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     fn n_bytes(&self) -> u64 {

@@ -2,7 +2,7 @@
 
 use super::super::WriteOptions;
 use super::super::hdf5::{Id, Tree};
-use super::super::vtk::plan::{Plan, check_precision};
+use super::super::vtk::plan::Plan;
 use super::ROOT;
 use super::blocks::Blocks;
 use crate::error::Result;
@@ -16,7 +16,7 @@ pub(super) fn write(
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
-    check_precision(mesh, options)?;
+    options.check_coordinates(mesh)?;
     let plan = Plan::new(mesh, options);
     let blocks = Blocks::new(mesh, &plan);
     let notes = blocks.notes;

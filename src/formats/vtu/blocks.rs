@@ -55,7 +55,15 @@ impl Blocks<'_> {
             }
             let n_bytes = left.min(sizes.len() * self.block_size);
             left -= n_bytes;
+            let damaged = |block: usize, what: String| {
+                let block = chunk * per_chunk + block;
+                Error::input(format!("compressed block {block} is damaged: {what}"))
+            };
             aligner.push(|bytes| {
+                if n_bytes > CHUNK && packed.len() == 1 {
+                    return unpack_large(self.compression, packed[0], n_bytes, bytes)
+                        .map_err(|what| damaged(0, what));
+                }
                 let start = bytes.len();
                 bytes.resize(start + n_bytes, 0);
                 bytes[start..]
@@ -63,10 +71,7 @@ impl Blocks<'_> {
                     .zip(packed)
                     .enumerate()
                     .try_for_each(|(block, (out, packed))| {
-                        unpack(self.compression, packed, out).map_err(|what| {
-                            let block = chunk * per_chunk + block;
-                            Error::input(format!("compressed block {block} is damaged: {what}"))
-                        })
+                        unpack(self.compression, packed, out).map_err(|what| damaged(block, what))
                     })
             })?;
         }
@@ -80,8 +85,6 @@ fn unpack(
     packed: &[u8],
     out: &mut [u8],
 ) -> std::result::Result<(), String> {
-    // A dictionary larger than this is never of use for a block of an array.
-    const LZMA_MEMORY_KIB: u32 = 128 << 10;
     let expected = out.len();
     let wrong = |n| format!("it unpacks to {n} bytes, not {expected}");
     match compression {
@@ -90,21 +93,87 @@ fn unpack(
             Ok(n) => Err(wrong(n)),
             Err(error) => Err(error.to_string()),
         },
-        Compression::Zlib => fill(flate2::read::ZlibDecoder::new(packed), out),
-        Compression::Lzma => fill(
-            lzma_rust2::XzReader::new_mem_limit(packed, false, LZMA_MEMORY_KIB),
-            out,
-        ),
+        Compression::Zlib => {
+            let mut reader = zlib(packed);
+            fill(&mut reader, out)?;
+            finish(&mut reader, expected)
+        }
+        Compression::Lzma => {
+            let mut reader = lzma(packed);
+            fill(&mut reader, out)?;
+            finish(&mut reader, expected)
+        }
         Compression::None => Err(wrong(packed.len())),
     }
 }
 
-fn fill(mut reader: impl Read, out: &mut [u8]) -> std::result::Result<(), String> {
-    reader.read_exact(out).map_err(|error| error.to_string())?;
-    // Reading on makes the decoder compare its checksum.
+/// Appends a block that says it has `n_bytes`: memory is taken as the bytes come.
+fn unpack_large(
+    compression: Compression,
+    packed: &[u8],
+    n_bytes: usize,
+    out: &mut Vec<u8>,
+) -> std::result::Result<(), String> {
+    let mut reader: Box<dyn Read + '_> = match compression {
+        Compression::Zlib => Box::new(zlib(packed)),
+        Compression::Lzma => Box::new(lzma(packed)),
+        Compression::Lz4 | Compression::None => {
+            let start = out.len();
+            out.resize(start + n_bytes, 0);
+            return unpack(compression, packed, &mut out[start..]);
+        }
+    };
+    let end = out.len() + n_bytes;
+    while out.len() < end {
+        let start = out.len();
+        out.resize(end.min(start + CHUNK), 0);
+        fill(&mut reader, &mut out[start..])?;
+    }
+    finish(&mut reader, n_bytes)
+}
+
+fn zlib(packed: &[u8]) -> flate2::read::ZlibDecoder<&[u8]> {
+    flate2::read::ZlibDecoder::new(packed)
+}
+
+fn lzma(packed: &[u8]) -> lzma_rust2::XzReader<&[u8]> {
+    // A dictionary larger than this is never of use for a block of an array.
+    const MEMORY_KIB: u32 = 128 << 10;
+    lzma_rust2::XzReader::new_mem_limit(packed, false, MEMORY_KIB)
+}
+
+fn fill(reader: &mut impl Read, out: &mut [u8]) -> std::result::Result<(), String> {
+    reader.read_exact(out).map_err(|error| error.to_string())
+}
+
+/// Reading on makes the decoder compare its checksum.
+fn finish(reader: &mut impl Read, n_bytes: usize) -> std::result::Result<(), String> {
     match reader.read(&mut [0]) {
         Ok(0) => Ok(()),
-        Ok(_) => Err(format!("it unpacks to more than {} bytes", out.len())),
+        Ok(_) => Err(format!("it unpacks to more than {n_bytes} bytes")),
         Err(error) => Err(error.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_that_claims_more_than_it_has_takes_no_memory_for_it() {
+        let mut writer = lzma_rust2::XzWriter::new(Vec::new(), lzma_rust2::XzOptions::default())
+            .expect("good options");
+        std::io::Write::write_all(&mut writer, &[7; 100]).expect("it is packed");
+        let packed = writer.finish().expect("it is packed");
+        let mut out = Vec::new();
+        let claimed = 1 << 40;
+        let error = unpack_large(Compression::Lzma, &packed, claimed, &mut out);
+        assert!(error.is_err());
+        assert!(out.capacity() <= CHUNK);
+        out.clear();
+        unpack_large(Compression::Lzma, &packed, 100, &mut out).expect("it has them");
+        assert_eq!(out, [7; 100]);
+        let short = unpack_large(Compression::Lzma, &packed, 99, &mut out);
+        assert!(short.is_err());
     }
 }

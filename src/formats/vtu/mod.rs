@@ -56,7 +56,9 @@ impl Format for Vtu {
     }
 
     fn version(&self, head: &[u8]) -> Option<String> {
-        super::word_after(head, b" version=\"")
+        // An XML declaration before it has a version of its own.
+        let start = memchr::memmem::find(&head[..head.len().min(4096)], b"<VTKFile")?;
+        super::word_after(&head[start..], b" version=\"")
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {

@@ -196,7 +196,8 @@ fn grow<U: Copy + Default>(out: &mut Vec<U>, n: usize, total: usize) {
         return;
     }
     if out.capacity() < out.len() + n {
-        out.reserve_exact(total.max(n));
+        // At least doubled: text tells no total, and pieces one each.
+        out.reserve(total.max(n));
     }
     out.resize(out.len() + n, U::default());
 }

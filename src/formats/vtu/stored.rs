@@ -5,6 +5,7 @@
 
 use super::super::Compression;
 use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
+use super::super::vtk::text::{cuts, word_end};
 use super::blocks::{Blocks, check_ratio};
 use super::xml::{Array, Layout, Place, line_after};
 use crate::error::{Error, Result};
@@ -139,11 +140,7 @@ fn text_chunks<T: Number>(
     let mut start = 0;
     while start < text.len() {
         let end = word_end(text, start.saturating_add(CHUNK));
-        let mut cuts = vec![start];
-        while cuts[cuts.len() - 1] < end {
-            cuts.push(word_end(&text[..end], cuts[cuts.len() - 1] + CHUNK / 32));
-        }
-        let parts: Vec<_> = cuts
+        let parts: Vec<_> = cuts(text, start, end, CHUNK / 32)
             .par_windows(2)
             .map(|cut| (cut[0], parse_words::<T>(&text[cut[0]..cut[1]], element)))
             .collect();
@@ -160,17 +157,6 @@ fn text_chunks<T: Number>(
         start = end;
     }
     Ok(())
-}
-
-/// The end of the word that `at` is in.
-fn word_end(text: &[u8], at: usize) -> usize {
-    let Some(rest) = text.get(at..) else {
-        return text.len();
-    };
-    at + rest
-        .iter()
-        .position(u8::is_ascii_whitespace)
-        .unwrap_or(rest.len())
 }
 
 fn base64_chunks(text: &[u8], skip: usize, aligner: &mut Aligner) -> Result<()> {

@@ -328,3 +328,10 @@ fn pieces_are_joined_and_keep_arrays_that_all_have() {
         Values::I8(vec![1, 2, 3, 1, 2, 3])
     );
 }
+
+#[test]
+fn the_version_is_not_that_of_xml() {
+    let head = b"<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"2.1\">";
+    assert_eq!(Vtu.version(head).as_deref(), Some("2.1"));
+    assert_eq!(Vtu.version(b"<?xml version=\"1.0\"?>"), None);
+}

@@ -1,7 +1,7 @@
 //! A mesh as a .vtu file: its arrays are `vtk::plan`'s, the XML around them is `file`'s.
 
 use super::super::vtk::order;
-use super::super::vtk::plan::{Plan, check_precision};
+use super::super::vtk::plan::Plan;
 use super::super::{Encoding, WriteOptions};
 use super::encode::failed;
 use super::file::File;
@@ -18,7 +18,7 @@ pub(super) fn write(
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
-    check_precision(mesh, options)?;
+    options.check_coordinates(mesh)?;
     let plan = Plan::new(mesh, options);
     let file = File {
         sections: plan.sections(),

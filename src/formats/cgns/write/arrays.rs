@@ -42,6 +42,10 @@ pub(super) fn scalars<'a>(
             notes.push(format!("array \"{}\" of text is not written", array.name));
             continue;
         }
+        if !fits(&array.values) {
+            notes.push(too_large(&array.name));
+            continue;
+        }
         if ![1, 3].contains(&array.n_components) {
             notes.push(format!(
                 "array \"{}\" of {} components is written as so many arrays",
@@ -67,6 +71,22 @@ pub(super) fn scalars<'a>(
         }
     }
     scalars
+}
+
+/// Whether integers are within the 63 bits of those of CGNS.
+pub(super) fn fits(values: &Values) -> bool {
+    match values {
+        Values::U64(v) => v.iter().all(|x| i64::try_from(*x).is_ok()),
+        _ => true,
+    }
+}
+
+/// A sentence for an array of other integers.
+pub(super) fn too_large(name: &str) -> String {
+    format!(
+        "array \"{name}\" is not written: it has integers above {}, the largest of CGNS",
+        i64::MAX
+    )
 }
 
 /// Cells of the mesh's own dimension.
@@ -173,7 +193,7 @@ fn bytes(array: &DataArray, component: usize, tuples: Range<usize>) -> Vec<u8> {
         Values::I32(v) => each!(v, i32, |x| x),
         Values::U32(v) => each!(v, i64, i64::from),
         Values::I64(v) => each!(v, i64, |x| x),
-        Values::U64(v) => each!(v, i64, |x| i64::try_from(x).unwrap_or(i64::MAX)),
+        Values::U64(v) => each!(v, i64, |x| x as i64),
         Values::F32(v) => each!(v, f32, |x| x),
         Values::F64(v) => each!(v, f64, |x| x),
         Values::Text(_) => Vec::new(),

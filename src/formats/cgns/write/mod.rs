@@ -18,7 +18,7 @@ mod sections;
 pub(super) mod sequence;
 
 use super::super::{Precision, WriteOptions};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::Mesh;
 use draft::{Draft, Kind, Make, Place};
 use faces::FaceTable;
@@ -36,6 +36,9 @@ const TIMES: &str = "TimeIterValues";
 const SIMULATION: &str = "SimulationType";
 /// What numbers are measured in: whatever the mesh is.
 const UNITS: &str = "NormalizedByUnknownDimensional";
+/// Said where [`plan::sorted`] had to change the order of cells.
+const SORTED: &str =
+    "cells are in the order of their types: as they were, they would be too many sections";
 /// Nodes whose coordinates are gathered at a time.
 const BLOCK: usize = 1 << 18;
 
@@ -45,16 +48,19 @@ pub(super) fn write(
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
+    let sorted = plan::sorted(mesh)?;
+    let mesh = sorted.as_ref().unwrap_or(mesh);
     let faces = FaceTable::of(mesh);
     let mut static_part = Static::new(mesh, &faces)?;
     let (draft, zone) = (&mut static_part.draft, static_part.zone);
-    check_precision(mesh, options)?;
+    options.check_coordinates(mesh)?;
     let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
     for (name, kind, make) in coordinates(mesh, options, static_part.n_axes) {
         let node = draft.stream(grid, (name, "DataArray_t"), kind, mesh.points.len(), make);
         add_length_exponents(draft, node);
     }
     let mut notes = static_part.notes;
+    notes.extend(sorted.iter().map(|_| SORTED.to_owned()));
     let everywhere = 0..mesh.points.len();
     let at_nodes = arrays::scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
     add_solution(draft, zone, (arrays::AT_NODES, "Vertex"), &at_nodes);
@@ -122,7 +128,7 @@ impl<'a> Static<'a> {
             sections::add_faces(&mut draft, zone, &name, faces, kind);
         }
         groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
-        fields::add(&mut draft, base, &mesh.field_arrays);
+        fields::add(&mut draft, base, &mesh.field_arrays, &mut notes);
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
             draft,
@@ -143,20 +149,6 @@ fn index_kind(mesh: &Mesh, faces: &FaceTable) -> Kind {
     match i32::try_from(largest) {
         Ok(_) => Kind::I4,
         Err(_) => Kind::I8,
-    }
-}
-
-fn check_precision(mesh: &Mesh, options: &WriteOptions) -> Result<()> {
-    if options.precision == Precision::F64 {
-        return Ok(());
-    }
-    let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
-    match mesh.points.iter().position(too_large) {
-        Some(node) => Err(Error::input(format!(
-            "node {node} has coordinates {:?}, too large for 32 bits; write 64",
-            mesh.points[node]
-        ))),
-        None => Ok(()),
     }
 }
 

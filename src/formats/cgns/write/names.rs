@@ -1,6 +1,6 @@
 //! Names that CGNS takes: 1 to 32 bytes, no slash, unique among their siblings.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Bytes of the longest name.
 pub(super) const LONGEST: usize = 32;
@@ -9,6 +9,8 @@ pub(super) const LONGEST: usize = 32;
 #[derive(Default)]
 pub(super) struct Names {
     given: BTreeSet<String>,
+    /// The number that a name which is taken gets next.
+    next: BTreeMap<String, usize>,
 }
 
 impl Names {
@@ -26,20 +28,25 @@ impl Names {
         ];
         Self {
             given: given.map(str::to_owned).into(),
+            next: BTreeMap::new(),
         }
     }
 
     /// The name itself or, where CGNS would not take it, one like it.
     pub fn give(&mut self, name: &str) -> String {
-        let mut wanted = fitting(name, LONGEST);
-        let mut count = 2;
-        while self.given.contains(&wanted) {
-            let end = format!("_{count}");
-            wanted = fitting(name, LONGEST - end.len()) + &end;
-            count += 1;
+        let first = fitting(name, LONGEST);
+        if self.given.insert(first.clone()) {
+            return first;
         }
-        self.given.insert(wanted.clone());
-        wanted
+        let next = self.next.entry(first).or_insert(2);
+        loop {
+            let end = format!("_{next}");
+            let wanted = fitting(name, LONGEST - end.len()) + &end;
+            *next += 1;
+            if self.given.insert(wanted.clone()) {
+                return wanted;
+            }
+        }
     }
 }
 
@@ -71,6 +78,8 @@ mod tests {
         assert_eq!(names.give(long), "a boundary with a name of more_2");
         assert_eq!(names.give("a/b"), "a_b");
         assert_eq!(names.give("a_b"), "a_b_2");
+        assert_eq!(names.give("a_b_3"), "a_b_3");
+        assert_eq!(names.give("a_b"), "a_b_4");
         assert_eq!(names.give("  "), "unnamed");
         let accents = "éééééééééééééééééééé";
         assert_eq!(names.give(accents).len(), 32);

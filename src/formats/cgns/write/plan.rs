@@ -33,9 +33,34 @@ pub(super) enum Form {
     Polyhedra,
 }
 
-/// The sections of a mesh, in the order of its cells.
-pub(super) fn sections(mesh: &Mesh, names: &mut Names) -> Result<Vec<Planned>> {
-    let mut stretches: Vec<(Form, u8, Range<usize>)> = Vec::new();
+/// The mesh with its cells in the order of their types, where as they are they would be too many
+/// sections.
+pub(super) fn sorted(mesh: &Mesh) -> Result<Option<Mesh>> {
+    let stretches = stretches(mesh)?;
+    if stretches.len() <= MOST_SECTIONS {
+        return Ok(None);
+    }
+    let mut kinds: Vec<Form> = Vec::new();
+    let mut ranks = Vec::with_capacity(mesh.cells.len());
+    for run in mesh.cells.runs() {
+        let form = form(&run)?;
+        let rank = kinds.iter().position(|known| *known == form);
+        let rank = rank.unwrap_or_else(|| {
+            kinds.push(form);
+            kinds.len() - 1
+        });
+        ranks.resize(ranks.len() + run.n_cells(), rank);
+    }
+    let mut order: Vec<usize> = (0..ranks.len()).collect();
+    order.sort_by_key(|cell| ranks[*cell]);
+    Ok(Some(mesh.with_cells_in_order(&order)))
+}
+
+/// Consecutive cells that are a section, or several where groups begin and end.
+type Stretch = (Form, u8, Range<usize>);
+
+fn stretches(mesh: &Mesh) -> Result<Vec<Stretch>> {
+    let mut stretches: Vec<Stretch> = Vec::new();
     for run in mesh.cells.runs() {
         let (form, range) = (form(&run)?, run.first_cell..run.first_cell + run.n_cells());
         match stretches.last_mut() {
@@ -48,9 +73,14 @@ pub(super) fn sections(mesh: &Mesh, names: &mut Names) -> Result<Vec<Planned>> {
             stretches = mixed(stretches, of_one_dimension);
         }
     }
+    Ok(stretches)
+}
+
+/// The sections of a mesh, in the order of its cells.
+pub(super) fn sections(mesh: &Mesh, names: &mut Names) -> Result<Vec<Planned>> {
     let cuts = cuts(mesh);
     let mut sections = Vec::new();
-    for (form, _, cells) in stretches {
+    for (form, _, cells) in stretches(mesh)? {
         let inside = cuts.range(cells.start + 1..cells.end.max(cells.start + 1));
         let mut start = cells.start;
         for end in inside.copied().chain([cells.end]) {
@@ -67,11 +97,8 @@ pub(super) fn sections(mesh: &Mesh, names: &mut Names) -> Result<Vec<Planned>> {
 }
 
 /// Joins neighbours that a MIXED section can hold.
-fn mixed(
-    stretches: Vec<(Form, u8, Range<usize>)>,
-    of_one_dimension: bool,
-) -> Vec<(Form, u8, Range<usize>)> {
-    let mut joined: Vec<(Form, u8, Range<usize>)> = Vec::new();
+fn mixed(stretches: Vec<Stretch>, of_one_dimension: bool) -> Vec<Stretch> {
+    let mut joined: Vec<Stretch> = Vec::new();
     let can = |form: &Form| matches!(form, Form::Fixed(_) | Form::Mixed);
     for (form, dimension, range) in stretches {
         match joined.last_mut() {
@@ -130,8 +157,7 @@ fn name(mesh: &Mesh, form: Form, cells: Range<usize>) -> String {
         .groups
         .iter()
         .filter(|group| group.dimension < dimension);
-    let is_of = |range: Range<usize>| range.start <= cells.start && cells.end <= range.end;
-    if let Some(group) = groups.find(|group| group.cells.ranges().any(is_of)) {
+    if let Some(group) = groups.find(|group| group.cells.contains_range(cells.clone())) {
         return group.name.clone();
     }
     let name = match form {

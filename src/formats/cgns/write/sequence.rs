@@ -7,9 +7,10 @@ use super::super::FULL_NAME;
 use super::arrays::{AT_CELLS, AT_NODES, Scalar, scalars, volume_cells};
 use super::draft::{Draft, Kind, Make, Place};
 use super::faces::FaceTable;
-use super::{SIMULATION, Static, TIMES, add_length_exponents, check_precision, coordinates};
+use super::{SIMULATION, SORTED, Static, TIMES};
+use super::{add_length_exponents, coordinates, plan};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{CellKind, Mesh};
 use std::path::Path;
 use std::slice::from_ref;
 
@@ -17,6 +18,7 @@ use std::slice::from_ref;
 pub(in crate::formats::cgns) struct Sequence {
     file: Growing,
     options: WriteOptions,
+    notes: Vec<String>,
     first: Option<First>,
     times: Vec<f64>,
     grids: Vec<Vec<Array>>,
@@ -65,6 +67,7 @@ impl Sequence {
         Ok(Self {
             file: Growing::create(path, begin)?,
             options: options.clone(),
+            notes: Vec::new(),
             first: None,
             times: Vec::new(),
             grids: Vec::new(),
@@ -88,6 +91,7 @@ impl Sequence {
         }
         let faces = FaceTable::of(mesh);
         let parts = Static::new(mesh, &faces)?;
+        self.notes = parts.notes;
         self.first = Some(First {
             base: parts.base,
             zone: parts.zone,
@@ -164,22 +168,32 @@ impl Sequence {
 
 impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
-        check_precision(mesh, &self.options)?;
+        self.options.check_coordinates(mesh)?;
+        let sorted = plan::sorted(mesh)?;
+        let mesh = sorted.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
         let n_axes = self.first.as_ref().map_or(3, |first| first.n_axes);
         self.append_grid(mesh, n_axes)?;
         let step = self.times.len();
         let everywhere = 0..mesh.points.len();
-        let at_nodes = scalars(&mesh.point_arrays, from_ref(&everywhere), &mut Vec::new());
+        let mut notes: Vec<String> = sorted.iter().map(|_| SORTED.to_owned()).collect();
+        let at_nodes = scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
         self.at_nodes
             .append(AT_NODES, step, &at_nodes, &mut self.file)?;
-        let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), &mut Vec::new());
+        let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), &mut notes);
         self.at_cells
             .append(AT_CELLS, step, &at_cells, &mut self.file)?;
+        if step == 0 {
+            self.notes.append(&mut notes);
+        }
         self.times.push(time);
         let first = self.first.as_ref().expect("the first step has set it");
         let steps = self.steps(first);
         self.file.finish_step(&first.draft.tree(Some(&steps)))
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     fn n_bytes(&self) -> u64 {
@@ -291,6 +305,14 @@ fn hash_of(mesh: &Mesh) -> blake3::Hash {
         hasher.update(&(run.n_cells() as u64).to_le_bytes());
     }
     hasher.update_rayon(bytemuck::cast_slice(mesh.cells.connectivity()));
+    let polyhedra = mesh
+        .cells
+        .runs()
+        .filter(|run| run.kind == CellKind::Polyhedron);
+    for cell in polyhedra.flat_map(|run| run.first_cell..run.first_cell + run.n_cells()) {
+        let stream = mesh.cells.face_stream(cell).unwrap_or(&[]);
+        hasher.update(bytemuck::cast_slice(stream));
+    }
     for group in &mesh.groups {
         hasher.update(group.name.as_bytes());
         hasher.update(&[group.dimension]);
