@@ -75,10 +75,8 @@ fn add_pages(command: &Command, pages: &mut Vec<Page>) -> Result<()> {
         file: man.get_filename(),
         text: String::from_utf8_lossy(&text).into_owned(),
     });
-    let commands = command
+    command
         .get_subcommands()
-        .filter(|command| !command.is_hide_set());
-    commands
-        .into_iter()
+        .filter(|command| !command.is_hide_set())
         .try_for_each(|command| add_pages(command, pages))
 }
