@@ -1,6 +1,6 @@
 """The run, figures and picture of docs/rotor.md: four blades in one mesh through one revolution.
 
-    .venv/bin/python scripts/rotor_page.py [--nodes 400000] [--step 5] [-o target/rotor] [--pictures docs/pictures]
+    .venv/bin/python scripts/rotor_page.py [--nodes 40000] [--first-cell 1e-3] [--step 5] [-o target/rotor] [--pictures docs/pictures]
 
 Checks every row of steps.csv, the blades of every step against numpy, the symmetry of the whole mesh, and some steps by VTK.
 """
@@ -60,14 +60,15 @@ def draw(path, grid, points):
 def main():
     """Mesh, run, checks, figures, picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--nodes", type=int, default=400_000)
+    parser.add_argument("--nodes", type=int, default=40_000)
+    parser.add_argument("--first-cell", type=float, default=1e-3)
     parser.add_argument("--step", type=float, default=5.0)
     parser.add_argument("-o", "--output", type=Path, default=Path("target/rotor"))
     parser.add_argument("--pictures", type=Path, default=Path("docs/pictures"))
     options = parser.parse_args()
     folder = options.output
     folder.mkdir(parents=True, exist_ok=True)
-    path, schedule = rotor.make(folder, options.step, ["--nodes", options.nodes])
+    path, schedule = rotor.make(folder, options.step, ["--nodes", options.nodes, "--first-cell", options.first_cell])
     schedule.write_text(schedule.read_text() + '\n[output]\nformat = "vtkhdf"\n')
     outputs.azimesh("deform", path, schedule, "-o", folder / "out", "--force")
     rows, record = outputs.steps(folder / "out"), json.loads((folder / "out" / "run.json").read_text())
