@@ -34,7 +34,6 @@ REAL = [
     "dealii__dealii/tests/mesquite/mesh/2d/hole_in_square_tanglap.vtk",
     "debian_gmsh-4.8.4/benchmarks/3d/discrete.msh",
     "mfem__mfem/data/sphere.msh",
-    "felipegiacomelli__MSHtoCGNS/Zeta/Test/MshInterface/3D-Region1-Pyramids/35v_48e.msh",
 ]
 
 
