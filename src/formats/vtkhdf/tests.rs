@@ -278,7 +278,7 @@ fn a_sequence_is_whole_under_its_name_after_each_step() {
 fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged() {
     let folder = tempfile::tempdir().expect("a folder");
     let append = |sequence: &mut Box<dyn SequenceFile>, steps: std::ops::Range<usize>| {
-        let append = |step| sequence.append(step as f64, &moving(step));
+        let mut append = |step| sequence.append(step as f64, &moving(step));
         steps
             .map(|step| append(step).expect("it is appended"))
             .collect::<Vec<_>>()
@@ -291,7 +291,7 @@ fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged
     let wanted = std::fs::read(&path).expect("it is there");
     let create = VtkHdf.sequence().expect("it has sequences");
     let retrace = || create(&path, &WriteOptions::default(), Begin::Retrace).expect("it opens");
-    let mut check = |content: &[u8], what: &str| {
+    let check = |content: &[u8], what: &str| {
         std::fs::write(&path, content).expect("it can be written");
         let mut sequence = retrace();
         assert_eq!(append(&mut sequence, 0..3), hashes, "{what}");
