@@ -291,7 +291,7 @@ fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged
     let wanted = std::fs::read(&path).expect("it is there");
     let create = VtkHdf.sequence().expect("it has sequences");
     let retrace = || create(&path, &WriteOptions::default(), Begin::Retrace).expect("it opens");
-    let mut check = |content: &[u8], what: &str| {
+    let check = |content: &[u8], what: &str| {
         std::fs::write(&path, content).expect("it can be written");
         let mut sequence = retrace();
         assert_eq!(append(&mut sequence, 0..3), hashes, "{what}");
