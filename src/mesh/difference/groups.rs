@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 /// A sentence for each group that differs. Where it is known which cells belong together, groups are
 /// compared by that; otherwise a cell is known by its kind and nodes.
 pub fn compare(a: &Mesh, b: &Mesh, partners: Option<&Partners>) -> Vec<String> {
-    let [ours, theirs] = [a, b].map(by_name);
+    let [ours, theirs] = [a, b].map(Named::of);
     let mut found = Vec::new();
-    for ((dimension, name), group) in &ours {
-        let role = role(a, group);
-        let Some(other) = theirs.get(&(*dimension, *name)) else {
+    for (key, group) in ours.iter() {
+        let (role, name) = (role(a, group), &group.name);
+        let Some(other) = theirs.get(key) else {
             found.push(format!("{role} \"{name}\" is only in the first"));
             continue;
         };
@@ -31,8 +31,8 @@ pub fn compare(a: &Mesh, b: &Mesh, partners: Option<&Partners>) -> Vec<String> {
             ));
         }
     }
-    for ((_, name), group) in theirs.iter().filter(|(key, _)| !ours.contains_key(key)) {
-        let role = role(b, group);
+    for (_, group) in theirs.iter().filter(|(key, _)| ours.get(key).is_none()) {
+        let (role, name) = (role(b, group), &group.name);
         found.push(format!("{role} \"{name}\" is only in the second"));
     }
     found
@@ -46,11 +46,37 @@ fn role(mesh: &Mesh, group: &Group) -> String {
     }
 }
 
-fn by_name(mesh: &Mesh) -> BTreeMap<(u8, &str), &Group> {
-    mesh.groups
-        .iter()
-        .map(|group| ((group.dimension, group.name.as_str()), group))
-        .collect()
+/// What a group is known by: its dimension, its name, and how many of both came before it.
+type Key<'a> = (u8, &'a str, usize);
+
+/// The groups of a mesh, in their order and by what they are known by.
+struct Named<'a> {
+    in_order: Vec<(Key<'a>, &'a Group)>,
+    by_key: BTreeMap<Key<'a>, &'a Group>,
+}
+
+impl<'a> Named<'a> {
+    fn of(mesh: &'a Mesh) -> Self {
+        let mut counts: BTreeMap<(u8, &str), usize> = BTreeMap::new();
+        let keyed = mesh.groups.iter().map(|group| {
+            let count = counts.entry((group.dimension, &group.name)).or_default();
+            *count += 1;
+            ((group.dimension, group.name.as_str(), *count), group)
+        });
+        let in_order: Vec<_> = keyed.collect();
+        Self {
+            by_key: in_order.iter().copied().collect(),
+            in_order,
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &(Key<'a>, &'a Group)> {
+        self.in_order.iter()
+    }
+
+    fn get(&self, key: &Key<'_>) -> Option<&'a Group> {
+        self.by_key.get(key).copied()
+    }
 }
 
 /// Cells of `x` whose partners are not in `y`.
