@@ -209,5 +209,5 @@ fn quality_of_a_folder_without_a_sequence_says_what_is_missing() {
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let (code, _, error) = azimesh(folder.path(), &["quality", "empty"]);
     assert_eq!(code, 2);
-    assert!(error.contains("empty: the folder holds no .pvd"), "{error}");
+    assert!(error.contains("it holds no sequence: no .pvd"), "{error}");
 }
