@@ -35,7 +35,7 @@ enum Name {
     Rotor {
         #[command(flatten)]
         blade: BladeArgs,
-        /// This many blades, 3 to 6, around a hub, without a background; --cylinder-radius is half the height then
+        /// This many blades, 3 to 5, around a hub, without a background; --cylinder-radius is half the height then
         #[arg(long, value_name = "N")]
         blades: Option<usize>,
     },

@@ -162,7 +162,6 @@ fn every_cell_of_a_rotor_is_valid_whatever_its_number_of_blades() {
         (4, 20_000),
         (4, 200_000),
         (5, 60_000),
-        (6, 60_000),
     ] {
         for cells in [CellShape::Hex, CellShape::Wedge, CellShape::Tet] {
             let options = BladeOptions {
@@ -183,7 +182,7 @@ fn every_cell_of_a_rotor_is_valid_whatever_its_number_of_blades() {
 
 #[test]
 fn a_quarter_of_a_turn_takes_four_blades_to_one_another() {
-    let mesh = rotor_of(&of_size(8_000), 4).expect("it fits").mesh;
+    let mesh = rotor_of(&of_size(20_000), 4).expect("it fits").mesh;
     let places = |name: &str| -> Vec<Vector> {
         let group = mesh.boundary_tags().find(|tag| tag.name == name);
         let cells = group.expect("it is tagged").cells.iter();
@@ -242,6 +241,10 @@ fn samples_are_closed_and_their_tags_look_outward() {
         };
         assert_closed(&blade(&options).expect("it fits").mesh);
         assert_closed(&rotor(&options).expect("it fits").mesh);
+        let options = BladeOptions {
+            cells,
+            ..of_size(20_000)
+        };
         assert_closed(&rotor_of(&options, 4).expect("it fits").mesh);
     }
 }
@@ -309,7 +312,7 @@ fn schedules_are_toml_and_name_tags_and_zones_of_their_mesh() {
         naca0012(&Naca0012Options::default()),
         blade(&of_size(6_000)),
         rotor(&of_size(6_000)),
-        rotor_of(&of_size(6_000), 3),
+        rotor_of(&of_size(20_000), 3),
         block(&BlockOptions::default()),
     ];
     for sample in samples {

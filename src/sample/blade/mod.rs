@@ -97,7 +97,7 @@ pub fn rotor(options: &BladeOptions) -> Result<Sample> {
     })
 }
 
-/// The mesh and the schedule of a rotor with 3 to 6 blades around a hub, without a background.
+/// The mesh and the schedule of a rotor with 3 to 5 blades around a hub, without a background.
 pub fn rotor_of(options: &BladeOptions, n_blades: usize) -> Result<Sample> {
     let geometry = options.shape.resolve()?;
     Ok(Sample {

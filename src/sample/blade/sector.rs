@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 /// Numbers of blades whose sectors are neither too wide nor too narrow for rays from the blade.
 const LEAST_BLADES: usize = 3;
-const MOST_BLADES: usize = 6;
+const MOST_BLADES: usize = 5;
 
 /// Radius of the hub, in that where the blades begin: a smaller one leaves cells at their roots no room
 /// beside those of the next blade.

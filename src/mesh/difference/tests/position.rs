@@ -162,7 +162,7 @@ fn in_a_renumbered_mesh_one_swapped_tag_and_one_changed_value_are_found() {
     let found = compare(&a, &renumbered(&b, 3));
     assert_eq!(found.groups.len(), 2, "{found:?}");
     assert!(
-        found.groups[1].contains("\"low\": 1 of 16 cells"),
+        found.groups[0].contains("\"low\": 1 of 16 cells"),
         "{found:?}"
     );
     assert!(
