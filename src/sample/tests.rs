@@ -371,7 +371,7 @@ fn wrong_options_are_refused_in_a_sentence() {
             .expect_err("it is wrong")
             .to_string()
     };
-    assert!(blades(1).starts_with("--blades is a number from 3 to 6, found 1"));
+    assert!(blades(1).starts_with("--blades is a number from 3 to 5, found 1"));
     let wide = BladeShape {
         chord: Some(0.9),
         ..BladeShape::default()
