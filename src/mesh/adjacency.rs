@@ -489,7 +489,7 @@ mod tests {
     /// Cells of a grid of squares in an order that leaves no neighbours in one chunk.
     #[test]
     fn cells_far_apart_in_the_file_find_each_other() {
-        let (n, m) = (300usize, 300usize);
+        let (n, m) = (200usize, 200usize);
         let mut mesh = with_points((n + 1) * (m + 1));
         let mut order: Vec<usize> = (0..n * m).collect();
         order.sort_by_key(|&cell| (cell.wrapping_mul(0x9e37_79b9) & 0xffff, cell));
