@@ -48,8 +48,11 @@ impl Demand {
             Precision::F32 => 4,
         };
         let whole = mesh_bytes + arrays;
+        // CGNS leaves out the third coordinate of a plane mesh.
+        let is_plane = plan.reference.iter().all(|x| x[2] == 0.0);
+        let n_axes: u64 = if is_plane { 2 } else { 3 };
         let others = match names.is_in_one() {
-            true => 3 * n_nodes * number + arrays,
+            true => n_axes * n_nodes * number + arrays,
             false => whole,
         };
         Self {
