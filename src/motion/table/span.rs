@@ -67,6 +67,10 @@ impl SpanHistory {
         }
         let knots = groups.iter().map(|group| rows.key(order[group.start]));
         let history = History::new(table.path(), name, knots.collect(), values, interpolation);
+        let history = match key {
+            Some(_) => history.held(),
+            None => history,
+        };
         Ok(Self {
             stations,
             n_values: n,
