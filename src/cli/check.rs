@@ -22,7 +22,8 @@ pub struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)?;
+    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
+        .map_err(|error| error.file(&args.mesh))?;
     let mut warnings = plan.warnings();
     warnings.extend(conflicts(&plan, &listed(&plan)));
     for warning in &warnings {
@@ -48,7 +49,7 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
 }
 
 /// Memory that a run holds at its peak: the mesh's cells, three sets of positions, the mode
-/// fields, and those of velocities.
+/// fields, those of velocities, and what there is of each step.
 fn memory_bytes(plan: &Plan) -> usize {
     let nodes = plan.reference.len();
     let deforming = plan.deforming_nodes().map_or(nodes, |nodes| nodes.len());
@@ -57,7 +58,9 @@ fn memory_bytes(plan: &Plan) -> usize {
         .as_ref()
         .map_or(0, |layer| 24 * nodes + 8 * layer.modes.n_modes * deforming);
     let fields = 8 * plan.n_modes() * deforming + velocity;
-    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + fields
+    // Coefficients of the modes, in the modes and in their criterion; each step twice.
+    let steps = plan.motion.steps.len() * (48 * plan.n_modes() + 2 * size_of::<Step>());
+    plan.mesh.memory_bytes() + plan.mesh.cells.len() + 72 * nodes + fields + steps
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations

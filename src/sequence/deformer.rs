@@ -8,6 +8,7 @@ use super::plan::Plan;
 use super::progress::{Progress, Silent};
 use super::velocity::Velocities;
 use crate::error::Result;
+use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::modes::RigidSurface;
 use crate::motion::{Pose, Role, Step};
@@ -157,9 +158,7 @@ impl<'a> Deformer<'a> {
         let error = match &self.way {
             Way::AtOnce { fields, errors } => {
                 fields.displace(&plan.layers, step.index, self.reference(), out);
-                if plan.schedule.selection.correction {
-                    self.set_surface(step, 1.0, self.reference(), out);
-                }
+                self.set_surface(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
             Way::Substeps { bases } => self.through_substeps(bases, step, out)?,
@@ -201,7 +200,11 @@ impl<'a> Deformer<'a> {
                 .follow(&plan.motion, &plan.reference, None, out);
             nodes.copy_from_slice(out);
         }
-        Ok(worst)
+        // What the correction does not take off adds up from part to part.
+        Ok(match plan.schedule.selection.correction {
+            true => worst,
+            false => self.off_place(&plan.motion.poses(step, 1.0), None, out).0,
+        })
     }
 
     fn substep(
@@ -258,17 +261,19 @@ impl<'a> Deformer<'a> {
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(frame, &layers, &chosen, correct, &Silent);
         fields.displace(&layers, 0, frame, out);
-        if correct {
-            self.set_surface(step, to, frame, out);
-        }
+        self.set_surface(step, to, frame, out);
         Ok(selections.iter().map(|selection| selection.error).sum())
     }
 
-    /// Surface nodes where the motion puts them at a part of a step, in the rotating frame; fixed
-    /// ones as they were, sliding ones on their boundary. `frame` is the mesh that was deformed.
+    /// Sliding nodes on their boundary; with the correction also the others where the motion puts them at
+    /// a part of a step, in the rotating frame, fixed ones as they were. `frame` is the mesh that was
+    /// deformed.
     fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
         let plan = self.plan;
         glide::place(&plan.motion, &plan.surface, frame, out);
+        if !plan.schedule.selection.correction {
+            return;
+        }
         let poses = plan.motion.poses(step, part);
         set_nodes(plan, out, |role, node, x| match role {
             Role::Fixed => Some(x),
@@ -280,12 +285,25 @@ impl<'a> Deformer<'a> {
     /// Largest and root-mean-square distance of the surface nodes in `points` from where the motion
     /// puts them.
     pub fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
+        let carry = self.plan.motion.carry(step);
+        let poses = self.plan.poses_at(step);
+        let (largest, squares) = self.off_place(&poses, carry.as_ref(), points);
+        let n = self.plan.motion.surface.nodes.nodes.len().max(1) as f64;
+        (largest, (squares / n).sqrt())
+    }
+
+    /// Largest distance of the surface nodes in `points` from where the poses of the bodies and the
+    /// carrying round put them, and the sum of its squares.
+    fn off_place(
+        &self,
+        poses: &[Pose<'_>],
+        carry: Option<&Transform>,
+        points: &[Vector],
+    ) -> (f64, f64) {
         let plan = self.plan;
-        let poses = plan.poses_at(step);
-        let carry = plan.motion.carry(step);
         let off = |(node, role): (&u32, &Role)| {
             let x = plan.reference[*node as usize];
-            let exact = match (role, &carry) {
+            let exact = match (role, carry) {
                 (Role::Sliding, _) => return None,
                 (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
                 (_, Some(carry)) => carry.apply(x),
@@ -304,10 +322,8 @@ impl<'a> Deformer<'a> {
                 })
             })
             .collect();
-        let sliding = glide::off_boundary(&plan.motion, &plan.surface, carry.as_ref(), points);
-        let (largest, squares) = errors.into_iter().fold(sliding, combined);
-        let n = surface.nodes.len().max(1) as f64;
-        (largest, (squares / n).sqrt())
+        let sliding = glide::off_boundary(&plan.motion, &plan.surface, carry, points);
+        errors.into_iter().fold(sliding, combined)
     }
 }
 

@@ -12,6 +12,7 @@ mod checks;
 mod choose;
 mod deformer;
 mod fields;
+mod fit;
 mod given;
 mod glide;
 mod layer;
@@ -40,3 +41,6 @@ pub use run::{Finished, Request, estimate_bytes, run};
 pub use surface::SurfacePoints;
 pub use survey::{BodyAtStep, bodies_at, conflicts};
 pub use wall::FirstCells;
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,7 @@
 
 use super::base;
 use super::checks::before_work;
+use super::choose::missed;
 use super::meshes::Meshes;
 use super::output::{self, COLUMNS, Names, Part, Table};
 use super::plan::Plan;
@@ -214,6 +215,12 @@ impl Run<'_> {
         finished.n_base = finished.n_base.max(computed.n_base);
         finished.selection_error = finished.selection_error.max(computed.selection_error);
         finished.n_steps += 1;
+        if let Some((sentence, fails)) = missed(self.plan, step, computed.selection_error) {
+            match fails {
+                true => finished.failures.push(sentence),
+                false => finished.warnings.push(sentence),
+            }
+        }
         let mut row = row(step, computed);
         let seconds = computed.seconds + written.seconds;
         set(&mut row, "file", written.file.clone());

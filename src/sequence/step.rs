@@ -5,7 +5,7 @@ use super::plan::Plan;
 use super::record::Clock;
 use super::stretches::Stretches;
 use crate::error::Result;
-use crate::formats::Precision;
+use crate::formats;
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{DataArray, Mesh, Values};
 use crate::motion::{QualityOutput, Step};
@@ -36,7 +36,7 @@ pub(super) fn compute(
     let clock = Clock::start();
     let plan = deformer.plan;
     let selection_error = deformer.points_at(step, points)?;
-    if plan.schedule.output.precision == Precision::F32 {
+    if rounds(plan)? {
         points
             .par_iter_mut()
             .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
@@ -51,6 +51,12 @@ pub(super) fn compute(
         n_base: deformer.n_base,
         seconds: clock.seconds(),
     })
+}
+
+/// Whether coordinates are written in 32 bits.
+pub(super) fn rounds(plan: &Plan) -> Result<bool> {
+    let output = &plan.schedule.output;
+    Ok(formats::by_name(&output.format)?.rounds(output.precision))
 }
 
 /// Adds the arrays of a step that the schedule asks for, in place of the last step's.
