@@ -24,7 +24,8 @@ pub struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)?;
+    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
+        .map_err(|error| error.file(&args.mesh))?;
     let mut warnings = plan.warnings();
     warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT)));
     for warning in &warnings {

@@ -67,7 +67,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         schedule.output.format = formats::by_name(name)?.name().to_owned();
     }
     let mesh = context.read_any(&args.mesh)?;
-    let mut plan = Plan::new(mesh, schedule)?;
+    let mut plan = Plan::new(mesh, schedule).map_err(|error| error.file(&args.mesh))?;
     if let Some(limit) = args.max_memory {
         check_memory(&plan, limit, memory::mapped_bytes(&args.mesh))?;
     }

@@ -30,7 +30,8 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
             return Err(Error::input("exists already; --force replaces it").file(&path));
         }
     }
-    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)?;
+    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
+        .map_err(|error| error.file(&args.mesh))?;
     for choice in &plan.choices {
         context.note(choice);
     }

@@ -95,6 +95,11 @@ pub trait Format: Sync {
     fn holds_arrays(&self) -> bool {
         false
     }
+    /// Whether coordinates are written in 32 bits when `asked`: the formats of VTK and CGNS, which hold
+    /// arrays too, do what they are asked.
+    fn rounds(&self, asked: Precision) -> bool {
+        asked == Precision::F32 && self.holds_arrays()
+    }
     /// How a whole sequence is written into one file, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None

@@ -20,7 +20,7 @@ pub(super) struct Keys {
 /// A table whose keys are known to be right.
 #[derive(Clone, Copy)]
 pub(super) struct Section<'a> {
-    text: &'a str,
+    lines: &'a Lines,
     title: &'static str,
     table: &'a DeTable<'a>,
     /// Line where the table starts.
@@ -30,7 +30,7 @@ pub(super) struct Section<'a> {
 /// A key and its value.
 #[derive(Clone, Copy)]
 pub(super) struct Entry<'a> {
-    text: &'a str,
+    lines: &'a Lines,
     key: &'a str,
     value: &'a DeValue<'a>,
     /// Byte offset of the key, or of the element in an array.
@@ -60,17 +60,31 @@ impl AngleUnit {
     }
 }
 
-/// One-based line of a byte offset.
-pub(super) fn line_at(text: &str, offset: usize) -> u64 {
-    let before = &text.as_bytes()[..offset.min(text.len())];
-    1 + before.iter().filter(|byte| **byte == b'\n').count() as u64
+/// Where the lines of a text end.
+pub(super) struct Lines(Vec<usize>);
+
+impl Lines {
+    pub(super) fn of(text: &str) -> Self {
+        let bytes = text.bytes().enumerate();
+        Self(
+            bytes
+                .filter(|(_, byte)| *byte == b'\n')
+                .map(|(at, _)| at)
+                .collect(),
+        )
+    }
+
+    /// One-based line of a byte offset.
+    pub(super) fn at(&self, offset: usize) -> u64 {
+        1 + self.0.partition_point(|end| *end < offset) as u64
+    }
 }
 
 impl<'a> Section<'a> {
     /// The whole document.
-    pub(super) fn root(text: &'a str, table: &'a DeTable<'a>, keys: &Keys) -> Result<Self> {
+    pub(super) fn root(lines: &'a Lines, table: &'a DeTable<'a>, keys: &Keys) -> Result<Self> {
         let section = Self {
-            text,
+            lines,
             title: "the schedule",
             table,
             line: 1,
@@ -82,7 +96,7 @@ impl<'a> Section<'a> {
     pub(super) fn get(&self, key: &str) -> Option<Entry<'a>> {
         let (name, value) = self.table.get_key_value(key)?;
         Some(Entry {
-            text: self.text,
+            lines: self.lines,
             key: name.get_ref(),
             value: value.get_ref(),
             offset: name.span().start,
@@ -120,7 +134,7 @@ impl<'a> Section<'a> {
             Some((_, sentence)) => format!("`{name}` {sentence}"),
             None => unknown(&format!("key `{name}` in {}", self.title), name, keys.known),
         };
-        Err(Error::input(message).line(line_at(self.text, key.span().start)))
+        Err(Error::input(message).line(self.lines.at(key.span().start)))
     }
 }
 
@@ -134,10 +148,9 @@ fn unknown(what: &str, found: &str, known: &[&str]) -> String {
 }
 
 impl<'a> Entry<'a> {
-    /// Line of the key, or of the element in an array. O(bytes before it), so asked for only where
-    /// it is needed.
+    /// Line of the key, or of the element in an array.
     pub(super) fn line(&self) -> u64 {
-        line_at(self.text, self.offset)
+        self.lines.at(self.offset)
     }
 
     /// An error at this line: what the key holds is wrong.
@@ -292,7 +305,7 @@ impl<'a> Entry<'a> {
             return Err(self.expected(&format!("a table, {title}")));
         };
         Section {
-            text: self.text,
+            lines: self.lines,
             title,
             table,
             line: self.line(),

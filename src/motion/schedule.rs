@@ -4,12 +4,13 @@ use super::body::Body;
 use super::boundaries::Boundaries;
 use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::{OnInverted, OutputOptions};
-use super::reader::{AngleUnit, Entry, Keys, Section, line_at};
+use super::reader::{AngleUnit, Entry, Keys, Lines, Section};
 use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
 use super::steps::{self, Step};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
@@ -69,8 +70,9 @@ impl Schedule {
 
     /// Reads a schedule from its text; `path` is named in errors.
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
-        let document = DeTable::parse(text).map_err(|error| not_toml(text, &error).file(path))?;
-        Section::root(text, document.get_ref(), &SCHEDULE)
+        let lines = Lines::of(text);
+        let document = DeTable::parse(text).map_err(|error| not_toml(&lines, &error).file(path))?;
+        Section::root(&lines, document.get_ref(), &SCHEDULE)
             .and_then(|root| Self::from_document(&root, path))
             .map_err(|error| error.file(path))
     }
@@ -92,9 +94,6 @@ impl Schedule {
         let rotor = section(root, "rotor", Rotor::read)?;
         let (steps, azimuth_rate) = read_steps(root, unit, &rotor)?;
         let bodies = read_bodies(root, unit)?;
-        if let (Some(time), None) = (root.get("time"), azimuth_rate) {
-            check_needs_no_azimuth(&time, &rotor, &bodies)?;
-        }
         let schedule = Self {
             path: path.to_path_buf(),
             steps,
@@ -108,6 +107,9 @@ impl Schedule {
             })?,
             output: section(root, "output", OutputOptions::read)?,
         };
+        if let (Some(time), None) = (root.get("time"), azimuth_rate) {
+            check_needs_no_azimuth(&time, &schedule)?;
+        }
         if let Some(output) = root.get("output") {
             schedule.check_velocity(&output)?;
         }
@@ -163,10 +165,10 @@ fn section<T: Default>(
     root.get(key).map_or(Ok(T::default()), |entry| read(&entry))
 }
 
-fn not_toml(text: &str, error: &toml::de::Error) -> Error {
+fn not_toml(lines: &Lines, error: &toml::de::Error) -> Error {
     let message = error.message().trim().replace('\n', ", ");
     let place = error.span().map_or(0, |span| span.start);
-    Error::input(format!("this is not TOML: {message}")).line(line_at(text, place))
+    Error::input(format!("this is not TOML: {message}")).line(lines.at(place))
 }
 
 /// The steps, and by how much the azimuth grows in a second.
@@ -197,11 +199,12 @@ fn read_steps(
 }
 
 /// Refuses times without a frequency where something depends on the azimuth.
-fn check_needs_no_azimuth(time: &Entry<'_>, rotor: &Rotor, bodies: &[Body]) -> Result<()> {
-    let turning = bodies.iter().find(|body| body.has_harmonics());
+fn check_needs_no_azimuth(time: &Entry<'_>, schedule: &Schedule) -> Result<()> {
+    let turning = schedule.bodies.iter().find(|body| body.has_harmonics());
     let what = match turning {
         Some(body) => format!("the harmonics of body \"{}\" need", body.name),
-        None if rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
+        None if schedule.selection.refresh.is_some() => "`refresh` in [selection] needs".to_owned(),
+        None if schedule.rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
         None => return Ok(()),
     };
     let message =
@@ -220,8 +223,11 @@ fn read_bodies(root: &Section<'_>, unit: AngleUnit) -> Result<Vec<Body>> {
         ));
     }
     let mut bodies: Vec<Body> = Vec::new();
+    let mut names = BTreeMap::new();
     for element in elements {
-        bodies.push(Body::read(&element, &bodies, unit)?);
+        let body = Body::read(&element, (&bodies, &names), unit)?;
+        names.insert(body.name.clone(), bodies.len());
+        bodies.push(body);
     }
     Ok(bodies)
 }

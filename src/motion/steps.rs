@@ -59,7 +59,13 @@ pub(super) fn from_azimuth(
             time_s: rpm.map(|rpm| azimuth_deg / (6.0 * rpm)),
         }
     };
-    Ok(azimuths.into_iter().enumerate().map(step).collect())
+    let steps: Vec<Step> = azimuths.into_iter().enumerate().map(step).collect();
+    let no_time = |step: &&Step| step.time_s.is_some_and(|time| !time.is_finite());
+    if let Some(step) = steps.iter().find(no_time) {
+        let message = format!("with this `rpm` gives step {} no time", step.index);
+        return Err(entry.error(&message));
+    }
+    Ok(steps)
 }
 
 /// The steps of `[time]` and the rate of the azimuth in radians a second: azimuth = 360 frequency
@@ -83,7 +89,12 @@ pub(super) fn from_time(entry: &Entry<'_>) -> Result<(Vec<Step>, Option<f64>)> {
             time_s: Some(time),
         }
     };
-    let steps = times.into_iter().enumerate().map(step).collect();
+    let steps: Vec<Step> = times.into_iter().enumerate().map(step).collect();
+    if let Some(step) = steps.iter().find(|step| !step.azimuth.is_finite()) {
+        let entry = section.get("frequency").expect("without one it is 0");
+        let message = format!("is so large that step {} has no azimuth", step.index);
+        return Err(entry.error(&message));
+    }
     Ok((steps, frequency.map(|frequency| TAU * frequency)))
 }
 

@@ -42,6 +42,8 @@ impl Motion {
                 let blade = self.rotor.blade(body.azimuth_offset);
                 blade.point(0.0, chordwise, shaftwise)
             }
+            // A body that shares all of its nodes with others has none of its own.
+            (_, None) if bounds.low[0] > bounds.high[0] => self.rotor.hub,
             (_, None) => bounds.centre(),
         };
         bounds.nearest(&centre)

@@ -1,13 +1,19 @@
 //! How far the interpolant is off at a node, over all steps, from its residual in the modes.
 //!
-//! With `e (1, r)` the mode residual at a node, the displacement error at step `k` is `|e C_k|`.
+//! With `e (1, r)` the mode residual at a node, the displacement error at step `k` is `|e C_k|`; where
+//! modes are in parts that do not cancel, as rotations about different centres, with the node's arm of
+//! each part it is at most
+//!
+//! ```text
+//! sum_p arm_p |e_p C_p,k|
+//! ```
 
-use super::select::arm;
 use crate::error::Result;
 use crate::linear::{Matrix, svd};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Steps looked at where an estimate serves; errors vary smoothly over a schedule.
+/// Steps looked at where an estimate serves; errors vary smoothly over most schedules.
 const SAMPLED: usize = 24;
 /// Nodes whose errors are summed before the sums of all are.
 const MEAN_CHUNK: usize = 4096;
@@ -16,43 +22,65 @@ const MEAN_CHUNK: usize = 4096;
 #[derive(Debug, Clone)]
 pub struct Criterion {
     n_modes: usize,
+    n_steps: usize,
     /// `C_k` by steps: (K, r, 3).
     coefficients: Vec<f64>,
-    /// `|C_k|_2` of each step.
+    /// Modes whose errors are vectors that add up; those of different parts add by their lengths.
+    parts: Vec<Range<usize>>,
+    /// `max_p |C_p,k|_2` of each step.
     norms: Vec<f64>,
-    largest_norm: f64,
+    /// `max_k |C_p,k|_2` of each part.
+    part_norms: Vec<f64>,
+    /// Steps of the sample, ascending.
     sampled: Vec<usize>,
 }
 
 impl Criterion {
-    /// From `coefficients (K, r, 3)`, by steps.
+    /// From `coefficients (K, r, 3)`, by steps; the modes are one part.
     pub fn new(n_modes: usize, coefficients: &[f64]) -> Result<Self> {
-        let norms = coefficients
-            .chunks_exact((3 * n_modes).max(1))
-            .map(|c| {
-                let c = Matrix::from_fn(n_modes, 3, |m, axis| c[3 * m + axis]);
-                Ok(svd(&c)?.1.first().copied().unwrap_or(0.0))
-            })
-            .collect::<Result<Vec<f64>>>()?;
-        let stride = norms.len().div_ceil(SAMPLED).max(1);
+        Self::of_parts(n_modes, coefficients, vec![0..n_modes])
+    }
+
+    /// The same with the modes of each part.
+    pub fn of_parts(
+        n_modes: usize,
+        coefficients: &[f64],
+        parts: Vec<Range<usize>>,
+    ) -> Result<Self> {
+        let n_steps = coefficients.len() / (3 * n_modes).max(1);
+        let mut norms = vec![0.0; n_steps];
+        let mut part_norms = vec![0.0; parts.len()];
+        for (step, c) in coefficients.chunks_exact((3 * n_modes).max(1)).enumerate() {
+            for (part, modes) in parts.iter().enumerate() {
+                let c = &c[3 * modes.start..3 * modes.end];
+                let c = Matrix::from_fn(modes.len(), 3, |m, axis| c[3 * m + axis]);
+                let norm = svd(&c)?.1.first().copied().unwrap_or(0.0);
+                norms[step] = f64::max(norms[step], norm);
+                part_norms[part] = f64::max(part_norms[part], norm);
+            }
+        }
+        let stride = n_steps.div_ceil(SAMPLED).max(1);
         Ok(Self {
             n_modes,
+            n_steps,
             coefficients: coefficients.to_vec(),
-            largest_norm: norms.iter().copied().fold(0.0, f64::max),
-            sampled: (0..norms.len()).step_by(stride).collect(),
+            parts,
             norms,
+            part_norms,
+            sampled: (0..n_steps).step_by(stride).collect(),
         })
     }
 
     /// The error at one step alone.
     pub fn of_step(&self, step: usize) -> Result<Self> {
         let size = 3 * self.n_modes;
-        Self::new(self.n_modes, &self.coefficients[step * size..][..size])
+        let coefficients = &self.coefficients[step * size..][..size];
+        Self::of_parts(self.n_modes, coefficients, self.parts.clone())
     }
 
     /// Number of steps.
     pub fn n_steps(&self) -> usize {
-        self.norms.len()
+        self.n_steps
     }
 
     /// Number of modes.
@@ -60,35 +88,81 @@ impl Criterion {
         self.n_modes
     }
 
-    /// Not below the error at any step: `|e| max_k |C_k|_2`.
+    /// The arms of one point, one for each part, among those of all points (N, parts); none among
+    /// none, which stands for 1 everywhere.
     #[inline]
-    pub fn bound(&self, residual: &[f64]) -> f64 {
-        squared_norm(residual).sqrt() * self.largest_norm
+    pub fn arms_of<'a>(&self, point: usize, arms: &'a [f64]) -> &'a [f64] {
+        match arms.is_empty() {
+            true => &[],
+            false => &arms[point * self.parts.len()..][..self.parts.len()],
+        }
+    }
+
+    /// Not below the error at any step: `sum_p arm_p |e_p| max_k |C_p,k|_2`.
+    #[inline]
+    pub fn bound(&self, residual: &[f64], arms: &[f64]) -> f64 {
+        self.sum(arms, |part, modes| {
+            squared_norm(&residual[modes]).sqrt() * self.part_norms[part]
+        })
     }
 
     /// The largest error over a sample of the steps; at most the exact one.
     #[inline]
-    pub fn sampled(&self, residual: &[f64]) -> f64 {
-        let squares = self.sampled.iter().map(|&k| self.squared(residual, k));
-        squares.fold(0.0, f64::max).sqrt()
+    pub fn sampled(&self, residual: &[f64], arms: &[f64]) -> f64 {
+        self.largest(residual, arms, self.sampled.iter().copied())
     }
 
     /// The largest error over all steps.
-    pub fn exact(&self, residual: &[f64]) -> f64 {
-        let squares = (0..self.n_steps()).map(|k| self.squared(residual, k));
-        squares.fold(0.0, f64::max).sqrt()
+    pub fn exact(&self, residual: &[f64], arms: &[f64]) -> f64 {
+        self.largest(residual, arms, 0..self.n_steps)
     }
 
     /// The error at one step.
-    pub fn at_step(&self, residual: &[f64], step: usize) -> f64 {
-        self.squared(residual, step).sqrt()
+    #[inline]
+    pub fn at_step(&self, residual: &[f64], arms: &[f64], step: usize) -> f64 {
+        self.sum(arms, |_, modes| self.squared(residual, modes, step).sqrt())
+    }
+
+    /// Adds to the sample the worst of the steps whose errors, one a step, are above `stop`: as many
+    /// as there are. Whether there was such a step.
+    pub fn sample_more(&mut self, by_step: &[f64], stop: f64) -> bool {
+        let above = (0..by_step.len()).filter(|step| by_step[*step] > stop);
+        let mut missed: Vec<usize> = above
+            .filter(|step| self.sampled.binary_search(step).is_err())
+            .collect();
+        missed.sort_by(|a, b| by_step[*b].total_cmp(&by_step[*a]));
+        missed.truncate(self.sampled.len());
+        self.sampled.extend(&missed);
+        self.sampled.sort_unstable();
+        !missed.is_empty()
     }
 
     #[inline]
-    fn squared(&self, residual: &[f64], step: usize) -> f64 {
-        let c = &self.coefficients[step * self.n_modes * 3..][..self.n_modes * 3];
+    fn largest(&self, residual: &[f64], arms: &[f64], steps: impl Iterator<Item = usize>) -> f64 {
+        // Of one part the root is taken once.
+        if let [modes] = self.parts.as_slice() {
+            let squares = steps.map(|k| self.squared(residual, modes.clone(), k));
+            return arm(arms, 0) * squares.fold(0.0, f64::max).sqrt();
+        }
+        let errors = steps.map(|k| self.at_step(residual, arms, k));
+        errors.fold(0.0, f64::max)
+    }
+
+    /// The sum over the parts of arm times length.
+    #[inline]
+    fn sum(&self, arms: &[f64], length: impl Fn(usize, Range<usize>) -> f64) -> f64 {
+        let mut sum = 0.0;
+        for (part, modes) in self.parts.iter().enumerate() {
+            sum += arm(arms, part) * length(part, modes.clone());
+        }
+        sum
+    }
+
+    #[inline]
+    fn squared(&self, residual: &[f64], modes: Range<usize>, step: usize) -> f64 {
+        let c = &self.coefficients[step * self.n_modes * 3..][3 * modes.start..3 * modes.end];
         let mut sum = [0.0; 3];
-        for (e, c) in residual.iter().zip(c.as_chunks::<3>().0) {
+        for (e, c) in residual[modes].iter().zip(c.as_chunks::<3>().0) {
             for axis in 0..3 {
                 sum[axis] += e * c[axis];
             }
@@ -105,11 +179,11 @@ impl Criterion {
             .par_chunks(r * MEAN_CHUNK)
             .enumerate()
             .map(|(chunk, nodes)| {
-                let mut sums = vec![0.0; self.n_steps()];
+                let mut sums = vec![0.0; self.n_steps];
                 for (i, residual) in nodes.chunks_exact(r).enumerate() {
-                    let arm = arm(arms, MEAN_CHUNK * chunk + i);
+                    let arms = self.arms_of(MEAN_CHUNK * chunk + i, arms);
                     for (step, sum) in sums.iter_mut().enumerate() {
-                        *sum += arm * self.at_step(residual, step);
+                        *sum += self.at_step(residual, arms, step);
                     }
                 }
                 sums
@@ -119,37 +193,44 @@ impl Criterion {
             let total: f64 = sums.iter().map(|sums| sums[step]).sum();
             total / n_nodes.max(1) as f64
         };
-        (0..self.n_steps()).map(mean).fold(0.0, f64::max)
+        (0..self.n_steps).map(mean).fold(0.0, f64::max)
     }
 
     /// The largest error at each step over all nodes, from their residuals (N, r) and arms. Nodes are
     /// taken by falling residual, so that few are looked at in each step.
     pub fn largest_by_step(&self, residuals: &[f64], arms: &[f64]) -> Vec<f64> {
         if self.n_modes == 0 {
-            return vec![0.0; self.n_steps()];
+            return vec![0.0; self.n_steps];
         }
-        let mut nodes: Vec<(f64, f64, &[f64])> = residuals
+        let mut nodes: Vec<(f64, &[f64], &[f64])> = residuals
             .par_chunks_exact(self.n_modes)
             .enumerate()
             .map(|(node, e)| {
-                let arm = arm(arms, node);
-                (arm * squared_norm(e).sqrt(), arm, e)
+                let arms = self.arms_of(node, arms);
+                let length = self.sum(arms, |_, modes| squared_norm(&e[modes]).sqrt());
+                (length, arms, e)
             })
             .collect();
         nodes.par_sort_by(|a, b| b.0.total_cmp(&a.0));
-        (0..self.n_steps())
+        (0..self.n_steps)
             .map(|k| {
                 let mut largest = 0.0;
-                for (norm, arm, residual) in &nodes {
-                    if norm * self.norms[k] <= largest {
+                for (length, arms, residual) in &nodes {
+                    if length * self.norms[k] <= largest {
                         break;
                     }
-                    largest = f64::max(largest, arm * self.at_step(residual, k));
+                    largest = f64::max(largest, self.at_step(residual, arms, k));
                 }
                 largest
             })
             .collect()
     }
+}
+
+/// The arm of a part; 1 where there are none.
+#[inline]
+fn arm(arms: &[f64], part: usize) -> f64 {
+    arms.get(part).copied().unwrap_or(1.0)
 }
 
 fn squared_norm(e: &[f64]) -> f64 {
@@ -168,12 +249,45 @@ mod tests {
         let criterion = Criterion::new(r, &coefficients).expect("it converges");
         let by_step = criterion.largest_by_step(&residuals, &[]);
         for e in residuals.chunks(r) {
-            assert!(criterion.exact(e) <= criterion.bound(e) * (1.0 + 1e-12));
-            assert!(criterion.sampled(e) <= criterion.exact(e));
+            assert!(criterion.exact(e, &[]) <= criterion.bound(e, &[]) * (1.0 + 1e-12));
+            assert!(criterion.sampled(e, &[]) <= criterion.exact(e, &[]));
         }
         for (k, largest) in by_step.iter().enumerate() {
-            let brute = residuals.chunks(r).map(|e| criterion.at_step(e, k));
+            let brute = residuals.chunks(r).map(|e| criterion.at_step(e, &[], k));
             assert_eq!(*largest, brute.fold(0.0, f64::max));
         }
+    }
+
+    #[test]
+    fn residuals_of_parts_that_turn_about_different_centres_do_not_cancel() {
+        // Two rotations that cancel as vectors, with arms of 3 and 0.5; at the second step twice both.
+        let coefficients = [0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 2.0, 0.0, 0.0, -2.0];
+        let parts = vec![0..1, 1..2];
+        let criterion = Criterion::of_parts(2, &coefficients, parts).expect("it converges");
+        let (residuals, arms) = ([0.1, 0.1, 0.0, 0.1], [3.0, 0.5, 1.0, 1.0]);
+        let (residual, own) = (&residuals[..2], criterion.arms_of(0, &arms));
+        assert!((criterion.at_step(residual, own, 0) - 0.35).abs() < 1e-15);
+        assert!((criterion.exact(residual, own) - 0.7).abs() < 1e-15);
+        assert_eq!(
+            criterion.exact(residual, own),
+            criterion.sampled(residual, own)
+        );
+        assert!(criterion.bound(residual, own) >= 0.7 - 1e-15);
+        let by_step = criterion.largest_by_step(&residuals, &arms);
+        assert!((by_step[0] - 0.35).abs() < 1e-15 && (by_step[1] - 0.7).abs() < 1e-15);
+        assert!((criterion.largest_mean(&residuals, &arms) - 0.45).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_step_between_those_of_the_sample_joins_it_when_it_is_the_worst() {
+        let mut coefficients = vec![0.0; 3 * 100];
+        coefficients[3 * 7] = 1.0;
+        coefficients[3 * 11] = 0.5;
+        let mut criterion = Criterion::new(1, &coefficients).expect("it converges");
+        assert_eq!(criterion.sampled(&[1.0], &[]), 0.0);
+        let by_step = criterion.largest_by_step(&[1.0], &[]);
+        assert!(criterion.sample_more(&by_step, 0.75));
+        assert_eq!(criterion.sampled(&[1.0], &[]), 1.0);
+        assert!(!criterion.sample_more(&by_step, 0.75));
     }
 }

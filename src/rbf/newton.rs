@@ -6,7 +6,7 @@
 //! along the constraints: it decides which points are tried, not what they give.
 
 use super::criterion::Criterion;
-use super::select::{Chosen, Targets, arm};
+use super::select::{Chosen, Targets};
 use super::space::Space;
 use crate::geometry::vector::Vector;
 use crate::linear::{GrowingCholesky, Matrix};
@@ -36,7 +36,7 @@ struct Chunk {
     newton: Vec<f64>,
     /// Power function, squared.
     power: Vec<f64>,
-    /// Displacement that a residual of one makes.
+    /// Displacement that a residual of one makes, by parts (m, parts); 1 when empty.
     arms: Vec<f64>,
     /// Chosen or passed over.
     done: Vec<bool>,
@@ -102,7 +102,9 @@ impl<'a> Candidates<'a> {
             let Some((chunk, worst)) = self.worst().filter(|(_, worst)| worst.error > stop) else {
                 return;
             };
-            if self.chunks[chunk].power[worst.at] < LEAST_POWER {
+            // Written so that a power that is no number is passed over too.
+            let serves = self.chunks[chunk].power[worst.at] >= LEAST_POWER;
+            if !serves {
                 self.skipped += 1;
                 self.chunks[chunk].done[worst.at] = true;
                 self.chunks[chunk].find_worst(self.criterion);
@@ -145,7 +147,11 @@ impl Chunk {
             // One, but for the images.
             power: points.iter().map(|x| space.between(x, x)).collect(),
             points,
-            arms: nodes.iter().map(|&i| arm(targets.arms, i)).collect(),
+            arms: nodes
+                .iter()
+                .flat_map(|&i| targets.criterion.arms_of(i, targets.arms))
+                .copied()
+                .collect(),
             done: vec![false; nodes.len()],
             newton: Vec::new(),
             worst: Worst { error: 0.0, at: 0 },
@@ -171,10 +177,10 @@ impl Chunk {
     fn find_worst(&mut self, criterion: &Criterion) {
         let mut worst = Worst { error: 0.0, at: 0 };
         let residuals = self.residuals.chunks_exact(criterion.n_modes());
-        let candidates = residuals.zip(&self.done).zip(&self.arms);
-        for (at, ((residual, done), arm)) in candidates.enumerate() {
-            if !done && arm * criterion.bound(residual) > worst.error {
-                let error = arm * criterion.sampled(residual);
+        for (at, (residual, done)) in residuals.zip(&self.done).enumerate() {
+            let arms = criterion.arms_of(at, &self.arms);
+            if !done && criterion.bound(residual, arms) > worst.error {
+                let error = criterion.sampled(residual, arms);
                 if error > worst.error {
                     worst = Worst { error, at };
                 }

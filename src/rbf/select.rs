@@ -31,14 +31,9 @@ pub struct Targets<'a> {
     pub criterion: &'a Criterion,
     /// Points that never become base points, as an image of each does; none when empty.
     pub images: &'a [bool],
-    /// Displacement that a residual of one makes at each point; 1 at all when empty.
+    /// Displacement that a residual of one makes at each point, by parts of the criterion (N, parts);
+    /// 1 at all when empty.
     pub arms: &'a [f64],
-}
-
-/// The arm of a point among `arms`, which may be empty.
-#[inline]
-pub(super) fn arm(arms: &[f64], point: usize) -> f64 {
-    arms.get(point).copied().unwrap_or(1.0)
 }
 
 /// Which error has to come below the tolerance.
@@ -115,28 +110,39 @@ pub fn select(
     if targets.criterion.n_modes() == 0 {
         return chosen.finish(space, targets, limits.measure);
     }
+    // The sample of steps grows where it misses the worst one.
+    let mut criterion = targets.criterion.clone();
     let mut nearly_done = false;
     loop {
+        let seen = targets.seen_by(&criterion);
         // The last sweep is that of the final weights, so that it need not be made twice.
         let is_final = nearly_done;
         let interpolant = match is_final {
-            true => chosen.final_interpolant(space, &targets)?,
-            false => chosen.interpolant(space, &targets)?,
+            true => chosen.final_interpolant(space, &seen)?,
+            false => chosen.interpolant(space, &seen)?,
         };
-        let residuals = residuals(space, &interpolant, targets);
-        let (largest, measured) = errors(&targets, &residuals, &limits);
+        let residuals = residuals(space, &interpolant, seen);
+        let (largest, measured) = errors(&seen, &residuals, &limits);
         chosen.history.push((chosen.base.len(), largest));
         progress(chosen.base.len(), measured);
         let before = chosen.base.len();
         if measured > limits.tolerance && before < limits.max_points {
-            let nodes = worst_of_runs(&targets, &residuals, limits.candidates);
-            let mut round = Candidates::new(space, targets, &chosen, &residuals, &nodes);
             // What is left of the largest error when the measured one is just met.
             let enough = 0.95 * limits.tolerance * largest / measured;
-            nearly_done = largest * limits.fall <= enough;
             let stop = (largest * limits.fall).max(enough);
-            round.pick(stop, limits.max_points, &mut chosen);
-            chosen.skipped += round.skipped();
+            nearly_done = largest * limits.fall <= enough;
+            while !pick(
+                space,
+                targets.seen_by(&criterion),
+                &residuals,
+                (limits, stop),
+                &mut chosen,
+            ) {
+                let by_step = criterion.largest_by_step(&residuals, targets.arms);
+                if !criterion.sample_more(&by_step, stop) {
+                    break;
+                }
+            }
         }
         if chosen.base.len() == before {
             return match is_final {
@@ -145,6 +151,23 @@ pub fn select(
             };
         }
     }
+}
+
+/// A round: the worst nodes are candidates, and the exact greedy picks among them down to `stop`.
+/// Whether one was above that.
+fn pick(
+    space: &Space,
+    targets: Targets<'_>,
+    residuals: &[f64],
+    (limits, stop): (Limits, f64),
+    chosen: &mut Chosen,
+) -> bool {
+    let before = chosen.base.len();
+    let nodes = worst_of_runs(&targets, residuals, limits.candidates);
+    let mut round = Candidates::new(space, targets, chosen, residuals, &nodes);
+    round.pick(stop, limits.max_points, chosen);
+    chosen.skipped += round.skipped();
+    chosen.base.len() > before || round.skipped() > 0
 }
 
 /// The selection that given base points make: weights, residuals and error.
@@ -261,7 +284,15 @@ impl Chosen {
     }
 }
 
-impl Targets<'_> {
+impl<'a> Targets<'a> {
+    /// The same by another criterion.
+    fn seen_by<'b>(self, criterion: &'b Criterion) -> Targets<'b>
+    where
+        'a: 'b,
+    {
+        Targets { criterion, ..self }
+    }
+
     fn values_at(&self, nodes: &[usize]) -> Vec<f64> {
         let r = self.criterion.n_modes();
         nodes
@@ -307,38 +338,27 @@ fn largest_error(targets: &Targets<'_>, residuals: &[f64], tolerance: f64) -> f6
     const NODES: usize = 1024;
     let criterion = targets.criterion;
     let r = criterion.n_modes().max(1);
-    let largest = |error: fn(&Criterion, &[f64], f64) -> f64, floor: f64| {
+    let largest = |error: fn(&Criterion, &[f64], &[f64]) -> f64, floor: f64| {
         residuals
             .par_chunks(r * NODES)
             .enumerate()
             .map(|(chunk, nodes)| {
                 let errors = nodes.chunks_exact(r).enumerate();
                 errors.fold(floor, |worst, (i, e)| {
-                    let arm = arm(targets.arms, NODES * chunk + i);
-                    f64::max(worst, arm * error(criterion, e, worst / arm))
+                    let arms = criterion.arms_of(NODES * chunk + i, targets.arms);
+                    match criterion.bound(e, arms) <= worst {
+                        true => worst,
+                        false => f64::max(worst, error(criterion, e, arms)),
+                    }
                 })
             })
             .reduce(|| floor, f64::max)
     };
-    let estimate = largest(sampled_above, 0.0);
+    let estimate = largest(Criterion::sampled, 0.0);
     if estimate > tolerance && tolerance > 0.0 {
         return estimate;
     }
-    largest(exact_above, estimate)
-}
-
-fn sampled_above(criterion: &Criterion, residual: &[f64], worst: f64) -> f64 {
-    if criterion.bound(residual) <= worst {
-        return 0.0;
-    }
-    criterion.sampled(residual)
-}
-
-fn exact_above(criterion: &Criterion, residual: &[f64], worst: f64) -> f64 {
-    if criterion.bound(residual) <= worst {
-        return 0.0;
-    }
-    criterion.exact(residual)
+    largest(Criterion::exact, estimate)
 }
 
 /// The worst node of each of about `runs` equal runs of nodes; ties to the lowest index.
@@ -354,9 +374,9 @@ fn worst_of_runs(targets: &Targets<'_>, residuals: &[f64], runs: usize) -> Vec<u
             let mut worst = (usize::MAX, -1.0);
             for (i, e) in residuals.chunks_exact(r).enumerate() {
                 let image = !targets.images.is_empty() && targets.images[run * length + i];
-                let arm = arm(targets.arms, run * length + i);
-                if !image && arm * criterion.bound(e) > worst.1 {
-                    let error = arm * criterion.sampled(e);
+                let arms = criterion.arms_of(run * length + i, targets.arms);
+                if !image && criterion.bound(e, arms) > worst.1 {
+                    let error = criterion.sampled(e, arms);
                     if error > worst.1 {
                         worst = (i, error);
                     }

@@ -157,12 +157,7 @@ fn every_cell_of_a_blade_is_valid_for_every_shape_of_the_blade() {
 
 #[test]
 fn every_cell_of_a_rotor_is_valid_whatever_its_number_of_blades() {
-    for (blades, nodes) in [
-        (3, 40_000),
-        (4, 20_000),
-        (4, 200_000),
-        (5, 60_000),
-    ] {
+    for (blades, nodes) in [(3, 40_000), (4, 20_000), (4, 200_000), (5, 60_000)] {
         for cells in [CellShape::Hex, CellShape::Wedge, CellShape::Tet] {
             let options = BladeOptions {
                 cells,

@@ -3,6 +3,7 @@
 use super::output::COLUMNS;
 use super::plan::Plan;
 use super::run::write_options;
+use super::step::rounds;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
 use crate::motion::{QualityOutput, SelectionMethod};
@@ -83,6 +84,7 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u6
     plan.reference = std::mem::take(&mut plan.mesh.points);
     let mut dropped = dropped.map_err(|error| described(error, plan))?;
     dropped.extend(dropped_arrays(plan, format));
+    dropped.extend(dropped_packing(plan, format));
     Ok((dropped, sink.0))
 }
 
@@ -100,6 +102,29 @@ impl Write for Counter {
     }
 }
 
+/// Sentences where numbers are to be stored in a way that the format does not have.
+fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<String> {
+    let (output, name) = (&plan.schedule.output, format.name());
+    let is_vtu = name == "vtu" || name == "pvtu";
+    let binary_only = name == "vtkhdf" || name == "cgns" || name.starts_with("ugrid-");
+    let no_encoding = match output.encoding {
+        Encoding::Raw => false,
+        Encoding::Base64 => !is_vtu,
+        Encoding::Ascii => binary_only,
+    };
+    let dropped = [
+        ("encoding", no_encoding),
+        (
+            "compression",
+            output.compression != Compression::None && !is_vtu,
+        ),
+    ];
+    let dropped = dropped.iter().filter(|(_, is_dropped)| *is_dropped);
+    dropped
+        .map(|(key, _)| format!("output.{key} has no effect on files of format = \"{name}\""))
+        .collect()
+}
+
 /// A sentence where arrays are asked for that the format does not hold.
 fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
     let output = &plan.schedule.output;
@@ -114,7 +139,7 @@ fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
 
 fn check_precision(plan: &Plan) -> Result<()> {
     let change = plan.first_cells.change_in_f32(&plan.reference);
-    if plan.schedule.output.precision == Precision::F32 && change > F32_CHANGE {
+    if plan.schedule.output.precision == Precision::F32 && rounds(plan)? && change > F32_CHANGE {
         return Err(Error::input(format!(
             "output.precision = \"f32\" would change a first-cell height by {:.1}%; use \"f64\"",
             100.0 * change

@@ -13,7 +13,7 @@ use super::plan::{Plan, SELECTED};
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
-use crate::motion::{SelectionCriterion, SelectionMethod};
+use crate::motion::{SelectionCriterion, SelectionMethod, Step};
 use crate::rbf::criterion::Criterion;
 use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
 use crate::rbf::space::Space;
@@ -269,4 +269,24 @@ pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
         .file(&plan.schedule.path));
     }
     Ok(())
+}
+
+/// A sentence where a step misses the tolerance that its base points were chosen by, and whether that
+/// fails the run: not where the correction of every substep has put the surface in its place.
+pub fn missed(plan: &Plan, step: &Step, error: f64) -> Option<(String, bool)> {
+    let wanted = &plan.schedule.selection;
+    let cut = plan.schedule.rbf.substeps > 1;
+    let is_held = match wanted.method {
+        SelectionMethod::Sequence => wanted.criterion == SelectionCriterion::Max,
+        SelectionMethod::All => cut,
+        // The base points serve steps that they were not chosen for.
+        SelectionMethod::Real | SelectionMethod::Constant => false,
+    };
+    (is_held && error > plan.tolerance).then(|| {
+        let sentence = format!(
+            "step {}: the base points leave {error:.3e}, more than the tolerance {}",
+            step.index, plan.tolerance
+        );
+        (sentence, !(cut && wanted.correction))
+    })
 }

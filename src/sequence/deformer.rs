@@ -7,6 +7,7 @@ use super::plan::Plan;
 use super::progress::Progress;
 use super::velocity::Velocities;
 use crate::error::Result;
+use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::motion::{Pose, Role, Step};
 use crate::rbf::select::Selection;
@@ -157,9 +158,7 @@ impl<'a> Deformer<'a> {
         let error = match &self.way {
             Way::AtOnce { fields, errors } => {
                 fields.displace(&plan.layers, step.index, self.reference(), out);
-                if plan.schedule.selection.correction {
-                    self.set_surface(step, 1.0, self.reference(), out);
-                }
+                self.set_surface(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
             Way::Substeps => self.through_substeps(step, plan.schedule.rbf.substeps, out)?,
@@ -194,11 +193,15 @@ impl<'a> Deformer<'a> {
             .follow(&plan.motion, &plan.reference, carry.as_ref(), out);
     }
 
-    /// Surface nodes where the motion puts them at a part of a step, in the rotating frame; fixed
-    /// ones as they were, sliding ones on their boundary. `frame` is the mesh that was deformed.
+    /// Sliding nodes on their boundary; with the correction also the others where the motion puts them at
+    /// a part of a step, in the rotating frame, fixed ones as they were. `frame` is the mesh that was
+    /// deformed.
     pub(super) fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
         let plan = self.plan;
         glide::place(&plan.motion, &plan.surface, frame, out);
+        if !plan.schedule.selection.correction {
+            return;
+        }
         let poses = plan.motion.poses(step, part);
         set_nodes(plan, out, |role, node, x| match role {
             Role::Fixed => Some(x),
@@ -210,12 +213,25 @@ impl<'a> Deformer<'a> {
     /// Largest and root-mean-square distance of the surface nodes in `points` from where the motion
     /// puts them.
     pub fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
+        let carry = self.plan.motion.carry(step);
+        let poses = self.plan.poses_at(step);
+        let (largest, squares) = self.off_place(&poses, carry.as_ref(), points);
+        let n = self.plan.motion.surface.nodes.nodes.len().max(1) as f64;
+        (largest, (squares / n).sqrt())
+    }
+
+    /// Largest distance of the surface nodes in `points` from where the poses of the bodies and the
+    /// carrying round put them, and the sum of its squares.
+    pub(super) fn off_place(
+        &self,
+        poses: &[Pose<'_>],
+        carry: Option<&Transform>,
+        points: &[Vector],
+    ) -> (f64, f64) {
         let plan = self.plan;
-        let poses = plan.poses_at(step);
-        let carry = plan.motion.carry(step);
         let off = |(node, role): (&u32, &Role)| {
             let x = plan.reference[*node as usize];
-            let exact = match (role, &carry) {
+            let exact = match (role, carry) {
                 (Role::Sliding, _) => return None,
                 (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
                 (_, Some(carry)) => carry.apply(x),
@@ -234,10 +250,8 @@ impl<'a> Deformer<'a> {
                 })
             })
             .collect();
-        let sliding = glide::off_boundary(&plan.motion, &plan.surface, carry.as_ref(), points);
-        let (largest, squares) = errors.into_iter().fold(sliding, combined);
-        let n = surface.nodes.len().max(1) as f64;
-        (largest, (squares / n).sqrt())
+        let sliding = glide::off_boundary(&plan.motion, &plan.surface, carry, points);
+        errors.into_iter().fold(sliding, combined)
     }
 }
 

@@ -69,7 +69,8 @@ pub struct Layer {
     pub modes: Modes,
     /// The error of a residual over all steps, as a displacement.
     pub criterion: Criterion,
-    /// Displacement that an error of one makes at each surface point; 1 at all when empty.
+    /// Displacement that an error of one makes at each surface point, by the bodies that turn (N, bodies);
+    /// 1 at all when empty.
     pub arms: Vec<f64>,
     /// The part of the tolerance that is left to it.
     pub tolerance: f64,
@@ -255,22 +256,33 @@ fn rotations(
     Ok((turning, all.unwrap_or_default()))
 }
 
-/// How far each point is from the centres of the bodies, in the reaches of these; the largest.
+/// The bodies that turn.
+fn turning(bodies: &[Turning]) -> impl Iterator<Item = &Turning> {
+    bodies.iter().filter(|body| !body.modes.is_empty())
+}
+
+/// How far each point is from the centre of each body that turns, in the reaches of these (N, bodies).
 fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
-    let arm = |point: &Vector| {
-        let arms = bodies
+    let turning: Vec<&Turning> = turning(bodies).collect();
+    let arm = |point: Vector, body: &Turning| distance(point, body.centre.at(point)) / body.reach;
+    let arms_of = |point: &Vector| {
+        turning
             .iter()
-            .filter(|body| !body.modes.is_empty())
-            .map(|body| distance(*point, body.centre.at(*point)) / body.reach);
-        arms.fold(0.0, f64::max).max(f64::MIN_POSITIVE)
+            .map(|body| arm(*point, body))
+            .collect::<Vec<_>>()
     };
-    points.iter().map(arm).collect()
+    points.iter().flat_map(arms_of).collect()
 }
 
 impl Layer {
     fn new(kind: Kind, space: Space, modes: Modes, tolerance: f64) -> Result<Self> {
+        let parts = match &kind {
+            Kind::Displacement => vec![0..modes.n_modes],
+            // What bodies that turn about different centres leave does not cancel.
+            Kind::Rotation(bodies) => turning(bodies).map(|body| body.modes.clone()).collect(),
+        };
         Ok(Self {
-            criterion: Criterion::new(modes.n_modes, &modes.coefficients)?,
+            criterion: Criterion::of_parts(modes.n_modes, &modes.coefficients, parts)?,
             kind,
             space,
             modes,

@@ -6,7 +6,7 @@
 use super::plan::Plan;
 use crate::error::{Error, Result};
 use crate::formats::Compression;
-use crate::motion::QualityOutput;
+use crate::motion::{QualityOutput, Step};
 use crate::quality::Judge;
 
 /// Base points that are reckoned with where none are chosen yet.
@@ -49,7 +49,8 @@ fn held(plan: &Plan) -> usize {
     let modes: usize = layers
         .map(|layer| 8 * n_surface * layer.modes.n_modes)
         .sum();
-    let coefficients = 24 * plan.motion.steps.len() * plan.n_modes();
+    // Coefficients of the modes, in the modes and in their criterion; each step twice.
+    let coefficients = plan.motion.steps.len() * (48 * plan.n_modes() + 2 * size_of::<Step>());
     plan.mesh.memory_bytes() + 24 * n + 80 * n_surface + modes + coefficients
 }
 

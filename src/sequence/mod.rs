@@ -15,6 +15,7 @@ mod deformer;
 mod fields;
 mod finish;
 mod finished;
+mod fit;
 mod given;
 mod glide;
 mod layer;
@@ -59,3 +60,6 @@ pub use surface::SurfacePoints;
 pub use survey::{BodyAtStep, bodies_at, conflicts};
 pub use wall::FirstCells;
 pub use wall_angle::WallAngles;
+
+#[cfg(test)]
+mod tests;

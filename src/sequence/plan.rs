@@ -1,6 +1,9 @@
 //! Everything that is decided before work starts: a mesh, what the schedule means on it, the layers
 //! that are interpolated, the support radius and the tolerance.
 
+use super::fit::{
+    check_combination, check_constant, check_finite, check_radii, check_size, unused,
+};
 use super::layer::{self, Layer, Method};
 use super::periodic::PeriodicNodes;
 use super::sections;
@@ -14,8 +17,8 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, OnInverted, Polynomial, Pose, Role, Schedule, SelectionMethod,
-    Step, SurfaceFaces,
+    Interpolate, KernelName, Motion, Polynomial, Pose, Role, Schedule, SelectionMethod, Step,
+    SurfaceFaces,
 };
 use crate::rbf::select::Targets;
 use crate::rbf::space::Space;
@@ -68,25 +71,30 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Resolves a schedule on a mesh and finds its modes.
+    /// Resolves a schedule on a mesh and finds its modes. An error without a file is about the mesh.
     pub fn new(mut mesh: Mesh, schedule: Schedule) -> Result<Self> {
+        check_size(&mesh)?;
         let mut motion = schedule.resolve(&mesh)?;
         if motion.carry(&motion.steps[0]).is_some() {
             zone::detach(&mut mesh, &mut motion)?;
         }
-        let surface = SurfacePoints::new(&mesh, &motion)?;
+        let in_schedule = |error: Error| error.file(&schedule.path);
+        let surface = SurfacePoints::new(&mesh, &motion).map_err(in_schedule)?;
+        check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
+        check_radii(&schedule, &mesh).map_err(in_schedule)?;
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
-        let periodic = PeriodicNodes::find(&mesh, &motion, &surface, basis.radius)
-            .map_err(|error| error.file(&schedule.path))?;
+        check_constant(&schedule, tolerance).map_err(in_schedule)?;
+        choices.extend(unused(&schedule));
+        let periodic =
+            PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());
-        check_combination(&schedule, &motion, &surface, &periodic)
-            .map_err(|error| error.file(&schedule.path))?;
+        check_combination(&schedule, &motion, &surface, &periodic).map_err(in_schedule)?;
         let cell = first_cells.smallest().unwrap_or(f64::INFINITY);
         let truncation = TRUNCATION * tolerance.min(cell);
         let method = method(&schedule, &surface, &periodic, basis, tolerance, truncation);
@@ -110,13 +118,14 @@ impl Plan {
         let all_rigid = (0..plan.motion.bodies.len()).all(|body| plan.motion.is_rigid(body));
         let twist = plan.schedule.rbf.interpolate == Interpolate::Twist;
         let layers = match twist && !all_rigid {
-            true => sections::layers(&plan, &plan.method)?,
-            false => layer::layers(plan.surface.rigid(), &plan.given(), &plan.method)?,
+            true => sections::layers(&plan, &plan.method),
+            false => layer::layers(plan.surface.rigid(), &plan.given(), &plan.method),
         };
-        plan.layers = layers;
+        plan.layers = layers.map_err(|error| error.file(&plan.schedule.path))?;
         plan.check_truncation()?;
         if plan.schedule.output.velocity {
-            plan.velocity = Some(velocity::layer(&plan)?);
+            let velocity = velocity::layer(&plan);
+            plan.velocity = Some(velocity.map_err(|error| error.file(&plan.schedule.path))?);
         }
         Ok(plan)
     }
@@ -129,7 +138,8 @@ impl Plan {
                  or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
                 self.truncation(),
                 self.tolerance
-            )));
+            ))
+            .file(&self.schedule.path));
         }
         Ok(())
     }
@@ -231,48 +241,6 @@ fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
     (0..motion.bodies.len())
         .map(|body| motion.twist_centre(body, &layer::bounds_of_body(surface, body)))
         .collect()
-}
-
-/// Refuses what does not go together.
-fn check_combination(
-    schedule: &Schedule,
-    motion: &Motion,
-    surface: &SurfacePoints,
-    periodic: &PeriodicNodes,
-) -> Result<()> {
-    let mut bodies = 0..motion.bodies.len();
-    let twist = schedule.rbf.interpolate == Interpolate::Twist;
-    if let Some(body) = bodies
-        .clone()
-        .find(|&body| twist && !motion.has_rotations(body))
-    {
-        return Err(Error::input(format!(
-            "interpolate = \"twist\" needs rotations, and body \"{}\" has displacements of its nodes alone; use \
-             \"displacement\", with substeps where it folds",
-            motion.bodies[body].name
-        )));
-    }
-    let substeps = schedule.rbf.substeps > 1 || schedule.output.on_inverted == OnInverted::Substeps;
-    if twist && substeps && !bodies.all(|body| motion.is_rigid(body)) {
-        return Err(Error::input(
-            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` \
-             and `on_inverted` = \"substeps\" out",
-        ));
-    }
-    let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
-    if coupled && schedule.rbf.polynomial == Polynomial::Linear {
-        return Err(Error::input(
-            "polynomial = \"linear\" does not go with sliding or periodic boundaries, which it would leave; \
-             use \"none\"",
-        ));
-    }
-    if !periodic.images.is_empty() && schedule.rbf.interpolate == Interpolate::Twist {
-        return Err(Error::input(
-            "interpolate = \"twist\" does not go with periodic boundaries, as the images turn about centres of \
-             their own; use \"displacement\", with substeps where it folds",
-        ));
-    }
-    Ok(())
 }
 
 fn method(

@@ -3,6 +3,7 @@
 
 use super::base;
 use super::checks::before_work;
+use super::choose::missed;
 use super::finished::Finished;
 use super::lock::Lock;
 use super::output::{self, Names, Part};
@@ -252,6 +253,18 @@ impl Run<'_> {
         self.record.save()
     }
 
+    /// Steps that miss the tolerance that their base points were chosen by.
+    fn note_misses(&self, finished: &mut Finished) {
+        for (index, row) in &self.rows {
+            let error = row.number("selection_error").unwrap_or(0.0);
+            match missed(self.plan, &self.plan.motion.steps[*index], error) {
+                Some((sentence, true)) => finished.failures.push(sentence),
+                Some((sentence, false)) => finished.warnings.push(sentence),
+                None => {}
+            }
+        }
+    }
+
     /// Writes what closes a run, whether it went well or not.
     fn close(
         mut self,
@@ -272,6 +285,7 @@ impl Run<'_> {
             &self.first_inverted,
             &self.request.fail_on,
         )?;
+        self.note_misses(&mut finished);
         finished.warnings.extend(stretches.warnings);
         finished.timings.selection = stretches.seconds_selection;
         finished.timings.modes = stretches.seconds_modes;

@@ -8,7 +8,7 @@ use super::stretches::Stretches;
 use super::table::Row;
 use super::wall_angle::WallAngles;
 use crate::error::Result;
-use crate::formats::Precision;
+use crate::formats;
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{DataArray, Mesh, Values};
 use crate::motion::{QualityOutput, Step};
@@ -68,7 +68,7 @@ pub(super) fn compute(
     let clock = Clock::start();
     let plan = deformer.plan;
     let mut selection_error = deformer.points_at(step, points)?;
-    round(plan, points);
+    round(plan, points)?;
     let mut cells = measures.map(|by| by.judge.cells(mesh, points));
     let mut repair = None;
     if let (Some(by), Some(cells)) = (measures, &mut cells)
@@ -76,7 +76,7 @@ pub(super) fn compute(
     {
         let attempt = |n: usize, points: &mut [Vector]| {
             let error = deformer.points_through(step, n, points)?;
-            round(plan, points);
+            round(plan, points)?;
             Ok((error, by.judge.cells(mesh, points)))
         };
         repair = Some(repair::repair(
@@ -112,7 +112,7 @@ pub(super) fn compute_again(
 ) -> Result<Computed> {
     let deformer = stretches.enter(step)?;
     deformer.points_at(step, points)?;
-    round(deformer.plan, points);
+    round(deformer.plan, points)?;
     Ok(Computed {
         velocities: deformer.velocities_at(step, points),
         ..Computed::default()
@@ -120,12 +120,19 @@ pub(super) fn compute_again(
 }
 
 /// Coordinates as they will be written.
-fn round(plan: &Plan, points: &mut [Vector]) {
-    if plan.schedule.output.precision == Precision::F32 {
+fn round(plan: &Plan, points: &mut [Vector]) -> Result<()> {
+    if rounds(plan)? {
         points
             .par_iter_mut()
             .for_each(|x| *x = x.map(|x| f64::from(x as f32)));
     }
+    Ok(())
+}
+
+/// Whether coordinates are written in 32 bits.
+pub(super) fn rounds(plan: &Plan) -> Result<bool> {
+    let output = &plan.schedule.output;
+    Ok(formats::by_name(&output.format)?.rounds(output.precision))
 }
 
 /// Adds the arrays of a step that the schedule asks for, in place of the last step's.

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 impl Deformer<'_> {
     /// A step in `n` parts, each interpolated on the mesh left by the one before; gives the largest
-    /// error of a part before its correction.
+    /// error of a part before its correction, or without the correction that of the positions.
     pub(super) fn through_substeps(
         &self,
         step: &Step,
@@ -33,7 +33,11 @@ impl Deformer<'_> {
                 .follow(&plan.motion, &plan.reference, None, out);
             nodes.copy_from_slice(out);
         }
-        Ok(worst)
+        // What the correction does not take off adds up from part to part.
+        Ok(match plan.schedule.selection.correction {
+            true => worst,
+            false => self.off_place(&plan.motion.poses(step, 1.0), None, out).0,
+        })
     }
 
     fn substep(
@@ -89,9 +93,7 @@ impl Deformer<'_> {
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(frame, &layers, &chosen, correct, &Silent);
         fields.displace(&layers, 0, frame, out);
-        if correct {
-            self.set_surface(step, to, frame, out);
-        }
+        self.set_surface(step, to, frame, out);
         Ok(selections.iter().map(|selection| selection.error).sum())
     }
 }

@@ -2,7 +2,7 @@
 //! duplicated, and the zone's cells take the copies.
 
 use crate::error::{Error, Result};
-use crate::mesh::{Cells, DataArray, Mesh};
+use crate::mesh::{Cells, DataArray, Faces, Mesh};
 use crate::motion::{DeformingZone, Motion};
 
 /// Duplicates the interface nodes of the motion's zone in `mesh`, and makes the motion speak of the
@@ -18,13 +18,14 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<()> {
         ));
     }
     let originals = zone.interface_nodes.clone();
+    let rim = faces_on_rim(mesh, zone);
     let copy = |node: u32| match originals.binary_search(&node) {
         Ok(at) => (n + at) as u32,
         Err(_) => node,
     };
     mesh.cells = renumber(
         &mesh.cells,
-        |cell, nodes| belongs(zone, &originals, cell, nodes),
+        |cell, nodes| rim.binary_search(&cell).is_ok() || belongs(zone, &originals, cell, nodes),
         copy,
     )?;
     zone.interface_faces = renumber(&zone.interface_faces, |_, _| true, copy)?;
@@ -56,6 +57,35 @@ fn belongs(zone: &DeformingZone, interface: &[u32], cell: usize, nodes: &[u32]) 
             && nodes
                 .iter()
                 .any(|node| interface.binary_search(node).is_err())
+}
+
+/// Boundary faces whose nodes are all on the interface and that a cell of the zone has but none
+/// outside it, ascending.
+fn faces_on_rim(mesh: &Mesh, zone: &DeformingZone) -> Vec<usize> {
+    let mut interface = vec![false; mesh.points.len()];
+    for &node in &zone.interface_nodes {
+        interface[node as usize] = true;
+    }
+    let is_on = |node: &u32| interface[*node as usize];
+    let runs = mesh.cells.runs();
+    let boundary = runs.filter(|run| run.kind.dimension() + 1 == mesh.dimension());
+    let on_interface = boundary.flat_map(|run| {
+        let cells = run.cells().enumerate();
+        let on = cells.filter(|(_, nodes)| nodes.iter().all(is_on));
+        on.map(move |(i, _)| run.first_cell + i)
+    });
+    let mut found: Vec<usize> = on_interface.collect();
+    if found.is_empty() {
+        return found;
+    }
+    let [outside, inside] = [false, true].map(|in_zone| {
+        Faces::of_cells(mesh, |cell| {
+            zone.cells[cell.index] == in_zone && cell.nodes.iter().any(is_on)
+        })
+    });
+    let has = |faces: &Faces, cell: usize| faces.loose.binary_search(&(cell as u32)).is_err();
+    found.retain(|&cell| has(&inside, cell) && !has(&outside, cell));
+    found
 }
 
 fn renumber(
@@ -90,4 +120,32 @@ fn repeat_tuples(array: &mut DataArray, n: usize, nodes: &[u32]) {
         .chain(nodes.iter().map(|&node| node as usize))
         .collect();
     array.values = array.values.select(array.n_components, &keep);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::CellKind;
+
+    #[test]
+    fn boundary_faces_with_all_nodes_on_the_rim_go_with_the_cell_of_the_zone() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 6],
+            ..Mesh::default()
+        };
+        for tetra in [[0, 1, 2, 3], [0, 1, 3, 4], [1, 2, 3, 5]] {
+            mesh.cells.push(CellKind::Tetrahedron, &tetra);
+        }
+        // Of the zone, between both, of the zone, outside, the first again.
+        for face in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [0, 1, 4], [2, 1, 0]] {
+            mesh.cells.push(CellKind::Triangle, &face);
+        }
+        let zone = DeformingZone {
+            nodes: vec![true, true, true, true, false, false],
+            cells: [vec![true], vec![false; 7]].concat(),
+            interface_nodes: vec![0, 1, 2, 3],
+            interface_faces: Cells::new(),
+        };
+        assert_eq!(faces_on_rim(&mesh, &zone), [3, 5, 7]);
+    }
 }

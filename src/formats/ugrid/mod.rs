@@ -14,7 +14,7 @@ mod read;
 mod text;
 mod write;
 
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use layout::Layout;
@@ -85,6 +85,9 @@ impl Format for Ugrid {
         options: &WriteOptions,
     ) -> Result<Vec<String>> {
         write::write(mesh, out, &self.layout, options)
+    }
+    fn rounds(&self, _asked: Precision) -> bool {
+        matches!(self.layout, Layout::Binary(binary) if binary.real == 4)
     }
     fn companions(&self, mesh: &Mesh, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         let file = mapbc::path(&case(path));

@@ -17,6 +17,7 @@ pub use table::TableMotion;
 use super::names::{Pattern, list};
 use super::reader::{AngleUnit, Entry, Keys};
 use crate::error::{Error, Result};
+use std::collections::BTreeMap;
 
 const BODY: Keys = Keys {
     known: &[
@@ -63,13 +64,17 @@ pub struct Body {
 }
 
 impl Body {
-    /// Reads a body; `before` are those that stand before it in the schedule.
-    pub(super) fn read(entry: &Entry<'_>, before: &[Self], unit: AngleUnit) -> Result<Self> {
+    /// Reads a body; `before` are those that stand before it in the schedule, with the place of each name.
+    pub(super) fn read(
+        entry: &Entry<'_>,
+        (before, names): (&[Self], &BTreeMap<String, usize>),
+        unit: AngleUnit,
+    ) -> Result<Self> {
         let section = entry.section("[[body]]", &BODY)?;
         let name = section.require("name", "name = \"blade\"")?;
         let line = name.line();
         let name = name.string()?.to_owned();
-        if before.iter().any(|other| other.name == name) {
+        if names.contains_key(&name) {
             return Err(Error::input(format!(
                 "there are two bodies \"{name}\"; each needs a name of its own"
             ))
@@ -78,7 +83,7 @@ impl Body {
         let tags = patterns(&section.require("tags", "tags = [\"blade\"]")?, "tags")?;
         let parent = section
             .get("parent")
-            .map(|parent| find_parent(&parent, before));
+            .map(|parent| find_parent(&parent, before, names));
         let parent = parent.transpose()?;
         let azimuth_offset = match (section.get("azimuth_offset"), parent) {
             (Some(offset), _) => offset.angle(unit)?,
@@ -120,6 +125,11 @@ impl Body {
 }
 
 impl Body {
+    /// Line of its name in the schedule.
+    pub fn line(&self) -> u64 {
+        self.line
+    }
+
     /// The files that its motions name, relative to the schedule.
     pub(super) fn files(&self) -> Vec<&str> {
         let surface = self.surface.iter().map(|surface| &surface.file);
@@ -141,10 +151,13 @@ impl Body {
 }
 
 /// The place of the body that `parent` names.
-fn find_parent(parent: &Entry<'_>, before: &[Body]) -> Result<usize> {
+fn find_parent(
+    parent: &Entry<'_>,
+    before: &[Body],
+    names: &BTreeMap<String, usize>,
+) -> Result<usize> {
     let name = parent.string()?;
-    let found = before.iter().position(|body| body.name == name);
-    found.ok_or_else(|| {
+    names.get(name).copied().ok_or_else(|| {
         let names = list(before.iter().map(|body| body.name.as_str()));
         let before = match before {
             [] => "there is none before it".to_owned(),

@@ -3,7 +3,7 @@
 use super::lifting::{LiftingLine, off_blade};
 use super::{BladeSurface, Clock};
 use crate::error::{Error, Result};
-use crate::geometry::vector::{Vector, add, dot, scale, sub};
+use crate::geometry::vector::{Vector, add, dot, norm, scale, sub};
 use crate::geometry::{Moving, Transform};
 use crate::motion::body::{BeamMotion, Body};
 use crate::motion::rotor::RotorAxes;
@@ -61,10 +61,14 @@ impl Beam {
         }
         let (span, path) = (read_span(motion, table)?, table);
         clock.check(span.history(), body.azimuth_offset, motion.line)?;
-        let notes = check_span(&span, path, body, surface.span())?;
+        let mut notes = check_span(&span, path, body, surface.span())?;
         let line = match line {
             Some(line) => LiftingLine::read(line, body, surface.span())?,
-            None => LiftingLine::quarter_chord(surface, span.stations(), body, motion.line)?,
+            None => {
+                let line = LiftingLine::quarter_chord(surface, span.stations(), body, motion.line)?;
+                notes.push(where_it_is(&line, body, surface.blade));
+                line
+            }
         };
         Ok(Self { span, line, notes })
     }
@@ -127,6 +131,24 @@ impl Beam {
             span: if span[0] <= span[1] { span } else { [0.0; 2] },
         }
     }
+}
+
+/// A sentence on the ends of the quarter chord, in the mesh.
+fn where_it_is(line: &LiftingLine, body: &Body, blade: &RotorAxes) -> String {
+    let ends = line.ends().map(|[x, y, z]| blade.point(x, y, z));
+    let length = norm(sub(ends[1], ends[0]));
+    let digits = (4.0 - length.log10().floor()).clamp(0.0, 17.0) as usize;
+    let shown = |x: Vector, digits: usize| {
+        // Adding 0 takes the sign of a zero away.
+        let numbers = x.map(|x| format!("{:.digits$}", x + 0.0));
+        format!("[{}]", numbers.join(", "))
+    };
+    let [root, tip] = ends.map(|end| shown(end, digits));
+    let nose = shown(scale(blade.e_y, blade.signs.azimuth), 3);
+    format!(
+        "body \"{}\": its quarter chord goes from {root} to {tip}, with the leading edge towards {nose}",
+        body.name
+    )
 }
 
 fn read_span(motion: &BeamMotion, path: &Path) -> Result<SpanHistory> {

@@ -12,8 +12,11 @@ use crate::motion::steps::Step;
 use crate::motion::table::{Column, Key, Table};
 use std::path::Path;
 
-/// Part of the unit of a key, or of its value where that is larger, by which a set may be off its step.
-const SAME: f64 = 1e-6;
+/// Part of the distance to the next set by which a set may be off its step, and of its place by
+/// which one alone may be.
+const SAME: f64 = 1e-4;
+/// Part of a place that is round-off.
+const ROUND_OFF: f64 = 1e-14;
 
 /// What these files have.
 const WHAT: &str = "displacements";
@@ -256,14 +259,8 @@ impl SurfaceSets {
     fn find(&self, step: &Step, offset: f64) -> Option<usize> {
         let Some(key) = self.key else { return Some(0) };
         let at = Clock::place(key, step, offset)?;
-        let same = |place: f64| (place - at).abs() <= SAME * at.abs().max(1.0);
-        let same_turn = |place: f64| {
-            let turn = key.revolution().unwrap_or(f64::INFINITY);
-            let off = (place - at).rem_euclid(turn);
-            turn.is_finite() && off.min(turn - off) <= SAME * at.abs().max(1.0)
-        };
-        let found = self.places.iter().position(|place| same(*place));
-        found.or_else(|| self.places.iter().position(|place| same_turn(*place)))
+        let turned = || self.nearest_turned(at, key.revolution()?);
+        self.nearest(at).or_else(turned)
     }
 
     /// Refuses a step without a set; `line` is that of the motion in the schedule. Where rows are
@@ -287,6 +284,34 @@ impl SurfaceSets {
         );
         let line = self.lines[before.saturating_sub(1)];
         Err(Error::input(message).line(line).file(path))
+    }
+
+    /// The set nearest to a place, if it is that of the place.
+    fn nearest(&self, at: f64) -> Option<usize> {
+        let after = self.places.partition_point(|place| *place < at);
+        let beside = after.saturating_sub(1)..(after + 1).min(self.places.len());
+        let off = |set: &usize| (self.places[*set] - at).abs();
+        let nearest = beside.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
+    }
+
+    /// The same among the places a number of turns away.
+    fn nearest_turned(&self, at: f64, turn: f64) -> Option<usize> {
+        let off = |set: &usize| {
+            let off = (self.places[*set] - at).rem_euclid(turn);
+            off.min(turn - off)
+        };
+        let nearest = (0..self.places.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
+    }
+
+    /// By how much a set may be off a place.
+    fn slack(&self, set: usize, at: f64) -> f64 {
+        let place = self.places[set];
+        let before = set.checked_sub(1).map(|before| place - self.places[before]);
+        let after = self.places.get(set + 1).map(|after| after - place);
+        let spacing = before.into_iter().chain(after).reduce(f64::min);
+        SAME * spacing.unwrap_or(place.abs()) + ROUND_OFF * at.abs()
     }
 
     /// The displacements of a step.

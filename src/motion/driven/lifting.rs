@@ -78,7 +78,8 @@ impl LiftingLine {
     }
 
     /// A quarter of the chord behind the leading edge, at some stations and at the ends of the blade.
-    /// The chord of a section is its longest extent.
+    /// The chord of a section is its longest extent; its leading edge is the end towards `e_y`, of a
+    /// clockwise rotor the other.
     pub fn quarter_chord(
         surface: &BladeSurface<'_>,
         stations: &[f64],
@@ -107,7 +108,7 @@ impl LiftingLine {
         }
         let mut points = Vec::with_capacity(stations.len());
         for (station, cut) in stations.iter().zip(&cuts) {
-            let Some([nose, tail]) = chord(cut) else {
+            let Some([nose, tail]) = chord(cut, surface.blade.signs.azimuth) else {
                 let message = format!(
                     "body \"{}\" has no faces at station {station}, so there is no chord to take a quarter of; give \
                      `lifting_line` a table  station,x,y,z",
@@ -119,6 +120,11 @@ impl LiftingLine {
             points.push(point);
         }
         Ok(Self { stations, points })
+    }
+
+    /// Its first and last point.
+    pub fn ends(&self) -> [Vector; 2] {
+        [self.points[0], self.points[self.points.len() - 1]]
     }
 
     /// The point of a station.
@@ -196,9 +202,9 @@ fn span_of(edges: &[[Vector; 2]]) -> [f64; 2] {
     })
 }
 
-/// The ends of the longest extent of a section, leading edge first: from one point to the farthest, and
-/// on from there while the distance grows.
-fn chord(cut: &[Vector]) -> Option<[Vector; 2]> {
+/// The ends of the longest extent of a section, leading edge first, which is towards `e_y` times `sign`:
+/// from one point to the farthest, and on from there while the distance grows.
+fn chord(cut: &[Vector], sign: f64) -> Option<[Vector; 2]> {
     let farthest = |from: &Vector| {
         let others = cut.iter();
         others.reduce(|best, x| {
@@ -218,5 +224,6 @@ fn chord(cut: &[Vector]) -> Option<[Vector; 2]> {
         ends = [ends[1], next];
     }
     let [a, b] = ends;
-    Some(if a[1] >= b[1] { [a, b] } else { [b, a] })
+    let forward = sign * a[1] >= sign * b[1];
+    Some(if forward { [a, b] } else { [b, a] })
 }

@@ -48,7 +48,7 @@ impl Driven {
     ) -> Result<Self> {
         let mut driven = Self::default();
         if let Some(table) = &body.table {
-            let path = beside(schedule, &table.file);
+            let path = beside(schedule, &table.file, table.line)?;
             driven.table = Some(SixDegrees::read(table, &path, body, clock, in_plane)?);
         }
         if let Some(beam) = &body.beam {
@@ -59,9 +59,10 @@ impl Driven {
                 );
                 return Err(Error::input(message).line(beam.line));
             }
-            let table = beside(schedule, &beam.table);
+            let table = beside(schedule, &beam.table, beam.line)?;
             let line = beam.lifting_line.as_ref();
-            let line = line.map(|line| beside(schedule, line));
+            let line = line.map(|line| beside(schedule, line, beam.line));
+            let line = line.transpose()?;
             driven.beam = Some(Beam::read(
                 beam,
                 (&table, line.as_deref()),
@@ -86,12 +87,12 @@ impl Driven {
         }
         let nodes = Arc::new(surface.nodes());
         if let Some(motion) = &body.surface {
-            let path = beside(schedule, &motion.file);
+            let path = beside(schedule, &motion.file, motion.line)?;
             self.surface = Some(SurfaceSets::read(motion, &path, body, &nodes, clock)?);
         }
         if let Some(motion) = &body.modes {
-            let shapes = beside(schedule, &motion.shapes);
-            let coordinates = beside(schedule, &motion.coordinates);
+            let shapes = beside(schedule, &motion.shapes, motion.line)?;
+            let coordinates = beside(schedule, &motion.coordinates, motion.line)?;
             let paths = (shapes.as_path(), coordinates.as_path());
             self.modes = Some(ModeShapes::read(motion, paths, body, &nodes, clock)?);
         }
@@ -113,7 +114,14 @@ impl Driven {
     }
 }
 
-/// The path of a file that the schedule names.
-fn beside(schedule: &Path, file: &str) -> PathBuf {
-    schedule.with_file_name("").join(file)
+/// The path of a file that the schedule names near a line; an error of that line where there is none.
+fn beside(schedule: &Path, file: &str, line: u64) -> Result<PathBuf> {
+    let path = schedule.with_file_name("").join(file);
+    match path.metadata() {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            let message = format!("there is no file {}", path.display());
+            Err(Error::input(message).line(line))
+        }
+        _ => Ok(path),
+    }
 }

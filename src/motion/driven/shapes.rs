@@ -38,9 +38,9 @@ impl ModeShapes {
         let coordinates = read_coordinates(motion, coordinates)?;
         clock.check(&coordinates, body.azimuth_offset, motion.line)?;
         let n_modes = coordinates.n_values();
-        let is_table = shapes
-            .extension()
-            .is_none_or(|kind| kind == "csv" || kind == "tsv");
+        let is_table = shapes.extension().is_none_or(|kind| {
+            kind.eq_ignore_ascii_case("csv") || kind.eq_ignore_ascii_case("tsv")
+        });
         let place = (nodes, body, in_plane);
         let (shapes_found, others) = match is_table {
             true => of_table(motion, shapes, place, n_modes)?,

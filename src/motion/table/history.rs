@@ -29,7 +29,8 @@ pub enum Interpolation {
 ///
 /// Over azimuth it repeats itself where it covers whole revolutions: by a last row that repeats the
 /// first, or without one where the step from the last row on to the first is no larger than others.
-/// Elsewhere there are no values outside of its range. One row alone holds everywhere.
+/// Elsewhere there are no values outside of its range. One row alone holds everywhere, or at its own
+/// place if it was given one.
 #[derive(Debug, Clone)]
 pub struct History {
     path: PathBuf,
@@ -44,6 +45,8 @@ pub struct History {
     n_values: usize,
     /// What it repeats itself after.
     period: Option<f64>,
+    /// Whether there are no values outside of the range when that is one row.
+    is_held: bool,
     /// What the table lacks to repeat itself, in words.
     open: Option<String>,
 }
@@ -82,6 +85,7 @@ impl History {
             slopes: None,
             n_values,
             period: None,
+            is_held: false,
             open: None,
         };
         if let Some(revolution) = key.revolution() {
@@ -126,13 +130,21 @@ impl History {
         let values = rows.flat_map(|row| columns.iter().map(move |c| table.value(row, *c)));
         let values = values.collect();
         let lines = [0, table.n_rows() - 1].map(|row| table.line(row));
-        Ok(Self::new(table.path(), key, knots, values, interpolation).with_lines(lines))
+        let history = Self::new(table.path(), key, knots, values, interpolation);
+        Ok(history.with_lines(lines).held())
     }
 
     /// The same with the lines of its first and last knot, for errors.
     #[must_use]
     pub fn with_lines(mut self, lines: [u64; 2]) -> Self {
         self.lines = Some(lines);
+        self
+    }
+
+    /// The same, where one row alone holds at its own place only.
+    #[must_use]
+    pub fn held(mut self) -> Self {
+        self.is_held = true;
         self
     }
 
@@ -208,6 +220,9 @@ impl History {
         let (first, last) = self.range();
         let n = self.knots.len();
         if n == 1 {
+            if self.is_held && (at - first).abs() > ROUND_OFF * first.abs() {
+                return Err(self.outside(at));
+            }
             let (step, part) = (1.0, 0.0);
             let knots = [0, 0];
             return Ok(Place { knots, step, part });

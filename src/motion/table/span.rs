@@ -75,6 +75,10 @@ impl SpanHistory {
         let history = History::new(table.path(), name, knots.collect(), values, interpolation);
         let ends = [&groups[0], &groups[groups.len() - 1]];
         let history = history.with_lines(ends.map(|group| table.line(order[group.start])));
+        let history = match key {
+            Some(_) => history.held(),
+            None => history,
+        };
         Ok(Self {
             stations,
             lines,

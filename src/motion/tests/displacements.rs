@@ -257,3 +257,30 @@ fn a_child_of_a_body_of_nodes_is_refused() {
         .to_string();
     assert!(error.ends_with("hover.toml:8: body \"flap\" cannot move with \"wing\", whose `surface` or `modes` are known at its own nodes alone; give the child a motion of its own"), "{error}");
 }
+
+#[test]
+fn the_nearest_set_is_taken_however_close_they_are() {
+    let file = "time_s,node,dx,dy\n0,0,0,0\n0,1,0,0\n5e-7,0,0.25,0\n5e-7,1,0,0\n1e-6,0,0.5,0\n1e-6,1,0,0\n";
+    let head = "time = { stop = 1e-6, step = 5e-7 }";
+    let motion = surface(true, head, SURFACE, file).expect("it is good");
+    for (step, x) in [(0, 0.0), (1, 0.25), (2, 0.5)] {
+        assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
+    }
+    let between = "time.values = [0, 4e-7]";
+    let none = surface(true, between, SURFACE, file).expect_err("4e-7 is missing");
+    assert!(
+        none.to_string()
+            .contains("there are no rows for time 0.0000004 s"),
+        "{none}"
+    );
+}
+
+#[test]
+fn a_set_may_be_off_its_step_by_rounding_and_a_turn_away() {
+    let file = "azimuth_deg,node,dx,dy\n0,0,0,0\n0,1,0,0\n33.3333,0,0.25,0\n33.3333,1,0,0\n";
+    let head = "azimuth.values = [33.333333333, 393.333333333, -360]";
+    let motion = surface(true, head, SURFACE, file).expect("it is good");
+    for (step, x) in [(0, 0.25), (1, 0.25), (2, 0.0)] {
+        assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
+    }
+}

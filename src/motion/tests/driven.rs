@@ -246,8 +246,28 @@ fn sections_twist_about_a_quarter_of_the_chord_nose_up() {
 }
 
 #[test]
+fn the_quarter_chord_of_a_clockwise_rotor_is_at_its_own_leading_edge() {
+    let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
+    let motion = resolve(
+        false,
+        "azimuth.values = [0]\nrotor.azimuth_sign = -1",
+        "beam = { table = \"m.csv\" }",
+        &[("m.csv", &table)],
+    );
+    let motion = motion.expect("it is good");
+    assert_near(place(&motion, 0, [0.5, 0.25, 0.0]), [0.5, 0.25, 0.0]);
+    assert_eq!(
+        motion.notes(),
+        [
+            "body \"blade\": its quarter chord goes from [0.00100, 0.25000, 0.00000] to [0.99900, 0.25000, 0.00000], \
+          with the leading edge towards [0.000, -1.000, 0.000]"
+        ]
+    );
+}
+
+#[test]
 fn a_flap_of_five_degrees_adds_to_a_beam() {
-    let table = format!("azimuth_deg,{BEAM}0,0,0,0,0.1,0,0,0\n0,1,0,0,0.1,0,0,0\n");
+    let table = format!("{BEAM}0,0,0,0.1,0,0,0\n1,0,0,0.1,0,0,0\n");
     let body = "cyclic = { flap = [ { sin = 5.0 } ] }\nbeam = { table = \"m.csv\" }";
     let motion =
         resolve(false, "azimuth.values = [90]", body, &[("m.csv", &table)]).expect("it is good");
@@ -292,7 +312,7 @@ fn a_blade_that_goes_on_far_past_its_table_is_told_of() {
         &[("m.csv", &table)],
     );
     let notes = motion.expect("it is good").notes();
-    assert_eq!(notes.len(), 1);
+    assert_eq!(notes.len(), 2);
     assert!(
         notes[0].ends_with(
             "has no stations between 0.5 and 1; the values of its last one are held there"
@@ -421,4 +441,37 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn a_file_that_is_not_there_is_told_with_the_line_that_names_it() {
+    let missing = resolve(
+        false,
+        "azimuth.values = [0]",
+        "table = { file = \"nope.csv\" }",
+        &[],
+    );
+    let told = missing.expect_err("there is no such file").to_string();
+    assert!(
+        told.contains("hover.toml:") && told.contains("there is no file "),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_table_of_one_row_is_not_held_at_other_times() {
+    let table = ("m.csv", "time_s,dx\n0,0.1\n");
+    let body = "table = { file = \"m.csv\" }";
+    let at = |head: &str| resolve(false, head, body, &[table]);
+    let motion = at("time.values = [0]").expect("it has a row");
+    assert_near(place(&motion, 0, [0.0; 3]), [0.1, 0.0, 0.0]);
+    let told = at("time.values = [0, 1]")
+        .expect_err("it has no row")
+        .to_string();
+    assert!(
+        told.ends_with(
+            "the motion is asked for at time 1 s; the table goes from time 0 s to time 0 s"
+        ),
+        "{told}"
+    );
 }

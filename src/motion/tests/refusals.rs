@@ -327,3 +327,25 @@ fn text_that_is_not_toml_is_told_so_with_its_line() {
         "{error}"
     );
 }
+
+#[test]
+fn refresh_needs_an_azimuth() {
+    let text = "body = [ { name = \"a\", tags = [\"a\"], rigid.translate = [0, 1, 0] } ]\ntime = { stop = 1, step = 0.1 }\nselection = { method = \"real\", refresh = 30.0 }\n";
+    let error = parse(text).expect_err("there is no azimuth").to_string();
+    assert_eq!(
+        error,
+        "hover.toml:2: `time` has no `frequency`, and `refresh` in [selection] needs the azimuth; write for instance  frequency = 2.0"
+    );
+}
+
+#[test]
+fn two_bodies_of_one_name_are_told_the_line_of_the_second() {
+    let body = "[[body]]\nname = \"a\"\ntags = [\"a\"]\nrigid.translate = [0, 1, 0]\n";
+    let error = parse(&format!("azimuth.values = [0]\n{body}{body}")).expect_err("two of a name");
+    assert!(
+        error
+            .to_string()
+            .starts_with("hover.toml:7: there are two bodies \"a\""),
+        "{error}"
+    );
+}

@@ -1,0 +1,142 @@
+//! What of a schedule does not fit its mesh, or itself: refused before anything is worked out, or told.
+
+use super::layer;
+use super::periodic::PeriodicNodes;
+use super::surface::SurfacePoints;
+use crate::error::{Error, Result};
+use crate::geometry::Bounds;
+use crate::geometry::vector::{distance, norm};
+use crate::mesh::Mesh;
+use crate::modes::RigidSurface;
+use crate::motion::{
+    Interpolate, Motion, OnInverted, Polynomial, Schedule, SelectionMethod, SelectionOptions,
+};
+
+/// Support radii below this part of the diagonal of the mesh are refused.
+const LEAST_RADIUS: f64 = 1e-9;
+
+/// Refuses a mesh whose lengths cannot be squared.
+pub(super) fn check_size(mesh: &Mesh) -> Result<()> {
+    let bounds = Bounds::around(&mesh.points);
+    match bounds.diagonal().is_finite() {
+        true => Ok(()),
+        false => Err(Error::input(format!(
+            "the nodes of the mesh lie between {:e} and {:e}, too far apart for lengths to be squared; scale it",
+            bounds.low.into_iter().fold(f64::INFINITY, f64::min),
+            bounds.high.into_iter().fold(f64::NEG_INFINITY, f64::max)
+        ))),
+    }
+}
+
+/// Refuses a rigid motion whose displacements are no finite numbers, or cannot be squared; of other
+/// motions the modes find that out.
+pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result<()> {
+    for body in (0..motion.bodies.len()).filter(|&body| motion.is_rigid(body)) {
+        let bounds = layer::bounds_of_body(surface, body);
+        if bounds.low[0] > bounds.high[0] {
+            continue;
+        }
+        let corners = [bounds.low, bounds.high, bounds.nearest(&[0.0; 3])];
+        for step in &motion.steps {
+            let pose = motion.pose_part(body, step, 1.0);
+            let off = corners.map(|x| distance(pose.apply(x), x));
+            if !off.iter().all(|off| off.is_finite()) {
+                return Err(Error::input(format!(
+                    "body \"{}\" has displacements at step {} that are not finite numbers, or too large to be squared",
+                    motion.bodies[body].name, step.index
+                ))
+                .line(motion.bodies[body].line()));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses support radii that are round-off beside the mesh.
+pub(super) fn check_radii(schedule: &Schedule, mesh: &Mesh) -> Result<()> {
+    let least = LEAST_RADIUS * Bounds::around(&mesh.points).diagonal();
+    let radii = [
+        ("support_radius", schedule.rbf.support_radius),
+        ("rotation_radius", schedule.rbf.rotation_radius),
+    ];
+    let given = radii
+        .iter()
+        .filter_map(|(key, radius)| Some((key, (*radius)?)));
+    match given.clone().find(|(_, radius)| *radius < least) {
+        None => Ok(()),
+        Some((key, radius)) => Err(Error::input(format!(
+            "rbf.{key} = {radius:e} reaches no node of the mesh from another; lengths are in mesh units, and the mesh \
+             is {:.1e} across",
+            least / LEAST_RADIUS
+        ))),
+    }
+}
+
+/// Refuses a displacement of Algorithm 2 that no base points reproduce to the tolerance.
+pub(super) fn check_constant(schedule: &Schedule, tolerance: f64) -> Result<()> {
+    match schedule.selection.constant.map(norm) {
+        Some(size) if size <= tolerance => Err(Error::input(format!(
+            "selection.constant has the length {size:e}, which is not above the tolerance {tolerance:e}: no base \
+             points would be chosen; give a displacement as large as those of the motion, or leave the key out"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Sentences on keys that have no effect with the method of the schedule.
+pub(super) fn unused(schedule: &Schedule) -> Vec<String> {
+    let (given, default) = (&schedule.selection, SelectionOptions::default());
+    let unused = [
+        ("max_points", given.max_points != default.max_points),
+        ("criterion", given.criterion != default.criterion),
+    ];
+    let is_all = given.method == SelectionMethod::All;
+    let unused = unused.iter().filter(|(_, is_given)| is_all && *is_given);
+    unused
+        .map(|(key, _)| {
+            format!("selection.{key} is not used: method = \"all\" takes every surface node")
+        })
+        .collect()
+}
+
+/// Refuses what does not go together.
+pub(super) fn check_combination(
+    schedule: &Schedule,
+    motion: &Motion,
+    surface: &SurfacePoints,
+    periodic: &PeriodicNodes,
+) -> Result<()> {
+    let mut bodies = 0..motion.bodies.len();
+    let twist = schedule.rbf.interpolate == Interpolate::Twist;
+    if let Some(body) = bodies
+        .clone()
+        .find(|&body| twist && !motion.has_rotations(body))
+    {
+        return Err(Error::input(format!(
+            "interpolate = \"twist\" needs rotations, and body \"{}\" has displacements of its nodes alone; use \
+             \"displacement\", with substeps where it folds",
+            motion.bodies[body].name
+        )));
+    }
+    let substeps = schedule.rbf.substeps > 1 || schedule.output.on_inverted == OnInverted::Substeps;
+    if twist && substeps && !bodies.all(|body| motion.is_rigid(body)) {
+        return Err(Error::input(
+            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` \
+             and `on_inverted` = \"substeps\" out",
+        ));
+    }
+    let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
+    if coupled && schedule.rbf.polynomial == Polynomial::Linear {
+        return Err(Error::input(
+            "polynomial = \"linear\" does not go with sliding or periodic boundaries, which it would leave; \
+             use \"none\"",
+        ));
+    }
+    if !periodic.images.is_empty() && schedule.rbf.interpolate == Interpolate::Twist {
+        return Err(Error::input(
+            "interpolate = \"twist\" does not go with periodic boundaries, as the images turn about centres of \
+             their own; use \"displacement\", with substeps where it folds",
+        ));
+    }
+    Ok(())
+}
