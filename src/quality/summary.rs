@@ -177,7 +177,7 @@ impl Part {
     }
 
     fn name_inverted(&mut self, first: usize, corner: &[f64]) {
-        let is_bad = |(_, corner): &(usize, &f64)| !(**corner > 0.0);
+        let is_bad = |(_, corner): &(usize, &f64)| corner.is_nan() || **corner <= 0.0;
         for (i, _) in corner.iter().enumerate().filter(is_bad) {
             self.inverted += 1;
             if self.inverted_cells.len() < N_NAMED {

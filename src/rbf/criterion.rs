@@ -38,7 +38,8 @@ pub struct Criterion {
 impl Criterion {
     /// From `coefficients (K, r, 3)`, by steps; the modes are one part.
     pub fn new(n_modes: usize, coefficients: &[f64]) -> Result<Self> {
-        Self::of_parts(n_modes, coefficients, vec![0..n_modes])
+        let whole = std::iter::once(0..n_modes);
+        Self::of_parts(n_modes, coefficients, whole.collect())
     }
 
     /// The same with the modes of each part.

@@ -225,9 +225,9 @@ fn cuts(gallery: &Gallery) -> String {
             Some(row) => format!("<button type=\"button\" data-row=\"{row}\">{caption}</button>"),
             None => caption,
         };
-        write!(
+        writeln!(
             figures,
-            "<figure><figcaption>{caption}</figcaption>{}</figure>\n",
+            "<figure><figcaption>{caption}</figcaption>{}</figure>",
             picture.svg
         )
         .expect("a string takes any text");

@@ -277,7 +277,7 @@ fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
 impl Layer {
     fn new(kind: Kind, space: Space, modes: Modes, tolerance: f64) -> Result<Self> {
         let parts = match &kind {
-            Kind::Displacement => vec![0..modes.n_modes],
+            Kind::Displacement => std::iter::once(0..modes.n_modes).collect(),
             // What bodies that turn about different centres leave does not cancel.
             Kind::Rotation(bodies) => turning(bodies).map(|body| body.modes.clone()).collect(),
         };

@@ -88,10 +88,10 @@ fn lean(face: &CellRef<'_>, cell: &CellRef<'_>, points: &[Vector]) -> Lean {
     let n_wall = face.kind.n_corners(face.nodes.len());
     let n_cell = cell.kind.n_corners(cell.nodes.len());
     let normal = match n_wall {
-        2 => cross(vector_area(n_cell, &in_cell), sub(on_wall(1), on_wall(0))),
-        _ => vector_area(n_wall, &on_wall),
+        2 => cross(vector_area(n_cell, in_cell), sub(on_wall(1), on_wall(0))),
+        _ => vector_area(n_wall, on_wall),
     };
-    let line = sub(mean(n_cell, &in_cell), mean(n_wall, &on_wall));
+    let line = sub(mean(n_cell, in_cell), mean(n_wall, on_wall));
     Lean {
         along: dot(normal, line),
         across: norm(cross(normal, line)),

@@ -26,7 +26,8 @@ impl Node {
             return Err(Error::input(
                 "this is a CGNS file in the old ADF format; convert it with \"adf2hdf\", a tool of CGNS, \
                  and read the result",
-            ));
+            )
+            .byte(4));
         }
         let group = File::open(source)?.root()?;
         Ok(Self {

@@ -256,6 +256,7 @@ fn groups_in(segments: &[(Range<usize>, Vec<usize>)], cells: &CellSet) -> Vec<us
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::slice;
 
     #[test]
     fn names_keep_their_spaces_and_quotes() {
@@ -278,9 +279,9 @@ mod tests {
             let cells = cells.iter().cloned().flatten().collect();
             groups_in(&segments, &cells)
         };
-        assert_eq!(groups(&[0..2]), [0; 0]);
-        assert_eq!(groups(&[1..3]), [5]);
-        assert_eq!(groups(&[3..5]), [1, 5]);
+        assert_eq!(groups(slice::from_ref(&(0..2))), [0; 0]);
+        assert_eq!(groups(slice::from_ref(&(1..3))), [5]);
+        assert_eq!(groups(slice::from_ref(&(3..5))), [1, 5]);
         assert_eq!(groups(&[0..1, 4..5, 8..9]), [0, 1, 5]);
     }
 }
