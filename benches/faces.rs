@@ -83,7 +83,7 @@ fn median(mut run: impl FnMut()) -> f64 {
 }
 
 fn main() {
-    let wanted = std::env::args().filter_map(|argument| argument.parse::<f64>().ok());
+    let mut wanted = std::env::args().filter_map(|argument| argument.parse::<f64>().ok());
     let n = wanted.next_back().unwrap_or(1e6).cbrt().round() as usize;
     println!(
         "{} threads; s, and millions a second",
