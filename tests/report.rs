@@ -58,8 +58,8 @@ fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
     }
     assert_eq!(
         one.matches("class=\"slice\"").count(),
-        6,
-        "the reference, four steps and the worst"
+        5,
+        "the reference and four steps, of which one is the worst"
     );
     assert!(!one.contains("class=\"notes\""), "nothing is missing");
 }
@@ -114,7 +114,7 @@ fn what_is_missing_is_noted_and_nothing_more() {
         "{notes:?}"
     );
     let html = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
-    assert_eq!(html.matches("class=\"slice\"").count(), 4);
+    assert_eq!(html.matches("class=\"slice\"").count(), 3);
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn a_blade_is_cut_across_its_span_in_either_frame() {
         );
         pictures.push(html.matches("class=\"q").count());
     }
-    assert!(pictures[0] > 60, "{pictures:?}");
+    assert!(pictures[0] > 30, "{pictures:?}");
     assert_eq!(
         pictures[0], pictures[1],
         "carried round, the cut is the same"
