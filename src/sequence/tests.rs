@@ -204,7 +204,7 @@ fn a_motion_that_overflows_is_told_with_its_place() {
     );
     assert_eq!(
         told(&fast),
-        "s.toml:1: `frequency` is so large that step 1 has no azimuth"
+        "s.toml:1: `frequency` is so large that step 0 has no azimuth"
     );
     let mut mesh = airfoil();
     mesh.points
