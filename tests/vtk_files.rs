@@ -14,7 +14,7 @@ fn difference(names: [&str; 2]) -> Difference {
     assert!(a.cells.len() > 0);
     let is_text = names.iter().any(|name| name.contains("ascii"));
     let tolerance = Tolerance {
-        value: if is_text { 1e-11 } else { 0.0 },
+        value: if is_text { 1e-10 } else { 0.0 },
         relative: true,
     };
     Difference::between(&a, &b, tolerance)
