@@ -72,9 +72,19 @@ impl Judge {
     ) -> Quality {
         Quality {
             cells,
-            faces: faces::assess(mesh, points, &self.reference, &self.adjacency),
-            size_skew: size_skew::assess(mesh, points, before, &self.reference),
+            faces: self.faces(mesh, points),
+            size_skew: self.size_skew(mesh, points, before),
         }
+    }
+
+    /// The part of [`Judge::assess`] that looks at faces.
+    pub fn faces(&self, mesh: &Mesh, points: &[Vector]) -> FaceSummary {
+        faces::assess(mesh, points, &self.reference, &self.adjacency)
+    }
+
+    /// The part of [`Judge::assess`] that compares with the reference mesh.
+    pub fn size_skew(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> SizeSkew {
+        size_skew::assess(mesh, points, before, &self.reference)
     }
 
     /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::CellMetrics) and

@@ -223,8 +223,12 @@ impl<'a> Findings<'a> {
         before: &[Vector],
         context: &Context,
     ) -> Result<()> {
-        let assess = || Ok(judge.assess(mesh, &mesh.points, before));
-        let quality = context.stage("summary", assess)?;
+        let points = &mesh.points;
+        let quality = Quality {
+            cells: context.stage("cells", || Ok(judge.cells(mesh, points)))?,
+            faces: context.stage("faces", || Ok(judge.faces(mesh, points)))?,
+            size_skew: context.stage("size-skew", || Ok(judge.size_skew(mesh, points, before)))?,
+        };
         let mut met = Vec::new();
         for (i, criterion) in self.fail_on.iter().enumerate() {
             if criterion.is_met(&quality.columns())? {
