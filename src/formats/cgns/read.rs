@@ -38,7 +38,8 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     if bases.is_empty() {
         return Err(Error::input(
             "this HDF5 file holds no CGNSBase_t: it is no CGNS file",
-        ));
+        )
+        .dataset("/"));
     }
     let mut zones = Vec::new();
     for base in &bases {
