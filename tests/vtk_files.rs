@@ -11,7 +11,7 @@ use support::sequence::{read, testdata};
 /// the digits that VTK writes, eleven, and six of single precision.
 fn difference(names: [&str; 2]) -> Difference {
     let [a, b] = names.map(|name| read(&testdata("vtk").join(name)));
-    assert!(a.cells.len() > 0);
+    assert!(!a.cells.is_empty());
     let has = |part: &str| names.iter().any(|name| name.contains(part));
     let value = match (has("ascii"), has("mixed")) {
         (false, _) => 0.0,

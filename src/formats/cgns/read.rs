@@ -36,10 +36,9 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     let mut found = Found::default();
     let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
     if bases.is_empty() {
-        return Err(Error::input(
-            "this HDF5 file holds no CGNSBase_t: it is no CGNS file",
-        )
-        .dataset("/"));
+        return Err(
+            Error::input("this HDF5 file holds no CGNSBase_t: it is no CGNS file").dataset("/"),
+        );
     }
     let mut zones = Vec::new();
     for base in &bases {
