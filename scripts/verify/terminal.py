@@ -11,13 +11,16 @@ from program import AZIMESH, TESTDATA, report, scratch
 
 COMMANDS = ["info", "convert", "quality", "check", "select", "deform", "diff", "sample", "completions", "man"]
 MESH = TESTDATA / "naca0012.vtu"
+# Variables that decide about colours and widths; of these only a test's own are set. (`CI` stands for a terminal in
+# colours, whatever TERM says.)
+OURS = {"NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "CI", "COLUMNS", "LINES"}
 
 
 def on_terminal(arguments, **variables):
     """What a command prints on a terminal, both streams together."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
-    environment = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS")}
+    environment = {name: value for name, value in os.environ.items() if name not in OURS}
     environment |= {"TERM": "xterm-256color"} | variables
     process = subprocess.Popen([AZIMESH, *map(str, arguments)], stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
     os.close(theirs)

@@ -54,7 +54,8 @@ impl Format for VtkHdf {
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(&unstructured(source)?, options, notes)
+        let read = |grid: Group| read::read(&grid, options, notes);
+        placed(unstructured(source).and_then(read))
     }
 
     fn holds_arrays(&self) -> bool {
@@ -62,7 +63,7 @@ impl Format for VtkHdf {
     }
 
     fn steps(&self, source: &Source) -> Result<Vec<f64>> {
-        extent::times(&unstructured(source)?)
+        placed(unstructured(source).and_then(|grid| extent::times(&grid)))
     }
 
     fn write(
@@ -103,8 +104,17 @@ fn unstructured(source: &Source) -> Result<Group> {
         Some(found) => Err(Error::input(format!(
             "it holds VTK data of type {found}; only UnstructuredGrid is read"
         ))),
-        None => Err(Error::input("the group has no attribute Type").dataset(ROOT)),
+        None => Err(Error::input("the group has no attribute Type")),
     }
+}
+
+/// What is wrong with no dataset in particular is wrong with the group. What is wrong with HDF5's
+/// own bytes is said of the file.
+fn placed<T>(result: Result<T>) -> Result<T> {
+    result.map_err(|error| match error.message.starts_with("HDF5: ") {
+        true => error,
+        false => error.dataset(ROOT),
+    })
 }
 
 #[cfg(test)]
