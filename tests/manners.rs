@@ -6,28 +6,22 @@ mod support;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use support::{airfoil, azimesh, json, names, rewrite, succeed};
+use support::{azimesh, json, names, short, succeed};
 
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 12] = [
     "info",
     "convert",
     "quality",
     "check",
     "select",
     "deform",
+    "finish",
     "diff",
+    "report",
     "sample",
     "completions",
     "man",
 ];
-
-/// A folder with `n.vtu` and `few.toml`, a schedule of five steps.
-fn folder() -> tempfile::TempDir {
-    let folder = airfoil();
-    let few = [("step = 10.0", "step = 90.0")];
-    rewrite(folder.path(), "n.toml", "few.toml", &few);
-    folder
-}
 
 /// A run of each command that works; each writes to places of its own.
 fn runs(out: &str) -> Vec<Vec<String>> {
@@ -38,6 +32,9 @@ fn runs(out: &str) -> Vec<Vec<String>> {
         "check n.vtu few.toml",
         "select n.vtu few.toml -o OUT.toml",
         "deform n.vtu few.toml -o OUT",
+        "report OUT",
+        "deform n.vtu few.toml -o OUT-parts --steps 0..5",
+        "finish OUT-parts",
         "diff n.vtu n.vtu",
         "sample block -o OUT-block.vtu",
         "completions bash",
@@ -66,7 +63,7 @@ fn run(folder: &Path, args: &[String]) -> support::Run {
 
 #[test]
 fn every_command_has_a_result_in_json_with_a_version() {
-    let folder = folder();
+    let folder = short();
     for args in runs("json") {
         let run = run(folder.path(), &with(&args, &["--json", "--quiet"]));
         let found: serde_json::Value = serde_json::from_str(&run.out)
@@ -79,7 +76,7 @@ fn every_command_has_a_result_in_json_with_a_version() {
 
 #[test]
 fn quiet_commands_print_nothing() {
-    let folder = folder();
+    let folder = short();
     for args in runs("quiet") {
         if args[0] == "completions" {
             continue; // printing is all it does
@@ -110,15 +107,15 @@ fn unread(folder: &Path, args: &[&str]) -> Output {
 
 #[test]
 fn a_reader_that_is_gone_changes_no_exit_code_and_causes_no_noise() {
-    let folder = folder();
+    let folder = short();
     for args in runs("unread") {
         let args: Vec<&str> = args.iter().map(String::as_str).collect();
         for more in [&[][..], &["--json", "-q"]] {
             if more.is_empty() && ["deform", "select"].contains(&args[0]) {
                 continue; // they note what they chose on stderr
             }
-            let force = ["convert", "select", "deform", "sample", "man"].contains(&args[0]);
-            let force = if force { &["--force"][..] } else { &[] };
+            let reads = ["info", "quality", "check", "diff", "completions"].contains(&args[0]);
+            let force = if reads { &[][..] } else { &["--force"] };
             let output = unread(folder.path(), &[&args, more, force].concat());
             assert!(output.status.success(), "{args:?}: {output:?}");
             assert!(output.stderr.is_empty(), "{args:?}: {output:?}");
@@ -177,7 +174,7 @@ fn every_command_and_option_has_a_description() {
 
 #[test]
 fn threads_that_the_batch_system_grants_are_told_with_v() {
-    let folder = folder();
+    let folder = short();
     let told = |set: &[(&str, &str)], more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_azimesh"));
         command
@@ -213,7 +210,7 @@ fn threads_that_the_batch_system_grants_are_told_with_v() {
 
 #[test]
 fn more_memory_than_is_allowed_is_refused_with_the_figure() {
-    let folder = folder();
+    let folder = short();
     let args = [
         "deform",
         "n.vtu",

@@ -359,6 +359,15 @@ fn inverted_cells_are_repaired_by_substeps() {
     }
 }
 
+/// A folder with `case.toml`, a schedule of 721 steps.
+#[cfg(unix)]
+fn long() -> tempfile::TempDir {
+    let folder = airfoil();
+    let many = [("step = 10.0", "step = 0.5")];
+    rewrite(folder.path(), "n.toml", "case.toml", &many);
+    folder
+}
+
 /// A run under way that has finished a step or two.
 #[cfg(unix)]
 fn begun(folder: &Path, out: &str) -> std::process::Child {
@@ -376,14 +385,8 @@ fn begun(folder: &Path, out: &str) -> std::process::Child {
 #[cfg(unix)]
 #[test]
 fn a_signal_ends_a_run_between_two_steps() {
-    let folder = airfoil();
+    let folder = long();
     let folder = folder.path();
-    rewrite(
-        folder,
-        "n.toml",
-        "case.toml",
-        &[("step = 10.0", "step = 0.5")],
-    );
     assert_eq!(deform(folder, "whole", &["-q"]).code, 0);
     for (signal, code) in [("INT", 130), ("TERM", 143)] {
         let mut child = begun(folder, "out");
@@ -412,14 +415,8 @@ fn a_signal_ends_a_run_between_two_steps() {
 #[cfg(unix)]
 #[test]
 fn two_runs_do_not_write_the_same_steps() {
-    let folder = airfoil();
+    let folder = long();
     let folder = folder.path();
-    rewrite(
-        folder,
-        "n.toml",
-        "case.toml",
-        &[("step = 10.0", "step = 0.5")],
-    );
     let mut child = begun(folder, "out");
     for options in [&["--force"][..], &["--resume"], &["--steps", "100..200"]] {
         let run = deform(folder, "out", options);

@@ -53,6 +53,14 @@ pub fn airfoil() -> TempDir {
     folder
 }
 
+/// The same with `few.toml`, its schedule in five steps.
+pub fn short() -> TempDir {
+    let folder = airfoil();
+    let few = [("step = 10.0", "step = 90.0")];
+    rewrite(folder.path(), "n.toml", "few.toml", &few);
+    folder
+}
+
 /// Writes `to` as `from` with each pair's first text replaced by its second; each must be there.
 pub fn rewrite(folder: &Path, from: &str, to: &str, changes: &[(&str, &str)]) {
     let mut text = std::fs::read_to_string(folder.join(from)).unwrap();
