@@ -60,9 +60,8 @@ impl Extent {
             (None, None | Some(0)) => None,
             (_, Some(step)) => {
                 let n = n_steps.max(1);
-                return Err(Error::input(format!(
-                    "step {step} of {n}; steps count from 0"
-                )));
+                let message = format!("step {step} of {n}; steps count from 0");
+                return Err(Error::input(message).dataset("Steps"));
             }
         };
         let mut extent = Self {

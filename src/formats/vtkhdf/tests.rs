@@ -189,7 +189,7 @@ fn the_steps_of_vtk_are_read_one_by_one() {
     let error = VtkHdf
         .read(&source, &options, &mut Notes::default())
         .expect_err("there are three");
-    assert_eq!(error.to_string(), "step 3 of 3; steps count from 0");
+    assert_eq!(error.to_string(), " Steps: step 3 of 3; steps count from 0");
 }
 
 #[test]
