@@ -24,8 +24,9 @@ pub struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
+    let mut plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
+    let n_bytes = estimate_bytes(&mut plan)?;
     let mut warnings = plan.warnings();
     warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT)));
     for warning in &warnings {
@@ -33,8 +34,8 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     }
     let mapped = memory::mapped_bytes(&args.mesh);
     match context.common.json {
-        true => context.print_json(as_json(&plan, mapped, &warnings))?,
-        false => context.print_result(&as_text(&plan, mapped))?,
+        true => context.print_json(as_json(&plan, (mapped, n_bytes), &warnings))?,
+        false => context.print_result(&as_text(&plan, (mapped, n_bytes)))?,
     }
     Ok(Outcome::Fine)
 }
@@ -53,11 +54,10 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
 /// a second and thread, a gigabyte a second to disk. Order of magnitude only.
-fn seconds(plan: &Plan) -> f64 {
+fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
     let threads = rayon::current_num_threads() as f64;
     let evaluations = 1e3 * (plan.reference.len() + 10 * plan.surface.nodes.len()) as f64;
-    let bytes = estimate_bytes(plan) as f64;
-    evaluations / (1e9 * threads) + bytes / 1e9
+    evaluations / (1e9 * threads) + n_bytes as f64 / 1e9
 }
 
 /// Frame and sign conventions in force, one sentence each.
@@ -89,7 +89,7 @@ fn conventions(plan: &Plan) -> Vec<String> {
     ]
 }
 
-fn as_json(plan: &Plan, mapped: u64, warnings: &[String]) -> Value {
+fn as_json(plan: &Plan, (mapped, n_bytes): (u64, u64), warnings: &[String]) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     json!({
@@ -107,8 +107,8 @@ fn as_json(plan: &Plan, mapped: u64, warnings: &[String]) -> Value {
         "memory_bytes": estimate_memory(plan),
         "mapped_bytes": mapped,
         "conventions": conventions(plan),
-        "seconds": seconds(plan),
-        "output_bytes": estimate_bytes(plan),
+        "seconds": seconds(plan, n_bytes),
+        "output_bytes": n_bytes,
         "warnings": warnings,
         "steps": steps.map(|step| json!({
             "step": step.index,
@@ -120,7 +120,7 @@ fn as_json(plan: &Plan, mapped: u64, warnings: &[String]) -> Value {
     })
 }
 
-fn as_text(plan: &Plan, mapped: u64) -> String {
+fn as_text(plan: &Plan, (mapped, n_bytes): (u64, u64)) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
@@ -171,8 +171,8 @@ fn as_text(plan: &Plan, mapped: u64) -> String {
             gigabytes(estimate_memory(plan))
         ),
     );
-    line("meshes", gigabytes(estimate_bytes(plan)));
-    line("time", format!("about {:.1} s", seconds(plan)));
+    line("meshes", gigabytes(n_bytes));
+    line("time", format!("about {:.1} s", seconds(plan, n_bytes)));
     for convention in conventions(plan) {
         line("convention", convention);
     }

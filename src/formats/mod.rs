@@ -24,7 +24,7 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use save::{save, save_text, write_companions, write_whole};
-pub use sequence::{Begin, CreateSequence, SequenceFile};
+pub use sequence::{Begin, CreateSequence, SequenceFile, StepSize};
 pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
@@ -103,6 +103,10 @@ pub trait Format: Sync {
     /// How a whole sequence is written into one file, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None
+    }
+    /// Bytes that each mesh but the first adds to such a file, at the most.
+    fn sequence_bytes(&self, _step: &StepSize) -> u64 {
+        0
     }
     /// Small files that belong beside a mesh written to `path`, with their content.
     fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {

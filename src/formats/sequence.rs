@@ -20,8 +20,29 @@ pub trait SequenceFile: Send {
     /// Bytes of the file up to the end of the mesh appended last.
     fn n_bytes(&self) -> u64;
 
+    /// After the last mesh of a file that was there before: leaves out what comes after that. Tells
+    /// whether there was something.
+    fn end(&mut self) -> Result<bool>;
+
     /// Whether all that was appended so far was in the file before ([`Begin::Retrace`]).
     fn is_retracing(&self) -> bool;
+}
+
+/// What each mesh of a sequence has of its own.
+#[derive(Debug, Clone, Copy)]
+pub struct StepSize {
+    /// Nodes.
+    pub n_nodes: u64,
+    /// Whether all of them lie in the plane z = 0, at every step.
+    pub is_plane: bool,
+    /// Bytes of a coordinate.
+    pub number: u64,
+    /// Arrays of three components of 8 bytes at the nodes.
+    pub n_vectors: u64,
+    /// Arrays at the cells, and the bytes that they have together.
+    pub at_cells: (u64, u64),
+    /// Steps of the sequence.
+    pub n_steps: u64,
 }
 
 /// What becomes of a file that has the name of a sequence.

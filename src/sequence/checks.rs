@@ -6,8 +6,11 @@ use super::run::write_options;
 use super::step::rounds;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{Compression, Encoding, Format, Precision, WriteOptions};
+use crate::geometry::Bounds;
+use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::quality::{Criterion, Quality};
+use rayon::prelude::*;
 use std::io::Write;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
@@ -62,8 +65,9 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 }
 
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
-/// and how many bytes that were.
-fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
+/// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
+/// step then, however few digits those of the mesh have.
+pub(super) fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
@@ -78,14 +82,30 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u6
         compression: Compression::None,
         ..write_options(plan)
     };
-    plan.mesh.points = std::mem::take(&mut plan.reference);
+    plan.mesh.points = moved_a_little(&plan.reference);
     let mut sink = Counter(0);
     let dropped = format.write(&plan.mesh, &mut sink, &options);
-    plan.reference = std::mem::take(&mut plan.mesh.points);
+    plan.mesh.points = Vec::new();
     let mut dropped = dropped.map_err(|error| described(error, plan))?;
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
     Ok((dropped, sink.0))
+}
+
+/// Nodes moved by so little that they stay in their plane where they have one.
+fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
+    const FACTOR: f64 = 1.0 + 1e-7 / 3.0;
+    let bounds = Bounds::around(points);
+    let shift = bounds.diagonal() * 1e-3 / 3.0;
+    let is_plane = bounds.low[2] == bounds.high[2];
+    let moved = |x: &Vector| {
+        let moved = x.map(|x| (x + shift) * FACTOR);
+        match is_plane {
+            true => [moved[0], moved[1], x[2]],
+            false => moved,
+        }
+    };
+    points.par_iter().map(moved).collect()
 }
 
 /// Counts bytes that go nowhere.

@@ -70,7 +70,7 @@ fn records(folder: &Path) -> Result<Vec<(PathBuf, Value)>> {
     let entries = fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
     let found = entries.filter_map(|entry| {
         let path = entry.ok()?.path();
-        let steps = steps_of(&path)?;
+        let steps = output::steps_of(&path)?;
         Some(((steps.start, steps.end), path))
     });
     let found: BTreeMap<(usize, usize), PathBuf> = found.collect();
@@ -82,14 +82,6 @@ fn records(folder: &Path) -> Result<Vec<(PathBuf, Value)>> {
     }
     let read = |path: PathBuf| Ok((path.clone(), record::read(&path)?));
     found.into_values().map(read).collect()
-}
-
-/// The steps that the name of a record says.
-fn steps_of(path: &Path) -> Option<Range<usize>> {
-    let name = path.file_name()?.to_str()?;
-    let steps = name.strip_prefix("run_")?.strip_suffix(".json")?;
-    let (start, end) = steps.split_once('-')?;
-    Some(start.parse().ok()?..end.parse().ok()?)
 }
 
 /// What all parts have in common: a record, and the names of the whole sequence.
@@ -109,7 +101,7 @@ fn sequence(
 }
 
 fn part(names: &Names, first: &Value, path: &Path, content: &Value) -> Result<Written> {
-    let steps = steps_of(path).expect("it was found by its name");
+    let steps = output::steps_of(path).expect("it was found by its name");
     if let Some(difference) = difference(first, content) {
         return Err(Error::input(format!(
             "this part does not belong to the first one: {difference}"
@@ -167,13 +159,28 @@ fn check_steps(names: &Names, parts: &[Written]) -> Result<()> {
     let (missing, twice) = (with(|n| n == 0), with(|n| n > 1));
     let message = match (missing.as_slice(), twice.as_slice()) {
         ([], []) => return Ok(()),
-        ([], twice) => format!("{} in more than one part", told(twice)),
+        ([], twice) => format!(
+            "{} in more than one part: {}; remove the files of one of them (run_A-B.json, steps_A-B.csv, and \
+             its meshes where they are in one file) and write what is missing then by `azimesh deform --steps A..B`",
+            told(twice),
+            ranges(
+                parts
+                    .iter()
+                    .filter(|part| twice.iter().any(|step| part.rows.contains_key(step)))
+            )
+        ),
         (missing, _) => format!(
             "{} missing; `azimesh deform --steps A..B` writes them, with --resume where a part was begun",
             told(missing)
         ),
     };
     Err(Error::input(message).file(&names.folder))
+}
+
+/// Parts as they are asked for.
+fn ranges<'a>(parts: impl Iterator<Item = &'a Written>) -> String {
+    let range = |part: &Written| format!("{}..{}", part.steps.start, part.steps.end);
+    parts.map(range).collect::<Vec<_>>().join(", ")
 }
 
 /// Steps as a subject: runs of them where there are several in a row.
@@ -373,14 +380,14 @@ mod tests {
 
     #[test]
     fn a_part_is_known_by_the_name_of_its_record() {
-        assert_eq!(steps_of(Path::new("d/run_0-12.json")), Some(0..12));
+        assert_eq!(output::steps_of(Path::new("d/run_0-12.json")), Some(0..12));
         for other in [
             "run.json",
             "run_0-12.csv",
             "steps_0-12.json",
             "run_a-b.json",
         ] {
-            assert_eq!(steps_of(Path::new(other)), None, "{other}");
+            assert_eq!(output::steps_of(Path::new(other)), None, "{other}");
         }
     }
 }

@@ -62,6 +62,15 @@ impl<'a> Meshes<'a> {
         Ok(hash)
     }
 
+    /// Makes the file of all steps end with the mesh written or retraced last; tells whether it did
+    /// not.
+    pub fn end(&mut self) -> Result<bool> {
+        let path = self.names.path(&self.names.mesh(self.names.steps().start));
+        let ended = self.sequence.as_mut().map(|sequence| sequence.end());
+        let ended = ended.unwrap_or(Ok(false));
+        ended.map_err(|error| error.file(&path))
+    }
+
     /// Whether all meshes so far were in the file of all steps before.
     pub fn is_retracing(&self) -> bool {
         let sequence = self.sequence.as_ref();

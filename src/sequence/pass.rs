@@ -127,6 +127,12 @@ impl Run<'_> {
         Pass::Again
     }
 
+    pub(super) fn warn_of_more(&mut self) {
+        let file = self.names.mesh(self.names.steps().start);
+        let sentence = format!("{file} did not end with its last step; what came after is cut off");
+        self.warnings.push(sentence);
+    }
+
     fn warn_of_damage(&mut self, step: &Step) {
         let sentence = format!(
             "{} is not at step {} what steps.csv says; it is written again from there",

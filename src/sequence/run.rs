@@ -2,7 +2,7 @@
 //! while the next one is computed.
 
 use super::base;
-use super::checks::before_work;
+use super::checks::{before_work, format_holds};
 use super::choose::missed;
 use super::finished::Finished;
 use super::lock::Lock;
@@ -53,13 +53,15 @@ pub struct Request {
     pub fail_on: Vec<Criterion>,
 }
 
-/// Bytes that the meshes of a sequence take: an estimate from nodes and cells.
-pub fn estimate_bytes(plan: &Plan) -> u64 {
-    let mesh = &plan.mesh;
-    let cells = mesh.cells.connectivity().len() * 4 + mesh.cells.len() * 9;
-    let arrays = mesh.point_arrays.iter().chain(&mesh.cell_arrays);
-    let arrays: usize = arrays.map(|array| array.values.memory_bytes()).sum();
-    ((plan.reference.len() * 24 + cells + arrays) * plan.motion.steps.len()) as u64
+/// Bytes that the meshes of a sequence take before they are packed.
+///
+/// # Errors
+/// Where the format cannot hold the mesh.
+pub fn estimate_bytes(plan: &mut Plan) -> Result<u64> {
+    let format = formats::by_name(&plan.schedule.output.format)?;
+    let (_, mesh_bytes) = format_holds(plan, format)?;
+    let n_steps = plan.motion.steps.len();
+    Ok(Demand::of(plan, format, (n_steps, 0), mesh_bytes).bytes())
 }
 
 /// Runs a plan: base points, mode fields, and one mesh a step in the request's folder.
@@ -91,6 +93,9 @@ pub fn run(
     let loaded = base.map(|path| base::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
+    if !request.force {
+        output::refuse_overlap(&names)?;
+    }
     let mut earlier = match request.resume {
         true => Earlier::find(plan, &names, format, &record, progress)?,
         false => Earlier::default(),
@@ -100,8 +105,8 @@ pub fn run(
     }
     output::clear_leftovers(&names)?;
     if !request.no_space_check {
-        let n_kept = earlier.rows.len();
-        let demand = Demand::of(plan, &names, n_kept, mesh_bytes, format.holds_arrays());
+        let steps = (names.steps().len(), earlier.rows.len());
+        let demand = Demand::of(plan, format, steps, mesh_bytes);
         let freed = match request.force {
             true => output::bytes_of_existing(&names),
             false => 0,
@@ -199,7 +204,14 @@ impl Run<'_> {
             if self.names.is_in_one() {
                 self.record.set("step_ends", json!(writer.ends()));
             }
+            let mended = match &pass {
+                Ok(Pass::Done) => writer.end()?,
+                _ => false,
+            };
             self.rows = writer.into_rows();
+            if mended {
+                self.warn_of_more();
+            }
             if pass? == Pass::Done {
                 progress.finish();
                 return Ok(());

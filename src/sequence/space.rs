@@ -3,12 +3,17 @@
 use super::output::Names;
 use super::plan::Plan;
 use crate::error::{Error, Result};
-use crate::formats::{Compression, Precision};
+use crate::formats::{Compression, Format, Precision, StepSize};
 use crate::motion::QualityOutput;
 use std::path::{Path, PathBuf};
 
-/// Bytes of the cell arrays of `quality = "cells"`, for one cell: eleven numbers and a flag.
-const QUALITY_BYTES: u64 = 11 * 8 + 1;
+/// The cell arrays of `quality = "cells"`: eleven of numbers and a flag.
+const QUALITY_ARRAYS: u64 = 12;
+const QUALITY_BYTES: u64 = 11 * 8 + 4;
+/// Bytes of the description of an array in a file of one mesh, at the most.
+const DESCRIPTION: u64 = 600;
+/// Text of numbers may come out longer than that of the mesh which was counted: by this part.
+const TEXT: u64 = 50;
 
 /// What a run will write.
 #[derive(Debug, Clone, Copy)]
@@ -22,47 +27,58 @@ pub(super) struct Demand {
 }
 
 impl Demand {
-    /// Of the steps that are not among the `n_kept` of an earlier run, where one mesh alone takes
-    /// `mesh_bytes` without the arrays that are added. Where one file holds all steps, what does not
-    /// change is written once.
+    /// Of `n_steps`, without the `n_kept` of an earlier run, where one mesh alone takes `mesh_bytes`
+    /// without the arrays that are added. Where one file holds all steps, what does not change is
+    /// written once.
     pub fn of(
         plan: &Plan,
-        names: &Names,
-        n_kept: usize,
+        format: &dyn Format,
+        (n_steps, n_kept): (usize, usize),
         mesh_bytes: u64,
-        holds_arrays: bool,
     ) -> Self {
         let output = &plan.schedule.output;
-        let n_nodes = plan.reference.len() as u64;
-        let at_nodes = u64::from(output.displacement) + u64::from(output.velocity);
-        let at_cells = match output.quality {
-            QualityOutput::Cells => plan.mesh.cells.len() as u64 * QUALITY_BYTES,
-            QualityOutput::Summary | QualityOutput::None => 0,
+        let n_cells = plan.mesh.cells.len() as u64;
+        let at_cells = match (format.holds_arrays(), output.quality) {
+            (true, QualityOutput::Cells) => (QUALITY_ARRAYS, n_cells * QUALITY_BYTES),
+            _ => (0, 0),
         };
-        let arrays = match holds_arrays {
-            true => at_nodes * n_nodes * 24 + at_cells,
-            false => 0,
+        let step = StepSize {
+            n_nodes: plan.reference.len() as u64,
+            is_plane: plan.reference.iter().all(|x| x[2] == 0.0),
+            number: match output.precision {
+                Precision::F64 => 8,
+                Precision::F32 => 4,
+            },
+            n_vectors: match format.holds_arrays() {
+                true => u64::from(output.displacement) + u64::from(output.velocity),
+                false => 0,
+            },
+            at_cells,
+            n_steps: n_steps as u64,
         };
-        let number = match output.precision {
-            Precision::F64 => 8,
-            Precision::F32 => 4,
+        let values = step.n_vectors * step.n_nodes * 24 + at_cells.1;
+        let whole = mesh_bytes + values + (step.n_vectors + at_cells.0) * DESCRIPTION;
+        let whole = match format.holds_arrays() {
+            true => whole,
+            false => whole + whole / TEXT,
         };
-        let whole = mesh_bytes + arrays;
-        // CGNS leaves out the third coordinate of a plane mesh.
-        let is_plane = plan.reference.iter().all(|x| x[2] == 0.0);
-        let n_axes: u64 = if is_plane { 2 } else { 3 };
-        let others = match names.is_in_one() {
-            true => n_axes * n_nodes * number + arrays,
-            false => whole,
+        let (first, others) = match format.sequence() {
+            Some(_) => {
+                let others = format.sequence_bytes(&step);
+                // Beside the mesh, the lists of steps.
+                (whole + others - others.min(values), others)
+            }
+            None => (whole, whole),
         };
         Self {
-            n_steps: (names.steps().len() - n_kept) as u64,
-            first: if n_kept == 0 { whole } else { others },
+            n_steps: (n_steps - n_kept) as u64,
+            first: if n_kept == 0 { first } else { others },
             others,
         }
     }
 
-    fn bytes(&self) -> u64 {
+    /// Bytes of all of them.
+    pub fn bytes(&self) -> u64 {
         match self.n_steps.checked_sub(1) {
             None => 0,
             Some(others) => others

@@ -63,6 +63,12 @@ impl<'a> Writer<'a> {
         Ok(row.is_some_and(|row| row.text("blake3") == hash.to_string()))
     }
 
+    /// After the last step: makes the file of all steps end with it; tells whether it did not.
+    pub fn end(&mut self) -> Result<bool> {
+        let _held = self.stop.hold();
+        self.meshes.end()
+    }
+
     /// Where each mesh so far ends in the file of all steps.
     pub fn ends(&self) -> &[u64] {
         &self.meshes.ends

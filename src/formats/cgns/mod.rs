@@ -28,7 +28,7 @@ mod write;
 mod zone;
 
 use super::hdf5::is_hdf5;
-use super::{CreateSequence, Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{CreateSequence, Format, Notes, ReadOptions, Source, StepSize, WriteOptions};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -38,6 +38,9 @@ const FULL_NAME: &str = "FullName";
 
 /// Name of the node that holds arrays of the mesh as a whole.
 const FIELD_ARRAYS: &str = "FieldArrays";
+
+/// Name of the list that says which of these nodes belongs to each step of a sequence.
+const FIELD_POINTERS: &str = "FieldArraysPointers";
 
 /// CGNS in HDF5 (.cgns).
 pub struct Cgns;
@@ -92,6 +95,10 @@ impl Format for Cgns {
                 path, options, begin,
             )?))
         })
+    }
+
+    fn sequence_bytes(&self, step: &StepSize) -> u64 {
+        write::sequence::step_bytes(step)
     }
 }
 

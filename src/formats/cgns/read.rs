@@ -106,11 +106,13 @@ fn zones_of<'a>(
         "Descriptor_t",
     ];
     for child in base.children()? {
-        if !KEPT.contains(&child.label()) && child.name() != super::FIELD_ARRAYS {
+        if !KEPT.contains(&child.label()) && !child.name().starts_with(super::FIELD_ARRAYS) {
             found.leave(child.label(), 1);
         }
     }
-    found.field_arrays.extend(solution::field_arrays(base)?);
+    found
+        .field_arrays
+        .extend(solution::field_arrays(base, step)?);
     Ok(zones)
 }
 

@@ -24,9 +24,12 @@ pub(super) fn read(
     Ok(())
 }
 
-/// The arrays of the mesh as a whole that azimesh has put into a base.
-pub(super) fn field_arrays(base: &Node) -> Result<Vec<DataArray>> {
-    let Some(node) = base.child(super::FIELD_ARRAYS)? else {
+/// The arrays of the mesh as a whole that azimesh has put into a base, and
+/// that belong to this step.
+pub(super) fn field_arrays(base: &Node, step: &Step) -> Result<Vec<DataArray>> {
+    let name = step.field_arrays(base)?;
+    let node = name.map(|name| base.child(&name)).transpose()?;
+    let Some(node) = node.flatten() else {
         return Ok(Vec::new());
     };
     let mut arrays = Vec::new();

@@ -1,6 +1,7 @@
 //! The steps of a sequence: their times, and which node of a zone belongs to which of them.
 
 use super::node::Node;
+use super::{FIELD_ARRAYS, FIELD_POINTERS};
 use crate::error::{Error, Result};
 
 /// The step that is read.
@@ -40,12 +41,25 @@ impl Step {
 
     /// The node of a zone that a list of pointers names for this step.
     pub fn pointer(&self, zone: &Node, list: &str) -> Result<Option<String>> {
-        let Some(data) = zone.labelled("ZoneIterativeData_t")?.next() else {
+        let data = zone.labelled("ZoneIterativeData_t")?.next();
+        let Some(pointers) = data.map(|data| data.child(list)).transpose()?.flatten() else {
             return Ok(None);
         };
-        let Some(pointers) = data.child(list)? else {
-            return Ok(None);
-        };
+        self.name_in(pointers)
+    }
+
+    /// Name of the node of a base that has the arrays of the mesh as a whole at this step.
+    pub fn field_arrays(&self, base: &Node) -> Result<Option<String>> {
+        let data = base.labelled("BaseIterativeData_t")?.next();
+        let list = data.map(|data| data.child(FIELD_POINTERS)).transpose()?;
+        match list.flatten() {
+            Some(pointers) => self.name_in(pointers),
+            None => Ok(Some(FIELD_ARRAYS.to_owned())),
+        }
+    }
+
+    /// The name that a list has for this step.
+    fn name_in(&self, pointers: &Node) -> Result<Option<String>> {
         let names = pointers.names()?;
         let name = self.index.and_then(|step| names.get(step));
         Ok(name

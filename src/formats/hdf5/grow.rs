@@ -1,7 +1,7 @@
 //! A file that grows in place and is whole after each step.
 //!
-//! Nothing that was written is written over. A step appends its values, then those headers of the
-//! tree that are not in the file yet, and at last replaces the 48 bytes of the superblock, which lie in one
+//! Nothing that was written is written over. A step appends its values, then the headers of what is
+//! new and of the groups on the way there, and at last replaces the 48 bytes of the superblock, which lie in one
 //! page, by ones that point to the new headers. Whoever opens the file before that sees the steps
 //! before; so does whoever opens it after the program was killed at any moment.
 //!
@@ -9,15 +9,17 @@
 //! those that are there, so that all that is to be known of them (addresses, hashes) is known again.
 //! From the first byte that is another, or from its end on, the file is written.
 
+use super::column::Column;
 use super::element::Element;
 use super::header::{self, NOWHERE, Place, SUPERBLOCK};
+use super::index::Chunks;
+use super::links::Links;
 use super::tree::{Data, Sink, Tree};
 use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_values};
 use crate::error::Result;
 use crate::formats::Begin;
 use crate::formats::save::Emerging;
-use std::collections::BTreeMap;
-use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Bytes gathered before they are handed on.
@@ -75,22 +77,43 @@ impl Grows for Emerging {
 
 /// A file under work.
 pub(in crate::formats) struct Growing<F: Grows = Emerging> {
-    out: Counted<BufWriter<F>>,
+    out: Counted<Buffered<F>>,
     hasher: blake3::Hasher,
-    headers: Known,
     /// Whether bytes are compared with those of an earlier run.
     is_retracing: bool,
-    /// The superblock of the last finished step.
-    superblock: Option<Vec<u8>>,
+    /// The superblock of the last finished step, and where that ends.
+    finished: Option<(Vec<u8>, u64)>,
 }
 
-/// Headers in the file: hash and how many of the same tree came before it -> address.
-type Known = BTreeMap<([u8; 32], usize), u64>;
+/// Gathers bytes before they are handed on; those that are left when it is dropped are not.
+struct Buffered<F> {
+    file: F,
+    bytes: Vec<u8>,
+}
 
-/// Values in a growing file.
+impl<F: Grows> Write for Buffered<F> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.bytes.len() + bytes.len() > BUFFER {
+            self.flush()?;
+        }
+        match bytes.len() < BUFFER {
+            true => self.bytes.extend(bytes),
+            false => self.file.write_all(bytes)?,
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.write_all(&self.bytes)?;
+        self.bytes.clear();
+        Ok(())
+    }
+}
+
+/// Values or an object in a growing file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::formats) struct Stored {
-    address: u64,
+    pub(super) address: u64,
 }
 
 impl Stored {
@@ -123,22 +146,23 @@ impl<F: Grows> Growing<F> {
 
     /// Starts in a file with something in it, behind the superblock.
     pub fn retrace(file: F) -> Self {
-        Self {
-            is_retracing: true,
-            ..Self::at(SUPERBLOCK as u64, file)
-        }
+        let mut growing = Self::at(SUPERBLOCK as u64, file);
+        growing.is_retracing = true;
+        growing
     }
 
     fn at(at: u64, file: F) -> Self {
         Self {
             out: Counted {
-                out: BufWriter::with_capacity(BUFFER, file),
+                out: Buffered {
+                    file,
+                    bytes: Vec::new(),
+                },
                 at,
             },
             hasher: blake3::Hasher::new(),
-            headers: Known::new(),
             is_retracing: false,
-            superblock: None,
+            finished: None,
         }
     }
 
@@ -174,19 +198,40 @@ impl<F: Grows> Growing<F> {
         Ok(stored)
     }
 
+    /// Appends the root of a tree and all below it, for a group of this step or of later ones
+    /// ([`Links::add`], [`Tree::object`]).
+    pub fn store_object(&mut self, tree: &Tree) -> Result<Stored> {
+        let nodes = 0..tree.nodes.len();
+        let places: Result<Vec<Place>> = nodes.map(|i| self.place(tree, i)).collect();
+        let places = places?;
+        let address = headers(tree, &places, |header| self.put(&header))?;
+        Ok(Stored { address })
+    }
+
+    /// Appends what is not in the file yet of a list of children ([`Tree::links`]).
+    pub fn store_links(&mut self, links: &mut Links) -> Result<()> {
+        links.store(|bytes| self.put(bytes))
+    }
+
+    /// Appends what is not in the file yet of a dataset of one row a step ([`Tree::column`]).
+    pub fn store_column(&mut self, column: &mut Column) -> Result<()> {
+        column.store(|bytes| self.put(bytes))
+    }
+
+    /// Appends what is not in the file yet of the index of a dataset ([`Data::Chunks`]).
+    pub fn store_index(&mut self, chunks: &mut Chunks) -> Result<()> {
+        chunks.store(|bytes| self.put(bytes))
+    }
+
     /// Makes `tree` the content of the file; gives the hash of the bytes appended since the last
     /// time. Values of the tree that were not stored before are appended now and belong to this
     /// step alone.
     pub fn finish_step(&mut self, tree: &Tree) -> Result<blake3::Hash> {
-        let places: Result<Vec<Place>> =
-            (0..tree.nodes.len()).map(|i| self.place(tree, i)).collect();
-        let places = places?;
-        let mut alike = BTreeMap::new();
-        let root = headers(tree, &places, |header| self.header(&header, &mut alike))?;
-        let superblock = header::superblock(root, self.out.at);
+        let root = self.store_object(tree)?;
+        let superblock = header::superblock(root.address, self.out.at);
         self.out.out.flush().map_err(failed)?;
         let at = self.out.at;
-        let file = self.out.out.get_mut();
+        let file = &mut self.out.out.file;
         let goes_on = self.is_retracing && !file.ends_at(at).map_err(failed)?;
         if !goes_on {
             file.seek(SeekFrom::Start(0)).map_err(failed)?;
@@ -194,16 +239,31 @@ impl<F: Grows> Growing<F> {
             file.seek(SeekFrom::Start(at)).map_err(failed)?;
             file.is_whole().map_err(failed)?;
         }
-        self.superblock = Some(superblock);
+        self.finished = Some((superblock, at));
         let hash = self.hasher.finalize();
         self.hasher.reset();
         Ok(hash)
     }
 
+    /// Where a file was gone over to its last step: leaves out what another program has left after
+    /// that, and mends the superblock. Tells whether there was something to mend.
+    pub fn end(&mut self) -> Result<bool> {
+        let Some((superblock, end)) = self.finished.as_ref().filter(|_| self.is_retracing) else {
+            return Ok(false);
+        };
+        let file = &mut self.out.out.file;
+        let n_same = file.matching(0, superblock).map_err(failed)?;
+        let is_whole = n_same == superblock.len() && file.ends_at(*end).map_err(failed)?;
+        if !is_whole {
+            file.part(*end, Some(superblock)).map_err(failed)?;
+        }
+        Ok(!is_whole)
+    }
+
     /// The file itself, as far as it was handed on.
     #[cfg(test)]
     pub(super) fn file(&self) -> &F {
-        self.out.out.get_ref()
+        &self.out.out.file
     }
 
     /// Appends what a node has that is not stored yet.
@@ -214,38 +274,36 @@ impl<F: Grows> Growing<F> {
         match &dataset.data {
             _ if stored_bytes(dataset) == 0 => Ok(Place::Contiguous(NOWHERE)),
             Data::Stored(stored) => Ok(Place::Contiguous(stored.address)),
-            Data::Chunks { rows, pieces } => {
-                let addresses: Vec<u64> = pieces.iter().map(|piece| piece.address).collect();
-                let index = self.align()?;
-                self.append(&header::fixed_array(index, &addresses))?;
-                Ok(Place::Chunked { rows: *rows, index })
-            }
+            Data::Chunks { rows, chunks } => Ok(Place::Chunked {
+                rows: *rows,
+                index: chunks.stored.expect("its index was stored before"),
+            }),
+            Data::Column(column) => Ok(column.place()),
             _ => {
-                let address = self.align()?;
+                let alignment = stored_bytes(dataset)
+                    .min(ALIGNMENT)
+                    .next_power_of_two()
+                    .max(8);
+                let address = self.align_to(alignment)?;
                 write_values(dataset, address, &mut |bytes| self.append(bytes))?;
                 Ok(Place::Contiguous(address))
             }
         }
     }
 
-    /// The address of a header, which is appended unless it is in the file. No two nodes of a tree
-    /// get the same one.
-    fn header(&mut self, header: &[u8], alike: &mut BTreeMap<[u8; 32], usize>) -> Result<u64> {
-        let hash = *blake3::hash(header).as_bytes();
-        let before = alike.entry(hash).or_insert(0);
-        let key = (hash, *before);
-        *before += 1;
-        if let Some(address) = self.headers.get(&key) {
-            return Ok(*address);
-        }
-        let address = self.align()?;
-        self.append(header)?;
-        self.headers.insert(key, address);
+    /// Appends bytes that only this file knows: headers, indices, short datasets.
+    fn put(&mut self, bytes: &[u8]) -> Result<u64> {
+        let address = self.align_to(8)?;
+        self.append(bytes)?;
         Ok(address)
     }
 
     fn align(&mut self) -> Result<u64> {
-        let address = self.out.at.next_multiple_of(ALIGNMENT);
+        self.align_to(ALIGNMENT)
+    }
+
+    fn align_to(&mut self, alignment: u64) -> Result<u64> {
+        let address = self.out.at.next_multiple_of(alignment);
         let zeros = [0; ALIGNMENT as usize];
         self.append(&zeros[..(address - self.out.at) as usize])?;
         Ok(address)
@@ -262,13 +320,30 @@ impl<F: Grows> Growing<F> {
 
     /// Passes over those of the bytes that are there; writing begins with the first that is not.
     fn matching(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let file = self.out.out.get_mut();
+        let file = &mut self.out.out.file;
         let n = file.matching(self.out.at, bytes)?;
         self.out.at += n as u64;
         if n < bytes.len() {
             self.is_retracing = false;
-            file.part(self.out.at, self.superblock.as_deref())?;
+            let superblock = self
+                .finished
+                .as_ref()
+                .map(|(superblock, _)| &superblock[..]);
+            file.part(self.out.at, superblock)?;
         }
         Ok(n)
+    }
+}
+
+impl<F: Grows> Drop for Growing<F> {
+    /// A step that failed leaves nothing: on a full disk there is room again for a few words on it.
+    fn drop(&mut self) {
+        if let Some((superblock, end)) = &self.finished
+            && !self.is_retracing
+            && self.out.at > *end
+        {
+            // What went wrong is told already; without this the step is no part of the file either.
+            let _ = self.out.out.file.part(*end, Some(superblock));
+        }
     }
 }

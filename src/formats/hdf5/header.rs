@@ -1,10 +1,13 @@
-//! The metadata of a file as bytes: superblock, object headers, chunk index, heap of strings.
+//! The metadata of a file as bytes: superblock, object headers, heap of strings.
 //!
 //! Format: HDF5 File Format Specification version 3.0; superblock version 2, object headers
-//! version 2, layout messages version 3 (contiguous) and 4 (chunked, fixed array). Read by
+//! version 2, layout messages version 3 (contiguous) and 4 (chunked). Read by
 //! libhdf5 from 1.8, files with chunks from 1.10.
 
 use super::checksum::lookup3;
+use super::grow::Stored;
+use super::index;
+use super::links::Links;
 use super::tree::{Attribute, Id, Node};
 use crate::error::{Error, Result};
 
@@ -12,8 +15,8 @@ use crate::error::{Error, Result};
 pub(super) const NOWHERE: u64 = u64::MAX;
 /// Bytes of the superblock.
 pub(super) const SUPERBLOCK: usize = 48;
-/// Page size of a fixed array, as a power of two: no array has a second page.
-const PAGE_BITS: u8 = 30;
+/// The type of a message that is a link.
+pub(super) const LINK: u8 = 6;
 
 /// Where the values of a dataset lie.
 #[derive(Debug, Clone)]
@@ -21,7 +24,7 @@ pub(super) enum Place {
     /// In one piece.
     Contiguous(u64),
     /// In chunks of so many rows, by way of the index at this address.
-    Chunked { rows: u64, index: u64 },
+    Chunked { rows: u64, index: Stored },
 }
 
 /// The superblock of a file of `end` bytes whose root group has its header at `root`.
@@ -36,7 +39,8 @@ pub(super) fn superblock(root: u64, end: u64) -> Vec<u8> {
 
 /// The object header of a group or a dataset. `addresses` are those of all nodes' headers.
 pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Vec<u8>> {
-    let mut messages = Messages(Vec::new());
+    let mut messages = Messages::default();
+    let n_before = node.links.map_or(0, Links::len);
     match &node.dataset {
         Some(dataset) => {
             messages.push(1, 0, &dataspace(Some(&dataset.shape)))?;
@@ -48,7 +52,7 @@ pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Ve
         }
         None => {
             let mut info = vec![0, 3];
-            info.extend((node.children.len() as u64).to_le_bytes());
+            info.extend(((n_before + node.children.len()) as u64).to_le_bytes());
             for _ in 0..3 {
                 info.extend(NOWHERE.to_le_bytes());
             }
@@ -56,8 +60,11 @@ pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Ve
             messages.push(10, 1, &[0, 0])?;
         }
     }
-    for (order, (name, Id(child))) in node.children.iter().enumerate() {
-        messages.push(6, 0, &link(order, name, addresses[*child])?)?;
+    if let Some(links) = node.links {
+        links.add_to(&mut messages)?;
+    }
+    for (order, (name, Id(child))) in (n_before..).zip(&node.children) {
+        messages.push(LINK, 0, &link(order, name, addresses[*child])?)?;
     }
     for attribute in &node.attributes {
         let message = attribute_message(attribute);
@@ -72,10 +79,12 @@ pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Ve
     Ok(with_checksum(header))
 }
 
-struct Messages(Vec<u8>);
+/// Messages of a header, one after another.
+#[derive(Default)]
+pub(super) struct Messages(pub Vec<u8>);
 
 impl Messages {
-    fn push(&mut self, kind: u8, flags: u8, body: &[u8]) -> Result<()> {
+    pub fn push(&mut self, kind: u8, flags: u8, body: &[u8]) -> Result<()> {
         let size = u16::try_from(body.len()).map_err(|_| {
             Error::input(format!(
                 "{} bytes in the header of an HDF5 object; there can be 65535",
@@ -117,14 +126,14 @@ fn layout(place: &Place, shape: &[u64], element: u64, n_bytes: u64) -> Vec<u8> {
             for n in sizes() {
                 message.extend(&n.to_le_bytes()[..width]);
             }
-            message.extend([3, PAGE_BITS]);
-            message.extend(index.to_le_bytes());
+            message.extend(index::layout_of(index));
             message
         }
     }
 }
 
-fn link(order: usize, name: &str, address: u64) -> Result<Vec<u8>> {
+/// The message of a link to the object at `address`.
+pub(super) fn link(order: usize, name: &str, address: u64) -> Result<Vec<u8>> {
     const WITH_ORDER_AND_CHARSET: u8 = 0x14;
     const LENGTH_OF_2_BYTES: u8 = 0x01;
     const UTF8: u8 = 1;
@@ -153,21 +162,6 @@ fn attribute_message(attribute: &Attribute) -> Vec<u8> {
     message.extend(space);
     message.extend(&attribute.bytes);
     message
-}
-
-/// Index of the chunks at these addresses; it will lie at `at`.
-pub(super) fn fixed_array(at: u64, chunks: &[u64]) -> Vec<u8> {
-    const HEADER: u64 = 28;
-    let mut header = b"FAHD\0\0".to_vec();
-    header.extend([8, PAGE_BITS]);
-    header.extend((chunks.len() as u64).to_le_bytes());
-    header.extend((at + HEADER).to_le_bytes());
-    let mut block = b"FADB\0\0".to_vec();
-    block.extend(at.to_le_bytes());
-    block.extend(chunks.iter().flat_map(|address| address.to_le_bytes()));
-    let mut index = with_checksum(header);
-    index.extend(with_checksum(block));
-    index
 }
 
 /// Strings as a heap that will lie at `at`, and the references to them.
@@ -199,7 +193,8 @@ pub(super) fn heap(at: u64, strings: &[String]) -> (Vec<u8>, Vec<u8>) {
     (heap, references)
 }
 
-fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
+/// Bytes, and their checksum after them.
+pub(super) fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
     let sum = lookup3(&bytes);
     bytes.extend(sum.to_le_bytes());
     bytes

@@ -25,7 +25,18 @@
 //! let hash = file.finish_step(&tree)?;                                  // from here on it can be read
 //! ```
 //!
-//! A dataset that gets longer with each step has one [`Data::Chunks`] piece a step. Reading:
+//! A dataset that gets longer with each step has one [`Data::Chunks`] piece a step, or is a [`Column`]
+//! where that is a number or a name. What later steps have too is an object in a list of [`Links`]:
+//! so a step writes what is new in it, and the groups on the way there:
+//!
+//! ```text
+//! let grid = file.store_object(&tree)?;
+//! links.add("GridCoordinates#0007", grid)?;
+//! file.store_links(&mut links)?;
+//! tree.links(zone, &links);                                             // of the tree of the step
+//! ```
+//!
+//! Reading:
 //!
 //! ```text
 //! let file = File::open(source)?;
@@ -34,16 +45,22 @@
 //! ```
 
 mod checksum;
+mod column;
 mod element;
 mod grow;
 mod header;
+mod index;
+mod links;
 mod read;
 mod tree;
 mod write;
 
 pub(super) use self::{
+    column::Column,
     element::Element,
     grow::{Growing, Stored},
+    index::{Chunks, index_bytes},
+    links::Links,
     read::{Dataset, File, Group},
     tree::{Data, Id, Sink, Tree},
 };

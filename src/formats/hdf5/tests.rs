@@ -116,32 +116,135 @@ fn many_children_and_many_strings_fit() {
 
 impl super::grow::Grows for Cursor<Vec<u8>> {}
 
+/// A sequence with everything that grows.
+struct Sequence {
+    file: Growing<Cursor<Vec<u8>>>,
+    fixed: Stored,
+    chunks: Chunks,
+    links: Links,
+    steps: Column,
+    names: Column,
+    /// Alike up to a step.
+    alike: Column,
+    n: u64,
+}
+
+/// What the column `alike` has at a step.
+fn alike(step: u64) -> i64 {
+    step.saturating_sub(70) as i64 * 3 % 200
+}
+
+fn name(step: u64) -> String {
+    format!("{:<32}", format!("step#{step:04}"))
+}
+
+impl Sequence {
+    fn start() -> Self {
+        let mut file = Growing::start(Cursor::new(Vec::new())).expect("it starts");
+        Self {
+            fixed: file.store(|sink| sink(&[1, 2, 3])).expect("it is stored"),
+            file,
+            chunks: Chunks::new(2),
+            links: Links::default(),
+            steps: Column::new(Element::U64, &[]),
+            names: Column::new(Element::I8, &[32]),
+            alike: Column::new(Element::I64, &[]),
+            n: 0,
+        }
+    }
+
+    fn append(&mut self) {
+        self.try_append().expect("it is written");
+    }
+
+    fn try_append(&mut self) -> crate::error::Result<()> {
+        let (step, file) = (self.n, &mut self.file);
+        let x = [step as f64; 4];
+        self.chunks
+            .push(file.store(|sink| sink(bytemuck::cast_slice(&x)))?);
+        file.store_index(&mut self.chunks)?;
+        let mut tree = Tree::new();
+        tree.number_attribute(Tree::ROOT, "step", &[step], true);
+        let object = file.store_object(&tree)?;
+        self.links.add(&format!("{step}"), object)?;
+        file.store_links(&mut self.links)?;
+        self.steps.push(&[step]);
+        self.names.push(name(step).as_bytes());
+        self.alike.push(&[alike(step)]);
+        for column in [&mut self.steps, &mut self.names, &mut self.alike] {
+            file.store_column(column)?;
+        }
+        let mut tree = Tree::new();
+        let group = tree.group(Tree::ROOT, "same");
+        tree.dataset(group, "fixed", Element::U8, &[3], Data::Stored(self.fixed));
+        let group = tree.group(Tree::ROOT, "links");
+        tree.links(group, &self.links);
+        tree.numbers(group, "last", &[step]);
+        let data = Data::Chunks {
+            rows: 2,
+            chunks: &self.chunks,
+        };
+        tree.dataset(Tree::ROOT, "x", Element::F64, &[2 * (step + 1), 2], data);
+        tree.column(Tree::ROOT, "steps", &self.steps);
+        tree.column(Tree::ROOT, "names", &self.names);
+        tree.column(Tree::ROOT, "alike", &self.alike);
+        file.finish_step(&tree)?;
+        self.n += 1;
+        Ok(())
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        self.file.file().get_ref().clone()
+    }
+}
+
 /// A sequence of `n` steps; the bytes of the file after each.
 fn grown(n: usize) -> Vec<Vec<u8>> {
-    let mut file = Growing::start(Cursor::new(Vec::new())).expect("it starts");
-    let fixed = file.store(|sink| sink(&[1, 2, 3])).expect("it is stored");
-    let mut pieces = Vec::new();
-    (0..n as u64)
-        .map(|step| {
-            let x = [step as f64; 4];
-            pieces.push(
-                file.store(|sink| sink(bytemuck::cast_slice(&x)))
-                    .expect("it is stored"),
-            );
-            let mut tree = Tree::new();
-            let group = tree.group(Tree::ROOT, "same");
-            tree.dataset(group, "fixed", Element::U8, &[3], Data::Stored(fixed));
-            let data = Data::Chunks {
-                rows: 2,
-                pieces: pieces.clone(),
-            };
-            tree.dataset(Tree::ROOT, "x", Element::F64, &[2 * (step + 1), 2], data);
-            let steps: Vec<u64> = (0..=step).collect();
-            tree.numbers(Tree::ROOT, "steps", &steps);
-            file.finish_step(&tree).expect("it is written");
-            file.file().get_ref().clone()
-        })
-        .collect()
+    let mut sequence = Sequence::start();
+    let mut step = || {
+        sequence.append();
+        sequence.bytes()
+    };
+    (0..n).map(|_| step()).collect()
+}
+
+#[test]
+fn a_file_of_many_steps_grows_by_little_more_than_their_values() {
+    const N: usize = 6000;
+    let mut sequence = Sequence::start();
+    let mut sizes = vec![0];
+    for step in 0..N {
+        sequence.append();
+        sizes.push(sequence.file.n_bytes());
+        let n = step as u64 + 1;
+        // Around the numbers at which an index or a list gets a block or a level more.
+        if !matches!(n, 20..=23 | 64..=66 | 313..=318 | 511..=514 | 4723..=4727 | 6000) {
+            continue;
+        }
+        let root = open(sequence.bytes());
+        let x: Vec<f64> = (0..n).flat_map(|i| [i as f64; 4]).collect();
+        assert_eq!(values(&root, "x"), Values::F64(x), "{n} steps");
+        assert_eq!(values(&root, "steps"), Values::U64((0..n).collect()));
+        assert_eq!(
+            values(&root, "alike"),
+            Values::I64((0..n).map(alike).collect())
+        );
+        let names: String = (0..n).map(name).collect();
+        let names = names.bytes().map(|byte| byte as i8).collect();
+        assert_eq!(values(&root, "names"), Values::I8(names), "{n} steps");
+        let links = root.group("links").expect("it is read").expect("a group");
+        assert_eq!(values(&links, "last"), Values::U64(vec![n - 1]));
+        let steps = links.groups().expect("they are read");
+        let steps = steps.iter().map(|step| step.attribute("step").ok()?);
+        let wanted: Vec<_> = (0..n).map(|step| Some(Values::U64(vec![step]))).collect();
+        assert_eq!(steps.collect::<Vec<_>>(), wanted, "{n} steps");
+    }
+    let growth = |at: usize| (sizes[at] - sizes[at - 500]) / 500;
+    let (early, late) = (growth(1000), growth(N));
+    assert!(
+        early < 6_000 && late < 9_000,
+        "{early}, {late} bytes a step"
+    );
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! What a file holds: groups, datasets and attributes, before it has places for them.
 
+use super::column::Column;
 use super::element::{Element, Number};
 use super::grow::Stored;
+use super::index::Chunks;
+use super::links::Links;
 use crate::error::Result;
 use std::borrow::Cow;
 
@@ -27,13 +30,16 @@ pub(in crate::formats) enum Data<'a> {
     Strings(Cow<'a, [String]>),
     /// Written to a growing file before.
     Stored(Stored),
-    /// Pieces of a growing dataset, each of `rows` of the first index; all were written before.
+    /// Pieces of a growing dataset, each of `rows` of the first index, with their index; all were
+    /// written before.
     Chunks {
         /// Rows of each piece.
         rows: u64,
-        /// Where the pieces lie.
-        pieces: Vec<Stored>,
+        /// The index.
+        chunks: &'a Chunks,
     },
+    /// A dataset that was written before.
+    Column(&'a Column),
 }
 
 impl Data<'_> {
@@ -45,7 +51,7 @@ impl Data<'_> {
         match self {
             Data::Bytes(bytes) => sink(bytes),
             Data::Stream(make) => make(sink),
-            Data::Strings(_) | Data::Stored(_) | Data::Chunks { .. } => {
+            Data::Strings(_) | Data::Stored(_) | Data::Chunks { .. } | Data::Column(_) => {
                 panic!(
                     "strings have no bytes of their own, and what is stored is in its file alone"
                 )
@@ -59,6 +65,10 @@ pub(super) struct Node<'a> {
     pub attributes: Vec<Attribute>,
     pub children: Vec<(String, Id)>,
     pub dataset: Option<Dataset<'a>>,
+    /// Children before those.
+    pub links: Option<&'a Links>,
+    /// What the node is, where that is in the file already.
+    pub object: Option<Stored>,
 }
 
 pub(super) struct Attribute {
@@ -115,6 +125,37 @@ impl<'a> Tree<'a> {
             ..Node::default()
         };
         self.add(parent, name, node)
+    }
+
+    /// A tree that is one dataset, to be an object of a growing file.
+    pub fn of_dataset(element: Element, shape: &[u64], data: Data<'a>) -> Self {
+        let mut tree = Self::new();
+        tree.nodes[0].dataset = Some(Dataset {
+            element,
+            shape: shape.to_vec(),
+            data,
+        });
+        tree
+    }
+
+    /// Adds an object of a growing file to a group.
+    pub fn object(&mut self, parent: Id, name: &str, object: Stored) -> Id {
+        let node = Node {
+            object: Some(object),
+            ..Node::default()
+        };
+        self.add(parent, name, node)
+    }
+
+    /// Gives a group of a growing file children that come before all others.
+    pub fn links(&mut self, of: Id, links: &'a Links) {
+        self.nodes[of.0].links = Some(links);
+    }
+
+    /// Adds a dataset that has one more row with each step.
+    pub fn column(&mut self, parent: Id, name: &str, column: &'a Column) -> Id {
+        let data = Data::Column(column);
+        self.dataset(parent, name, column.element, &column.shape(), data)
     }
 
     /// Adds a dataset of numbers with one index.

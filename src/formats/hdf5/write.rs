@@ -74,7 +74,10 @@ pub(super) fn headers(
 ) -> Result<u64> {
     let mut addresses = vec![NOWHERE; tree.nodes.len()];
     for id in (0..tree.nodes.len()).rev() {
-        addresses[id] = put(header::object(&tree.nodes[id], &places[id], &addresses)?)?;
+        addresses[id] = match tree.nodes[id].object {
+            Some(object) => object.address,
+            None => put(header::object(&tree.nodes[id], &places[id], &addresses)?)?,
+        };
     }
     Ok(addresses[0])
 }

@@ -20,7 +20,7 @@ mod sequence;
 mod write;
 
 use super::hdf5::{self, File, Group};
-use super::{CreateSequence, Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{CreateSequence, Format, Notes, ReadOptions, Source, StepSize, WriteOptions};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -77,6 +77,10 @@ impl Format for VtkHdf {
 
     fn sequence(&self) -> Option<CreateSequence> {
         Some(|path, options, begin| Ok(Box::new(sequence::Sequence::create(path, options, begin)?)))
+    }
+
+    fn sequence_bytes(&self, step: &StepSize) -> u64 {
+        sequence::step_bytes(step)
     }
 }
 

@@ -1,8 +1,10 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
-use super::super::hdf5::{Data, Element, Growing, Id, Stored};
+use super::super::hdf5::{
+    Chunks, Column, Data, Element, Growing, Links, Stored, Tree, index_bytes,
+};
 use super::super::vtk::plan::Plan;
-use super::super::{Begin, SequenceFile, WriteOptions};
+use super::super::{Begin, SequenceFile, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, shape};
 use super::write::Grid;
 use crate::error::{Error, Result};
@@ -11,6 +13,11 @@ use std::path::Path;
 
 /// A chunk of a dataset has less than 4 GB.
 const MOST_CHUNK_BYTES: u64 = 1 << 31;
+/// The group of arrays of the mesh as a whole.
+const FIELDS: &str = "FieldData";
+/// The times of the steps; how many parts the mesh of each has.
+const VALUES: &str = "Values";
+const PARTS: &str = "NumberOfParts";
 /// Zeros written at a time.
 const ZEROS: [u8; 4096] = [0; 4096];
 
@@ -21,10 +28,12 @@ pub(super) struct Sequence {
     pub chunk_limit: u64,
     options: WriteOptions,
     notes: Vec<String>,
-    times: Vec<f64>,
+    n_steps: usize,
     topology: Option<Topology>,
     /// Positions, then the arrays.
     series: Vec<Series>,
+    /// The datasets of `Steps` that every file has.
+    columns: Vec<(&'static str, Column)>,
 }
 
 /// What all steps share.
@@ -32,15 +41,7 @@ struct Topology {
     hash: blake3::Hash,
     has_polyhedra: bool,
     counts: Vec<(&'static str, u64)>,
-    datasets: Vec<Fixed>,
-}
-
-/// A dataset that is written once.
-struct Fixed {
-    name: String,
-    element: Element,
-    n_rows: u64,
-    stored: Stored,
+    datasets: Links,
 }
 
 /// A dataset to which a step adds rows, unless it has those of the step before.
@@ -53,10 +54,15 @@ struct Series {
     /// Rows of a chunk, and chunks of a step.
     chunk_rows: u64,
     n_chunks: u64,
-    pieces: Vec<Stored>,
+    n_pieces: u64,
+    chunks: Chunks,
     last: Option<blake3::Hash>,
-    /// The piece of each step.
-    of_steps: Vec<u64>,
+    /// The whole dataset as long as all steps have the rows of the first.
+    object: Option<Stored>,
+    /// The first row of each step.
+    offsets: Column,
+    /// Of an array of the mesh as a whole, its components and rows at each step.
+    sizes: Column,
 }
 
 impl Sequence {
@@ -67,9 +73,10 @@ impl Sequence {
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             notes: Vec::new(),
-            times: Vec::new(),
+            n_steps: 0,
             topology: None,
             series: Vec::new(),
+            columns: Vec::new(),
         })
     }
 }
@@ -85,13 +92,14 @@ impl SequenceFile for Sequence {
         for block in arrays {
             self.append_block(block)?;
         }
-        if self.times.is_empty() {
+        if self.n_steps == 0 {
             self.notes.clone_from(&blocks.notes);
         }
-        self.times.push(time);
+        self.n_steps += 1;
         self.check_complete()?;
+        self.append_columns(time)?;
         let topology = self.topology.as_ref().expect("the first step has set it");
-        let grid = tree(topology, &self.series, &self.times);
+        let grid = tree(topology, &self.series, &self.columns, self.n_steps);
         self.file.finish_step(&grid.tree)
     }
 
@@ -101,6 +109,10 @@ impl SequenceFile for Sequence {
 
     fn n_bytes(&self) -> u64 {
         self.file.n_bytes()
+    }
+
+    fn end(&mut self) -> Result<bool> {
+        self.file.end()
     }
 
     fn is_retracing(&self) -> bool {
@@ -119,22 +131,27 @@ impl Sequence {
                 false => Err(Error::input(format!(
                     "step {} has other nodes, cells or shared boundary faces than the first; a \
                      sequence in one VTKHDF file has the same at every step",
-                    self.times.len()
+                    self.n_steps
                 ))),
             };
         }
-        let mut datasets = Vec::new();
-        for block in &blocks.cells {
-            datasets.push(Fixed {
-                name: block.name.clone(),
-                element: block.element,
-                n_rows: block.n_rows,
-                stored: store(&mut self.file, block)?,
-            });
+        let mut datasets = Links::default();
+        for (name, n) in &blocks.counts {
+            let bytes = (*n as i64).to_ne_bytes().to_vec();
+            let tree = Tree::of_dataset(Element::I64, &[1], Data::Bytes(bytes.into()));
+            datasets.add(name, self.file.store_object(&tree)?)?;
         }
+        for block in &blocks.cells {
+            let stored = Data::Stored(store(&mut self.file, block)?);
+            let tree = Tree::of_dataset(block.element, &[block.n_rows], stored);
+            datasets.add(&block.name, self.file.store_object(&tree)?)?;
+        }
+        self.file.store_links(&mut datasets)?;
+        let has_polyhedra = mesh.cells.has_polyhedra();
+        self.columns = columns(has_polyhedra);
         self.topology = Some(Topology {
             hash,
-            has_polyhedra: mesh.cells.has_polyhedra(),
+            has_polyhedra,
             counts: blocks.counts.clone(),
             datasets,
         });
@@ -142,7 +159,7 @@ impl Sequence {
     }
 
     fn append_block(&mut self, block: &Block) -> Result<()> {
-        let step = self.times.len();
+        let step = self.n_steps;
         let is_same = |s: &&mut Series| (s.group, &s.name) == (block.group, &block.name);
         let known = self.series.iter_mut().find(is_same);
         let series = match known {
@@ -166,16 +183,50 @@ impl Sequence {
         if series.last != Some(hash) {
             let stored = store(&mut self.file, block)?;
             pad(&mut self.file, series.padding())?;
-            series.pieces.push(stored);
+            series.add(stored);
+            series.object = match series.n_pieces {
+                1 => {
+                    let shape = shape(series.n_rows, series.n_components);
+                    let tree = Tree::of_dataset(series.element, &shape, Data::Stored(stored));
+                    Some(self.file.store_object(&tree)?)
+                }
+                _ => None,
+            };
             series.last = Some(hash);
         }
-        series.of_steps.push(series.pieces.len() as u64 - 1);
+        let first_row = (series.n_pieces - 1) * series.stride();
+        series.offsets.push(&[first_row as i64]);
+        let sizes = [series.n_components as i64, series.n_rows as i64];
+        series.sizes.push(&sizes);
+        Ok(())
+    }
+
+    /// Puts a row of the step into each dataset of `Steps`.
+    fn append_columns(&mut self, time: f64) -> Result<()> {
+        for (name, column) in &mut self.columns {
+            match *name {
+                VALUES => column.push(&[time]),
+                PARTS => column.push(&[1_i64]),
+                _ => column.push(&[0_i64]),
+            }
+            self.file.store_column(column)?;
+        }
+        for series in &mut self.series {
+            self.file.store_column(&mut series.offsets)?;
+            if series.group == FIELDS {
+                self.file.store_column(&mut series.sizes)?;
+            }
+            if series.object.is_none() {
+                self.file.store_index(&mut series.chunks)?;
+            }
+        }
         Ok(())
     }
 
     fn check_complete(&self) -> Result<()> {
-        let n = self.times.len();
-        match self.series.iter().find(|series| series.of_steps.len() < n) {
+        let n = self.n_steps;
+        let is_short = |series: &&Series| series.offsets.n_rows() < n;
+        match self.series.iter().find(is_short) {
             None => Ok(()),
             Some(series) => Err(Error::input(format!(
                 "the array \"{}\" is missing in step {}; a sequence in one VTKHDF file has the \
@@ -207,9 +258,12 @@ impl Series {
             n_components: block.n_components,
             chunk_rows: block.n_rows.div_ceil(n_chunks),
             n_chunks,
-            pieces: Vec::new(),
+            n_pieces: 0,
+            chunks: Chunks::new(shape(1, block.n_components).len()),
             last: None,
-            of_steps: Vec::new(),
+            object: None,
+            offsets: Column::new(Element::I64, &[]),
+            sizes: Column::new(Element::I64, &[2]),
         }
     }
 
@@ -227,108 +281,104 @@ impl Series {
         (self.stride() - self.n_rows) * self.row()
     }
 
-    /// The first row of each step.
-    fn offsets(&self) -> Vec<i64> {
-        self.of_steps
-            .iter()
-            .map(|piece| (piece * self.stride()) as i64)
-            .collect()
-    }
-
-    fn shape(&self) -> Vec<u64> {
-        let n_rows = match self.pieces.len() {
-            1 => self.n_rows,
-            n => n as u64 * self.stride(),
-        };
-        shape(n_rows, self.n_components)
-    }
-
-    fn data(&self) -> Data<'static> {
-        if let [piece] = self.pieces[..] {
-            return Data::Stored(piece);
-        }
+    /// Adds the rows of a step.
+    fn add(&mut self, stored: Stored) {
         let chunk_bytes = self.chunk_rows * self.row();
-        let chunks = |piece: &Stored| {
-            let piece = *piece;
-            (0..self.n_chunks).map(move |i| piece.past(i * chunk_bytes))
-        };
-        Data::Chunks {
-            rows: self.chunk_rows,
-            pieces: self.pieces.iter().flat_map(chunks).collect(),
+        for i in 0..self.n_chunks {
+            self.chunks.push(stored.past(i * chunk_bytes));
         }
+        self.n_pieces += 1;
+    }
+
+    /// Adds the dataset to the file as it is now.
+    fn add_to<'a>(&'a self, grid: &mut Grid<'a>) {
+        let parent = grid.group(self.group);
+        if let Some(object) = self.object {
+            grid.tree.object(parent, &self.name, object);
+            return;
+        }
+        let shape = shape(self.n_pieces * self.stride(), self.n_components);
+        let data = Data::Chunks {
+            rows: self.chunk_rows,
+            chunks: &self.chunks,
+        };
+        let tree = &mut grid.tree;
+        tree.dataset(parent, &self.name, self.element, &shape, data);
     }
 }
 
-/// The content of the file as it is now.
-fn tree(topology: &Topology, series: &[Series], times: &[f64]) -> Grid<'static> {
-    let mut grid = Grid::new(topology.has_polyhedra);
-    for (name, n) in &topology.counts {
-        grid.tree.numbers(grid.root, name, &[*n as i64]);
-    }
-    for fixed in &topology.datasets {
-        let data = Data::Stored(fixed.stored);
-        grid.tree
-            .dataset(grid.root, &fixed.name, fixed.element, &[fixed.n_rows], data);
-    }
-    for series in series {
-        let parent = grid.group(series.group);
-        grid.tree.dataset(
-            parent,
-            &series.name,
-            series.element,
-            &series.shape(),
-            series.data(),
-        );
-    }
-    let steps = grid.group("Steps");
-    add_steps(&mut grid, steps, topology, series, times);
-    grid
-}
-
-fn add_steps(grid: &mut Grid, steps: Id, topology: &Topology, series: &[Series], times: &[f64]) {
-    let tree = &mut grid.tree;
-    tree.number_attribute(steps, "NSteps", &[times.len() as i64], true);
-    tree.numbers(steps, "Values", times);
-    let same = |n: i64| vec![n; times.len()];
-    tree.numbers(steps, "NumberOfParts", &same(1));
-    let mut zero = vec!["PartOffsets", "CellOffsets", "ConnectivityIdOffsets"];
-    if topology.has_polyhedra {
-        zero.extend([
+/// The datasets of `Steps` of one number a step, but for those that belong to a series.
+fn columns(has_polyhedra: bool) -> Vec<(&'static str, Column)> {
+    let mut names = vec![
+        VALUES,
+        PARTS,
+        "PartOffsets",
+        "CellOffsets",
+        "ConnectivityIdOffsets",
+    ];
+    if has_polyhedra {
+        names.extend([
             "FaceConnectivityOffsets",
             "FaceOffsetsOffsets",
             "PolyhedronToFaceIdOffsets",
         ]);
     }
-    for name in zero {
-        tree.numbers(steps, name, &same(0));
+    let element = |name| match name {
+        VALUES => Element::F64,
+        _ => Element::I64,
+    };
+    let column = |name| (name, Column::new(element(name), &[]));
+    names.into_iter().map(column).collect()
+}
+
+/// The content of the file as it is now.
+fn tree<'a>(
+    topology: &'a Topology,
+    series: &'a [Series],
+    columns: &'a [(&'static str, Column)],
+    n_steps: usize,
+) -> Grid<'a> {
+    let mut grid = Grid::new(topology.has_polyhedra);
+    grid.tree.links(grid.root, &topology.datasets);
+    for series in series {
+        series.add_to(&mut grid);
+    }
+    let steps = grid.group("Steps");
+    let tree = &mut grid.tree;
+    tree.number_attribute(steps, "NSteps", &[n_steps as i64], true);
+    for (name, column) in columns {
+        tree.column(steps, name, column);
     }
     let groups = [
         ("PointData", "PointDataOffsets"),
         ("CellData", "CellDataOffsets"),
-        ("FieldData", "FieldDataOffsets"),
+        (FIELDS, "FieldDataOffsets"),
     ];
     for (group, offsets) in groups {
         let offsets = tree.group(steps, offsets);
         for series in series.iter().filter(|series| series.group == group) {
-            tree.numbers(offsets, &series.name, &series.offsets());
+            tree.column(offsets, &series.name, &series.offsets);
         }
     }
     let sizes = tree.group(steps, "FieldDataSizes");
-    for series in series.iter().filter(|series| series.group == "FieldData") {
-        let size = [series.n_components as i64, series.n_rows as i64];
-        let bytes: Vec<u8> = bytemuck::cast_slice(&vec![size; times.len()]).to_vec();
-        let data = Data::Bytes(bytes.into());
-        tree.dataset(
-            sizes,
-            &series.name,
-            Element::I64,
-            &[times.len() as u64, 2],
-            data,
-        );
+    for series in series.iter().filter(|series| series.group == FIELDS) {
+        tree.column(sizes, &series.name, &series.sizes);
     }
     if let Some(points) = series.iter().find(|series| series.group.is_empty()) {
-        tree.numbers(steps, "PointOffsets", &points.offsets());
+        tree.column(steps, "PointOffsets", &points.offsets);
     }
+    grid
+}
+
+/// Bytes that a step adds to a file, at the most: values, then headers, indices and datasets of one
+/// number a step.
+pub(super) fn step_bytes(step: &StepSize) -> u64 {
+    const GROUPS: u64 = 4000;
+    const ARRAY: u64 = 400;
+    let (n_at_cells, bytes_at_cells) = step.at_cells;
+    let n_series = 1 + step.n_vectors + n_at_cells;
+    let values = step.n_nodes * (3 * step.number + 24 * step.n_vectors) + bytes_at_cells;
+    values + GROUPS + n_series * (ARRAY + index_bytes(step.n_steps))
 }
 
 fn store(file: &mut Growing, block: &Block) -> Result<Stored> {

@@ -2,14 +2,16 @@
 //! the CGNS library lays them out.
 
 use crate::error::Result;
-use crate::formats::hdf5::{Data, Element, Growing, Id, Sink, Stored, Tree};
+use crate::formats::hdf5::{Column, Data, Element, Growing, Id, Links, Sink, Stored, Tree};
+use std::collections::BTreeMap;
+
+/// The dataset of a node.
+const DATA: &str = " data";
 
 /// Nodes in the order in which they are added; children after parents.
 #[derive(Default)]
 pub(super) struct Draft<'a> {
     nodes: Vec<Node<'a>>,
-    /// Place of the first: how many nodes of another draft come before.
-    first: Place,
 }
 
 /// Position of a node in a [`Draft`].
@@ -44,6 +46,7 @@ enum Payload<'a> {
     Bytes(Vec<u8>),
     Stream(Make<'a>),
     Stored(Stored),
+    Column(&'a Column),
 }
 
 impl Kind {
@@ -80,14 +83,6 @@ impl Kind {
 }
 
 impl<'a> Draft<'a> {
-    /// A draft whose nodes follow those of another, and may be children of them.
-    pub fn after(other: &Draft) -> Self {
-        Self {
-            nodes: Vec::new(),
-            first: other.first + other.nodes.len(),
-        }
-    }
-
     fn add(
         &mut self,
         parent: Option<Place>,
@@ -101,12 +96,17 @@ impl<'a> Draft<'a> {
             label,
             data,
         });
-        self.first + self.nodes.len() - 1
+        self.nodes.len() - 1
     }
 
     /// Adds a node without data.
-    pub fn group(&mut self, parent: Place, name: &str, label: &'static str) -> Place {
-        self.add(Some(parent), name, label, None)
+    pub fn group(
+        &mut self,
+        parent: impl Into<Option<Place>>,
+        name: &str,
+        label: &'static str,
+    ) -> Place {
+        self.add(parent.into(), name, label, None)
     }
 
     /// Adds a node that holds text.
@@ -116,15 +116,9 @@ impl<'a> Draft<'a> {
         self.add(Some(parent), name, label, Some(data))
     }
 
-    /// Adds a node that holds names of 32 characters.
-    pub fn names(&mut self, parent: Place, name: &str, names: &[String]) -> Place {
-        let bytes = names.iter().flat_map(|name| {
-            let mut field = name.as_bytes().to_vec();
-            field.resize(super::names::LONGEST, b' ');
-            field
-        });
-        let bytes = Payload::Bytes(bytes.collect());
-        let data = (Kind::C1, vec![32, names.len() as u64], bytes);
+    /// Adds a node with one row of data for each step: numbers, or names.
+    pub fn column(&mut self, parent: Place, name: &str, kind: Kind, column: &'a Column) -> Place {
+        let data = (kind, Vec::new(), Payload::Column(column));
         self.add(Some(parent), name, "DataArray_t", Some(data))
     }
 
@@ -187,86 +181,194 @@ impl<'a> Draft<'a> {
         self.add(Some(parent), name, label, Some(data))
     }
 
-    /// Adds a node whose `n` values are in the file already.
+    /// Adds a node whose values are in the file already.
     pub fn stored(
         &mut self,
         parent: Place,
         name: &str,
-        kind: Kind,
-        n: usize,
+        (kind, sizes): (Kind, &[u64]),
         stored: Stored,
     ) -> Place {
-        let data = (kind, vec![n as u64], Payload::Stored(stored));
+        let data = (kind, sizes.to_vec(), Payload::Stored(stored));
         self.add(Some(parent), name, "DataArray_t", Some(data))
     }
 
-    /// Puts all that is streamed into a growing file: the draft no longer needs the mesh.
-    pub fn store(self, file: &mut Growing) -> Result<Draft<'static>> {
-        let mut nodes = Vec::with_capacity(self.nodes.len());
-        for node in self.nodes {
-            let data = match node.data {
-                Some((kind, sizes, payload)) => {
-                    let payload = match payload {
-                        Payload::Stream(make) => Payload::Stored(file.store(|sink| make(sink))?),
-                        Payload::Bytes(bytes) => Payload::Stored(file.store(|sink| sink(&bytes))?),
-                        Payload::Stored(stored) => Payload::Stored(stored),
-                    };
-                    Some((kind, sizes, payload))
+    /// Puts the children of a node, or the nodes that are children of none, into a growing file, and
+    /// adds them to `links`; all but the one at `open`.
+    pub fn store(
+        &self,
+        file: &mut Growing,
+        of: Option<Place>,
+        open: Option<Place>,
+        links: &mut Links,
+    ) -> Result<()> {
+        let mut trees: BTreeMap<Place, Tree> = BTreeMap::new();
+        // The tree of each node that is in one, and what it is there.
+        let mut ids: Vec<Option<(Place, Id)>> = Vec::with_capacity(self.nodes.len());
+        for (place, node) in self.nodes.iter().enumerate() {
+            let above = node.parent.and_then(|parent| ids[parent]);
+            ids.push(match above {
+                _ if open == Some(place) => None,
+                _ if node.parent == of => {
+                    let tree = trees.entry(place).or_insert_with(Tree::new);
+                    node.describe(tree, Tree::ROOT);
+                    Some((place, Tree::ROOT))
+                }
+                Some((top, parent)) => {
+                    let tree = trees.get_mut(&top).expect("it has its parent");
+                    let id = tree.group(parent, &node.name);
+                    node.describe(tree, id);
+                    Some((top, id))
                 }
                 None => None,
-            };
-            nodes.push(Node {
-                parent: node.parent,
-                name: node.name,
-                label: node.label,
-                data,
             });
         }
-        Ok(Draft {
-            nodes,
-            first: self.first,
+        for (place, tree) in &trees {
+            links.add(&self.nodes[*place].name, file.store_object(tree)?)?;
+        }
+        Ok(())
+    }
+
+    /// A node whose children are put into a growing file, and which gets more of them with each step.
+    pub fn open(&self, file: &mut Growing, place: Place, child: Option<Place>) -> Result<Open> {
+        let node = &self.nodes[place];
+        let mut links = Links::default();
+        if let Some((kind, sizes, payload)) = &node.data {
+            let tree = Tree::of_dataset(kind.element(), &shape(sizes), payload.data());
+            links.add(DATA, file.store_object(&tree)?)?;
+        }
+        self.store(file, Some(place), child, &mut links)?;
+        Ok(Open {
+            name: node.name.clone(),
+            label: node.label,
+            kind: node.kind(),
+            links,
         })
     }
 
-    /// The groups and datasets of HDF5, of these nodes and of those of a draft after this one.
-    pub fn tree<'t>(&'t self, more: Option<&'t Draft<'a>>) -> Tree<'t> {
-        let mut tree = Tree::new();
-        describe(
-            &mut tree,
-            Tree::ROOT,
-            ("HDF5 MotherNode", "Root Node of HDF5 File", "MT"),
-        );
-        let order = if cfg!(target_endian = "big") {
-            "IEEE_BIG_32"
-        } else {
-            "IEEE_LITTLE_32"
-        };
-        characters(&mut tree, " format", order, order.len() + 1);
-        characters(&mut tree, " hdf5version", "HDF5 Version 1.8.0", 33);
-        let mut ids: Vec<Id> = Vec::new();
-        for node in self
-            .nodes
-            .iter()
-            .chain(more.iter().flat_map(|more| &more.nodes))
-        {
-            let parent = node.parent.map_or(Tree::ROOT, |parent| ids[parent]);
-            let id = tree.group(parent, &node.name);
-            ids.push(id);
-            let kind = node.data.as_ref().map_or("MT", |(kind, ..)| kind.name());
-            describe(&mut tree, id, (&node.name, node.label, kind));
-            flags(&mut tree, id);
-            if let Some((kind, sizes, payload)) = &node.data {
-                let shape: Vec<u64> = sizes.iter().rev().copied().collect();
-                let data = match payload {
-                    Payload::Bytes(bytes) => Data::Bytes(bytes.into()),
-                    Payload::Stream(make) => Data::Stream(Box::new(|sink| make(sink))),
-                    Payload::Stored(stored) => Data::Stored(*stored),
-                };
-                tree.dataset(id, " data", kind.element(), &shape, data);
-            }
+    /// The root of the file to be, with what is not a child of `open` in the file already.
+    pub fn open_root(&self, file: &mut Growing, open: Place) -> Result<Links> {
+        let mut links = Links::default();
+        for (name, text) in marks() {
+            let data = Data::Bytes(text.as_slice().into());
+            let tree = Tree::of_dataset(Element::I8, &[text.len() as u64], data);
+            links.add(name, file.store_object(&tree)?)?;
         }
+        self.store(file, None, Some(open), &mut links)?;
+        Ok(links)
+    }
+
+    /// The whole file as groups and datasets of HDF5.
+    pub fn tree(&self) -> Tree<'_> {
+        let mut tree = Tree::new();
+        describe_root(&mut tree);
+        for (name, text) in marks() {
+            let shape = [text.len() as u64];
+            let data = Data::Bytes(text.into());
+            tree.dataset(Tree::ROOT, name, Element::I8, &shape, data);
+        }
+        self.add_to(&mut tree, Tree::ROOT);
         tree
     }
+
+    /// Adds all nodes to a group.
+    pub fn add_to<'t>(&'t self, tree: &mut Tree<'t>, group: Id) {
+        let mut ids: Vec<Id> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let parent = node.parent.map_or(group, |parent| ids[parent]);
+            let id = tree.group(parent, &node.name);
+            node.describe(tree, id);
+            ids.push(id);
+        }
+    }
+}
+
+/// A node that gets more children with each step.
+pub(super) struct Open {
+    name: String,
+    label: &'static str,
+    kind: &'static str,
+    /// The children that are in the file already.
+    pub links: Links,
+}
+
+impl Open {
+    /// Adds the node to a group.
+    pub fn add_to<'t>(&'t self, tree: &mut Tree<'t>, parent: Id) -> Id {
+        let id = tree.group(parent, &self.name);
+        describe(tree, id, (&self.name, self.label, self.kind));
+        flags(tree, id);
+        tree.links(id, &self.links);
+        id
+    }
+}
+
+/// The file as it is at a step: `links` are in it already.
+pub(super) fn root_of(links: &Links) -> Tree<'_> {
+    let mut tree = Tree::new();
+    describe_root(&mut tree);
+    tree.links(Tree::ROOT, links);
+    tree
+}
+
+impl Node<'_> {
+    fn kind(&self) -> &'static str {
+        self.data.as_ref().map_or("MT", |(kind, ..)| kind.name())
+    }
+
+    /// Makes a group this node.
+    fn describe<'t>(&'t self, tree: &mut Tree<'t>, id: Id) {
+        describe(tree, id, (&self.name, self.label, self.kind()));
+        flags(tree, id);
+        match &self.data {
+            Some((_, _, Payload::Column(column))) => {
+                tree.column(id, DATA, column);
+            }
+            Some((kind, sizes, payload)) => {
+                tree.dataset(id, DATA, kind.element(), &shape(sizes), payload.data());
+            }
+            None => {}
+        }
+    }
+}
+
+impl Payload<'_> {
+    fn data(&self) -> Data<'_> {
+        match self {
+            Payload::Bytes(bytes) => Data::Bytes(bytes.into()),
+            Payload::Stream(make) => Data::Stream(Box::new(|sink| make(sink))),
+            Payload::Stored(stored) => Data::Stored(*stored),
+            Payload::Column(column) => Data::Column(column),
+        }
+    }
+}
+
+/// Sizes in the order of HDF5, the last index running fastest.
+fn shape(sizes: &[u64]) -> Vec<u64> {
+    sizes.iter().rev().copied().collect()
+}
+
+fn describe_root(tree: &mut Tree) {
+    let root = ("HDF5 MotherNode", "Root Node of HDF5 File", "MT");
+    describe(tree, Tree::ROOT, root);
+}
+
+/// Text by which the CGNS library knows its files.
+fn marks() -> [(&'static str, Vec<u8>); 2] {
+    let order = if cfg!(target_endian = "big") {
+        "IEEE_BIG_32"
+    } else {
+        "IEEE_LITTLE_32"
+    };
+    let padded = |text: &str, n: usize| {
+        let mut bytes = text.as_bytes().to_vec();
+        bytes.resize(n, 0);
+        bytes
+    };
+    [
+        (" format", padded(order, order.len() + 1)),
+        (" hdf5version", padded("HDF5 Version 1.8.0", 33)),
+    ]
 }
 
 fn describe(tree: &mut Tree, id: Id, (name, label, kind): (&str, &str, &str)) {
@@ -281,16 +383,4 @@ fn describe(tree: &mut Tree, id: Id, (name, label, kind): (&str, &str, &str)) {
 
 fn flags(tree: &mut Tree, id: Id) {
     tree.number_attribute(id, "flags", &[1_i32], false);
-}
-
-fn characters(tree: &mut Tree, name: &str, text: &str, n: usize) {
-    let mut bytes = text.as_bytes().to_vec();
-    bytes.resize(n, 0);
-    tree.dataset(
-        Tree::ROOT,
-        name,
-        Element::I8,
-        &[n as u64],
-        Data::Bytes(bytes.into()),
-    );
 }

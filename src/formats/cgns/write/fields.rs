@@ -7,39 +7,64 @@ use super::draft::{Draft, Kind, Place};
 use super::names::Names;
 use crate::mesh::{DataArray, Values};
 
+/// An array as it is written.
+pub(super) struct Field {
+    /// Its name in the file.
+    pub name: String,
+    /// Its name in full where that is too long.
+    pub full_name: Option<String>,
+    pub kind: Kind,
+    /// Its sizes, that of the index that runs fastest first.
+    pub sizes: Vec<u64>,
+    pub bytes: Vec<u8>,
+}
+
 /// Adds the arrays to the base.
 pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[DataArray], notes: &mut Vec<String>) {
-    let is_written = |array: &&DataArray| {
-        let name = &array.name;
-        if array.n_components == 0 || array.n_tuples() == 0 {
-            notes.push(format!(
-                "field array \"{name}\" is not written: it has no values"
-            ));
-        } else if !fits(&array.values) {
-            notes.push(too_large(name));
-        } else {
-            return true;
-        }
-        false
-    };
-    let written: Vec<&DataArray> = arrays.iter().filter(is_written).collect();
-    if written.is_empty() {
+    let fields = fields(arrays, notes);
+    if fields.is_empty() {
         return;
     }
     let parent = draft.group(base, FIELD_ARRAYS, "UserDefinedData_t");
-    let mut names = Names::default();
-    for array in written {
-        let name = names.give(&array.name);
-        let (kind, bytes) = bytes_of(&array.values);
-        let sizes = match kind {
-            Kind::C1 => vec![bytes.len() as u64],
-            _ => vec![array.n_components as u64, array.n_tuples() as u64],
-        };
-        let node = draft.bytes(parent, (&name, "DataArray_t"), kind, &sizes, bytes);
-        if name != array.name {
-            draft.text(node, FULL_NAME, "Descriptor_t", &array.name);
+    for field in fields {
+        let name = (field.name.as_str(), "DataArray_t");
+        let node = draft.bytes(parent, name, field.kind, &field.sizes, field.bytes);
+        if let Some(full_name) = &field.full_name {
+            draft.text(node, FULL_NAME, "Descriptor_t", full_name);
         }
     }
+}
+
+/// The arrays that CGNS can hold; a sentence for each other.
+pub(super) fn fields(arrays: &[DataArray], notes: &mut Vec<String>) -> Vec<Field> {
+    let mut names = Names::default();
+    let mut fields = Vec::new();
+    for array in arrays {
+        if array.n_components == 0 || array.n_tuples() == 0 {
+            notes.push(format!(
+                "field array \"{}\" is not written: it has no values",
+                array.name
+            ));
+            continue;
+        }
+        if !fits(&array.values) {
+            notes.push(too_large(&array.name));
+            continue;
+        }
+        let name = names.give(&array.name);
+        let (kind, bytes) = bytes_of(&array.values);
+        fields.push(Field {
+            full_name: (name != array.name).then(|| array.name.clone()),
+            name,
+            sizes: match kind {
+                Kind::C1 => vec![bytes.len() as u64],
+                _ => vec![array.n_components as u64, array.n_tuples() as u64],
+            },
+            kind,
+            bytes,
+        });
+    }
+    fields
 }
 
 fn bytes_of(values: &Values) -> (Kind, Vec<u8>) {

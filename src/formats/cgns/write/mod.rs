@@ -4,6 +4,7 @@
 //! plan      which cells make up which section; names: what CGNS takes for a name
 //! sections  connectivity; faces: those of polyhedra, each once
 //! groups    boundary conditions, subregions, families; arrays: solutions; fields: of the mesh as a whole
+//! sequence  steps in one file; series: arrays that change
 //! draft     nodes with name, label and data -> HDF5
 //! ```
 
@@ -16,6 +17,7 @@ mod names;
 mod plan;
 mod sections;
 pub(super) mod sequence;
+mod series;
 
 use super::super::{Precision, WriteOptions};
 use crate::error::Result;
@@ -61,13 +63,14 @@ pub(super) fn write(
     }
     let mut notes = static_part.notes;
     notes.extend(sorted.iter().map(|_| SORTED.to_owned()));
+    fields::add(draft, static_part.base, &mesh.field_arrays, &mut notes);
     let everywhere = 0..mesh.points.len();
     let at_nodes = arrays::scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
     add_solution(draft, zone, (arrays::AT_NODES, "Vertex"), &at_nodes);
     let cells = arrays::volume_cells(mesh);
     let at_cells = arrays::scalars(&mesh.cell_arrays, &cells, &mut notes);
     add_solution(draft, zone, (arrays::AT_CELLS, "CellCenter"), &at_cells);
-    draft.tree(None).write(out)?;
+    draft.tree().write(out)?;
     Ok(notes)
 }
 
@@ -87,7 +90,7 @@ fn add_solution<'a>(
     }
 }
 
-/// All but coordinates and solutions.
+/// All but coordinates, solutions and arrays of the mesh as a whole.
 struct Static<'a> {
     draft: Draft<'a>,
     base: Place,
@@ -128,7 +131,6 @@ impl<'a> Static<'a> {
             sections::add_faces(&mut draft, zone, &name, faces, kind);
         }
         groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
-        fields::add(&mut draft, base, &mesh.field_arrays, &mut notes);
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
             draft,

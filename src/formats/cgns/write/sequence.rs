@@ -1,12 +1,14 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
 //! once; pointers of the zone to those of each step, and times.
 
-use super::super::super::hdf5::{Growing, Stored};
-use super::super::super::{Begin, SequenceFile, WriteOptions};
-use super::super::FULL_NAME;
-use super::arrays::{AT_CELLS, AT_NODES, Scalar, scalars, volume_cells};
-use super::draft::{Draft, Kind, Make, Place};
+use super::super::super::hdf5::{Column, Element, Growing, Links, Tree, index_bytes};
+use super::super::super::{Begin, SequenceFile, StepSize, WriteOptions};
+use super::super::{FIELD_ARRAYS, FIELD_POINTERS};
+use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
+use super::draft::{self, Draft, Kind, Open};
 use super::faces::FaceTable;
+use super::fields::fields;
+use super::series::{Given, Series, names, padded, step_name};
 use super::{SIMULATION, SORTED, Static, TIMES};
 use super::{add_length_exponents, coordinates, plan};
 use crate::error::{Error, Result};
@@ -14,65 +16,48 @@ use crate::mesh::{CellKind, Mesh};
 use std::path::Path;
 use std::slice::from_ref;
 
+/// Name of the node that says how the nodes of a zone move.
+const MOTION: &str = "ArbitraryGridMotion";
+
 /// A sequence under work.
 pub(in crate::formats::cgns) struct Sequence {
     file: Growing,
     options: WriteOptions,
     notes: Vec<String>,
     first: Option<First>,
-    times: Vec<f64>,
-    grids: Vec<Vec<Array>>,
+    steps: Steps,
+}
+
+/// What there is of each step.
+struct Steps {
+    n: usize,
+    times: Column,
+    grids: Column,
+    motions: Column,
     at_nodes: Series,
     at_cells: Series,
+    fields: Series,
 }
 
 /// What all steps share.
 struct First {
-    draft: Draft<'static>,
-    base: Place,
-    zone: Place,
+    root: Links,
+    base: Open,
+    zone: Open,
     n_axes: usize,
     n_points: usize,
     cells: blake3::Hash,
 }
 
-/// An array in the file.
-#[derive(Clone, PartialEq)]
-struct Array {
-    name: String,
-    full_name: Option<String>,
-    kind: Kind,
-    n: usize,
-    stored: Stored,
-    hash: Option<blake3::Hash>,
-}
-
-/// Solutions at one kind of place.
-struct Series {
-    location: &'static str,
-    /// The solutions there are, by name.
-    solutions: Vec<(String, Vec<Array>)>,
-    /// The solution of each step.
-    of_steps: Vec<usize>,
-}
-
 impl Sequence {
     /// A file, which takes its name with the first mesh unless it has it.
     pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
-        let series = |location| Series {
-            location,
-            solutions: Vec::new(),
-            of_steps: Vec::new(),
-        };
         Ok(Self {
             file: Growing::create(path, begin)?,
             options: options.clone(),
             notes: Vec::new(),
             first: None,
-            times: Vec::new(),
-            grids: Vec::new(),
-            at_nodes: series("Vertex"),
-            at_cells: series("CellCenter"),
+            steps: Steps::new(),
         })
     }
 
@@ -85,81 +70,132 @@ impl Sequence {
                 false => Err(Error::input(format!(
                     "step {} has other nodes or cells than the first; a sequence in one CGNS file has the \
                      same at every step",
-                    self.times.len()
+                    self.steps.n
                 ))),
             };
         }
         let faces = FaceTable::of(mesh);
-        let parts = Static::new(mesh, &faces)?;
-        self.notes = parts.notes;
+        let Static {
+            mut draft,
+            base,
+            zone,
+            n_axes,
+            notes,
+        } = Static::new(mesh, &faces)?;
+        self.notes = notes;
+        draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
+        draft.text(zone, MOTION, "ArbitraryGridMotion_t", "DeformingGrid");
         self.first = Some(First {
-            base: parts.base,
-            zone: parts.zone,
-            n_axes: parts.n_axes,
+            root: draft.open_root(&mut self.file, base)?,
+            base: draft.open(&mut self.file, base, Some(zone))?,
+            zone: draft.open(&mut self.file, zone, None)?,
+            n_axes,
             n_points: mesh.points.len(),
             cells,
-            draft: parts.draft.store(&mut self.file)?,
         });
         Ok(())
     }
 
-    fn append_grid(&mut self, mesh: &Mesh, n_axes: usize) -> Result<()> {
-        let is_flat = n_axes == 3 || mesh.points.iter().all(|point| point[2] == 0.0);
+    fn append_grid(&mut self, mesh: &Mesh) -> Result<()> {
+        let first = self.first.as_mut().expect("the first step has set it");
+        let is_flat = first.n_axes == 3 || mesh.points.iter().all(|point| point[2] == 0.0);
         if !is_flat {
             return Err(Error::input(format!(
                 "step {} leaves the plane z = 0, in which the first step lies; the file has x and y only",
-                self.times.len()
+                self.steps.n
             )));
         }
-        let mut grid = Vec::new();
-        for (name, kind, make) in coordinates(mesh, &self.options, n_axes) {
-            grid.push(Array {
-                name: name.to_owned(),
-                full_name: None,
-                kind,
-                n: mesh.points.len(),
-                stored: self.file.store(|sink| make(sink))?,
-                hash: None,
-            });
+        let name = step_name("GridCoordinates", self.steps.n);
+        let mut draft = Draft::default();
+        let grid = draft.group(None, &name, "GridCoordinates_t");
+        let n = mesh.points.len();
+        for (name, kind, make) in coordinates(mesh, &self.options, first.n_axes) {
+            let node = draft.stream(grid, (name, "DataArray_t"), kind, n, make);
+            add_length_exponents(&mut draft, node);
         }
-        self.grids.push(grid);
+        draft.store(&mut self.file, None, None, &mut first.zone.links)?;
+        self.steps.grids.push(&padded(&name));
+        self.steps.motions.push(&padded(MOTION));
+        Ok(())
+    }
+}
+
+impl Steps {
+    fn new() -> Self {
+        let solutions = "FlowSolution_t";
+        Self {
+            n: 0,
+            times: Column::new(Element::F64, &[]),
+            grids: names(),
+            motions: names(),
+            at_nodes: Series::new(AT_NODES, solutions, Some("Vertex")),
+            at_cells: Series::new(AT_CELLS, solutions, Some("CellCenter")),
+            fields: Series::new(FIELD_ARRAYS, "UserDefinedData_t", None),
+        }
+    }
+
+    /// Adds the arrays of a mesh; `notes` says which are left out.
+    fn append_arrays(
+        &mut self,
+        mesh: &Mesh,
+        (file, first): (&mut Growing, &mut First),
+        notes: &mut Vec<String>,
+    ) -> Result<()> {
+        let everywhere = 0..mesh.points.len();
+        let of_mesh = fields(&mesh.field_arrays, notes);
+        let at_nodes = scalars(&mesh.point_arrays, from_ref(&everywhere), notes);
+        let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), notes);
+        let of_mesh: Vec<Given> = of_mesh.iter().map(Given::from).collect();
+        let links = &mut first.base.links;
+        self.fields.append(self.n, of_mesh, file, links)?;
+        for (series, scalars) in [
+            (&mut self.at_nodes, at_nodes),
+            (&mut self.at_cells, at_cells),
+        ] {
+            series.check_names(self.n, &scalars)?;
+            let given = scalars.iter().map(Given::from).collect();
+            series.append(self.n, given, file, &mut first.zone.links)?;
+        }
         Ok(())
     }
 
-    /// All that is in the file: what the steps share, and what each has of its own.
-    fn steps(&self, first: &First) -> Draft<'static> {
-        let mut draft = Draft::after(&first.draft);
-        let n = self.times.len();
-        let (base, zone) = (first.base, first.zone);
-        let label = "BaseIterativeData_t";
-        let times = draft.integers(base, (TIMES, label), Kind::I4, &[1], &[n as i64]);
-        draft.reals(times, ("TimeValues", "DataArray_t"), &self.times);
-        draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
-        let mut grid_names = Vec::new();
-        for (step, grid) in self.grids.iter().enumerate() {
-            let name = step_name("GridCoordinates", step);
-            let node = draft.group(zone, &name, "GridCoordinates_t");
-            for array in grid {
-                let array = array.add(&mut draft, node);
-                add_length_exponents(&mut draft, array);
+    /// Puts into the file what grows with the steps.
+    fn store(&mut self, file: &mut Growing) -> Result<()> {
+        for column in [&mut self.times, &mut self.grids, &mut self.motions] {
+            file.store_column(column)?;
+        }
+        for series in [&mut self.at_nodes, &mut self.at_cells, &mut self.fields] {
+            if series.is_used() {
+                file.store_column(&mut series.pointers)?;
             }
-            grid_names.push(name);
         }
-        let motion = "ArbitraryGridMotion";
-        draft.text(zone, motion, "ArbitraryGridMotion_t", "DeformingGrid");
-        for series in [&self.at_nodes, &self.at_cells] {
-            series.add(&mut draft, zone);
+        Ok(())
+    }
+
+    /// What the base has of all steps.
+    fn times(&self) -> Draft<'_> {
+        let mut draft = Draft::default();
+        let n = self.n as i64;
+        let label = "BaseIterativeData_t";
+        let times = draft.integers(None, (TIMES, label), Kind::I4, &[1], &[n]);
+        draft.column(times, "TimeValues", Kind::R8, &self.times);
+        if self.fields.is_used() {
+            draft.column(times, FIELD_POINTERS, Kind::C1, &self.fields.pointers);
         }
-        let iterative = draft.group(zone, "ZoneIterativeData", "ZoneIterativeData_t");
-        draft.names(iterative, "GridCoordinatesPointers", &grid_names);
-        let motions = vec![motion.to_owned(); n];
-        draft.names(iterative, "ArbitraryGridMotionPointers", &motions);
+        draft
+    }
+
+    /// What the zone has of all steps.
+    fn pointers(&self) -> Draft<'_> {
+        let mut draft = Draft::default();
+        let data = draft.group(None, "ZoneIterativeData", "ZoneIterativeData_t");
+        draft.column(data, "GridCoordinatesPointers", Kind::C1, &self.grids);
+        draft.column(data, "ArbitraryGridMotionPointers", Kind::C1, &self.motions);
         let mut lists = ["FlowSolutionPointers", "FlowSolutionCellPointers"].into_iter();
-        for series in [&self.at_nodes, &self.at_cells] {
-            if let (false, Some(list)) = (series.solutions.is_empty(), lists.next()) {
-                let names = series.of_steps.iter();
-                let names: Vec<String> = names.map(|&i| series.solutions[i].0.clone()).collect();
-                draft.names(iterative, list, &names);
+        let used = [&self.at_nodes, &self.at_cells].into_iter();
+        for series in used.filter(|series| series.is_used()) {
+            if let Some(list) = lists.next() {
+                draft.column(data, list, Kind::C1, &series.pointers);
             }
         }
         draft
@@ -172,24 +208,31 @@ impl SequenceFile for Sequence {
         let sorted = plan::sorted(mesh)?;
         let mesh = sorted.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
-        let n_axes = self.first.as_ref().map_or(3, |first| first.n_axes);
-        self.append_grid(mesh, n_axes)?;
-        let step = self.times.len();
-        let everywhere = 0..mesh.points.len();
+        self.append_grid(mesh)?;
         let mut notes: Vec<String> = sorted.iter().map(|_| SORTED.to_owned()).collect();
-        let at_nodes = scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
-        self.at_nodes
-            .append(AT_NODES, step, &at_nodes, &mut self.file)?;
-        let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), &mut notes);
-        self.at_cells
-            .append(AT_CELLS, step, &at_cells, &mut self.file)?;
-        if step == 0 {
+        let (file, steps) = (&mut self.file, &mut self.steps);
+        let first = self.first.as_mut().expect("the first step has set it");
+        steps.append_arrays(mesh, (file, first), &mut notes)?;
+        if steps.n == 0 {
             self.notes.append(&mut notes);
         }
-        self.times.push(time);
-        let first = self.first.as_ref().expect("the first step has set it");
-        let steps = self.steps(first);
-        self.file.finish_step(&first.draft.tree(Some(&steps)))
+        steps.n += 1;
+        steps.times.push(&[time]);
+        steps.store(file)?;
+        for links in [
+            &mut first.root,
+            &mut first.base.links,
+            &mut first.zone.links,
+        ] {
+            file.store_links(links)?;
+        }
+        let (times, pointers) = (steps.times(), steps.pointers());
+        let mut tree = draft::root_of(&first.root);
+        let base = first.base.add_to(&mut tree, Tree::ROOT);
+        times.add_to(&mut tree, base);
+        let zone = first.zone.add_to(&mut tree, base);
+        pointers.add_to(&mut tree, zone);
+        file.finish_step(&tree)
     }
 
     fn notes(&self) -> &[String] {
@@ -200,100 +243,27 @@ impl SequenceFile for Sequence {
         self.file.n_bytes()
     }
 
+    fn end(&mut self) -> Result<bool> {
+        self.file.end()
+    }
+
     fn is_retracing(&self) -> bool {
         self.file.is_retracing()
     }
 }
 
-impl Series {
-    /// Takes over the arrays of a step; those that are as in the step before are not written again.
-    fn append(
-        &mut self,
-        name: &str,
-        step: usize,
-        scalars: &[Scalar],
-        file: &mut Growing,
-    ) -> Result<()> {
-        if scalars.is_empty() && self.solutions.is_empty() {
-            return Ok(());
-        }
-        let before = self.solutions.last().map(|(_, arrays)| &arrays[..]);
-        let before = before.unwrap_or(&[]);
-        let names = |arrays: &[Array]| arrays.iter().map(|a| a.name.clone()).collect::<Vec<_>>();
-        let given: Vec<String> = scalars.iter().map(|scalar| scalar.name.clone()).collect();
-        if step > 0 && names(before) != given {
-            return Err(Error::input(format!(
-                "step {step} has the arrays {}, the first step {}; a sequence in one CGNS file has the \
-                 same at every step",
-                given.join(", "),
-                names(before).join(", ")
-            )));
-        }
-        let mut arrays = Vec::new();
-        for scalar in scalars {
-            let hash = hash_of_bytes(&scalar.make())?;
-            let same = before
-                .iter()
-                .find(|a| a.name == scalar.name && a.hash == Some(hash));
-            let stored = match same {
-                Some(array) => array.stored,
-                None => {
-                    let make = scalar.make();
-                    file.store(|sink| make(sink))?
-                }
-            };
-            arrays.push(Array {
-                name: scalar.name.clone(),
-                full_name: scalar.full_name.clone(),
-                kind: scalar.kind,
-                n: scalar.n,
-                stored,
-                hash: Some(hash),
-            });
-        }
-        if before != arrays {
-            self.solutions.push((step_name(name, step), arrays));
-        }
-        self.of_steps.push(self.solutions.len() - 1);
-        Ok(())
-    }
-
-    fn add(&self, draft: &mut Draft, zone: Place) {
-        for (name, arrays) in &self.solutions {
-            let solution = draft.group(zone, name, "FlowSolution_t");
-            draft.text(solution, "GridLocation", "GridLocation_t", self.location);
-            for array in arrays {
-                array.add(draft, solution);
-            }
-        }
-    }
-}
-
-impl Array {
-    fn add(&self, draft: &mut Draft, parent: Place) -> Place {
-        let node = draft.stored(parent, &self.name, self.kind, self.n, self.stored);
-        if let Some(full_name) = &self.full_name {
-            draft.text(node, FULL_NAME, "Descriptor_t", full_name);
-        }
-        node
-    }
-}
-
-/// The first step has the name that programs look for which know of no steps.
-fn step_name(name: &str, step: usize) -> String {
-    match step {
-        0 => name.to_owned(),
-        _ => format!("{name}#{step:04}"),
-    }
-}
-
-fn hash_of_bytes(make: &Make) -> Result<blake3::Hash> {
-    let mut hasher = blake3::Hasher::new();
-    make(&mut |bytes| {
-        hasher.update(bytes);
-        Ok(())
-    })?;
-    Ok(hasher.finalize())
+/// Bytes that a step adds to a file, at the most: values, then a node for each array, and lists of
+/// one name a step.
+pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> u64 {
+    const GROUPS: u64 = 4000;
+    const ARRAY: u64 = 500;
+    // Lists of times, of coordinates and of solutions.
+    const LISTS: u64 = 4;
+    let n_axes = if step.is_plane { 2 } else { 3 };
+    let (n_at_cells, bytes_at_cells) = step.at_cells;
+    let n_arrays = 2 * n_axes + n_axes * step.n_vectors + n_at_cells;
+    let values = step.n_nodes * n_axes * (step.number + 8 * step.n_vectors) + bytes_at_cells;
+    values + GROUPS + n_arrays * ARRAY + LISTS * index_bytes(step.n_steps / 8)
 }
 
 /// What must be the same at every step: cells and groups.
