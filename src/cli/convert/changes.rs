@@ -83,8 +83,9 @@ impl Changes {
     /// Refuses what no mesh can be changed by.
     pub fn check(&self) -> Result<()> {
         match self.scale {
-            Some(factor) if !factor.is_finite() || factor == 0.0 => Err(Error::input(format!(
-                "--scale {factor}: the factor must be a finite number other than 0"
+            Some(factor) if !factor.is_finite() || factor <= 0.0 => Err(Error::input(format!(
+                "--scale {factor}: the factor must be a finite number above 0; a negative one would turn \
+                 every cell inside out"
             ))),
             _ => Ok(()),
         }

@@ -293,6 +293,7 @@ impl<'a> Parts<'a> {
         mesh.cell_arrays
             .extend(numbers.map(|numbers| array("cell_number", numbers)));
         self.tags.shared.merge(&mut mesh);
+        data::note_missing(&mesh, notes);
         Ok(mesh)
     }
 }
