@@ -80,6 +80,7 @@ impl Source {
         }
     }
 
+    /// What is in memory or mapped, unpacked.
     fn unpacked(self) -> Result<Self> {
         match packed::unpack(self.bytes()) {
             None => Ok(self),
@@ -96,14 +97,23 @@ impl Source {
         &self.path
     }
 
-    /// Its bytes.
+    /// Its bytes; those of text without the mark that some editors put before UTF-8.
     pub fn bytes(&self) -> &[u8] {
-        (*self.bytes).as_ref()
+        without_mark((*self.bytes).as_ref())
     }
 
     /// Its bytes, for a reader that wants to own them; nothing is copied.
     pub(super) fn shared(&self) -> Shared {
         Shared(Arc::clone(&self.bytes))
+    }
+}
+
+/// Text without the mark of UTF-8. What goes on with control characters is binary, and may start so.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    let is_text = |byte: &u8| byte.is_ascii_whitespace() || !byte.is_ascii_control();
+    match bytes.strip_prefix(b"\xef\xbb\xbf") {
+        Some(rest) if rest.first().is_none_or(is_text) => rest,
+        _ => bytes,
     }
 }
 

@@ -150,12 +150,7 @@ mod tests {
         }
         let id = Values::I32(vec![10, 11, 12, 13]);
         mesh.cell_arrays.push(DataArray::scalar("id", id));
-        let heat = vec![
-            [1.0, 2.0],
-            [f64::NAN; 2],
-            [3.0, f64::NAN],
-            [4.0, f64::NAN],
-        ];
+        let heat = vec![[1.0, 2.0], [f64::NAN; 2], [3.0, f64::NAN], [4.0, f64::NAN]];
         let heat = Values::F64(heat.into_flattened());
         mesh.cell_arrays.push(DataArray::tuples("heat", 2, heat));
         mesh.merge_repeated_faces();

@@ -74,6 +74,11 @@ impl Extent {
         Ok(extent)
     }
 
+    /// Whether it is that of a step; otherwise it is all that the file holds.
+    pub fn has_steps(&self) -> bool {
+        self.step.is_some()
+    }
+
     fn read_parts(&self, grid: &Group) -> Result<Vec<Part>> {
         let n_points = counts(grid, "NumberOfPoints")?;
         let n_cells = counts(grid, "NumberOfCells")?;

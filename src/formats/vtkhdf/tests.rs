@@ -39,9 +39,10 @@ fn mesh() -> Mesh {
         DataArray::tuples("velocity", 3, Values::F64(numbers(42))),
         DataArray::scalar("u8", Values::U8((0..14).collect())),
     ];
-    mesh.cell_arrays = vec![
-        DataArray::scalar("quality", Values::F32(vec![0.5, f32::NAN, 1.0, -0.0, 3.5])),
-    ];
+    mesh.cell_arrays = vec![DataArray::scalar(
+        "quality",
+        Values::F32(vec![0.5, f32::NAN, 1.0, -0.0, 3.5]),
+    )];
     mesh.field_arrays = vec![
         DataArray::tuples("rate", 2, Values::I64(vec![1, 2, 3, 4])),
         DataArray::scalar("name", text(["a", "", "ö", "d", "e"])),
@@ -209,7 +210,10 @@ fn the_steps_of_vtk_are_read_one_by_one() {
         .read(&source, &options, &mut Notes::default())
         .expect_err("there are three");
     let message = error.to_string();
-    assert!(message.ends_with("step 3 of 3; steps count from 0"), "{message}");
+    assert!(
+        message.ends_with("step 3 of 3; steps count from 0"),
+        "{message}"
+    );
 }
 
 #[test]
