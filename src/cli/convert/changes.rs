@@ -177,8 +177,12 @@ fn rename(mesh: &mut Mesh, renamings: &[(String, String)]) -> Result<()> {
         }
     }
     for (i, group) in mesh.groups.iter().enumerate() {
-        let twin = |other: &&Group| other.dimension == group.dimension && other.name == group.name;
-        if mesh.groups[..i].iter().any(|other| twin(&other)) && !renamings.is_empty() {
+        // Groups that shared a name before may go on doing so.
+        let twin = |(j, other): (usize, &Group)| {
+            let same = other.dimension == group.dimension && other.name == group.name;
+            same && names[i] != names[j]
+        };
+        if mesh.groups[..i].iter().enumerate().any(twin) {
             return Err(Error::input(format!(
                 "--rename-tag: two groups would be called \"{}\"",
                 group.name

@@ -46,8 +46,11 @@ impl Format for Msh {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
+    fn title_of(&self, head: &[u8]) -> String {
+        title_of(head)
+    }
     fn version(&self, head: &[u8]) -> Option<String> {
-        super::word_after(head, b"$MeshFormat")
+        version(head)
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
@@ -79,6 +82,12 @@ impl Format for Msh22 {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
+    fn title_of(&self, head: &[u8]) -> String {
+        title_of(head)
+    }
+    fn version(&self, head: &[u8]) -> Option<String> {
+        version(head)
+    }
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
@@ -94,6 +103,31 @@ impl Format for Msh22 {
         write22::write(mesh, out, options)
     }
 }
+
+/// What a file is, whichever version is written under this name. Only the header of binary files goes
+/// on with bytes that are no text.
+fn title_of(head: &[u8]) -> String {
+    let is_binary = version(head).is_some_and(|version| {
+        let header = [version.as_bytes(), b" 1 "].concat();
+        let start = &head[..head.len().min(HEADER_BYTES)];
+        memchr::memmem::find(start, &header).is_some()
+    });
+    let form = if is_binary { "binary" } else { "text" };
+    format!("Gmsh MSH, {form} (.msh)")
+}
+
+/// The version that a file says it has; the first has no header.
+fn version(head: &[u8]) -> Option<String> {
+    let said = super::word_after(head, b"$MeshFormat");
+    said.or_else(|| {
+        head.trim_ascii_start()
+            .starts_with(b"$NOD")
+            .then(|| "1".to_owned())
+    })
+}
+
+/// Bytes in which the header of a file is looked for.
+const HEADER_BYTES: usize = 4096;
 
 /// Whether a file starts as one of Gmsh's does; `$NOD` starts version 1.
 fn is_msh(head: &[u8]) -> bool {

@@ -7,6 +7,7 @@ use super::holds;
 use super::parts::{Marker, Parts};
 use crate::error::{Error, Result};
 use crate::mesh::{CellRun, Group, Mesh};
+use std::collections::BTreeMap;
 use std::io::Write;
 
 /// Writes the mesh; returns a sentence for each thing that is left out.
@@ -24,6 +25,7 @@ pub(super) fn write(
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
+    notes.extend(merged(mesh));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
         notes.push("nodes are written zone by zone, in another order".into());
@@ -191,6 +193,18 @@ fn renamed(parts: &Parts) -> Vec<String> {
         }
     }
     notes
+}
+
+/// Sentences about boundary tags that share a name, which is all that SU2 knows them by.
+fn merged(mesh: &Mesh) -> Vec<String> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for tag in mesh.boundary_tags() {
+        *counts.entry(&tag.name).or_default() += 1;
+    }
+    let several = counts.into_iter().filter(|(_, n)| *n > 1);
+    several
+        .map(|(name, n)| format!("{n} boundary tags are called \"{name}\" and become one marker"))
+        .collect()
 }
 
 /// Sentences about cells and groups of lower dimension that are not written.
