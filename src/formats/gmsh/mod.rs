@@ -104,13 +104,13 @@ impl Format for Msh22 {
     }
 }
 
-/// What a file is, whichever version is written under this name. Only the header of binary files goes
-/// on with bytes that are no text.
+/// What a file is, whichever version is written under this name: behind `$MeshFormat` stand the version
+/// and a 1 for binary.
 fn title_of(head: &[u8]) -> String {
-    let is_binary = version(head).is_some_and(|version| {
-        let header = [version.as_bytes(), b" 1 "].concat();
-        let start = &head[..head.len().min(HEADER_BYTES)];
-        memchr::memmem::find(start, &header).is_some()
+    let start = memchr::memmem::find(&head[..head.len().min(HEADER_BYTES)], b"$MeshFormat");
+    let is_binary = start.is_some_and(|start| {
+        let mut words = head[start..].split(u8::is_ascii_whitespace);
+        words.by_ref().filter(|word| !word.is_empty()).nth(2) == Some(b"1")
     });
     let form = if is_binary { "binary" } else { "text" };
     format!("Gmsh MSH, {form} (.msh)")

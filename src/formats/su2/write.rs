@@ -1,13 +1,14 @@
 //! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
 
 use super::super::WriteOptions;
-use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
+use super::super::records::{
+    left_out, push_integer, push_real, shared_names, write_all, write_records,
+};
 use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, Parts};
 use crate::error::{Error, Result};
 use crate::mesh::{CellRun, Group, Mesh};
-use std::collections::BTreeMap;
 use std::io::Write;
 
 /// Writes the mesh; returns a sentence for each thing that is left out.
@@ -25,7 +26,7 @@ pub(super) fn write(
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
-    notes.extend(merged(mesh));
+    notes.extend(shared_names(mesh));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
         notes.push("nodes are written zone by zone, in another order".into());
@@ -193,18 +194,6 @@ fn renamed(parts: &Parts) -> Vec<String> {
         }
     }
     notes
-}
-
-/// Sentences about boundary tags that share a name, which is all that SU2 knows them by.
-fn merged(mesh: &Mesh) -> Vec<String> {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for tag in mesh.boundary_tags() {
-        *counts.entry(&tag.name).or_default() += 1;
-    }
-    let several = counts.into_iter().filter(|(_, n)| *n > 1);
-    several
-        .map(|(name, n)| format!("{n} boundary tags are called \"{name}\" and become one marker"))
-        .collect()
 }
 
 /// Sentences about cells and groups of lower dimension that are not written.

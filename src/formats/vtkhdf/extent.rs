@@ -4,7 +4,7 @@
 //! some, and offsets into the other datasets.
 
 use super::super::hdf5::{Dataset, Group};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::mesh::Values;
 use std::ops::Range;
 
@@ -144,10 +144,14 @@ impl Extent {
     fn of_steps(&self, group: &Group, name: &str) -> Result<Option<Vec<u64>>> {
         let values = integers(group, name)?;
         match (&values, self.step) {
-            (Some(values), Some((_, n_steps))) if values.len() < n_steps => Err(Error::input(
-                format!("{} values for {n_steps} steps", values.len()),
-            )
-            .dataset(name)),
+            (Some(values), Some((_, n_steps))) if values.len() < n_steps => {
+                Err(Error::input(format!(
+                    "{} for {}",
+                    counted(values.len(), "value"),
+                    counted(n_steps, "step")
+                ))
+                .dataset(name))
+            }
             _ => Ok(values),
         }
     }
@@ -215,10 +219,12 @@ impl FaceCounts {
         let list = |name: &str| {
             let found = counts(grid, name)?;
             match found.len() < n_parts {
-                true => Err(
-                    Error::input(format!("{} values for {n_parts} parts", found.len()))
-                        .dataset(name),
-                ),
+                true => Err(Error::input(format!(
+                    "{} for {}",
+                    counted(found.len(), "value"),
+                    counted(n_parts, "part")
+                ))
+                .dataset(name)),
                 false => Ok(found),
             }
         };

@@ -5,7 +5,7 @@ use super::super::vtk::{cells::repeat_tuples, tags};
 use super::super::{Notes, ReadOptions};
 use super::cells;
 use super::extent::{Extent, Part};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Mesh, Values};
 use std::ops::Range;
 
@@ -87,11 +87,8 @@ fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
         return Err(wrong(&format!("{:?} values", dataset.shape())));
     }
     if dataset.n_rows() < rows.end {
-        let found = dataset.n_rows();
-        let message = format!(
-            "it has {found} rows, but NumberOfPoints asks for {}",
-            rows.end
-        );
+        let found = counted(dataset.n_rows() as usize, "row");
+        let message = format!("it has {found}, but NumberOfPoints asks for {}", rows.end);
         return Err(Error::input(message).dataset("Points"));
     }
     dataset.check_rows(rows)?;
@@ -137,7 +134,8 @@ fn arrays(
         let of_grid = extent.array_rows(&offsets, name, rows.clone())?;
         if n < of_grid.end {
             let needed = of_grid.end;
-            let message = format!("it has {n} rows; it must have {needed}, one for each {what}");
+            let found = counted(n as usize, "row");
+            let message = format!("it has {found}; it must have {needed}, one for each {what}");
             return Err(Error::input(message).dataset(&format!("{group_name}/{name}")));
         }
         arrays.push(array(&dataset, of_grid)?);

@@ -6,7 +6,7 @@ use crate::formats::{Begin, Precision, SequenceFile, parse};
 use crate::mesh::{CellKind, DataArray, Group, Values};
 use std::path::Path;
 
-fn mesh() -> Mesh {
+pub(super) fn mesh() -> Mesh {
     let mut mesh = Mesh {
         points: (0..14)
             .map(|i| [f64::from(i % 3), f64::from(i) / 3.0, -0.1])
@@ -54,7 +54,7 @@ fn text<const N: usize>(words: [&str; N]) -> Values {
     Values::Text(words.map(String::from).to_vec())
 }
 
-fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Vec<String>) {
+pub(super) fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Vec<String>) {
     let mut bytes = Vec::new();
     let notes = VtkHdf
         .write(mesh, &mut bytes, options)
@@ -457,69 +457,4 @@ fn other_hdf5_files_are_told_apart() {
     let image = bytes(Some("ImageData"));
     let error = parse(&VtkHdf, &image, &ReadOptions::default()).expect_err("it is no grid");
     assert!(error.to_string().contains("type ImageData"), "{error}");
-}
-
-/// A file of two steps of one vertex each, with these offsets of points and this shape of
-/// `Connectivity`.
-fn two_vertices(point_offsets: &[i64], connectivity: &[u64]) -> Result<Mesh> {
-    use crate::formats::hdf5::{Data, Element, Tree};
-    let mut tree = Tree::new();
-    let root = tree.group(Tree::ROOT, ROOT);
-    tree.text_attribute(root, "Type", "UnstructuredGrid");
-    tree.number_attribute(root, "Version", &[2_i64, 0], false);
-    for name in ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"] {
-        tree.numbers(root, name, &[1_i64, 1]);
-    }
-    let points = bytemuck::cast_slice(&[0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0]).to_vec();
-    let points = Data::Bytes(points.into());
-    tree.dataset(root, "Points", Element::F64, &[2, 3], points);
-    let nodes = vec![0_u8; 8 * connectivity.iter().product::<u64>() as usize];
-    let nodes = Data::Bytes(nodes.into());
-    tree.dataset(root, "Connectivity", Element::I64, connectivity, nodes);
-    tree.numbers(root, "Offsets", &[0_i64, 1, 0, 1]);
-    tree.numbers(root, "Types", &[1_u8, 1]);
-    let steps = tree.group(root, "Steps");
-    tree.numbers(steps, "Values", &[0.0_f64, 1.0]);
-    tree.numbers(steps, "PartOffsets", &[0_i64, 1]);
-    tree.numbers(steps, "PointOffsets", point_offsets);
-    for name in ["CellOffsets", "ConnectivityIdOffsets"] {
-        tree.numbers(steps, name, &[0_i64, 1]);
-    }
-    let mut bytes = Vec::new();
-    tree.write(&mut bytes).expect("it can be written");
-    parse(&VtkHdf, &bytes, &ReadOptions::default())
-}
-
-#[test]
-fn less_offsets_than_steps_are_refused() {
-    let mesh = two_vertices(&[0, 1], &[2]).expect("a good file");
-    assert_eq!(mesh.points, [[1.0; 3]]);
-    let error = two_vertices(&[0], &[2]).expect_err("one offset for two steps");
-    let error = error.to_string();
-    assert!(error.contains("PointOffsets"), "{error}");
-    assert!(error.contains("1 values for 2 steps"), "{error}");
-}
-
-#[test]
-fn indices_of_several_columns_are_refused_without_a_panic() {
-    for shape in [[2, 2], [2, 0]] {
-        let error = two_vertices(&[0, 1], &shape).expect_err("two columns");
-        let error = error.to_string();
-        assert!(error.contains("Connectivity"), "{error}");
-        assert!(error.contains("values instead of 1"), "{error}");
-    }
-}
-
-#[test]
-fn damaged_files_are_refused_without_a_panic() {
-    let (bytes, _) = written(&mesh(), &WriteOptions::default());
-    let options = ReadOptions::default();
-    for at in (0..bytes.len()).step_by(11) {
-        let mut damaged = bytes.clone();
-        damaged[at] ^= 0x55;
-        let _ = parse(&VtkHdf, &damaged, &options);
-    }
-    for n in (0..bytes.len()).step_by(101) {
-        assert!(parse(&VtkHdf, &bytes[..n], &options).is_err(), "cut at {n}");
-    }
 }
