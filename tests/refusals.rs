@@ -109,7 +109,7 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     std::fs::write(folder.join("empty.xyz"), "").unwrap();
     std::fs::write(folder.join("note.dat"), "hello\n").unwrap();
     for (mesh, parts) in [
-        ("no.vtu", ["no.vtu: ", "No such file"]),
+        ("no.vtu", ["no.vtu: ", "no such file"]),
         ("folder", ["folder: ", "a folder, not a mesh"]),
         ("empty.vtu", ["empty.vtu: ", "empty"]),
         ("empty.xyz", ["empty.xyz: ", "empty"]),
@@ -122,7 +122,7 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
         refused(folder, &["diff", "n.vtu", mesh], &parts);
     }
     let deform = |schedule| ["deform", "n.vtu", schedule, "-o", "out"];
-    refused(folder, &deform("no.toml"), &["no.toml: ", "No such file"]);
+    refused(folder, &deform("no.toml"), &["no.toml: ", "no such file"]);
     refused(folder, &deform("folder"), &["folder: ", "directory"]);
     refused(
         folder,

@@ -74,6 +74,14 @@ impl Input {
         }
     }
 
+    /// What the file is.
+    pub fn title(&self) -> Option<String> {
+        match &self.meshes {
+            Meshes::File { source, format, .. } => Some(format.title_of(source.bytes())),
+            Meshes::Listed(_) => None,
+        }
+    }
+
     /// Version of the format that the file says it has.
     pub fn version(&self) -> Option<String> {
         match &self.meshes {

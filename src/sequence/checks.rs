@@ -124,24 +124,11 @@ impl Write for Counter {
 
 /// Sentences where numbers are to be stored in a way that the format does not have.
 fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<String> {
-    let (output, name) = (&plan.schedule.output, format.name());
-    let is_vtu = name == "vtu" || name == "pvtu";
-    let binary_only = name == "vtkhdf" || name == "cgns" || name.starts_with("ugrid-");
-    let no_encoding = match output.encoding {
-        Encoding::Raw => false,
-        Encoding::Base64 => !is_vtu,
-        Encoding::Ascii => binary_only,
-    };
-    let dropped = [
-        ("encoding", no_encoding),
-        (
-            "compression",
-            output.compression != Compression::None && !is_vtu,
-        ),
-    ];
-    let dropped = dropped.iter().filter(|(_, is_dropped)| *is_dropped);
+    let dropped = write_options(plan).without_effect(format);
+    let name = format.name();
     dropped
-        .map(|(key, _)| format!("output.{key} has no effect on files of format = \"{name}\""))
+        .iter()
+        .map(|key| format!("output.{key} has no effect on files of format = \"{name}\""))
         .collect()
 }
 

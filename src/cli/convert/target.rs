@@ -131,6 +131,7 @@ impl Run<'_> {
         format: &'static dyn Format,
     ) -> Result<()> {
         let create = format.sequence().expect("asked before");
+        self.remark_on_options(format);
         let mut file = create(path, &self.args.write.options(), Begin::Anew)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
@@ -181,6 +182,7 @@ impl Run<'_> {
 
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
+        self.remark_on_options(format);
         let options = self.args.write.options();
         self.args.write.check_companions(mesh, path, format)?;
         let write = || match self.args.pieces {
@@ -193,6 +195,12 @@ impl Run<'_> {
         }
         self.note_written(mesh, path, format, None);
         Ok(())
+    }
+
+    fn remark_on_options(&self, format: &dyn Format) {
+        for remark in self.args.write.remarks(format) {
+            self.tell(remark);
+        }
     }
 
     fn note_written(&self, mesh: &Mesh, path: &Path, format: &dyn Format, time: Option<f64>) {

@@ -10,7 +10,7 @@ pub struct Facts<'a> {
     /// The mesh; of a sequence, the last.
     pub mesh: &'a Mesh,
     /// What the file's format is.
-    pub format: &'static str,
+    pub format: String,
     /// Version of the format, where the file says it.
     pub version: Option<String>,
     /// Remarks of the reader.
@@ -58,7 +58,9 @@ impl<'a> Facts<'a> {
             rayon::join(nodes, || Boundary::of(mesh));
         Self {
             mesh,
-            format: loaded.format.title(),
+            format: input
+                .title()
+                .unwrap_or_else(|| loaded.format.title().to_owned()),
             version: input.version(),
             notes: loaded.notes.iter().collect(),
             times: input.times(),

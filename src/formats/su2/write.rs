@@ -1,7 +1,9 @@
 //! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
 
 use super::super::WriteOptions;
-use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
+use super::super::records::{
+    left_out, push_integer, push_real, shared_names, write_all, write_records,
+};
 use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, Parts};
@@ -24,6 +26,7 @@ pub(super) fn write(
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
+    notes.extend(shared_names(mesh));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
         notes.push("nodes are written zone by zone, in another order".into());

@@ -122,4 +122,6 @@ fn placed<T>(result: Result<T>) -> Result<T> {
 }
 
 #[cfg(test)]
+mod damaged;
+#[cfg(test)]
 mod tests;

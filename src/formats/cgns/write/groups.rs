@@ -4,6 +4,7 @@
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Place};
 use super::names::Names;
+use crate::formats::records::shared_names;
 use crate::mesh::{CellSet, Group, Mesh};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,6 +50,7 @@ pub(super) fn add(
     let mut families = Families::new(base);
     let mut conditions = None;
     let mut condition_names = Names::default();
+    notes.extend(shared_names(mesh));
     for group in &mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
