@@ -6,6 +6,7 @@
 pub mod cgns;
 pub mod gmsh;
 mod hdf5;
+mod hidden;
 pub mod legacy;
 mod lexer;
 mod packed;
@@ -14,6 +15,7 @@ mod records;
 mod save;
 mod sequence;
 mod series;
+mod sink;
 mod source;
 pub mod su2;
 pub mod ugrid;
@@ -23,9 +25,12 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use save::{save, save_text, write_companions, write_whole};
+pub use hidden::end_hidden;
+pub use save::{
+    Waiting, save, save_text, stage, stage_bytes, write_companions, write_file, write_whole,
+};
 pub use sequence::{Begin, CreateSequence, SequenceFile};
-pub use series::{is_series, pvd, read_series, vtk_series};
+pub use series::{Listed, is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};
