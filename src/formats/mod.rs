@@ -6,6 +6,7 @@
 pub mod cgns;
 pub mod gmsh;
 mod hdf5;
+mod hidden;
 pub mod legacy;
 mod lexer;
 mod options;
@@ -15,6 +16,7 @@ mod records;
 mod save;
 mod sequence;
 mod series;
+mod sink;
 mod source;
 pub mod su2;
 pub mod ugrid;
@@ -24,10 +26,13 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
+pub use hidden::end_hidden;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use save::{save, save_text, write_companions, write_whole};
+pub use save::{
+    Waiting, save, save_text, stage, stage_bytes, write_companions, write_file, write_whole,
+};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepSize};
-pub use series::{is_series, pvd, read_series, vtk_series};
+pub use series::{Listed, is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};

@@ -2,7 +2,7 @@
 //! that are interpolated, the support radius and the tolerance.
 
 use super::fit::{
-    check_combination, check_constant, check_finite, check_radii, check_size, unused,
+    check_combination, check_constant, check_finite, check_radii, check_size, repeated_time, unused,
 };
 use super::layer::{self, Layer, Method};
 use super::periodic::PeriodicNodes;
@@ -91,6 +91,7 @@ impl Plan {
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
         check_constant(&schedule, tolerance).map_err(in_schedule)?;
         choices.extend(unused(&schedule));
+        choices.extend(repeated_time(&schedule));
         let periodic =
             PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());

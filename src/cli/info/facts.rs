@@ -14,7 +14,7 @@ pub struct Facts<'a> {
     /// Version of the format, where the file says it.
     pub version: Option<String>,
     /// Remarks of the reader.
-    pub notes: Vec<&'a str>,
+    pub notes: Vec<String>,
     /// Times of a sequence.
     pub times: Option<Vec<f64>>,
     /// Number of cells of each kind.
@@ -53,6 +53,7 @@ impl<'a> Facts<'a> {
         }
         let curved = cells.iter().filter(|(kind, _)| kind.is_curved());
         let n_curved = curved.map(|(_, count)| count).sum();
+        let notes = loaded.notes.iter().map(str::to_owned);
         let nodes = || (mesh.n_orphan_nodes(), mesh.n_repeated_nodes());
         let ((n_orphan_nodes, n_repeated_nodes), boundary) =
             rayon::join(nodes, || Boundary::of(mesh));
@@ -62,7 +63,7 @@ impl<'a> Facts<'a> {
                 .title()
                 .unwrap_or_else(|| loaded.format.title().to_owned()),
             version: input.version(),
-            notes: loaded.notes.iter().collect(),
+            notes: input.remark_on_times().into_iter().chain(notes).collect(),
             times: input.times(),
             cells,
             n_curved,

@@ -42,8 +42,9 @@ pub fn of(facts: &Facts) -> String {
     let version = version.map_or(String::new(), |version| format!(", version {version}"));
     rows.push("format", format!("{}{version}", facts.format));
     if let Some(times) = &facts.times {
-        let ends = [times.first(), times.last()].map(|time| time.copied().unwrap_or(f64::NAN));
-        let (n, [from, to]) = (times.len(), ends);
+        let from = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let to = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let n = times.len();
         rows.push(
             "steps",
             format!("{n}, times {from} to {to}; the last follows"),

@@ -238,6 +238,12 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
     if n_lower > 0 {
         notes.push(format!("{n_lower} cells of lower dimension are left out"));
     }
+    if mesh.groups.iter().any(|group| group.condition.is_some()) {
+        notes.push(
+            "types of boundary conditions are not written: SU2 has them in its configuration"
+                .into(),
+        );
+    }
     notes
 }
 

@@ -74,10 +74,10 @@ pub(super) fn add(
     }
 }
 
-/// Cells and nodes are subregions. Edges in space would be too, but for the CGNS library's own checker,
+/// Cells are subregions. Nodes, and edges in space, would be too, but for the CGNS library's own checker,
 /// which wants subregions of cells or of faces.
 fn add_region(draft: &mut Draft, zone: Place, name: &str, of: u8, mesh: u8) -> Place {
-    if of == 1 && mesh == 3 {
+    if of + 1 < mesh {
         return draft.group(zone, name, "UserDefinedData_t");
     }
     let name = (name, "ZoneSubRegion_t");
