@@ -138,21 +138,38 @@ pub(super) fn report(folder: &Path, finished: &Finished, context: &Context) -> R
     })
 }
 
-/// A condition may fail at every step: the first sentences are shown, all with `-v`.
+/// A condition may fail at every step: the first sentences of each sort are shown, all with `-v`.
 fn warn_of_some(sentences: &[String], context: &Context) {
-    let shown = match context.common.verbose {
-        0 => sentences.len().min(SHOWN),
-        _ => sentences.len(),
-    };
-    for sentence in &sentences[..shown] {
-        context.warn(sentence);
+    for alike in by_sort(sentences) {
+        let shown = match context.common.verbose {
+            0 => alike.len().min(SHOWN),
+            _ => alike.len(),
+        };
+        for sentence in &alike[..shown] {
+            context.warn(sentence);
+        }
+        if shown < alike.len() {
+            context.warn(&format!(
+                "and {} more like these; -v shows them, run.json and steps.csv hold them",
+                alike.len() - shown
+            ));
+        }
     }
-    if shown < sentences.len() {
-        context.warn(&format!(
-            "and {} more like these; -v shows them, run.json and steps.csv hold them",
-            sentences.len() - shown
-        ));
+}
+
+/// Sentences that are the same but for words with numbers, in the order of the first of each sort.
+fn by_sort(sentences: &[String]) -> Vec<Vec<&str>> {
+    let mut sorts: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
+    for sentence in sentences {
+        let words = sentence.split_whitespace();
+        let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
+        let words: Vec<&str> = words.filter(|word| !has_digit(word)).collect();
+        match sorts.iter_mut().find(|(known, _)| *known == words) {
+            Some((_, alike)) => alike.push(sentence),
+            None => sorts.push((words, vec![sentence])),
+        }
     }
+    sorts.into_iter().map(|(_, alike)| alike).collect()
 }
 
 fn summary(folder: &Path, finished: &Finished) -> String {
@@ -183,4 +200,19 @@ fn summary(folder: &Path, finished: &Finished) -> String {
         t.steps,
         t.writing,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentences_of_one_sort_stand_together_and_hide_no_other() {
+        let inverted = |step: usize| format!("step {step}: {} cells are inverted", 7 * step);
+        let mut sentences: Vec<String> = (0..9).map(inverted).collect();
+        sentences.insert(8, "two surfaces are 1.2e-3 apart at node 5".to_owned());
+        let sorts = by_sort(&sentences);
+        assert_eq!(sorts.iter().map(Vec::len).collect::<Vec<_>>(), [9, 1]);
+        assert_eq!(sorts[1], ["two surfaces are 1.2e-3 apart at node 5"]);
+    }
 }

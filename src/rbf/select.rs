@@ -11,7 +11,7 @@
 
 use super::criterion::Criterion;
 use super::interpolant::Interpolant;
-use super::newton::Candidates;
+use super::newton::{Candidates, LEAST_POWER};
 use super::space::Space;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
@@ -106,7 +106,29 @@ pub fn select(
     limits: Limits,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<Selection> {
-    let mut chosen = Chosen::default();
+    grow(space, targets, limits, Chosen::default(), progress)
+}
+
+/// The same beside base points that are there already: these first, then further ones.
+///
+/// What [`select`] costs, and for the `n` that are there `n^3 / 3` multiply-adds.
+pub fn extend(
+    space: &Space,
+    targets: Targets<'_>,
+    base: Vec<usize>,
+    limits: Limits,
+) -> Result<Selection> {
+    let chosen = Chosen::of_base(space, targets.points, base);
+    grow(space, targets, limits, chosen, &mut |_, _| {})
+}
+
+fn grow(
+    space: &Space,
+    targets: Targets<'_>,
+    limits: Limits,
+    mut chosen: Chosen,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<Selection> {
     if targets.criterion.n_modes() == 0 {
         return chosen.finish(space, targets, limits.measure);
     }
@@ -226,6 +248,24 @@ pub(super) struct Chosen {
 }
 
 impl Chosen {
+    /// Base points chosen before, with their factor.
+    fn of_base(space: &Space, points: &[Vector], base: Vec<usize>) -> Self {
+        let mut factor = GrowingCholesky::default();
+        for (n, &new) in base.iter().enumerate() {
+            let new = &points[new];
+            let mut row = Matrix::from_fn(n, 1, |i, _| space.between(&points[base[i]], new));
+            factor.solve_lower(&mut row);
+            let squares: f64 = row.column(0).iter().map(|v| v * v).sum();
+            let power = (space.between(new, new) - squares).max(LEAST_POWER);
+            factor.push(row.column(0), power.sqrt());
+        }
+        Self {
+            base,
+            factor,
+            ..Self::default()
+        }
+    }
+
     /// The interpolant of the base points chosen so far, by the growing factor where that serves.
     fn interpolant(&self, space: &Space, targets: &Targets<'_>) -> Result<Interpolant> {
         let values = targets.values_at(&self.base);

@@ -269,7 +269,8 @@ impl Run<'_> {
     fn note_misses(&self, finished: &mut Finished) {
         for (index, row) in &self.rows {
             let error = row.number("selection_error").unwrap_or(0.0);
-            match missed(self.plan, &self.plan.motion.steps[*index], error) {
+            let n_base = row.number("base_points").unwrap_or(0.0) as usize;
+            match missed(self.plan, &self.plan.motion.steps[*index], n_base, error) {
                 Some((sentence, true)) => finished.failures.push(sentence),
                 Some((sentence, false)) => finished.warnings.push(sentence),
                 None => {}

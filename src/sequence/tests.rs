@@ -124,13 +124,13 @@ fn substeps_report_the_error_that_has_added_up() {
     assert!((reported - error).abs() <= 1e-14, "{reported:e} {error:e}");
     let step = &without.motion.steps[1];
     assert_eq!(
-        super::choose::missed(&without, step, 0.02).map(|found| found.1),
+        super::choose::missed(&without, step, 9, 0.02).map(|found| found.1),
         Some(true)
     );
-    assert_eq!(super::choose::missed(&without, step, 0.009), None);
+    assert_eq!(super::choose::missed(&without, step, 9, 0.009), None);
     let with = plan(&schedule(true));
     assert_eq!(
-        super::choose::missed(&with, step, 0.02).map(|found| found.1),
+        super::choose::missed(&with, step, 9, 0.02).map(|found| found.1),
         Some(false)
     );
     assert_eq!(errors(&with)[1].1, 0.0);
