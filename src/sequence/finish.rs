@@ -275,11 +275,10 @@ fn join_meshes(
         .collect();
     for (step, (part, at, row)) in in_order {
         let from = part.names.path(row.text("file"));
+        // Parts have their boundary tags under the common name.
         let options = ReadOptions {
             step: Some(at),
-            tag_array: part.record["options"]["tag_array"]
-                .as_str()
-                .map(str::to_owned),
+            tag_array: None,
         };
         let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
         let time = output::time(row).unwrap_or(step as f64);

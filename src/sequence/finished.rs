@@ -41,7 +41,9 @@ pub struct Finished {
 impl Finished {
     /// Whether there is something to complain about.
     pub fn is_failed(&self) -> bool {
-        self.inverted_steps.is_some_and(|n| n > 0) || !self.failures.is_empty() || !self.passed_over.is_empty()
+        self.inverted_steps.is_some_and(|n| n > 0)
+            || !self.failures.is_empty()
+            || !self.passed_over.is_empty()
     }
 
     /// Takes over what the rows tell. `first_inverted` holds the first inverted cell of steps where it

@@ -134,6 +134,13 @@ impl Earlier {
         by_step.into_values().cloned().collect()
     }
 
+    /// What its selections gave rise to.
+    pub fn selection_warnings(&self) -> Vec<String> {
+        let lists = self.selections.iter().map(|own| own["warnings"].as_array());
+        let warnings = lists.flatten().flatten().filter_map(Value::as_str);
+        warnings.map(str::to_owned).collect()
+    }
+
     /// Leaves out rows that are none of this run's steps.
     fn check_rows(&mut self, plan: &Plan, names: &Names) {
         let steps = &plan.motion.steps;

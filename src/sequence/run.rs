@@ -304,14 +304,14 @@ impl Run<'_> {
             ..Finished::default()
         };
         self.tell_repairs(&mut finished);
-        finished.take_rows(
-            self.names,
-            &self.rows,
-            &self.first_inverted,
-            &self.fail_on,
-        )?;
+        finished.take_rows(self.names, &self.rows, &self.first_inverted, &self.fail_on)?;
         self.note_misses(&mut finished);
-        finished.warnings.extend(stretches.warnings);
+        let warnings = self.earlier.selection_warnings();
+        for warning in stretches.warnings.into_iter().chain(warnings) {
+            if !finished.warnings.contains(&warning) {
+                finished.warnings.push(warning);
+            }
+        }
         finished.timings.selection = stretches.seconds_selection;
         finished.timings.modes = stretches.seconds_modes;
         (finished.timings.steps, finished.timings.writing) = self.seconds;

@@ -11,7 +11,7 @@ use super::record::{Clock, hash_of, selection_record};
 use crate::error::{Error, Result};
 use crate::motion::Step;
 use crate::rbf::select::Selection;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -89,6 +89,10 @@ impl<'a> Stretches<'a> {
         let clock = Clock::start();
         let deformer = Deformer::new(plan, selections, &stretch, progress)?;
         self.warnings.extend(deformer.warnings.iter().cloned());
+        let selected = self.selections.last_mut();
+        if let Some(own) = selected.filter(|own| own["first_step"] == stretch.start) {
+            own["warnings"] = json!(deformer.warnings);
+        }
         self.seconds_modes += clock.seconds();
         Ok((stretch, deformer))
     }
