@@ -53,7 +53,7 @@ pub struct DeformArgs {
     #[arg(long, value_name = "SIZE", value_parser = memory::parse)]
     max_memory: Option<u64>,
     /// Exit with 1 where this holds at any step, e.g. `min_scaled_jacobian<0.1`; any column of
-    /// steps.csv; may be given again
+    /// steps.csv; may be given again. --resume without it asks what the run was begun with
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Criterion>,
 }
@@ -184,16 +184,19 @@ fn summary(folder: &Path, finished: &Finished) -> String {
     let jacobian = finished.min_scaled_jacobian.map_or(String::new(), |value| {
         format!(", smallest scaled Jacobian {value:.3e}")
     });
+    let inverted = match finished.inverted_steps {
+        Some(n) => format!("{n} steps with inverted cells"),
+        None => "no cell was judged".to_owned(),
+    };
     format!(
         "{kept}{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
-         {} steps with inverted cells{jacobian}\n\
+         {inverted}{jacobian}\n\
          {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, writing {:.2} (overlapping)\n",
         folder.display(),
         finished.n_steps,
         finished.n_base,
         finished.surface_error,
         finished.selection_error,
-        finished.inverted_steps,
         t.total,
         t.selection,
         t.modes,

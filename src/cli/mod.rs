@@ -101,6 +101,8 @@ pub enum Outcome {
 /// Parses the arguments, runs the command, prints its error and gives the exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
+    #[cfg(unix)]
+    signals::outlive_file_limits();
     let context = Context::new(cli.common);
     let result =
         listen(&cli.command).and_then(|()| context.with_threads(|| run(cli.command, &context)));

@@ -1,19 +1,28 @@
-//! Signals that ask a program to end. In a sequence the first one is heard between two steps, the second
-//! ends the program at once; every other command ends with the first. None leaves a hidden file behind.
+//! Signals: those that ask a program to end, and the one of a file that grows too large. In a sequence the
+//! first one is heard between two steps, the second ends the program at once; every other command ends with
+//! the first. None leaves a hidden file behind.
 
 use crate::error::{Error, Result};
 use crate::formats::end_hidden;
 use crate::sequence::Stop;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::io::Write;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// A run that writes nothing has so much time to end by itself.
 const GRACE: Duration = Duration::from_millis(700);
 /// Between two looks at the run.
 const PAUSE: Duration = Duration::from_millis(10);
+
+/// From here on a file that reaches the limit of `ulimit -f` fails to be written, with an error like any
+/// other, in place of ending the program.
+pub(super) fn outlive_file_limits() {
+    // Where the signal cannot be caught it ends the program as it would have.
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
+}
 
 /// From here on SIGINT and SIGTERM ask through `stop`.
 ///

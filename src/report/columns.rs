@@ -16,7 +16,7 @@ const COLUMNS: [(&str, &str, &str); 30] = [
     ("rms_surface_error", "RMS surface error", "mesh units"),
     ("inverted", "inverted cells", ""),
     ("inverted_reference", "inverted in the reference", ""),
-    ("min_volume", "smallest volume", "mesh units"),
+    ("min_volume", "smallest volume", "mesh units³"),
     ("min_scaled_jacobian", "smallest scaled Jacobian", ""),
     ("mean_scaled_jacobian", "mean scaled Jacobian", ""),
     (
@@ -67,6 +67,14 @@ pub fn label(column: &str) -> (String, &'static str) {
     let known = COLUMNS.iter().find(|(name, _, _)| *name == key);
     let (name, unit) = known.map_or((key, ""), |(_, label, unit)| (*label, *unit));
     (format!("{body}{name}"), unit)
+}
+
+/// The same for a mesh in a plane, where the volume of a cell is its area.
+pub fn label_in_plane(column: &str) -> (String, &'static str) {
+    match column {
+        "min_volume" => ("smallest area".to_owned(), "mesh units²"),
+        _ => label(column),
+    }
 }
 
 /// Whether a column holds numbers, as far as is known.

@@ -12,6 +12,7 @@ mod checks;
 mod choose;
 mod course;
 mod deformer;
+mod differs;
 mod extremes;
 mod fields;
 mod finish;

@@ -22,7 +22,7 @@ mod write41;
 mod write_data;
 mod written;
 
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -67,6 +67,12 @@ impl Format for Msh {
     ) -> Result<Vec<String>> {
         write41::write(mesh, out, options)
     }
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+    fn rounds(&self, _asked: Precision) -> bool {
+        false
+    }
 }
 
 impl Format for Msh22 {
@@ -101,6 +107,12 @@ impl Format for Msh22 {
         options: &WriteOptions,
     ) -> Result<Vec<String>> {
         write22::write(mesh, out, options)
+    }
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+    fn rounds(&self, _asked: Precision) -> bool {
+        false
     }
 }
 
