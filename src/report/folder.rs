@@ -1,6 +1,6 @@
 //! The folder of a sequence: its record and its table, with the motion as columns.
 
-use super::columns::{label, label_in_plane};
+use super::columns::label_in;
 use super::record::{Body, Record};
 use super::table::{self, Table};
 use crate::error::{Error, Result};
@@ -128,10 +128,7 @@ impl Sequence {
     /// Name and unit of a column. `body/pitch_deg` is that of a body; a column that is not known is called
     /// as it is.
     pub fn label(&self, column: &str) -> (String, &'static str) {
-        match self.record.dimension {
-            Some(2) => label_in_plane(column),
-            _ => label(column),
-        }
+        label_in(self.record.dimension, column)
     }
 
     /// Name of a column with its unit.

@@ -125,8 +125,7 @@ fn tiles(sequence: &Sequence) -> Vec<(&'static str, String, bool)> {
     let told = match (inverted, n_passed) {
         (None, _) => (table.len() > 0).then(|| "not judged".to_owned()),
         (Some(n), 0) => Some(short(n)),
-        (Some(n), 1) => Some(format!("{} but for 1 step", short(n))),
-        (Some(n), passed) => Some(format!("{} but for {passed} steps", short(n))),
+        (Some(n), _) => Some(format!("{} in the {} written", short(n), table.len())),
     };
     let is_bad = inverted.is_some_and(|n| n > 0.0 || n_passed > 0);
     add("inverted cells, most", told, is_bad);

@@ -224,7 +224,7 @@ fn steps_passed_over_and_checks_that_failed_are_on_the_page() {
     let html = page(steps, record);
     for told in [
         "complete but for 1 steps",
-        "0 but for 1 step<",
+        "0 in the 2 written<",
         "1 step was passed over",
         "step 2 has 4 inverted cells; passed over",
         "1 check failed",
