@@ -3,7 +3,7 @@
 use super::hidden::Hidden;
 use super::sink::{Sink, name_of};
 use super::{Format, WriteOptions};
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
 use crate::mesh::Mesh;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
@@ -135,7 +135,10 @@ pub fn write_file<T>(path: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Res
     let written = write(hidden.path()).map_err(|mut error| {
         // Who asked for `path` knows nothing of the hidden file.
         error.path = error.path.filter(|path| path != hidden.path());
-        error.file(name)
+        match (&stream, error.kind) {
+            (Some(_), Kind::System) => error.file(hidden.path()),
+            _ => error.file(name),
+        }
     })?;
     match &mut stream {
         None => hidden

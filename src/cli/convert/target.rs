@@ -141,7 +141,7 @@ impl Run<'_> {
         let mut file = create(hidden, &self.args.write.options(), Begin::Anew)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
-            let append = || file.append(time, &mesh).map_err(|error| error.file(path));
+            let append = || file.append(time, &mesh);
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }

@@ -76,6 +76,11 @@ impl Node {
         &self.label
     }
 
+    /// Its path from the root.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
     /// Adds its place to an error.
     pub fn refuse(&self, message: impl Into<String>) -> Error {
         Error::input(message).dataset(&self.path)

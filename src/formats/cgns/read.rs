@@ -27,6 +27,8 @@ pub(super) struct Found {
     field_arrays: Vec<DataArray>,
     /// Elements of which only the corners are kept, by type.
     pub incomplete: BTreeMap<&'static str, usize>,
+    /// What is odd about the file.
+    pub remarks: Vec<String>,
     /// What is left behind, and how many of it.
     left: BTreeMap<String, usize>,
     /// What is left behind and has a name, and the names.
@@ -220,6 +222,7 @@ impl Found {
     }
 
     fn say(&self, notes: &mut Notes) {
+        self.remarks.iter().for_each(|remark| notes.push(remark));
         for (what, n) in &self.left {
             notes.push(match (what.contains(' '), n) {
                 (true, _) => format!("{n} {what} are not kept"),
