@@ -6,7 +6,7 @@ use crate::geometry::Bounds;
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, distance, dot, norm, scale, sub};
 use crate::mesh::facets::facets;
-use crate::motion::Step;
+use crate::motion::{DeformingZone, Step};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parts of a displacement, and of the extent of the mesh, by which a node may leave its plane.
@@ -88,46 +88,24 @@ pub(super) fn staying(plan: &Plan) -> Vec<String> {
 /// its nodes do not lie on it.
 pub(super) fn turning_out(plan: &Plan) -> Option<String> {
     let zone = plan.motion.zone.as_ref()?;
-    let rotor = &plan.motion.rotor;
-    let turned: Vec<&Step> = plan.motion.steps.iter().collect();
-    let turned: Vec<&Step> = turned
-        .into_iter()
-        .filter(|step| plan.motion.carry(step).is_some() && step.azimuth_deg % 360.0 != 0.0)
-        .collect();
-    let points: Vec<Vector> = zone
-        .interface_nodes
-        .iter()
-        .map(|&node| plan.reference[node as usize])
-        .collect();
+    // A sector meets its own images there.
+    let is_whole = plan.motion.periodic.is_empty();
+    let is_turned = |step: &&Step| {
+        is_whole && plan.motion.carry(step).is_some() && step.azimuth_deg % 360.0 != 0.0
+    };
+    let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
+    let nodes = zone.interface_nodes.iter();
+    let points: Vec<Vector> = nodes.map(|&node| plan.reference[node as usize]).collect();
     if turned.is_empty() || points.is_empty() {
         return None;
     }
-    let mut triangles = Vec::new();
-    for face in zone.interface_faces.iter() {
-        for split in facets(face.kind, face.nodes.len()) {
-            let corners = split.map(|i| zone.interface_nodes.binary_search(&face.nodes[i]));
-            if let [Ok(a), Ok(b), Ok(c)] = corners {
-                triangles.push([a as u32, b as u32, c as u32]);
-            }
-        }
-    }
-    let surface = ClosestSurface::new(points.as_slice(), &triangles);
+    let surface = ClosestSurface::new(points.as_slice(), &interface_facets(zone));
     let mut worst = (0, 0.0);
     for step in turned.iter().step_by(turned.len().div_ceil(TURNS)) {
-        let turn = rotor.turn(step.azimuth);
+        let turn = plan.motion.rotor.turn(step.azimuth);
         for point in points.iter().step_by(points.len().div_ceil(NODES)) {
-            let x = turn.apply(*point);
-            let Some(foot) = surface.nearest(&x, f64::INFINITY) else {
-                continue;
-            };
-            let [a, b, c] = foot.corners.map(|corner| points[corner as usize]);
-            let edge = distance(a, b).max(distance(b, c)).max(distance(c, a));
-            let out = sub(x, rotor.hub);
-            let from_shaft = norm(sub(out, scale(rotor.e_z, dot(out, rotor.e_z))));
-            // Twice what the flat facets of a surface of revolution are off it.
-            let allowed = edge * f64::min(1.0, edge / (4.0 * from_shaft.max(f64::MIN_POSITIVE)));
-            let off = foot.distance_squared.sqrt();
-            if off > allowed && off > worst.1 {
+            let off = off_surface(plan, &points, &surface, turn.apply(*point));
+            if off > worst.1 {
                 worst = (step.index, off);
             }
         }
@@ -140,6 +118,36 @@ pub(super) fn turning_out(plan: &Plan) -> Option<String> {
              leave holes"
         )
     })
+}
+
+/// Facets of the interface of a zone between its nodes, by their positions among these.
+fn interface_facets(zone: &DeformingZone) -> Vec<[u32; 3]> {
+    let mut found = Vec::new();
+    for face in zone.interface_faces.iter() {
+        for split in facets(face.kind, face.nodes.len()) {
+            let corners = split.map(|i| zone.interface_nodes.binary_search(&face.nodes[i]));
+            if let [Ok(a), Ok(b), Ok(c)] = corners {
+                found.push([a as u32, b as u32, c as u32]);
+            }
+        }
+    }
+    found
+}
+
+/// How far `x` is off the interface between `points`; 0 where that is twice what the flat facets of a
+/// surface of revolution are off it at most.
+fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: Vector) -> f64 {
+    let Some(foot) = surface.nearest(&x, f64::INFINITY) else {
+        return 0.0;
+    };
+    let [a, b, c] = foot.corners.map(|corner| points[corner as usize]);
+    let edge = distance(a, b).max(distance(b, c)).max(distance(c, a));
+    let rotor = &plan.motion.rotor;
+    let out = sub(x, rotor.hub);
+    let from_shaft = norm(sub(out, scale(rotor.e_z, dot(out, rotor.e_z))));
+    let allowed = edge * f64::min(1.0, edge / (4.0 * from_shaft.max(f64::MIN_POSITIVE)));
+    let off = foot.distance_squared.sqrt();
+    if off > allowed { off } else { 0.0 }
 }
 
 #[cfg(test)]
