@@ -162,8 +162,11 @@ fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> S
     line(
         "largest displacement",
         format!(
-            "{largest:.6} at step {step}, of {} steps looked at",
-            extremes.n_steps
+            "{largest:.6} at step {step}, the largest of {}",
+            match extremes.n_steps == n_steps {
+                true => "all steps".to_owned(),
+                false => format!("{} steps looked at", extremes.n_steps),
+            }
         ),
     );
     let at_some = match steps.len() < n_steps {

@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
 use crate::rbf::criterion::Criterion;
+use crate::rbf::distinct::distinct;
 use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
 use crate::rbf::space::Space;
 use std::ops::Range;
@@ -99,7 +100,7 @@ fn choose_for(
             let radius = layer.space.basis.radius;
             let base = match layer.modes.n_modes {
                 0 => Vec::new(),
-                _ => select::distinct(&plan.surface.points, DISTINCT * radius, targets.images),
+                _ => distinct(&plan.surface.points, DISTINCT * radius, targets.images),
             };
             let skipped = plan.surface.nodes.len() - base.len();
             let mut selection = select::from_base(&layer.space, targets, base, Measure::Max)?;
@@ -290,6 +291,6 @@ pub fn missed(plan: &Plan, step: &Step, n_base: usize, error: f64) -> Option<(St
             "step {}: the base points leave {error:.3e}, more than the tolerance {}",
             step.index, plan.tolerance
         );
-        (sentence, !ended && !(cut && wanted.correction))
+        (sentence, !(ended || cut && wanted.correction))
     })
 }

@@ -147,8 +147,9 @@ fn where_it_is(name: &str, line: &LiftingLine, body: &Body, blade: &RotorAxes) -
     let length = norm(sub(ends[1], ends[0]));
     let digits = (4.0 - length.log10().floor()).clamp(0.0, 17.0) as usize;
     let shown = |x: Vector, digits: usize| {
-        // Adding 0 takes the sign of a zero away.
-        let numbers = x.map(|x| format!("{:.digits$}", x + 0.0));
+        // What rounds to zero has no sign.
+        let least = 0.5 * 0.1_f64.powi(digits as i32);
+        let numbers = x.map(|x| format!("{:.digits$}", if x.abs() < least { 0.0 } else { x }));
         format!("[{}]", numbers.join(", "))
     };
     let [root, tip] = ends.map(|end| shown(end, digits));

@@ -142,9 +142,12 @@ impl LiftingLine {
     pub fn beside(&self, body: &Body, bounds: &Bounds) -> Option<String> {
         let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
         let allowed = BESIDE * across.fold(0.0, f64::max);
-        let along = self.stations.iter().zip(&self.points);
-        let along = along.filter(|(r, _)| (bounds.low[0]..=bounds.high[0]).contains(*r));
-        let off = along.map(|(r, x)| (*r, *x, distance(*x, bounds.nearest(x))));
+        let (low, high) = (bounds.low[0], bounds.high[0]);
+        let inside = self.stations.iter().filter(|r| (low..=high).contains(*r));
+        let off = [low, high].into_iter().chain(inside.copied()).map(|r| {
+            let x = self.at(r);
+            (r, x, distance(x, bounds.nearest(&x)))
+        });
         let (station, x, off) =
             off.reduce(|most, next| if next.2 > most.2 { next } else { most })?;
         (off > allowed).then(|| {

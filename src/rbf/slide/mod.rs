@@ -8,6 +8,7 @@
 //! Leaves to `constrained` and `select` how the conditions enter the interpolation.
 
 mod patches;
+mod rims;
 
 use super::constraint::Constraint;
 use crate::geometry::Bounds;
