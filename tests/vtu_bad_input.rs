@@ -178,7 +178,7 @@ fn what_is_wrong_in_text_is_named_with_its_place() {
             ">99<",
             "types: cell 0 has the VTK type 99, which is not read",
         ),
-        (">5<", "><", "types: it has 0 values; it must have 1 tuples"),
+        (">5<", "><", "types: it has 0 values; it must have 1 tuple "),
     ] {
         let file = TRIANGLE.replace(right, wrong);
         let error = parse(&Vtu, file.as_bytes(), &ReadOptions::default());

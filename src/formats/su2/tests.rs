@@ -226,7 +226,7 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
     assert_eq!(mesh.cells.get(1).nodes, [0, 3, 1, 2]);
     assert_eq!(
         notes,
-        ["degrees of the solution of 1 elements are not kept"]
+        ["degrees of the solution of 1 element are not kept"]
     );
     let refused = Su2.write(&mesh, &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
