@@ -24,7 +24,6 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use save::{save, save_text, write_companions, write_whole};
 pub use sequence::{Begin, CreateSequence, SequenceFile};
 pub use series::{is_series, pvd, read_series, vtk_series};
@@ -32,6 +31,7 @@ pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use packed::without_packing;
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -131,7 +131,6 @@ impl Run<'_> {
         format: &'static dyn Format,
     ) -> Result<()> {
         let create = format.sequence().expect("asked before");
-        self.remark_on_options(format);
         let mut file = create(path, &self.args.write.options(), Begin::Anew)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
@@ -139,10 +138,17 @@ impl Run<'_> {
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }
+        self.remark_on_options(format);
         for dropped in file.notes() {
             self.tell(format!("{}: {dropped}", format.title()));
         }
         Ok(())
+    }
+
+    fn remark_on_options(&self, format: &dyn Format) {
+        for remark in self.args.write.remarks(format) {
+            self.tell(remark);
+        }
     }
 
     fn write_files(
@@ -195,12 +201,6 @@ impl Run<'_> {
         }
         self.note_written(mesh, path, format, None);
         Ok(())
-    }
-
-    fn remark_on_options(&self, format: &dyn Format) {
-        for remark in self.args.write.remarks(format) {
-            self.tell(remark);
-        }
     }
 
     fn note_written(&self, mesh: &Mesh, path: &Path, format: &dyn Format, time: Option<f64>) {
