@@ -160,7 +160,7 @@ fn what_is_wrong_in_text_is_named_with_its_place() {
         (
             "0 1 0<",
             "0 1<",
-            "Points: it has 8 values, no whole number of tuples of 3",
+            "Points: it has 8 values; it must have 3 tuples of 3 Float32",
         ),
         (
             "0 1 0<",
