@@ -23,8 +23,8 @@ pub fn read_series(path: &Path) -> Result<Vec<(f64, PathBuf)>> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let is_json = text.trim_start().starts_with('{');
     let entries = match is_json {
-        true => of_json(&text),
-        false => of_pvd(&text),
+        true => of_json(text),
+        false => of_pvd(text),
     };
     let entries = entries.map_err(|error| error.file(path))?;
     if entries.is_empty() {
