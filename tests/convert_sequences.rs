@@ -42,7 +42,7 @@ fn wrong_input_leaves_everything_as_it_was() {
         (&["list.pvd", "-o", "new", "--format", "su2"], no_9),
         (
             &["--force", "p_1.vtu", "no.vtu", "keep.vtkhdf"],
-            "no.vtu: No such file",
+            "no.vtu: there is no such file",
         ),
         (
             &["--force", "p_1.vtu", "other.vtu", "keep.vtkhdf"],

@@ -226,8 +226,8 @@ fn more_memory_than_is_allowed_is_refused_with_the_figure() {
         .as_u64()
         .unwrap();
     let figure = format!(
-        "needs about {:.3} GB of memory, and --max-memory allows 0.010 GB",
-        needed as f64 / 1e9
+        "needs about {:.3} MB of memory, and --max-memory allows 10.486 MB",
+        needed as f64 / 1e6
     );
     assert!(run.err.contains(&figure), "{figure}: {run:?}");
     assert!(!names(folder.path()).contains(&"out".to_owned()));

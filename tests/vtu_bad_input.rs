@@ -160,12 +160,17 @@ fn what_is_wrong_in_text_is_named_with_its_place() {
         (
             "0 1 0<",
             "0 1<",
-            "Points: it has 8 values; it must have 3 tuples",
+            "Points: it has 8 values; it must have 3 tuples of 3 Float32",
         ),
         (
             "0 1 0<",
             "0 1 0 5<",
-            "Points: it has 10 values; it must have 3 tuples",
+            "Points: it has 10 values, no whole number of tuples of 3",
+        ),
+        (
+            "0 1 0<",
+            "0 1 0 5 5 5<",
+            "Points: it has 12 values; it must have 3 tuples",
         ),
         ("7 8", "7 8 9", "i: it has 3 values; it must have 2 tuples"),
         (
@@ -178,7 +183,7 @@ fn what_is_wrong_in_text_is_named_with_its_place() {
             ">99<",
             "types: cell 0 has the VTK type 99, which is not read",
         ),
-        (">5<", "><", "types: it has 0 values; it must have 1 tuples"),
+        (">5<", "><", "types: it has 0 values; it must have 1 tuple "),
     ] {
         let file = TRIANGLE.replace(right, wrong);
         let error = parse(&Vtu, file.as_bytes(), &ReadOptions::default());

@@ -1,6 +1,6 @@
 //! Lists of the meshes of a sequence and their times: .pvd of ParaView, .vtk.series and .vtu.series.
 
-use super::{Source, lexer};
+use super::lexer;
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
 use quick_xml::events::Event;
@@ -30,9 +30,8 @@ pub struct Listed {
 
 /// The meshes of a list, in its order. Files are relative to the list.
 pub fn read_series(path: &Path) -> Result<Vec<Listed>> {
-    let source = Source::open(path)?;
-    let text = std::str::from_utf8(source.bytes());
-    let text = text.map_err(|_| Error::input("the list is no UTF-8 text").file(path))?;
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let is_json = text.trim_start().starts_with('{');
     let entries = match is_json {
         true => of_json(text),

@@ -1,6 +1,6 @@
 //! What `azimesh convert` does to a mesh on the way.
 
-use crate::error::{Error, Result, nearest_name};
+use crate::error::{Error, Result, counted, nearest_name};
 use crate::formats::su2;
 use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
@@ -114,14 +114,18 @@ impl Changes {
             let (n_cells, n_nodes) = mesh.linearize();
             if n_cells > 0 {
                 remarks.push(format!(
-                    "--linearize: {n_cells} curved cells became linear, {n_nodes} nodes went"
+                    "--linearize: {} became linear, {} went",
+                    counted(n_cells, "curved cell"),
+                    counted(n_nodes, "node")
                 ));
             }
         }
         if self.tag_boundary.is_some() {
             let (n_faces, n_tags) = mesh.tag_connected_boundary()?;
             remarks.push(format!(
-                "--tag-boundary: {n_tags} new tags, {n_faces} new boundary faces"
+                "--tag-boundary: {}, {}",
+                counted(n_tags, "new tag"),
+                counted(n_faces, "new boundary face")
             ));
         }
         rename(mesh, &self.rename_tag)?;

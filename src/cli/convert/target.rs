@@ -137,7 +137,6 @@ impl Run<'_> {
         format: &'static dyn Format,
     ) -> Result<()> {
         let create = format.sequence().expect("asked before");
-        self.remark_on_options(format);
         let mut file = create(hidden, &self.args.write.options(), Begin::Anew)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
@@ -145,10 +144,17 @@ impl Run<'_> {
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }
+        self.remark_on_options(format);
         for dropped in file.notes() {
             self.tell(format!("{}: {dropped}", format.title()));
         }
         Ok(())
+    }
+
+    fn remark_on_options(&self, format: &dyn Format) {
+        for remark in self.args.write.remarks(format) {
+            self.tell(remark);
+        }
     }
 
     fn write_files(
@@ -206,12 +212,6 @@ impl Run<'_> {
         }
         self.note_written(mesh, path, format, None);
         Ok(())
-    }
-
-    fn remark_on_options(&self, format: &dyn Format) {
-        for remark in self.args.write.remarks(format) {
-            self.tell(remark);
-        }
     }
 
     /// Leaves files without their names until all are whole.

@@ -4,7 +4,7 @@ use super::super::lexer::{Fields, Lines, shown};
 use super::super::{Notes, ReadOptions};
 use super::index::Index;
 use super::stream::{Binary, Stream};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Mesh, Values};
 
 /// More components than any field has.
@@ -197,7 +197,8 @@ pub(super) fn add(
     if times.len() > 1 {
         let n = times.len() - 1;
         notes.push(format!(
-            "values of {n} other times of the data are not kept"
+            "values of {} of the data are not kept",
+            counted(n, "other time")
         ));
     }
     let elements = match elements {
@@ -264,7 +265,8 @@ fn array(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<O
     }
     if n_lost > 0 {
         notes.push(format!(
-            "{n_lost} values of \"{name}\" belong to {items} that are not in the mesh"
+            "\"{name}\" has {} for {items} that are not in the mesh",
+            counted(n_lost, "value")
         ));
     }
     let values = Values::F64(values);

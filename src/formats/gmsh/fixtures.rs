@@ -205,7 +205,7 @@ fn values_at_nodes_and_elements_are_read_at_each_time() {
         }
         assert!(values[0].is_nan());
         assert!(
-            notes.iter().any(|note| note.contains("other times")),
+            notes.iter().any(|note| note.contains("other time")),
             "{notes:?}"
         );
     }

@@ -256,8 +256,8 @@ impl<'a> Parts<'a> {
             return Err(stream.error("no $Nodes in the file"));
         };
         if nodes.n_parametric > 0 {
-            let n = nodes.n_parametric;
-            notes.push(format!("parametric coordinates of {n} nodes are not kept"));
+            let of = counted(nodes.n_parametric, "node");
+            notes.push(format!("parametric coordinates of {of} are not kept"));
         }
         if self.tags.n_ghosts > 0 {
             let n = self.tags.n_ghosts;

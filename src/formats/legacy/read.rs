@@ -9,7 +9,7 @@ use super::attributes::{Section, metadata};
 use super::cells;
 use super::cursor::Cursor;
 use super::values::{self, Type};
-use crate::error::{Error, Result};
+use crate::error::{Error, Position, Result};
 use crate::formats::{Notes, ReadOptions};
 use crate::mesh::{DataArray, Mesh};
 
@@ -106,8 +106,8 @@ struct File {
     types: Option<Vec<u8>>,
     /// Vertices, lines, polygons, strips: the order of polygonal data.
     lists: [List; 4],
-    /// Where each list stands; the last is that of unstructured cells.
-    places: [usize; 5],
+    /// Where each list stands, then unstructured cells and their types.
+    places: [usize; 6],
     /// The last keyword, and where it stands.
     last: (String, usize),
     place: Place,
@@ -136,7 +136,10 @@ impl File {
                 self.places[4] = cursor.at;
                 self.cells = cells::read(cursor)?;
             }
-            "cell_types" => self.types = Some(cells::types(cursor)?),
+            "cell_types" => {
+                self.places[5] = cursor.at;
+                self.types = Some(cells::types(cursor)?);
+            }
             "dimensions" => {
                 let mut next = || cursor.count("a dimension");
                 self.dimensions = Some([next()?, next()?, next()?]);
@@ -260,7 +263,7 @@ impl File {
             base: 0,
             limit: self.points.len() as u64,
         };
-        let mut table = CellTable::default();
+        let mut table = CellTable::new("CELL_TYPES");
         if self.grid == Grid::Poly {
             for (list, which) in self.lists.into_iter().zip(0..) {
                 let at = self.places[which];
@@ -277,7 +280,12 @@ impl File {
             }
             self.cells
                 .append(&mut table, nodes, |cell, _| types[cell])
-                .map_err(|error| place(error, cursor, at))?;
+                .map_err(|error| match &error.position {
+                    Some(Position::Dataset(name)) if name == "CELL_TYPES" => {
+                        place(error, cursor, self.places[5])
+                    }
+                    _ => place(error, cursor, at),
+                })?;
         }
         let Built { cells, origin } = table
             .finish(notes)

@@ -304,7 +304,7 @@ fn errors_say_where_and_what() {
             "8 3 5",
             "line 8: cell 2 is a triangle of 2 nodes; it must have 3",
         ),
-        ("8 3 3", "8 3 44", "VTK type 44"),
+        ("8 3 3", "8 3 44", "line 12: cell 2 has the VTK type 44"),
         (
             "CELL_TYPES",
             "CELL_DATA 4\nCELL_TYPES",

@@ -227,10 +227,7 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
     assert_eq!(mesh.cells.get(0).nodes, [0, 3, 9, 1, 2, 6, 8, 7, 4, 5]);
     assert_eq!(mesh.cells.get(1).kind, CellKind::LagrangeCurve);
     assert_eq!(mesh.cells.get(1).nodes, [0, 3, 1, 2]);
-    assert_eq!(
-        notes,
-        ["degrees of the solution of 1 elements are not kept"]
-    );
+    assert_eq!(notes, ["degrees of the solution of 1 element are not kept"]);
     let refused = Su2.write(&mesh, &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
     assert!(message.contains("--linearize"), "{message}");

@@ -5,7 +5,7 @@ use super::super::lexer::{Fields, Lexer, Lines};
 use super::degree::Element;
 use super::extra::{EXCHANGE, Extra};
 use super::keyword::Keyword;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::mesh::{Cells, Group, Mesh};
 use std::ops::Range;
 
@@ -236,7 +236,8 @@ fn append_cells(
     }
     if n_solutions > 0 {
         notes.push(format!(
-            "degrees of the solution of {n_solutions} elements are not kept"
+            "degrees of the solution of {} are not kept",
+            counted(n_solutions, "element")
         ));
     }
     Ok(())

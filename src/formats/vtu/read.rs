@@ -9,7 +9,7 @@ use super::document::{self, Document, Grid, Piece};
 use super::stored::Stored;
 use super::xml::{Array, Layout, Place, line_after};
 use super::{cells, structured};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::formats::{Notes, ReadOptions};
 use crate::mesh::Mesh;
 
@@ -166,7 +166,7 @@ fn collect_stored<U: Copy + Default + Send>(
     let wrong = |found: String| {
         let element = array.element.name();
         let needed = match expected {
-            Some(n) => format!("{n} tuples of {tuple} {element}"),
+            Some(n) => format!("{} of {tuple} {element}", counted(n, "tuple")),
             None => format!("a whole number of tuples of {tuple} {element}"),
         };
         Err(Error::input(format!(
@@ -182,7 +182,7 @@ fn collect_stored<U: Copy + Default + Send>(
             return wrong(format!("{n_bytes} bytes"));
         }
     } else if expected.is_some_and(|n| n > stored.most_values() / tuple) {
-        return wrong(format!("{} values", stored.n_values()));
+        return wrong(counted(stored.n_values(), "value"));
     }
     let before = out.len();
     let n_tuples = expected.or(stored.n_bytes().map(|n| n / width));
@@ -190,13 +190,13 @@ fn collect_stored<U: Copy + Default + Send>(
         let n = chunk.bytes.len() / width;
         let start = out.len();
         if n_tuples.is_some_and(|n_tuples| start - before + n > n_tuples) {
-            return wrong(format!("{} values", stored.n_values()));
+            return wrong(counted(stored.n_values(), "value"));
         }
         grow(out, n, n_tuples.unwrap_or(0));
         fill(chunk, &mut out[start..])
     })?;
     match n_tuples {
-        Some(n) if out.len() - before != n => wrong(format!("{} tuples", out.len() - before)),
+        Some(n) if out.len() - before != n => wrong(counted(out.len() - before, "tuple")),
         _ => Ok(()),
     }
 }

@@ -8,7 +8,7 @@ use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
 use super::super::vtk::text::{cuts, word_end};
 use super::blocks::{Blocks, check_ratio};
 use super::xml::{Array, Layout, Place, line_after};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -103,7 +103,14 @@ impl<'a> Stored<'a> {
             Data::Base64 { text, skip, .. } => base64_chunks(text, *skip, &mut aligner)?,
             Data::Blocks(blocks) => blocks.chunks(&mut aligner)?,
         }
-        aligner.finish()
+        match aligner.pending.is_empty() {
+            true => Ok(()),
+            false => Err(Error::input(format!(
+                "it has {}, no whole number of tuples of {}",
+                counted(self.n_values(), "value"),
+                tuple / self.element.size()
+            ))),
+        }
     }
 }
 
@@ -135,13 +142,6 @@ impl Aligner<'_> {
             self.pending.drain(..whole);
         }
         Ok(())
-    }
-
-    fn finish(self) -> Result<()> {
-        if self.pending.is_empty() {
-            return Ok(());
-        }
-        Err(Error::input("the values end inside a tuple"))
     }
 }
 
