@@ -104,9 +104,10 @@ pub trait Format: Sync {
     fn sequence(&self) -> Option<CreateSequence> {
         None
     }
-    /// Bytes that each mesh but the first adds to such a file, at the most.
-    fn sequence_bytes(&self, _step: &StepSize) -> u64 {
-        0
+    /// Bytes that each mesh but the first adds to such a file, at the most: its values, and what says
+    /// where they are.
+    fn sequence_bytes(&self, _step: &StepSize) -> (u64, u64) {
+        (0, 0)
     }
     /// Small files that belong beside a mesh written to `path`, with their content.
     fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {

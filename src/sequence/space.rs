@@ -64,9 +64,8 @@ impl Demand {
         };
         let (first, others) = match format.sequence() {
             Some(_) => {
-                let others = format.sequence_bytes(&step);
-                // Beside the mesh, the lists of steps.
-                (whole + others - others.min(values), others)
+                let (values, rest) = format.sequence_bytes(&step);
+                (whole + rest, values + rest)
             }
             None => (whole, whole),
         };

@@ -97,7 +97,7 @@ impl Format for Cgns {
         })
     }
 
-    fn sequence_bytes(&self, step: &StepSize) -> u64 {
+    fn sequence_bytes(&self, step: &StepSize) -> (u64, u64) {
         write::sequence::step_bytes(step)
     }
 }

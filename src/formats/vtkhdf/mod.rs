@@ -79,7 +79,7 @@ impl Format for VtkHdf {
         Some(|path, options, begin| Ok(Box::new(sequence::Sequence::create(path, options, begin)?)))
     }
 
-    fn sequence_bytes(&self, step: &StepSize) -> u64 {
+    fn sequence_bytes(&self, step: &StepSize) -> (u64, u64) {
         sequence::step_bytes(step)
     }
 }

@@ -1,8 +1,7 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
-use super::super::hdf5::{
-    Chunks, Column, Data, Element, Growing, Links, Stored, Tree, index_bytes,
-};
+use super::super::hdf5::{Chunks, Column, Data, Element, Growing, Links, Stored, Tree};
+use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::vtk::plan::Plan;
 use super::super::{Begin, SequenceFile, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, shape};
@@ -370,15 +369,17 @@ fn tree<'a>(
     grid
 }
 
-/// Bytes that a step adds to a file, at the most: values, then headers, indices and datasets of one
-/// number a step.
-pub(super) fn step_bytes(step: &StepSize) -> u64 {
-    const GROUPS: u64 = 4000;
-    const ARRAY: u64 = 400;
+/// Bytes that a step adds to a file, at the most: values; headers, indices and datasets of one number
+/// a step.
+pub(super) fn step_bytes(step: &StepSize) -> (u64, u64) {
+    const GROUPS: u64 = 3200;
+    const ARRAY: u64 = 450;
     let (n_at_cells, bytes_at_cells) = step.at_cells;
     let n_series = 1 + step.n_vectors + n_at_cells;
     let values = step.n_nodes * (3 * step.number + 24 * step.n_vectors) + bytes_at_cells;
-    values + GROUPS + n_series * (ARRAY + index_bytes(step.n_steps))
+    let of_arrays = n_series * (ARRAY + index_bytes(step.n_steps));
+    let rest = GROUPS + of_arrays + column_bytes(step.n_steps, 8);
+    (values, rest)
 }
 
 fn store(file: &mut Growing, block: &Block) -> Result<Stored> {
