@@ -24,7 +24,7 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use save::{save, save_text, write_companions, write_whole};
-pub use sequence::{Begin, CreateSequence, SequenceFile, StepSize};
+pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
@@ -104,10 +104,9 @@ pub trait Format: Sync {
     fn sequence(&self) -> Option<CreateSequence> {
         None
     }
-    /// Bytes that each mesh but the first adds to such a file, at the most: its values, and what says
-    /// where they are.
-    fn sequence_bytes(&self, _step: &StepSize) -> (u64, u64) {
-        (0, 0)
+    /// Bytes that each mesh but the first adds to such a file.
+    fn sequence_bytes(&self, _step: &StepSize) -> StepBytes {
+        StepBytes::default()
     }
     /// Small files that belong beside a mesh written to `path`, with their content.
     fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {

@@ -3,7 +3,7 @@
 use super::super::hdf5::{Chunks, Column, Data, Element, Growing, Links, Stored, Tree};
 use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::vtk::plan::Plan;
-use super::super::{Begin, SequenceFile, StepSize, WriteOptions};
+use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, shape};
 use super::write::Grid;
 use crate::error::{Error, Result};
@@ -369,17 +369,19 @@ fn tree<'a>(
     grid
 }
 
-/// Bytes that a step adds to a file, at the most: values; headers, indices and datasets of one number
-/// a step.
-pub(super) fn step_bytes(step: &StepSize) -> (u64, u64) {
-    const GROUPS: u64 = 3200;
+/// Bytes that a step adds to a file: values; headers, indices and datasets of one number a step.
+pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
+    const GROUPS: u64 = 2400;
     const ARRAY: u64 = 450;
-    let (n_at_cells, bytes_at_cells) = step.at_cells;
+    const STILL: u64 = 250;
+    let (n_at_cells, of_a_cell) = step.at_cells;
     let n_series = 1 + step.n_vectors + n_at_cells;
-    let values = step.n_nodes * (3 * step.number + 24 * step.n_vectors) + bytes_at_cells;
-    let of_arrays = n_series * (ARRAY + index_bytes(step.n_steps));
-    let rest = GROUPS + of_arrays + column_bytes(step.n_steps, 8);
-    (values, rest)
+    let of_arrays = n_series * (ARRAY + index_bytes(step.n_steps)) + step.n_still * STILL;
+    StepBytes {
+        coordinates: step.n_nodes * 3 * step.number,
+        arrays: step.n_nodes * 24 * step.n_vectors + step.n_cells.0 * of_a_cell,
+        rest: GROUPS + of_arrays + column_bytes(step.n_steps, 8),
+    }
 }
 
 fn store(file: &mut Growing, block: &Block) -> Result<Stored> {

@@ -2,7 +2,7 @@
 //! once; pointers of the zone to those of each step, and times.
 
 use super::super::super::hdf5::{Column, Element, Growing, Links, Tree, column_bytes};
-use super::super::super::{Begin, SequenceFile, StepSize, WriteOptions};
+use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS};
 use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
 use super::draft::{self, Draft, Kind, Open};
@@ -253,22 +253,23 @@ impl SequenceFile for Sequence {
     }
 }
 
-/// Bytes that a step adds to a file, at the most: values; nodes, and lists of one number or name a
-/// step.
-pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> (u64, u64) {
-    const NODES: u64 = 4600;
+/// Bytes that a step adds to a file: values; nodes, and lists of one number or name a step.
+pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> StepBytes {
+    const NODES: u64 = 3700;
     const COORDINATE: u64 = 950;
     const ARRAY: u64 = 500;
     let n_axes = if step.is_plane { 2 } else { 3 };
-    let (n_at_cells, bytes_at_cells) = step.at_cells;
-    let values = step.n_nodes * n_axes * (step.number + 8 * step.n_vectors) + bytes_at_cells;
+    let (n_at_cells, of_a_cell) = step.at_cells;
     let n_lists = 1 + u64::from(step.n_vectors > 0) + u64::from(n_at_cells > 0);
     let lists = n_lists * column_bytes(step.n_steps, LONGEST as u64);
     let arrays = n_axes * COORDINATE + (3 * step.n_vectors + n_at_cells) * ARRAY;
-    (
-        values,
-        NODES + arrays + lists + column_bytes(step.n_steps, 8),
-    )
+    // A step that changes one array of a solution has nodes for all of them.
+    let still = (n_lists - 1).min(1) * step.n_still * ARRAY;
+    StepBytes {
+        coordinates: step.n_nodes * n_axes * step.number,
+        arrays: step.n_nodes * n_axes * 8 * step.n_vectors + step.n_cells.1 * of_a_cell,
+        rest: NODES + arrays + still + lists + column_bytes(step.n_steps, 8),
+    }
 }
 
 /// Whether all nodes lie in the plane z = 0, but for what turning them has left of round-off.
