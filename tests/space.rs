@@ -31,11 +31,15 @@ fn bytes_of_the_output_are_foreseen() {
         ("n.vtu", "1.0", ""),
         (
             "n.vtu",
-            "20.0",
+            "30.0",
             "\nquality = \"cells\"\ndisplacement = true",
         ),
         ("b.vtu", "60.0", ""),
-        ("b.vtu", "60.0", "\nquality = \"cells\"\ndisplacement = true"),
+        (
+            "b.vtu",
+            "60.0",
+            "\nquality = \"cells\"\ndisplacement = true",
+        ),
     ] {
         let of_mesh = mesh.replace(".vtu", ".toml");
         for format in ["vtu", "vtkhdf", "cgns", "su2"] {
