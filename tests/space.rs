@@ -24,7 +24,15 @@ fn foreseen_and_taken(folder: &Path, mesh: &str, schedule: &str) -> (f64, f64) {
 fn bytes_of_the_output_are_foreseen() {
     let folder = airfoil();
     let folder = folder.path();
-    let args = ["-q", "sample", "blade", "--nodes", "5000", "-o", "b.vtu"];
+    let args = [
+        "-q",
+        "sample",
+        "blade",
+        "--nodes",
+        "5000",
+        "-o",
+        "blade.vtu",
+    ];
     succeed(folder, &args);
     for (mesh, step, output) in [
         ("n.vtu", "10.0", ""),
@@ -34,9 +42,9 @@ fn bytes_of_the_output_are_foreseen() {
             "30.0",
             "\nquality = \"cells\"\ndisplacement = true",
         ),
-        ("b.vtu", "60.0", ""),
+        ("blade.vtu", "60.0", ""),
         (
-            "b.vtu",
+            "blade.vtu",
             "60.0",
             "\nquality = \"cells\"\ndisplacement = true",
         ),
