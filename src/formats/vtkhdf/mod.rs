@@ -17,6 +17,7 @@ mod extent;
 mod faces;
 mod read;
 mod sequence;
+mod series;
 mod write;
 
 use super::hdf5::{self, File, Group};
