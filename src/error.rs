@@ -79,7 +79,17 @@ impl Error {
             Io::NotFound | Io::IsADirectory | Io::NotADirectory | Io::InvalidInput => Kind::Input,
             _ => Kind::System,
         };
-        Self::new(kind, source.to_string()).file(path)
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let message = match (source.kind(), folder) {
+            (Io::NotFound, Some(folder)) if !folder.exists() => {
+                format!("there is no folder {}", folder.display())
+            }
+            (Io::NotFound, _) => "there is no such file".to_owned(),
+            _ => source.to_string(),
+        };
+        Self::new(kind, message).file(path)
     }
 
     fn new(kind: Kind, message: impl Into<String>) -> Self {
@@ -143,6 +153,14 @@ impl fmt::Display for Error {
     }
 }
 
+/// A count and what it counts, as in `1 face` and `2 faces`.
+pub fn counted(n: usize, noun: &str) -> String {
+    match n {
+        1 => format!("1 {noun}"),
+        n => format!("{n} {noun}s"),
+    }
+}
+
 /// The name of `known` nearest to `found`, for "did you mean" sentences.
 pub fn nearest_name<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
@@ -166,6 +184,18 @@ mod tests {
             error.to_string(),
             "wing.su2:412: a triangle needs 3 node indices, found 2"
         );
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let missing = |path: &str| {
+            let path = Path::new(path);
+            let error = std::fs::File::open(path).expect_err("it is not there");
+            Error::io(path, &error).to_string()
+        };
+        assert_eq!(missing("no.vtu"), "no.vtu: there is no such file");
+        let found = missing("no/x.vtu");
+        assert_eq!(found, "no/x.vtu: there is no folder no");
     }
 
     #[test]

@@ -32,6 +32,36 @@ fn in_parts(folder: &Path, format: &str) {
     }
 }
 
+#[test]
+fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
+    let folder = seven_steps();
+    let folder = folder.path();
+    let ascii = [
+        "-q",
+        "convert",
+        "n.vtu",
+        "n.vtu",
+        "--force",
+        "--encoding",
+        "ascii",
+    ];
+    succeed(folder, &ascii);
+    let names = [
+        ("\"BoundaryTag\"", "\"Face\""),
+        ("\"BoundaryTagNames\"", "\"Other\""),
+    ];
+    rewrite(folder, "n.vtu", "n.vtu", &names);
+    let tags = [("\"airfoil\"", "\"1\""), ("\"farfield\"", "\"2\"")];
+    rewrite(folder, "case.toml", "case.toml", &tags);
+    for part in PARTS {
+        let options = ["-o", "out", "--steps", part, "--tag-array", "Face"];
+        deform(folder, "vtkhdf", &options);
+    }
+    succeed(folder, &["finish", "out"]);
+    let told = support::json(folder, &["report", "out"]);
+    assert_eq!(told["notes"], serde_json::json!([]));
+}
+
 /// steps.csv without its seconds.
 fn table(folder: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(folder.join("steps.csv")).unwrap();
@@ -60,6 +90,15 @@ fn parts_are_joined_to_the_files_of_one_run() {
         let record: serde_json::Value = serde_json::from_slice(&joined["run.json"]).unwrap();
         assert_eq!(record["outcome"], "complete");
         assert_eq!(record["parts"], serde_json::json!(PARTS));
+        let part = |name: &str| -> serde_json::Value {
+            serde_json::from_slice(&joined[&format!("run_{name}.json")]).unwrap()
+        };
+        let seconds = |of: &serde_json::Value, stage: &str| of["seconds"][stage].as_f64().unwrap();
+        let parts = PARTS.map(|steps| part(&steps.replace("..", "-")));
+        for stage in ["selection", "modes", "steps", "writing", "total"] {
+            let sum: f64 = parts.iter().map(|part| seconds(part, stage)).sum();
+            assert!(sum > 0.0 && seconds(&record, stage) >= sum, "{stage}");
+        }
         // What is joined is a sequence like any other.
         let args = [
             "deform",
@@ -124,7 +163,11 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
         &[("sin = 10.0", "sin = 9.0")],
     );
     deform(folder, "vtu", &rest);
-    refused("does not belong to the first one: its schedule was not what case.toml is now");
+    refused("does not belong to the first one: its schedule, case.toml, had another content");
+    std::fs::rename(folder.join("case.toml"), folder.join("other.toml")).unwrap();
+    let args = ["deform", "n.vtu", "other.toml", "-q", "--format", "vtu"];
+    succeed(folder, &[&args[..], &rest].concat());
+    refused("its schedule was other.toml, that of the first one case.toml, with another content");
 }
 
 #[test]

@@ -44,9 +44,9 @@ fn runs() -> TempDir {
         ("step = 10.0", "step = 130.0"),
         ("[selection]", "[selection]\n# 1e-2 chord\n"),
     ];
-    rewrite(path, "r.toml", "inertial.toml", &changes);
-    let turning = ("frame = \"inertial\"", "frame = \"rotating\"");
-    rewrite(path, "inertial.toml", "rotating.toml", &[turning]);
+    rewrite(path, "r.toml", "rotating.toml", &changes);
+    let turning = ("frame = \"rotating\"", "frame = \"inertial\"");
+    rewrite(path, "rotating.toml", "inertial.toml", &[turning]);
     for frame in ["inertial", "rotating"] {
         let schedule = format!("{frame}.toml");
         succeed(path, &["-q", "deform", "r.vtu", &schedule, "-o", frame]);

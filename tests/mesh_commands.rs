@@ -112,6 +112,94 @@ fn convert_scales_and_renames() {
 }
 
 #[test]
+fn a_factor_that_would_turn_cells_inside_out_is_refused() {
+    let folder = folder();
+    for factor in ["-1", "0", "nan", "inf"] {
+        let convert = ["convert", "square.su2", "x.su2", "--scale", factor];
+        let (code, _, error) = azimesh(folder.path(), &convert);
+        assert_eq!(code, 2, "{error}");
+        assert!(error.contains("finite number above 0"), "{error}");
+    }
+}
+
+/// A square of two triangles whose sides are two physical groups of one name.
+const TWINS: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 1 \"wall\"\n1 2 \"wall\"\n\
+$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$Elements\n4\n\
+1 1 2 1 1 1 2\n2 1 2 2 2 2 3\n3 2 2 7 1 1 2 3\n4 2 2 7 1 1 3 4\n$EndElements\n";
+
+#[test]
+fn tags_of_one_name_are_renamed_together_and_merged_with_a_note() {
+    let folder = folder();
+    std::fs::write(folder.path().join("twins.msh"), TWINS).unwrap();
+    let convert = ["convert", "twins.msh", "x.su2", "--rename-tag", "wall=hub"];
+    let (code, _, notes) = azimesh(folder.path(), &convert);
+    assert_eq!(code, 0, "{notes}");
+    let note = "2 boundary tags are called \"hub\" and become one";
+    assert!(notes.contains(note), "{notes}");
+    let found = json(folder.path(), &["info", "x.su2"]);
+    assert_eq!(found["boundary_tags"][0]["faces"], 2);
+    let (_, text, _) = azimesh(folder.path(), &["info", "twins.msh"]);
+    let first = "format         Gmsh MSH, text (.msh), version 2.2";
+    assert!(text.starts_with(first), "{text}");
+    assert!(text.contains("wall         1 face\n"), "{text}");
+}
+
+#[test]
+fn options_without_effect_are_noted() {
+    let folder = folder();
+    let packed = ["--encoding", "base64", "--compression", "zlib"];
+    for (name, expected) in [("x.vtu", 0), ("x.vtk", 2), ("x.msh", 2), ("x.vtkhdf", 2)] {
+        let convert = [&["convert", "square.su2", name][..], &packed].concat();
+        let (code, _, notes) = azimesh(folder.path(), &convert);
+        assert_eq!(code, 0, "{notes}");
+        let n = notes.matches("has no effect on files of format").count();
+        assert_eq!(n, expected, "{name}: {notes}");
+    }
+}
+
+#[test]
+fn quality_writes_to_standard_output_in_the_format_that_is_named() {
+    let folder = folder();
+    let piped = ["quality", "square.su2", "-o", "-", "--format", "vtu"];
+    let (code, mesh, table) = azimesh(folder.path(), &piped);
+    assert_eq!(code, 0, "{table}");
+    assert!(
+        mesh.starts_with("<?xml") && mesh.ends_with("</VTKFile>\n"),
+        "{mesh}"
+    );
+    assert!(table.contains("min_scaled_jacobian"), "{table}");
+    let named = ["quality", "square.su2", "-o", "x.dat", "--format", "vtu"];
+    assert_eq!(azimesh(folder.path(), &named).0, 0);
+    assert_eq!(json(folder.path(), &["info", "x.dat"])["nodes"], 4);
+    let (code, _, error) = azimesh(folder.path(), &["quality", "square.su2", "-o", "-"]);
+    assert_eq!(
+        (code, error.contains("give --format")),
+        (2, true),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_unknown_sample_is_answered_with_those_there_are() {
+    let folder = folder();
+    for (sample, told) in [
+        (&["cylinder"][..], "naca0012, blade, rotor, block"),
+        (
+            &["naca0012", "-o", "x.vtu", "--first-cell", "-1"],
+            "from 1e-9 to 0.02, found -1",
+        ),
+        (
+            &["rotor", "-o", "x.vtu", "--blades", "4", "--nodes", "900"],
+            "for each of 4 blades",
+        ),
+    ] {
+        let (code, _, error) = azimesh(folder.path(), &[&["sample"], sample].concat());
+        assert_eq!(code, 2, "{error}");
+        assert!(error.contains(told), "{error}");
+    }
+}
+
+#[test]
 fn diff_finds_a_moved_node_with_exit_code_1() {
     let folder = folder();
     let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", "bent.su2"]);

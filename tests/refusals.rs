@@ -109,7 +109,7 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     std::fs::write(folder.join("empty.xyz"), "").unwrap();
     std::fs::write(folder.join("note.dat"), "hello\n").unwrap();
     for (mesh, parts) in [
-        ("no.vtu", ["no.vtu: ", "No such file"]),
+        ("no.vtu", ["no.vtu: ", "no such file"]),
         ("folder", ["folder: ", "a folder, not a mesh"]),
         ("empty.vtu", ["empty.vtu: ", "empty"]),
         ("empty.xyz", ["empty.xyz: ", "empty"]),
@@ -122,7 +122,7 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
         refused(folder, &["diff", "n.vtu", mesh], &parts);
     }
     let deform = |schedule| ["deform", "n.vtu", schedule, "-o", "out"];
-    refused(folder, &deform("no.toml"), &["no.toml: ", "No such file"]);
+    refused(folder, &deform("no.toml"), &["no.toml: ", "no such file"]);
     refused(folder, &deform("folder"), &["folder: ", "directory"]);
     refused(
         folder,
@@ -336,6 +336,29 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let deform = ["deform", "n.vtu", "n.toml", "-q", "--fail-on"];
     let unknown = [&deform[..], &["invertd>0", "-o", "out"]].concat();
     refused(folder, &unknown, &["\"invertd\"", "did you mean inverted?"]);
+    let none = ("[rbf]", "[output]\nquality = \"none\"\n[rbf]");
+    rewrite(folder, "n.toml", "none.toml", &[none]);
+    for (schedule, condition, reason) in [
+        ("n.toml", "time_s>0", "has neither [time] nor rotor.rpm"),
+        ("none.toml", "inverted>0", "output.quality = \"none\""),
+        (
+            "none.toml",
+            "max_normal_change_deg>1",
+            "output.quality = \"none\"",
+        ),
+    ] {
+        let args = [
+            "deform",
+            "n.vtu",
+            schedule,
+            "-q",
+            "-o",
+            "out",
+            "--fail-on",
+            condition,
+        ];
+        refused(folder, &args, &["has no values in this run, since", reason]);
+    }
     let met = [&deform[..], &["min_scaled_jacobian<0.9", "-o", "met"]].concat();
     assert_eq!(azimesh(folder, &met).code, 1);
     let not_met = [&deform[..], &["inverted>0", "-o", "not"]].concat();
@@ -343,6 +366,18 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let args = [&met[..], &["--force"]].concat();
     let failures = json(folder, &args)["failures"].clone();
     assert_eq!(failures.as_array().unwrap().len(), 37);
+}
+
+#[test]
+fn what_is_no_file_of_base_points_is_refused_with_what_it_should_be() {
+    let folder = airfoil();
+    let folder = folder.path();
+    for file in ["n.vtu", "n.toml"] {
+        let args = [
+            "deform", "n.vtu", "n.toml", "-q", "-o", "out", "--base", file,
+        ];
+        refused(folder, &args, &[file, "this is no file of base points"]);
+    }
 }
 
 #[test]

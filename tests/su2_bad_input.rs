@@ -47,13 +47,22 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
         "line 10: expected a number as a coordinate, found \"x\""
     );
     assert_eq!(
-        refusal(&GOOD.replace("NELEM= 2", "NELEM= 1")),
-        "line 5: expected a line KEYWORD= value, found \"9 1 3 4 2 1\""
+        refusal(&GOOD.replace("3 1 3\n", "5 0 1 3\n")),
+        "line 16: a triangle cannot be on the boundary \"wall\" with NDIME= 2"
+    );
+    assert_eq!(
+        refusal(&GOOD.replace("5 0 1 2 0", "10 0 1 2 3")),
+        "line 4: a tetrahedron cannot be in a mesh with NDIME= 2"
     );
     assert_eq!(
         refusal(&GOOD.replace("MARKER_ELEMS= 0", "MARKER_ELEMS= 99999999999")),
         "line 19: the file ends after 0 of 99999999999 lines of boundary elements"
     );
+    let zones = format!(
+        "IZONE= 1\n{GOOD}IZONE= 2\n{}",
+        GOOD.replace("NDIME= 2", "NDIME= 3")
+    );
+    assert!(refusal(&zones).starts_with("line 22: zones of 2 and of 3"));
     assert!(refusal(&GOOD.replace("NDIME= 2", "NZONE= 3")).contains("zones in the file: 1"));
     assert!(refusal(&GOOD.replace("NDIME= 2", "IZONE= 1\nIZONE= 1")).contains("a second IZONE"));
     assert_eq!(
@@ -62,6 +71,49 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
     );
     assert!(refusal(&GOOD.replace("5 0 1 2 0", "206 0 1 2 0")).contains("206"));
     assert!(refusal(&GOOD.replace("NPOIN= 5 5", "NPOIN= -5")).contains("negative"));
+}
+
+#[test]
+fn a_wrong_count_is_named_where_it_stands() {
+    for (right, wrong, refused) in [
+        (
+            "NELEM= 2",
+            "NELEM= 1",
+            "line 3: NELEM= 1, but more lines before the next keyword: \"9 1 3 4 2 1\"",
+        ),
+        (
+            "NELEM= 2",
+            "NELEM= 3",
+            "line 3: NELEM= 3, but 2 lines before \"NPOIN= 5 5\"",
+        ),
+        (
+            "NELEM= 2",
+            "NELEM= 9",
+            "line 3: NELEM= 9, but 2 lines before \"NPOIN= 5 5\"",
+        ),
+        (
+            "NPOIN= 5 5",
+            "NPOIN= 6",
+            "line 6: NPOIN= 6, but 5 lines before \"NMARK= 2\"",
+        ),
+        (
+            "ELEMS= 2",
+            "ELEMS= 1",
+            "line 14: MARKER_ELEMS= 1, but more lines before the next keyword: \"3 1 3\"",
+        ),
+        (
+            "ELEMS= 2",
+            "ELEMS= 3",
+            "line 14: MARKER_ELEMS= 3, but 2 lines before \"MARKER_TAG= far\"",
+        ),
+        (
+            "ELEMS= 2",
+            "ELEMS= 70",
+            "line 14: MARKER_ELEMS= 70, but 2 lines before \"MARKER_TAG= far\"",
+        ),
+    ] {
+        assert_eq!(refusal(&GOOD.replace(right, wrong)), refused);
+    }
 }
 
 proptest! {

@@ -2,7 +2,7 @@
 
 use azimesh::formats::vtu::Vtu;
 use azimesh::formats::{
-    Compression, Encoding, Format, Precision, ReadOptions, WriteOptions, parse,
+    Compression, Encoding, Format, Notes, Precision, ReadOptions, Source, WriteOptions, parse,
 };
 use azimesh::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use proptest::prelude::*;
@@ -139,4 +139,64 @@ fn announced_sizes_that_the_file_cannot_hold_take_no_memory() {
             assert!(error.position.is_some(), "{error}");
         }
     }
+}
+
+/// A triangle in text.
+const TRIANGLE: &str = "<VTKFile type=\"UnstructuredGrid\" version=\"0.1\">
+<UnstructuredGrid><Piece NumberOfPoints=\"3\" NumberOfCells=\"1\">
+<CellData><DataArray type=\"Int32\" Name=\"i\" NumberOfComponents=\"2\">7 8</DataArray></CellData>
+<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\">
+0 0 0
+1 0 0
+0 1 0</DataArray></Points>
+<Cells><DataArray type=\"Int64\" Name=\"connectivity\">0 1 2</DataArray>
+<DataArray type=\"Int64\" Name=\"offsets\">3</DataArray>
+<DataArray type=\"UInt8\" Name=\"types\">5</DataArray></Cells>
+</Piece></UnstructuredGrid></VTKFile>";
+
+#[test]
+fn what_is_wrong_in_text_is_named_with_its_place() {
+    for (right, wrong, refusal) in [
+        (
+            "0 1 0<",
+            "0 1<",
+            "Points: it has 8 values; it must have 3 tuples",
+        ),
+        (
+            "0 1 0<",
+            "0 1 0 5<",
+            "Points: it has 10 values; it must have 3 tuples",
+        ),
+        ("7 8", "7 8 9", "i: it has 3 values; it must have 2 tuples"),
+        (
+            "1 0 0",
+            "1 nan 0",
+            "line 6: node 1 has coordinates [1.0, NaN, 0.0]",
+        ),
+        (
+            ">5<",
+            ">99<",
+            "types: cell 0 has the VTK type 99, which is not read",
+        ),
+        (">5<", "><", "types: it has 0 values; it must have 1 tuples"),
+    ] {
+        let file = TRIANGLE.replace(right, wrong);
+        let error = parse(&Vtu, file.as_bytes(), &ReadOptions::default());
+        let error = error.expect_err("it is wrong").to_string();
+        assert!(error.trim_start().starts_with(refusal), "{error}");
+    }
+}
+
+#[test]
+fn an_array_of_too_many_tuples_is_left_out_of_text_too() {
+    let file = TRIANGLE.replace("7 8", "7 8 9 10").into_bytes();
+    let source = Source::from_bytes("long.vtu".as_ref(), file);
+    let mut notes = Notes::default();
+    let mesh = Vtu.read(&source, &ReadOptions::default(), &mut notes);
+    assert!(mesh.expect("a good file").cell_arrays.is_empty());
+    let noted = "the cell array \"i\" is left out: it has more tuples";
+    assert!(
+        notes.iter().any(|note| note.starts_with(noted)),
+        "{notes:?}"
+    );
 }

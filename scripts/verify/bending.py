@@ -16,7 +16,8 @@ import reference
 from program import TESTDATA, report, scratch
 
 FRAMES = ("rotating", "inertial")
-INSIDE = 1e-3  # part of the span by which the outermost sections lie inside
+NEAR = 0.05  # part of the span inside its ends at which the chord is taken
+CAP = 0.1  # part of that chord by which the outermost sections lie inside, as the ends are rounded
 
 
 def read(path):
@@ -34,22 +35,32 @@ def read(path):
 
 
 def quarter_chord(points, faces, stations):
-    """Rows station, x, y, z: a quarter of the longest extent of each section behind its leading edge."""
+    """Rows station, x, y, z: a quarter of the longest extent of each section behind its leading edge; straight on at the ends."""
     faces = np.array(faces)
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     low, high = points[np.unique(faces), 0].min(), points[np.unique(faces), 0].max()
-    first, last = low + INSIDE * (high - low), high - INSIDE * (high - low)
-    rows = []
-    for r in [first, *[r for r in stations if first < r < last], last]:
+
+    def chord(r):
         cut = (np.minimum(a[:, 0], b[:, 0]) <= r) & (r <= np.maximum(a[:, 0], b[:, 0])) & (a[:, 0] != b[:, 0])
         part = (r - a[cut, 0]) / (b[cut, 0] - a[cut, 0])
         section = a[cut] + part[:, None] * (b[cut] - a[cut])
         far = squareform(pdist(section))
         ends = section[list(np.unravel_index(far.argmax(), far.shape))]
-        nose, tail = ends[np.argsort(-ends[:, 1])]
-        rows.append([r, *(nose + 0.25 * (tail - nose))])
-    return rows
+        return ends[np.argsort(-ends[:, 1])]
+
+    def row(r):
+        nose, tail = chord(r)
+        return np.array([r, *(nose + 0.25 * (tail - nose))])
+
+    inward = []
+    for end, sign in [(low, 1), (high, -1)]:
+        length = np.linalg.norm(np.subtract(*chord(end + sign * NEAR * (high - low))))
+        inward.append(sign * np.clip(CAP * length, 1e-3 * (high - low), 0.5 * NEAR * (high - low)))
+    first, last = low + inward[0], high + inward[1]
+    inside = [*stations, first + inward[0], last + inward[1]]
+    rows = [row(r) for r in sorted({first, last, *[r for r in inside if first < r < last]})]
+    return [2 * row(first) - row(first + inward[0]), *rows, 2 * row(last) - row(last + inward[1])]
 
 
 def motion_of(schedule, mesh, folder):

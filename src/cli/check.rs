@@ -2,8 +2,10 @@
 
 use super::{Context, Outcome, memory};
 use crate::error::Result;
-use crate::motion::{Frame, Role, Schedule, Step, TagRole};
-use crate::sequence::{BodyAtStep, Plan, bodies_at, conflicts, estimate_bytes, estimate_memory};
+use crate::motion::{Role, Schedule, Step, TagRole};
+use crate::sequence::{
+    BodyAtStep, Extremes, Plan, bodies_at, conflicts, estimate_bytes, estimate_memory,
+};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -28,14 +30,15 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
         .map_err(|error| error.file(&args.mesh))?;
     let n_bytes = estimate_bytes(&mut plan)?;
     let mut warnings = plan.warnings();
-    warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT)));
+    let extremes = Extremes::new(&plan);
+    warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT), &extremes));
     for warning in &warnings {
         context.warn(warning);
     }
     let mapped = memory::mapped_bytes(&args.mesh);
     match context.common.json {
-        true => context.print_json(as_json(&plan, (mapped, n_bytes), &warnings))?,
-        false => context.print_result(&as_text(&plan, (mapped, n_bytes)))?,
+        true => context.print_json(as_json(&plan, &extremes, (mapped, n_bytes), &warnings))?,
+        false => context.print_result(&as_text(&plan, &extremes, (mapped, n_bytes)))?,
     }
     Ok(Outcome::Fine)
 }
@@ -60,36 +63,12 @@ fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
     evaluations / (1e9 * threads) + n_bytes as f64 / 1e9
 }
 
-/// Frame and sign conventions in force, one sentence each.
-fn conventions(plan: &Plan) -> Vec<String> {
-    let rotor = &plan.motion.rotor;
-    let (signs, way) = (
-        &rotor.signs,
-        |sign: f64, plus: &'static str, minus: &'static str| {
-            if sign < 0.0 { minus } else { plus }
-        },
-    );
-    let frame = match rotor.frame {
-        Frame::Rotating => "rotating frame: the mesh is not carried round",
-        Frame::Inertial => "inertial frame: the mesh is carried round with the azimuth",
-    };
-    vec![
-        frame.to_owned(),
-        format!(
-            "hub {:?}, span {:?}, chord (leading edge) {:?}, shaft (thrust) {:?}",
-            rotor.hub, rotor.e_x, rotor.e_y, rotor.e_z
-        ),
-        format!(
-            "azimuth {} seen from the thrust side, pitch positive nose {}, flap positive {}, lag {} positive",
-            way(signs.azimuth, "counter-clockwise", "clockwise"),
-            way(signs.pitch, "up", "down"),
-            way(signs.flap, "up", "down"),
-            way(signs.lag, "lead", "trail"),
-        ),
-    ]
-}
-
-fn as_json(plan: &Plan, (mapped, n_bytes): (u64, u64), warnings: &[String]) -> Value {
+fn as_json(
+    plan: &Plan,
+    extremes: &Extremes,
+    (mapped, n_bytes): (u64, u64),
+    warnings: &[String],
+) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     json!({
@@ -106,10 +85,12 @@ fn as_json(plan: &Plan, (mapped, n_bytes): (u64, u64), warnings: &[String]) -> V
         "smallest_first_cell": plan.first_cells.smallest(),
         "memory_bytes": estimate_memory(plan),
         "mapped_bytes": mapped,
-        "conventions": conventions(plan),
+        "conventions": plan.motion.rotor.conventions(),
         "seconds": seconds(plan, n_bytes),
         "output_bytes": n_bytes,
         "warnings": warnings,
+        "max_displacement": extremes.largest().1,
+        "max_displacement_step": extremes.largest().0,
         "steps": steps.map(|step| json!({
             "step": step.index,
             "azimuth_deg": step.azimuth_deg,
@@ -120,7 +101,7 @@ fn as_json(plan: &Plan, (mapped, n_bytes): (u64, u64), warnings: &[String]) -> V
     })
 }
 
-fn as_text(plan: &Plan, (mapped, n_bytes): (u64, u64)) -> String {
+fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
@@ -173,11 +154,29 @@ fn as_text(plan: &Plan, (mapped, n_bytes): (u64, u64)) -> String {
     );
     line("meshes", gigabytes(n_bytes));
     line("time", format!("about {:.1} s", seconds(plan, n_bytes)));
-    for convention in conventions(plan) {
+    for convention in plan.motion.rotor.conventions() {
         line("convention", convention);
     }
     let steps = listed(plan);
-    line(place_name(plan), "largest displacement".into());
+    let (step, largest) = extremes.largest();
+    line(
+        "largest displacement",
+        format!(
+            "{largest:.6} at step {step}, the largest of {}",
+            match extremes.n_steps == n_steps {
+                true => "all steps".to_owned(),
+                false => format!("{} steps looked at", extremes.n_steps),
+            }
+        ),
+    );
+    let at_some = match steps.len() < n_steps {
+        true => format!(
+            "largest displacement, at {} of {n_steps} steps",
+            steps.len()
+        ),
+        false => "largest displacement".to_owned(),
+    };
+    line(place_name(plan), at_some);
     for step in &steps {
         line(
             &format!("{:>11}", place_of(plan, step)),

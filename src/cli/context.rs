@@ -103,6 +103,13 @@ impl Context {
         }
     }
 
+    /// The same to stderr, where a mesh goes to standard output.
+    pub fn print_aside(&self, text: &str) {
+        if !self.common.quiet {
+            to_stderr(text.trim_end());
+        }
+    }
+
     /// Prints to standard output. A closed pipe ends the output quietly.
     pub fn print(&self, text: &str) -> Result<()> {
         let mut out = std::io::stdout().lock();

@@ -53,7 +53,7 @@ pub struct DeformArgs {
     #[arg(long, value_name = "SIZE", value_parser = memory::parse)]
     max_memory: Option<u64>,
     /// Exit with 1 where this holds at any step, e.g. `min_scaled_jacobian<0.1`; any column of
-    /// steps.csv; may be given again
+    /// steps.csv; may be given again. --resume without it asks what the run was begun with
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Criterion>,
 }
@@ -138,21 +138,38 @@ pub(super) fn report(folder: &Path, finished: &Finished, context: &Context) -> R
     })
 }
 
-/// A condition may fail at every step: the first sentences are shown, all with `-v`.
+/// A condition may fail at every step: the first sentences of each sort are shown, all with `-v`.
 fn warn_of_some(sentences: &[String], context: &Context) {
-    let shown = match context.common.verbose {
-        0 => sentences.len().min(SHOWN),
-        _ => sentences.len(),
-    };
-    for sentence in &sentences[..shown] {
-        context.warn(sentence);
+    for alike in by_sort(sentences) {
+        let shown = match context.common.verbose {
+            0 => alike.len().min(SHOWN),
+            _ => alike.len(),
+        };
+        for sentence in &alike[..shown] {
+            context.warn(sentence);
+        }
+        if shown < alike.len() {
+            context.warn(&format!(
+                "and {} more like these; -v shows them, run.json and steps.csv hold them",
+                alike.len() - shown
+            ));
+        }
     }
-    if shown < sentences.len() {
-        context.warn(&format!(
-            "and {} more like these; -v shows them, run.json and steps.csv hold them",
-            sentences.len() - shown
-        ));
+}
+
+/// Sentences that are the same but for words with numbers, in the order of the first of each sort.
+fn by_sort(sentences: &[String]) -> Vec<Vec<&str>> {
+    let mut sorts: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
+    for sentence in sentences {
+        let words = sentence.split_whitespace();
+        let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
+        let words: Vec<&str> = words.filter(|word| !has_digit(word)).collect();
+        match sorts.iter_mut().find(|(known, _)| *known == words) {
+            Some((_, alike)) => alike.push(sentence),
+            None => sorts.push((words, vec![sentence])),
+        }
     }
+    sorts.into_iter().map(|(_, alike)| alike).collect()
 }
 
 fn summary(folder: &Path, finished: &Finished) -> String {
@@ -167,20 +184,38 @@ fn summary(folder: &Path, finished: &Finished) -> String {
     let jacobian = finished.min_scaled_jacobian.map_or(String::new(), |value| {
         format!(", smallest scaled Jacobian {value:.3e}")
     });
+    let inverted = match finished.inverted_steps {
+        Some(n) => format!("{n} steps with inverted cells"),
+        None => "no cell was judged".to_owned(),
+    };
     format!(
         "{kept}{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
-         {} steps with inverted cells{jacobian}\n\
+         {inverted}{jacobian}\n\
          {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, writing {:.2} (overlapping)\n",
         folder.display(),
         finished.n_steps,
         finished.n_base,
         finished.surface_error,
         finished.selection_error,
-        finished.inverted_steps,
         t.total,
         t.selection,
         t.modes,
         t.steps,
         t.writing,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentences_of_one_sort_stand_together_and_hide_no_other() {
+        let inverted = |step: usize| format!("step {step}: {} cells are inverted", 7 * step);
+        let mut sentences: Vec<String> = (0..9).map(inverted).collect();
+        sentences.insert(8, "two surfaces are 1.2e-3 apart at node 5".to_owned());
+        let sorts = by_sort(&sentences);
+        assert_eq!(sorts.iter().map(Vec::len).collect::<Vec<_>>(), [9, 1]);
+        assert_eq!(sorts[1], ["two surfaces are 1.2e-3 apart at node 5"]);
+    }
 }

@@ -1,8 +1,8 @@
 //! What a command reads: a mesh, or the meshes of a sequence one after another.
 
 use super::Context;
-use crate::error::{Error, Result};
-use crate::formats::{self, Format, Loaded, Source};
+use crate::error::{Error, Position, Result};
+use crate::formats::{self, Format, Listed, Loaded, Source};
 use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ enum Meshes {
         times: Vec<f64>,
     },
     /// A list of files with a time each.
-    Listed(Vec<(f64, PathBuf)>),
+    Listed(Vec<Listed>),
 }
 
 impl Input {
@@ -54,11 +54,54 @@ impl Input {
         if let Some(list) = paths.iter().find(|path| formats::is_series(path)) {
             return Err(Error::input("a list of meshes cannot be a part of a sequence").file(list));
         }
-        let times = (0..paths.len()).map(|i| i as f64);
+        let part = |(i, path): (usize, &PathBuf)| Listed {
+            time: i as f64,
+            path: path.clone(),
+            line: None,
+        };
         Ok(Self {
             path: paths[0].clone(),
-            meshes: Meshes::Listed(times.zip(paths.iter().cloned()).collect()),
+            meshes: Meshes::Listed(paths.iter().enumerate().map(part).collect()),
         })
+    }
+
+    /// Refuses a list of files of which one is not there.
+    pub fn check_files(&self) -> Result<()> {
+        match &self.meshes {
+            Meshes::File { .. } => Ok(()),
+            Meshes::Listed(list) => list.iter().try_for_each(|entry| self.check_file(entry)),
+        }
+    }
+
+    fn check_file(&self, entry: &Listed) -> Result<()> {
+        if entry.path.as_os_str() == "-" {
+            return Ok(());
+        }
+        match std::fs::metadata(&entry.path) {
+            Ok(_) => Ok(()),
+            Err(error) if formats::is_series(&self.path) => {
+                let message = format!("it names {}: {error}", entry.path.display());
+                Err(Error {
+                    message,
+                    position: entry.line.map(Position::Line),
+                    ..Error::io(&self.path, &error)
+                })
+            }
+            Err(error) => Err(Error::io(&entry.path, &error)),
+        }
+    }
+
+    /// A remark on the times of a sequence, where they do not rise.
+    pub fn remark_on_times(&self) -> Option<String> {
+        let times = self.times()?;
+        let step = times.windows(2).position(|two| two[0] >= two[1])?;
+        Some(format!(
+            "the times do not rise: step {step} has {}, step {} has {}; steps are counted in the order of the \
+             file",
+            times[step],
+            step + 1,
+            times[step + 1]
+        ))
     }
 
     /// Its path.
@@ -70,7 +113,15 @@ impl Input {
     pub fn path_of(&self, step: usize) -> &Path {
         match &self.meshes {
             Meshes::File { .. } => &self.path,
-            Meshes::Listed(list) => list.get(step).map_or(&self.path, |(_, path)| path),
+            Meshes::Listed(list) => list.get(step).map_or(&self.path, |entry| &entry.path),
+        }
+    }
+
+    /// What the file is.
+    pub fn title(&self) -> Option<String> {
+        match &self.meshes {
+            Meshes::File { source, format, .. } => Some(format.title_of(source.bytes())),
+            Meshes::Listed(_) => None,
         }
     }
 
@@ -86,7 +137,7 @@ impl Input {
     pub fn times(&self) -> Option<Vec<f64>> {
         match &self.meshes {
             Meshes::File { times, .. } => (times.len() > 1).then(|| times.clone()),
-            Meshes::Listed(list) => Some(list.iter().map(|(time, _)| *time).collect()),
+            Meshes::Listed(list) => Some(list.iter().map(|entry| entry.time).collect()),
         }
     }
 
@@ -127,12 +178,22 @@ impl Input {
                     formats::read_as(*format, source, &options)
                 }
                 Meshes::Listed(list) => {
-                    let (_, path) = &list[step.unwrap_or(list.len() - 1)];
-                    formats::read(&Source::open(path)?, &options)
+                    let entry = &list[step.unwrap_or(list.len() - 1)];
+                    self.check_file(entry)?;
+                    formats::read(&Source::open(&entry.path)?, &options)
                 }
             }
         })
     }
+}
+
+/// The file that joins the parts of which one is called `stem_A-B.ending`.
+fn whole_of(part: &Path) -> Option<PathBuf> {
+    let (stem, steps) = part.file_stem()?.to_str()?.rsplit_once('_')?;
+    let (first, end) = steps.split_once('-')?;
+    let is_number = |text: &str| text.parse::<usize>().is_ok();
+    let name = format!("{stem}.{}", part.extension()?.to_str()?);
+    (is_number(first) && is_number(end)).then(|| part.with_file_name(name))
 }
 
 /// The file that is or lists the sequence of a folder, as `deform` leaves it: a .pvd, or a .vtkhdf
@@ -153,6 +214,10 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
         let is_wanted =
             |path: &&PathBuf| wanted.iter().any(|w| ending(path).is_some_and(|e| e == *w));
         let found: Vec<&PathBuf> = files.iter().filter(visible).filter(is_wanted).collect();
+        // Parts are joined in a file that has their name without the steps.
+        let is_joined =
+            |path: &&PathBuf| whole_of(path).is_none_or(|whole| !found.contains(&&whole));
+        let found: Vec<&PathBuf> = found.iter().copied().filter(is_joined).collect();
         match found[..] {
             [] => continue,
             [one] => return Ok(one.clone()),

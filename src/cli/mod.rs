@@ -101,8 +101,11 @@ pub enum Outcome {
 /// Parses the arguments, runs the command, prints its error and gives the exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
+    #[cfg(unix)]
+    signals::outlive_file_limits();
     let context = Context::new(cli.common);
-    let result = context.with_threads(|| run(cli.command, &context));
+    let result =
+        listen(&cli.command).and_then(|()| context.with_threads(|| run(cli.command, &context)));
     match result {
         Ok(Outcome::Fine) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
@@ -117,6 +120,16 @@ pub fn main() -> ExitCode {
             })
         }
     }
+}
+
+/// From here on a signal leaves no unfinished file behind. `deform` listens for itself.
+fn listen(command: &Command) -> Result<()> {
+    #[cfg(unix)]
+    if !matches!(command, Command::Deform(_)) {
+        return signals::end();
+    }
+    let _ = command;
+    Ok(())
 }
 
 fn run(command: Command, context: &Context) -> Result<Outcome> {

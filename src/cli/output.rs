@@ -46,6 +46,21 @@ impl OutputArgs {
         }
     }
 
+    /// A sentence on each option that does nothing for files of this format.
+    pub fn remarks(&self, format: &dyn Format) -> Vec<String> {
+        let dropped = self.options().without_effect(format);
+        let name = format.name();
+        dropped
+            .iter()
+            .map(|option| match *option {
+                "compression" if self.encoding == Encoding::Ascii => {
+                    "--compression has no effect on text".to_owned()
+                }
+                option => format!("--{option} has no effect on files of format {name}"),
+            })
+            .collect()
+    }
+
     /// Refuses to replace a file without `--force`. Asked before any work is done.
     pub fn check(&self, path: &Path) -> Result<()> {
         let is_file = path.as_os_str() != "-" && path.is_file();
@@ -70,6 +85,9 @@ impl OutputArgs {
         context: &Context,
     ) -> Result<()> {
         self.check_companions(mesh, path, format)?;
+        for remark in self.remarks(format) {
+            context.note(&remark);
+        }
         let write = || formats::save(mesh, path, format, &self.options());
         for dropped in context.stage("writing", write)? {
             context.note(&format!("{}: {dropped}", path.display()));

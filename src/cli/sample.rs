@@ -39,6 +39,9 @@ enum Name {
         #[arg(long, value_name = "N")]
         blades: Option<usize>,
     },
+    /// Any other name.
+    #[command(external_subcommand)]
+    Unknown(Vec<String>),
     /// 2D: the unit square with a block of 5 by 1 cells taken out, to be turned and moved
     Block {
         #[command(flatten)]
@@ -71,7 +74,7 @@ struct SizeArgs {
     #[arg(long, value_name = "N")]
     layers: Option<usize>,
     /// Height of the wall cells in chords [default: 1e-5]
-    #[arg(long, value_name = "H")]
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
     first_cell: Option<f64>,
 }
 
@@ -88,19 +91,19 @@ struct BladeArgs {
     #[arg(long)]
     untwisted: bool,
     /// Chord of the blade [default: 0.3]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     chord: Option<f64>,
     /// Where the blade begins [default: 0.9]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     root: Option<f64>,
     /// Where the blade ends [default: 5.625]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     radius: Option<f64>,
     /// Linear twist from hub to tip in degrees, zero at 75% radius [default: -8]
     #[arg(long, value_name = "ANGLE", allow_negative_numbers = true)]
     twist: Option<f64>,
     /// Radius of the cylinder around the blade [default: 2 chords or 4/15 of the radius]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     cylinder_radius: Option<f64>,
 }
 
@@ -133,10 +136,11 @@ impl BladeArgs {
 }
 
 impl Name {
-    fn output(&self) -> &OutputArgs {
+    fn output(&self) -> Result<&OutputArgs> {
         match self {
-            Self::Naca0012 { output, .. } | Self::Block { output, .. } => output,
-            Self::Blade(args) | Self::Rotor { blade: args, .. } => &args.output,
+            Self::Naca0012 { output, .. } | Self::Block { output, .. } => Ok(output),
+            Self::Blade(args) | Self::Rotor { blade: args, .. } => Ok(&args.output),
+            Self::Unknown(words) => Err(unknown(words)),
         }
     }
 
@@ -151,12 +155,21 @@ impl Name {
                 None => sample::rotor(&blade.options()),
             },
             Self::Block { refine, .. } => sample::block(&BlockOptions { refine: *refine }),
+            Self::Unknown(words) => Err(unknown(words)),
         }
     }
 }
 
+/// The refusal of a name that is no sample's, as the first of some words.
+fn unknown(words: &[String]) -> Error {
+    const KNOWN: [&str; 4] = ["naca0012", "blade", "rotor", "block"];
+    let name = words.first().map_or("", String::as_str);
+    let known = KNOWN.join(", ");
+    Error::input(format!("there is no sample \"{name}\"; there are: {known}"))
+}
+
 pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
-    let output = args.name.output();
+    let output = args.name.output()?;
     let path = &output.output;
     context.check_json_beside(path)?;
     let format = match &context.common.format {

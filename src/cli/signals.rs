@@ -1,12 +1,15 @@
-//! Signals that ask a sequence to end: the first one is heard between two steps, the second ends the
-//! program at once.
+//! Signals: those that ask a program to end, and the one of a file that grows too large. In a sequence the
+//! first one is heard between two steps, the second ends the program at once; every other command ends with
+//! the first. None leaves a hidden file behind.
 
 use crate::error::{Error, Result};
+use crate::formats::end_hidden;
 use crate::sequence::Stop;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::io::Write;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// A run that writes nothing has so much time to end by itself.
@@ -14,36 +17,61 @@ const GRACE: Duration = Duration::from_millis(700);
 /// Between two looks at the run.
 const PAUSE: Duration = Duration::from_millis(10);
 
+/// From here on a file that reaches the limit of `ulimit -f` fails to be written, with an error like any
+/// other, in place of ending the program.
+pub(super) fn outlive_file_limits() {
+    // Where the signal cannot be caught it ends the program as it would have.
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
+}
+
 /// From here on SIGINT and SIGTERM ask through `stop`.
 ///
 /// A step that is being written is waited for, whatever time it takes. Before the steps (reading, base
 /// points, modes) nothing is under work that could be lost, and the program ends.
 pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
-    let failed =
-        |error: std::io::Error| Error::system(format!("cannot listen to signals: {error}"));
-    let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
     let stop = Arc::clone(stop);
-    let wait = move || {
-        let Some(signal) = signals.forever().next() else {
-            return;
-        };
+    after_first(move |signal, signals| {
         stop.ask(signal);
         let mut idle = Instant::now();
         while idle.elapsed() < GRACE {
             std::thread::sleep(PAUSE);
             if let Some(again) = signals.pending().next() {
+                end_hidden();
                 std::process::exit(128 + again);
             }
             if stop.is_held() {
                 idle = Instant::now();
             }
         }
-        // Nobody is left to tell when stderr is gone.
-        let _ = writeln!(
-            std::io::stderr(),
-            "error: interrupted; finished steps are kept, and --resume goes on from there"
+        end_with(
+            signal,
+            "interrupted; finished steps are kept, and --resume goes on from there",
         );
-        std::process::exit(128 + signal);
+    })
+}
+
+/// From here on SIGINT and SIGTERM end the program, and hidden files with it.
+pub(super) fn end() -> Result<()> {
+    after_first(|signal, _| end_with(signal, "interrupted; files that are whole are kept"))
+}
+
+fn end_with(signal: i32, message: &str) {
+    end_hidden();
+    // Nobody is left to tell when stderr is gone.
+    let _ = writeln!(std::io::stderr(), "error: {message}");
+    std::process::exit(128 + signal);
+}
+
+/// Does `then` on a thread of its own when the first signal is there.
+fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<()> {
+    let failed =
+        |error: std::io::Error| Error::system(format!("cannot listen to signals: {error}"));
+    let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
+    let wait = move || {
+        let first = signals.forever().next();
+        if let Some(signal) = first {
+            then(signal, &mut signals);
+        }
     };
     let thread = std::thread::Builder::new().name("signals".to_owned());
     thread.spawn(wait).map(|_| ()).map_err(failed)

@@ -6,14 +6,17 @@
 pub mod cgns;
 pub mod gmsh;
 mod hdf5;
+mod hidden;
 pub mod legacy;
 mod lexer;
+mod options;
 mod packed;
 pub mod pvtu;
 mod records;
 mod save;
 mod sequence;
 mod series;
+mod sink;
 mod source;
 pub mod su2;
 pub mod ugrid;
@@ -23,9 +26,13 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use save::{save, save_text, write_companions, write_whole};
+pub use hidden::end_hidden;
+pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
+pub use save::{
+    Waiting, save, save_text, stage, stage_bytes, write_companions, write_file, write_whole,
+};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
-pub use series::{is_series, pvd, read_series, vtk_series};
+pub use series::{Listed, is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};
@@ -73,6 +80,10 @@ pub trait Format: Sync {
     /// Whether a file is of this format, for those that its start alone does not tell.
     fn recognizes_file(&self, source: &Source) -> bool {
         self.recognizes(source.bytes())
+    }
+    /// What a file is that starts like this.
+    fn title_of(&self, _head: &[u8]) -> String {
+        self.title().to_owned()
     }
     /// Version of the format that a file which starts like this says it has.
     fn version(&self, _head: &[u8]) -> Option<String> {
@@ -146,89 +157,6 @@ pub struct Loaded {
     pub notes: Notes,
     /// The file's format.
     pub format: &'static dyn Format,
-}
-
-/// What a reader is told.
-#[derive(Debug, Clone, Default)]
-pub struct ReadOptions {
-    /// VTK cell array that holds boundary tags, when it is not one of the known names.
-    pub tag_array: Option<String>,
-    /// Which step of a sequence in one file; the last when none is given.
-    pub step: Option<usize>,
-}
-
-/// What a writer is told.
-#[derive(Debug, Clone)]
-pub struct WriteOptions {
-    /// How numbers are stored.
-    pub encoding: Encoding,
-    /// Compression of binary data, in formats that have it.
-    pub compression: Compression,
-    /// Precision of coordinates.
-    pub precision: Precision,
-    /// Whether names of tags are written as string arrays (VTU); some readers refuse them.
-    pub tag_names: bool,
-}
-
-impl WriteOptions {
-    /// Refuses coordinates that the wanted precision cannot hold.
-    fn check_coordinates(&self, mesh: &Mesh) -> Result<()> {
-        if self.precision == Precision::F64 {
-            return Ok(());
-        }
-        let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
-        match mesh.points.iter().position(too_large) {
-            Some(node) => Err(Error::input(format!(
-                "node {node} has coordinates {:?}, too large for 32 bits; write 64",
-                mesh.points[node]
-            ))),
-            None => Ok(()),
-        }
-    }
-}
-
-impl Default for WriteOptions {
-    fn default() -> Self {
-        Self {
-            encoding: Encoding::Raw,
-            compression: Compression::None,
-            precision: Precision::F64,
-            tag_names: true,
-        }
-    }
-}
-
-/// How numbers are stored in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Encoding {
-    /// Binary, as in memory.
-    Raw,
-    /// Binary in base64 (VTU).
-    Base64,
-    /// Text.
-    Ascii,
-}
-
-/// Compression of binary data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Compression {
-    /// None.
-    None,
-    /// zlib.
-    Zlib,
-    /// LZ4 blocks.
-    Lz4,
-    /// LZMA in xz containers.
-    Lzma,
-}
-
-/// Precision of coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Precision {
-    /// 64 bits.
-    F64,
-    /// 32 bits.
-    F32,
 }
 
 /// The format with this name.

@@ -5,6 +5,7 @@ use super::{Precision, WriteOptions};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 
@@ -116,6 +117,18 @@ pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions, kept: &[&str]
         notes.push(format!("{format} holds coordinates in f64 only"));
     }
     notes
+}
+
+/// Sentences on boundary tags of one name, for formats that know tags by their names alone.
+pub fn shared_names(mesh: &Mesh) -> Vec<String> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for tag in mesh.boundary_tags() {
+        *counts.entry(&tag.name).or_default() += 1;
+    }
+    let several = counts.into_iter().filter(|(_, n)| *n > 1);
+    several
+        .map(|(name, n)| format!("{n} boundary tags are called \"{name}\" and become one"))
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,33 @@
 //! Writing a mesh file whole or not at all: into a file beside it, which then takes its name.
 
+use super::hidden::Hidden;
+use super::sink::{Sink, name_of};
 use super::{Format, WriteOptions};
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
 use crate::mesh::Mesh;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Bytes gathered before the system is asked to write, and the most that it is asked for at once:
 /// Linux was measured to stall for a third of a second now and then in writes of 4 MB and more.
 const PIECE: usize = 1 << 20;
+
+/// Files that are whole and have not their names yet. Dropped, it removes them.
+#[must_use]
+pub struct Waiting(Box<dyn FnOnce() -> Result<()>>);
+
+impl Waiting {
+    /// What gives files their names; dropped, it removes them.
+    pub(super) fn new(give_names: impl FnOnce() -> Result<()> + 'static) -> Self {
+        Self(Box::new(give_names))
+    }
+
+    /// Gives them their names.
+    pub fn keep(self) -> Result<()> {
+        (self.0)()
+    }
+}
 
 /// Writes `mesh` to `path`; returns a sentence for each thing that the format cannot hold.
 ///
@@ -22,6 +40,18 @@ pub fn save(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
+    let (notes, files) = stage(mesh, path, format, options)?;
+    files.into_iter().try_for_each(Waiting::keep)?;
+    Ok(notes)
+}
+
+/// Does what [`save`] does, but leaves the mesh and the files beside it under hidden names.
+pub fn stage(
+    mesh: &Mesh,
+    path: &Path,
+    format: &dyn Format,
+    options: &WriteOptions,
+) -> Result<(Vec<String>, Vec<Waiting>)> {
     if path.as_os_str() == "-" && !format.companions(mesh, path).is_empty() {
         return Err(Error::input(format!(
             "{} keeps names and conditions of tags in a file beside it, for which standard output \
@@ -29,60 +59,99 @@ pub fn save(
             format.name()
         )));
     }
-    let notes = write_whole(path, |out| format.write(mesh, out, options))?;
-    write_companions(mesh, path, format)?;
-    Ok(notes)
+    let (notes, file) = stage_whole(path, |out| format.write(mesh, out, options))?;
+    let mut files = vec![file];
+    for (companion, content) in format.companions(mesh, path) {
+        files.push(stage_bytes(&content, &companion)?);
+    }
+    Ok((notes, files))
 }
 
 /// Writes the small files that belong beside a mesh written to `path`.
 pub fn write_companions(mesh: &Mesh, path: &Path, format: &dyn Format) -> Result<()> {
     for (companion, content) in format.companions(mesh, path) {
-        write_whole(&companion, |out| {
-            out.write_all(&content)
-                .map_err(|error| Error::io(&companion, &error))
-        })?;
+        stage_bytes(&content, &companion)?.keep()?;
     }
     Ok(())
 }
 
 /// Writes text to `path` in the same way.
 pub fn save_text(text: &str, path: &Path) -> Result<()> {
-    write_whole(path, |out| {
-        out.write_all(text.as_bytes())
-            .map_err(|error| Error::io(path, &error))
-    })
+    stage_bytes(text.as_bytes(), path)?.keep()
+}
+
+/// Writes bytes under a hidden name.
+pub fn stage_bytes(bytes: &[u8], path: &Path) -> Result<Waiting> {
+    let write = |out: &mut dyn Write| {
+        let written = out.write_all(bytes);
+        written.map_err(|error| Error::io(path, &error))
+    };
+    stage_whole(path, write).map(|((), file)| file)
 }
 
 /// Fills a file through `write`, whole or not at all, as [`save`] does.
 pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
-    if path.as_os_str() == "-" {
-        let stdout = UntilClosed::new(io::stdout().lock());
-        return fill(stdout, Path::new("<stdout>"), write);
-    }
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    match fs::metadata(&target) {
-        Ok(found) if found.is_dir() => {
-            return Err(Error::input("this is a folder, not a file").file(path));
+    let (written, file) = stage_whole(path, write)?;
+    file.keep()?;
+    Ok(written)
+}
+
+fn stage_whole<T>(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<T>,
+) -> Result<(T, Waiting)> {
+    let target = match Sink::of(path)? {
+        Sink::Stream(stream) => {
+            let written = fill(stream, name_of(path), write)?;
+            return Ok((written, Waiting::new(|| Ok(()))));
         }
-        Ok(found) if !found.is_file() => {
-            let device = OpenOptions::new()
-                .write(true)
-                .open(&target)
-                .map_err(|error| Error::io(path, &error))?;
-            return fill(device, path, write);
+        Sink::File(target) => target,
+    };
+    let path = path.to_path_buf();
+    let (file, hidden) = Hidden::beside(&target).map_err(|error| Error::io(&path, &error))?;
+    let written = fill(file, &path, write)?;
+    hidden.is_whole(&target);
+    let name = move || {
+        hidden
+            .take_name(&target)
+            .map_err(|error| Error::io(&path, &error))
+    };
+    Ok((written, Waiting::new(name)))
+}
+
+/// Lets `write` make a file, of a name that it is given, which then takes the name `path`. Where that
+/// is standard output, a device or a pipe, the file is copied to it and removed.
+pub fn write_file<T>(path: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+    let (target, mut stream) = match Sink::of(path)? {
+        Sink::Stream(stream) => (std::env::temp_dir().join("azimesh"), Some(stream)),
+        Sink::File(target) => (target, None),
+    };
+    let name = name_of(path);
+    let of_target = |error: &io::Error| match &stream {
+        Some(_) => Error::io(&target, error),
+        None => Error::io(path, error),
+    };
+    let (_, hidden) = Hidden::beside(&target).map_err(|error| of_target(&error))?;
+    let written = write(hidden.path()).map_err(|mut error| {
+        // Who asked for `path` knows nothing of the hidden file.
+        error.path = error.path.filter(|path| path != hidden.path());
+        match (&stream, error.kind) {
+            (Some(_), Kind::System) => error.file(hidden.path()),
+            _ => error.file(name),
         }
-        _ => {}
+    })?;
+    match &mut stream {
+        None => hidden
+            .take_name(&target)
+            .map_err(|error| Error::io(path, &error))?,
+        Some(stream) => {
+            let mut file = File::open(hidden.path()).map_err(|error| Error::io(&target, &error))?;
+            let copied = io::copy(&mut file, &mut Pieces(&mut *stream));
+            let copied = copied.and_then(|_| stream.flush());
+            copied.map_err(|error| Error::io(name, &error))?;
+        }
     }
-    let (file, temporary) = create_beside(&target).map_err(|error| Error::io(path, &error))?;
-    fill(file, path, write)
-        .and_then(|written| {
-            fs::rename(&temporary, &target).map_err(|error| Error::io(path, &error))?;
-            Ok(written)
-        })
-        .inspect_err(|_| {
-            // The first error is the one to report.
-            let _ = fs::remove_file(&temporary);
-        })
+    Ok(written)
 }
 
 /// A file that takes its name when its first part is complete, and grows in place after that.
@@ -90,7 +159,7 @@ pub(super) struct Emerging {
     file: Pieces<File>,
     path: PathBuf,
     /// Its name until then.
-    temporary: Option<PathBuf>,
+    temporary: Option<Hidden>,
     /// Bytes read back.
     piece: Vec<u8>,
 }
@@ -99,7 +168,7 @@ impl Emerging {
     /// A new file beside `path`, empty.
     pub fn create(path: &Path) -> Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let (file, temporary) = create_beside(&target).map_err(|error| Error::io(path, &error))?;
+        let (file, temporary) = Hidden::beside(&target).map_err(|error| Error::io(path, &error))?;
         Ok(Self {
             file: Pieces(file),
             path: target,
@@ -149,7 +218,7 @@ impl Emerging {
     /// Goes on in a new file beside, which has the first `n_bytes` of this one and takes its place
     /// with [`Emerging::appear`].
     pub fn move_aside(&mut self, n_bytes: u64) -> io::Result<()> {
-        let (mut file, temporary) = create_beside(&self.path)?;
+        let (mut file, temporary) = Hidden::beside(&self.path)?;
         self.temporary = Some(temporary);
         self.file.0.seek(SeekFrom::Start(0))?;
         io::copy(&mut (&mut self.file.0).take(n_bytes), &mut file)?;
@@ -159,11 +228,9 @@ impl Emerging {
 
     /// Gives it its name, unless it has it.
     pub fn appear(&mut self) -> io::Result<()> {
-        if let Some(temporary) = &self.temporary {
-            fs::rename(temporary, &self.path)?;
-            self.temporary = None;
-        }
-        Ok(())
+        self.temporary
+            .take()
+            .map_or(Ok(()), |hidden| hidden.take_name(&self.path))
     }
 }
 
@@ -183,15 +250,6 @@ impl Seek for Emerging {
     }
 }
 
-impl Drop for Emerging {
-    fn drop(&mut self) {
-        if let Some(temporary) = &self.temporary {
-            // Whatever went wrong is told already.
-            let _ = fs::remove_file(temporary);
-        }
-    }
-}
-
 fn fill<T>(
     sink: impl Write,
     path: &Path,
@@ -201,43 +259,6 @@ fn fill<T>(
     let written = write(&mut out).map_err(|error| error.file(path))?;
     out.flush().map_err(|error| Error::io(path, &error))?;
     Ok(written)
-}
-
-/// A pipe whose reader may leave early, as `head` does: what comes after is dropped quietly.
-struct UntilClosed<W> {
-    pipe: W,
-    is_closed: bool,
-}
-
-impl<W: Write> UntilClosed<W> {
-    fn new(pipe: W) -> Self {
-        Self {
-            pipe,
-            is_closed: false,
-        }
-    }
-}
-
-impl<W: Write> Write for UntilClosed<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.is_closed {
-            return Ok(bytes.len());
-        }
-        match self.pipe.write(bytes) {
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
-                self.is_closed = true;
-                Ok(bytes.len())
-            }
-            written => written,
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        match self.pipe.flush() {
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-            flushed => flushed,
-        }
-    }
 }
 
 /// Hands on at most a piece at a time.
@@ -250,25 +271,6 @@ impl<W: Write> Write for Pieces<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
-    }
-}
-
-/// A new file in the folder of `target`, under a name that nothing has.
-fn create_beside(target: &Path) -> io::Result<(File, PathBuf)> {
-    let name = target.file_name().ok_or(ErrorKind::InvalidInput)?;
-    let mut attempt = 0u32;
-    loop {
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".{}-{attempt}.part", std::process::id()));
-        let path = target.with_file_name(hidden);
-        match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Ok(file) => return Ok((file, path)),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists && attempt < 1000 => {
-                attempt += 1;
-            }
-            Err(error) => return Err(error),
-        }
     }
 }
 

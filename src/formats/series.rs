@@ -1,10 +1,10 @@
 //! Lists of the meshes of a sequence and their times: .pvd of ParaView, .vtk.series and .vtu.series.
 
-use super::lexer;
+use super::{Source, lexer};
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
 use quick_xml::events::Event;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Endings of such lists.
@@ -17,32 +17,50 @@ pub fn is_series(path: &Path) -> bool {
     ENDINGS.iter().any(|ending| name.ends_with(ending))
 }
 
-/// Times and files of a list, in its order. Files are relative to the list.
-pub fn read_series(path: &Path) -> Result<Vec<(f64, PathBuf)>> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+/// A mesh of a list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Listed {
+    /// Its time.
+    pub time: f64,
+    /// Its file.
+    pub path: PathBuf,
+    /// The line of the list that names it, where that is known.
+    pub line: Option<u64>,
+}
+
+/// The meshes of a list, in its order. Files are relative to the list.
+pub fn read_series(path: &Path) -> Result<Vec<Listed>> {
+    let source = Source::open(path)?;
+    let text = std::str::from_utf8(source.bytes());
+    let text = text.map_err(|_| Error::input("the list is no UTF-8 text").file(path))?;
     let is_json = text.trim_start().starts_with('{');
     let entries = match is_json {
-        true => of_json(&text),
-        false => of_pvd(&text),
+        true => of_json(text),
+        false => of_pvd(text),
     };
-    let entries = entries.map_err(|error| error.file(path))?;
+    let mut entries = entries.map_err(|error| error.file(path))?;
     if entries.is_empty() {
         return Err(Error::input("the list names no mesh").file(path));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    let relative = |(time, file): (f64, String)| (time, folder.join(file));
-    Ok(entries.into_iter().map(relative).collect())
+    for entry in &mut entries {
+        entry.path = folder.join(&entry.path);
+    }
+    Ok(entries)
 }
 
-fn of_json(text: &str) -> Result<Vec<(f64, String)>> {
+fn of_json(text: &str) -> Result<Vec<Listed>> {
     let list: serde_json::Value =
         serde_json::from_str(text).map_err(|error| Error::input(error.to_string()))?;
     let files = list["files"]
         .as_array()
         .ok_or_else(|| Error::input("there is no list \"files\", so this is no series"))?;
     let entry = |file: &serde_json::Value| {
-        let name = file["name"].as_str()?;
-        Some((file["time"].as_f64()?, name.to_owned()))
+        Some(Listed {
+            time: file["time"].as_f64()?,
+            path: file["name"].as_str()?.into(),
+            line: None,
+        })
     };
     let wrong = || Error::input("every entry of \"files\" must have a \"name\" and a \"time\"");
     files
@@ -51,10 +69,12 @@ fn of_json(text: &str) -> Result<Vec<(f64, String)>> {
         .collect()
 }
 
-fn of_pvd(text: &str) -> Result<Vec<(f64, String)>> {
+/// Several files of one time are parts of one mesh, unless all say to be the same part: then each is a
+/// mesh, as where a schedule comes back to an azimuth.
+fn of_pvd(text: &str) -> Result<Vec<Listed>> {
     let mut reader = quick_xml::Reader::from_str(text);
-    let mut entries: Vec<(f64, String)> = Vec::new();
-    let mut times = BTreeSet::new();
+    let mut entries: Vec<Listed> = Vec::new();
+    let mut parts: BTreeMap<u64, [Option<String>; 3]> = BTreeMap::new();
     loop {
         let start = reader.buffer_position() as usize;
         let line = || lexer::line_of(text.as_bytes(), start);
@@ -83,14 +103,22 @@ fn of_pvd(text: &str) -> Result<Vec<(f64, String)>> {
         })?;
         let file = value("file")?
             .ok_or_else(|| Error::input("a DataSet must name its file").line(line()))?;
+        let part = [value("part")?, value("group")?, value("name")?];
+        let is_part = part[0].is_none();
         // The two zeros are one time.
-        if !times.insert((time + 0.0).to_bits()) {
+        let before = parts.insert((time + 0.0).to_bits(), part.clone());
+        if before.is_some_and(|before| is_part || before != part) {
             return Err(Error::input(format!(
-                "several files have the time {time}; a list with one mesh a time is read"
+                "several files have the time {time} and are parts of one mesh; a list with one mesh a time is \
+                 read"
             ))
             .line(line()));
         }
-        entries.push((time, file));
+        entries.push(Listed {
+            time,
+            path: file.into(),
+            line: Some(line()),
+        });
     }
 }
 
@@ -135,23 +163,32 @@ mod tests {
             assert!(is_series(&path));
             std::fs::write(&path, text).expect("it can be written");
             let found = read_series(&path).expect("it can be read");
+            let found: Vec<_> = found
+                .into_iter()
+                .map(|entry| (entry.time, entry.path))
+                .collect();
             let expected = entries.map(|(time, file)| (time, folder.path().join(file)));
             assert_eq!(found, expected);
         }
     }
 
     #[test]
-    fn a_list_with_several_files_a_time_is_refused() {
-        let step_by_step = [(1.0, "a.vtu"), (1.0, "b.vtu")];
-        let part_by_part = [
-            (1.0, "a0.vtu"),
-            (2.0, "a1.vtu"),
-            (1.0, "b0.vtu"),
-            (2.0, "b1.vtu"),
-        ];
-        for text in [pvd(step_by_step), pvd(part_by_part)] {
-            let error = of_pvd(&text).expect_err("two parts").to_string();
-            assert!(error.contains("several files have the time 1"), "{error}");
+    fn files_of_one_time_are_steps_where_they_are_the_same_part() {
+        let twice = pvd([(1.0, "a.vtu"), (2.0, "b.vtu"), (1.0, "c.vtu")]);
+        let found = of_pvd(&twice).expect("three steps");
+        let found: Vec<_> = found.iter().map(|entry| (entry.time, entry.line)).collect();
+        assert_eq!(found, [(1.0, Some(4)), (2.0, Some(5)), (1.0, Some(6))]);
+        let (part, again) = ("timestep=\"1\" part=\"0\" file=\"c.vtu\"", "file=\"c.vtu\"");
+        for parts in [
+            twice.replace(part, &part.replace("part=\"0\"", "part=\"1\"")),
+            twice.replace("part=\"0\" ", ""),
+            twice.replace(again, "file=\"c.vtu\" group=\"g\""),
+        ] {
+            let error = of_pvd(&parts).expect_err("two parts").to_string();
+            assert!(
+                error.starts_with("line 6: several files have the time 1"),
+                "{error}"
+            );
         }
         assert!(of_json("{}").is_err());
     }

@@ -80,6 +80,7 @@ impl Source {
         }
     }
 
+    /// What is in memory or mapped, unpacked.
     fn unpacked(self) -> Result<Self> {
         match packed::unpack(self.bytes()) {
             None => Ok(self),
@@ -96,14 +97,23 @@ impl Source {
         &self.path
     }
 
-    /// Its bytes.
+    /// Its bytes; those of text without the mark that some editors put before UTF-8.
     pub fn bytes(&self) -> &[u8] {
-        (*self.bytes).as_ref()
+        without_mark((*self.bytes).as_ref())
     }
 
     /// Its bytes, for a reader that wants to own them; nothing is copied.
     pub(super) fn shared(&self) -> Shared {
         Shared(Arc::clone(&self.bytes))
+    }
+}
+
+/// Text without the mark of UTF-8. What goes on with control characters is binary, and may start so.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    let is_text = |byte: &u8| byte.is_ascii_whitespace() || !byte.is_ascii_control();
+    match bytes.strip_prefix(b"\xef\xbb\xbf") {
+        Some(rest) if rest.first().is_none_or(is_text) => rest,
+        _ => bytes,
     }
 }
 
@@ -132,4 +142,50 @@ fn map_standard_input() -> Option<memmap2::Mmap> {
 #[cfg(not(unix))]
 fn map_standard_input() -> Option<memmap2::Mmap> {
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{Encoding, FORMATS, ReadOptions, WriteOptions, read};
+    use crate::mesh::{CellKind, Mesh};
+
+    const MARK: &[u8] = b"\xef\xbb\xbf";
+
+    #[test]
+    fn the_mark_of_utf_8_changes_no_text() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        let options = WriteOptions {
+            encoding: Encoding::Ascii,
+            ..WriteOptions::default()
+        };
+        let mut n_texts = 0;
+        for format in FORMATS {
+            let mut file = MARK.to_vec();
+            // A list of pieces is nothing without them.
+            if format.name() == "pvtu" || format.write(&mesh, &mut file, &options).is_err() {
+                continue;
+            }
+            if !file[MARK.len()..].is_ascii() || file.contains(&0) {
+                continue;
+            }
+            let source = Source::from_bytes(Path::new("marked"), file);
+            let found = read(&source, &ReadOptions::default()).map(|loaded| loaded.mesh);
+            let found = found.unwrap_or_else(|error| panic!("{}: {error}", format.name()));
+            assert_eq!(found.points, mesh.points, "{}", format.name());
+            n_texts += 1;
+        }
+        assert_eq!(n_texts, 7, "vtu, vtk, vtk42, msh, msh22, su2 and ugrid");
+    }
+
+    #[test]
+    fn binary_files_may_start_like_the_mark() {
+        let bytes = [MARK, &[0, 1, 2]].concat();
+        assert_eq!(without_mark(&bytes), bytes);
+        assert_eq!(without_mark(MARK), b"");
+    }
 }

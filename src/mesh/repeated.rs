@@ -1,12 +1,13 @@
 //! Boundary faces that a file lists once per group, made one face in several groups.
 
-use super::{CellSet, Mesh};
+use super::{CellSet, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Mesh {
     /// Merges boundary faces with the same nodes, of one kind and in different groups, into the
     /// first of them, which then belongs to the groups of all. Files that hold one group a face
-    /// repeat a face that is in two. Two faces of one group are a baffle's and stay.
+    /// repeat a face that is in two. Two faces of one group are a baffle's and stay. Of values in arrays
+    /// the first that is a number stays.
     pub fn merge_repeated_faces(&mut self) {
         let dimension = self.dimension();
         let tagged = self.boundary_tags().filter(|tag| !tag.cells.is_empty());
@@ -37,7 +38,13 @@ impl Mesh {
             group.cells = renumbered.collect::<CellSet>();
         }
         for array in &mut self.cell_arrays {
-            array.values = array.values.select(array.n_components, &keep);
+            let n = array.n_components;
+            match &mut array.values {
+                Values::F32(values) => fill_missing(values, n, &replaced_by, |x| x.is_nan()),
+                Values::F64(values) => fill_missing(values, n, &replaced_by, |x| x.is_nan()),
+                _ => {}
+            }
+            array.values = array.values.select(n, &keep);
         }
         self.cells = self.cells.select(keep);
     }
@@ -101,9 +108,25 @@ impl Mesh {
     }
 }
 
+/// Where a cell that stays has no value, NaN in every component, it takes that of the first cell which it
+/// replaces that has one.
+fn fill_missing<T: Copy>(
+    values: &mut [T],
+    n_components: usize,
+    replaced_by: &BTreeMap<usize, usize>,
+    is_missing: impl Fn(&T) -> bool,
+) {
+    let row = |cell: usize| cell * n_components..(cell + 1) * n_components;
+    for (&repeated, &kept) in replaced_by {
+        if values[row(kept)].iter().all(&is_missing) {
+            values.copy_within(row(repeated), kept * n_components);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::{CellKind, DataArray, Group, Values};
+    use super::super::{CellKind, DataArray, Group};
     use super::*;
 
     #[test]
@@ -127,11 +150,19 @@ mod tests {
         }
         let id = Values::I32(vec![10, 11, 12, 13]);
         mesh.cell_arrays.push(DataArray::scalar("id", id));
+        let heat = vec![[1.0, 2.0], [f64::NAN; 2], [3.0, f64::NAN], [4.0, f64::NAN]];
+        let heat = Values::F64(heat.into_flattened());
+        mesh.cell_arrays.push(DataArray::tuples("heat", 2, heat));
         mesh.merge_repeated_faces();
         assert_eq!(mesh.cells.len(), 3);
         assert_eq!(mesh.groups[0].cells.iter().collect::<Vec<_>>(), [1, 2]);
         assert_eq!(mesh.groups[1].cells.iter().collect::<Vec<_>>(), [1]);
         assert_eq!(mesh.cell_arrays[0].values, Values::I32(vec![10, 11, 12]));
+        // The face had no value under its first tag, but under its second.
+        let Values::F64(heat) = &mesh.cell_arrays[1].values else {
+            panic!("they were reals");
+        };
+        assert_eq!((&heat[..3], heat[4]), (&[1.0, 2.0, 4.0][..], 3.0));
         mesh.validate().expect("it stays a good mesh");
     }
 

@@ -178,6 +178,7 @@ impl Motion {
         Clock {
             steps: &self.steps,
             azimuth_rate: self.azimuth_rate,
+            neighbours: &self.neighbours,
         }
     }
 

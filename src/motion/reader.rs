@@ -11,6 +11,9 @@ use toml::de::{DeTable, DeValue};
 /// What is said of a key whose feature this version does not have.
 pub(super) const NOT_YET: &str = "is not available in this version";
 
+/// Largest angle in radians; of one as large a ten-millionth of a turn is left.
+const MOST_TURNED: f64 = 1e9;
+
 /// The keys of a table: those that are read, and those of later versions with what is said of them.
 pub(super) struct Keys {
     pub known: &'static [&'static str],
@@ -202,7 +205,15 @@ impl<'a> Entry<'a> {
 
     /// An angle, in radians.
     pub(super) fn angle(&self, unit: AngleUnit) -> Result<f64> {
-        Ok(unit.to_radians(self.number_or("an angle, a finite number")?))
+        let expected = "an angle, a finite number";
+        let angle = unit.to_radians(self.number_or(expected)?);
+        match angle.abs() <= MOST_TURNED {
+            true => Ok(angle),
+            false => Err(self.error(&format!(
+                "is {angle:e} radians, so many turns that where it ends is round-off; it must be {expected} of at most \
+                 {MOST_TURNED:e} radians"
+            ))),
+        }
     }
 
     /// A whole number greater than 0.

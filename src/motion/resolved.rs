@@ -4,7 +4,7 @@ use super::body::Body;
 use super::driven::{BladeSurface, Clock, Driven};
 use super::rotor::RotorAxes;
 use super::schedule::Schedule;
-use super::steps::Step;
+use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
@@ -34,6 +34,8 @@ pub struct Motion {
     pub azimuth_rate: Option<f64>,
     /// What the bodies' motions have from files, in the order of the bodies.
     pub(super) driven: Vec<Driven>,
+    /// For each step those next to it in time.
+    pub(super) neighbours: Vec<[u32; 2]>,
 }
 
 impl Motion {
@@ -58,9 +60,11 @@ impl Motion {
             mesh,
         )?;
         let surface = Surface::find(&tags, named.tags, zone.as_ref(), mesh);
-        let driven = read_driven(schedule, &rotor, &surface, mesh)?;
+        let neighbours = neighbours(&schedule.steps);
+        let driven = read_driven(schedule, &neighbours, &rotor, &surface, mesh)?;
         Ok(Self {
             driven,
+            neighbours,
             steps: schedule.steps.clone(),
             rotor,
             bodies: schedule.bodies.clone(),
@@ -89,6 +93,7 @@ impl Motion {
 /// Reads the files that the bodies' motions name.
 fn read_driven(
     schedule: &Schedule,
+    neighbours: &[[u32; 2]],
     rotor: &RotorAxes,
     surface: &Surface,
     mesh: &Mesh,
@@ -96,6 +101,7 @@ fn read_driven(
     let clock = Clock {
         steps: &schedule.steps,
         azimuth_rate: schedule.azimuth_rate,
+        neighbours,
     };
     let in_plane = mesh.dimension() == 2;
     let read = |(body, index): (&Body, u16)| {

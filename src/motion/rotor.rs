@@ -209,6 +209,43 @@ impl RotorAxes {
         Transform::rotation(self.e_z, self.hub, self.signs.azimuth * psi)
     }
 
+    /// The direction of the leading edge of a blade at zero azimuth: that in which it goes round.
+    pub fn leading_edge(&self) -> Vector {
+        // Adding 0 takes the sign of a zero away.
+        scale(self.e_y, self.signs.azimuth).map(|x| x + 0.0)
+    }
+
+    /// The frame and the senses of the angles, one sentence each. Pitch raises what is towards `e_y` and lag
+    /// moves the blade there, which of a clockwise rotor is the trailing edge.
+    pub fn conventions(&self) -> Vec<String> {
+        let signs = &self.signs;
+        let way = |sign: f64, plus: &'static str, minus: &'static str| match sign < 0.0 {
+            true => minus,
+            false => plus,
+        };
+        let frame = match self.frame {
+            Frame::Rotating => "rotating frame: the mesh is not carried round",
+            Frame::Inertial => "inertial frame: the mesh is carried round with the azimuth",
+        };
+        vec![
+            frame.to_owned(),
+            format!(
+                "hub {:?}, span {:?}, chord (leading edge) {:?}, shaft (thrust) {:?}",
+                self.hub,
+                self.e_x,
+                self.leading_edge(),
+                self.e_z
+            ),
+            format!(
+                "azimuth {} seen from the thrust side, pitch positive nose {}, flap positive {}, lag {} positive",
+                way(signs.azimuth, "counter-clockwise", "clockwise"),
+                way(signs.azimuth * signs.pitch, "up", "down"),
+                way(signs.flap, "up", "down"),
+                way(signs.azimuth * signs.lag, "lead", "trail"),
+            ),
+        ]
+    }
+
     /// The point `O + x e_x + y e_y + z e_z`.
     pub fn point(&self, x: f64, y: f64, z: f64) -> Vector {
         let offset = add(

@@ -51,6 +51,8 @@ pub struct Schedule {
     pub selection: SelectionOptions,
     /// What is written.
     pub output: OutputOptions,
+    /// A sentence where the last step is not at `stop`.
+    pub note: Option<String>,
 }
 
 impl Schedule {
@@ -106,6 +108,8 @@ impl Schedule {
                 SelectionOptions::read(entry, unit)
             })?,
             output: section(root, "output", OutputOptions::read)?,
+            note: (root.get("azimuth").or(root.get("time")))
+                .and_then(|entry| steps::short_of_stop(&entry)),
         };
         if let (Some(time), None) = (root.get("time"), azimuth_rate) {
             check_needs_no_azimuth(&time, &schedule)?;

@@ -9,6 +9,8 @@ pub const MAX_STEPS: usize = 1_000_000;
 
 /// A step whose end is this part of a step past `stop` or before it counts as landing on it.
 const LANDING: f64 = 1e-6;
+/// Numbers from here on are shown with an exponent.
+const LONG: f64 = 1e16;
 
 const AZIMUTH: Keys = Keys {
     known: &["start", "stop", "step", "values"],
@@ -98,6 +100,22 @@ pub(super) fn from_time(entry: &Entry<'_>) -> Result<(Vec<Step>, Option<f64>)> {
     Ok((steps, frequency.map(|frequency| TAU * frequency)))
 }
 
+/// For each step those with the next smaller and the next larger time, itself where there is none;
+/// without times those next to it in the schedule.
+pub(super) fn neighbours(steps: &[Step]) -> Vec<[u32; 2]> {
+    let time = |step: usize| steps[step].time_s.unwrap_or(step as f64);
+    let mut order: Vec<u32> = (0..steps.len() as u32).collect();
+    order.sort_by(|a, b| time(*a as usize).total_cmp(&time(*b as usize)));
+    let beside = |step: usize| {
+        let own = time(step);
+        let from = order.partition_point(|other| time(*other as usize) < own);
+        let to = order.partition_point(|other| time(*other as usize) <= own);
+        let before = from.checked_sub(1).map(|at| order[at]);
+        [before, order.get(to).copied()].map(|other| other.unwrap_or(step as u32))
+    };
+    (0..steps.len()).map(beside).collect()
+}
+
 fn listed(section: &Section<'_>, values: &Entry<'_>) -> Result<Vec<f64>> {
     for key in ["start", "stop", "step"] {
         if let Some(entry) = section.get(key) {
@@ -135,7 +153,10 @@ fn range(section: &Section<'_>) -> Result<Vec<f64>> {
     }
     if intervals < -LANDING {
         return Err(step_entry.error(&format!(
-            "leads away from `stop` ({stop} from {start} by {step}): the schedule has no steps; reverse its sign"
+            "leads away from `stop` ({} from {} by {}): the schedule has no steps; reverse its sign",
+            shown(stop),
+            shown(start),
+            shown(step)
         )));
     }
     let last = (intervals + LANDING).floor();
@@ -151,6 +172,31 @@ fn range(section: &Section<'_>) -> Result<Vec<f64>> {
 
 fn too_many(entry: &Entry<'_>, n: f64) -> crate::error::Error {
     entry.error(&format!(
-        "gives {n:.0} steps; at most {MAX_STEPS} are possible"
+        "gives {} steps; at most {MAX_STEPS} are possible",
+        shown(n.round())
     ))
+}
+
+/// A number without hundreds of digits.
+fn shown(x: f64) -> String {
+    match x.abs() < LONG {
+        true => x.to_string(),
+        false => format!("{x:.1e}"),
+    }
+}
+
+/// A sentence where the last step is not at `stop`.
+pub(super) fn short_of_stop(entry: &Entry<'_>) -> Option<String> {
+    let section = entry.section("steps", &TIME).ok()?;
+    let [stop, step] = ["stop", "step"].map(|key| section.get(key)?.number().ok());
+    let (stop, step) = (stop?, step?);
+    let last = *range(&section).ok()?.last()?;
+    (last != stop).then(|| {
+        format!(
+            "the last step is at {}: `stop` = {} is not a whole number of steps of {} from the first",
+            shown(last),
+            shown(stop),
+            shown(step)
+        )
+    })
 }

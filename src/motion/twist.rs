@@ -1,7 +1,8 @@
 //! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
 //! "twist"` interpolates.
 
-use super::driven::SixDegrees;
+use super::body::Body;
+use super::driven::{Driven, SixDegrees};
 use super::options::{Interpolate, RbfOptions};
 use super::resolved::Motion;
 use super::steps::Step;
@@ -9,7 +10,7 @@ use super::turn::Turn;
 use crate::geometry::rotation::Quaternion;
 use crate::geometry::vector::{Vector, add, cross, norm, scale, sub};
 use crate::geometry::{Bounds, Twist};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Largest rotation between two points at which the path of a body is looked at.
 const INCREMENT: f64 = PI / 9.0;
@@ -93,13 +94,14 @@ impl Motion {
 
     /// What the user should know of the motion before it is interpolated, as sentences.
     pub fn warnings(&self, rbf: &RbfOptions) -> Vec<String> {
-        if rbf.interpolate != Interpolate::Twist {
-            return Vec::new();
+        let files = self.driven.iter().flat_map(Driven::warnings).cloned();
+        let angles = self.bodies.iter().filter_map(more_than_a_turn);
+        let mut warnings: Vec<String> = files.chain(angles).collect();
+        if rbf.interpolate == Interpolate::Twist {
+            let bodies = 0..self.bodies.len();
+            warnings.extend(bodies.filter_map(|body| self.turns_far(body, rbf.substeps)));
         }
-        let bodies = 0..self.bodies.len();
-        bodies
-            .filter_map(|body| self.turns_far(body, rbf.substeps))
-            .collect()
+        warnings
     }
 
     /// A sentence where a body turns so far in a substep that cells would fold.
@@ -123,6 +125,23 @@ impl Motion {
             (angle / SERVES).ceil()
         ))
     }
+}
+
+/// A sentence on a body whose pitch, flap or lag is more than a turn, which no blade does.
+fn more_than_a_turn(body: &Body) -> Option<String> {
+    let cyclic = body.cyclic.as_ref()?;
+    let series = [
+        ("pitch", &cyclic.pitch),
+        ("flap", &cyclic.flap),
+        ("lag", &cyclic.lag),
+    ];
+    let mut far = series.iter().filter(|(_, series)| series.bound() > TAU);
+    let (name, series) = far.next()?;
+    Some(format!(
+        "body \"{}\": mean and harmonics of its {name} add up to {:.0} degrees, more than a turn; is `angle_unit` right?",
+        body.name,
+        series.bound().to_degrees()
+    ))
 }
 
 /// The sum of rotations whose axes are parallel; `None` where they are not.

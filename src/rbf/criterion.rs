@@ -74,8 +74,13 @@ impl Criterion {
 
     /// The error at one step alone.
     pub fn of_step(&self, step: usize) -> Result<Self> {
+        self.of_steps(step..step + 1)
+    }
+
+    /// The error at some steps alone.
+    pub fn of_steps(&self, steps: Range<usize>) -> Result<Self> {
         let size = 3 * self.n_modes;
-        let coefficients = &self.coefficients[step * size..][..size];
+        let coefficients = &self.coefficients[size * steps.start..size * steps.end];
         Self::of_parts(self.n_modes, coefficients, self.parts.clone())
     }
 

@@ -6,6 +6,7 @@ pub mod constrained;
 pub mod constraint;
 pub mod correct;
 pub mod criterion;
+pub mod distinct;
 pub mod evaluate;
 pub mod field;
 pub mod interpolant;

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 /// Candidates that one task keeps up to date.
 const CHUNK: usize = 256;
 /// A candidate whose power function has fallen below this adds nothing but noise.
-const LEAST_POWER: f64 = 1e-13;
+pub(super) const LEAST_POWER: f64 = 1e-13;
 
 /// The candidates of one round.
 pub struct Candidates<'a> {

@@ -1,6 +1,5 @@
 //! The plots over the steps: motion, errors, quality, time.
 
-use super::columns::label;
 use super::folder::Sequence;
 use super::plot::Plot;
 use super::series::Series;
@@ -21,7 +20,7 @@ impl<'a> Charts<'a> {
         Self {
             sequence,
             x: x.into_iter().map(|x| x.unwrap_or(0.0)).collect(),
-            x_label: with_unit(abscissa),
+            x_label: sequence.with_unit(abscissa),
             in_degrees: abscissa == "azimuth_deg",
         }
     }
@@ -57,7 +56,7 @@ impl<'a> Charts<'a> {
 
     /// A plot of one column under its own name.
     fn of_column(&self, column: &str) -> Option<Plot> {
-        let (name, unit) = label(column);
+        let (name, unit) = self.sequence.label(column);
         let title = capitalized(&name);
         let y = if unit.is_empty() { &name } else { unit };
         self.plot(&title, y, &[(column.to_owned(), name.clone())])
@@ -96,7 +95,7 @@ impl<'a> Charts<'a> {
     /// Base points, and errors at the surface.
     pub fn accuracy(&self) -> Vec<Plot> {
         let errors = ["selection_error", "max_surface_error", "rms_surface_error"]
-            .map(|column| (column.to_owned(), label(column).0));
+            .map(|column| (column.to_owned(), self.sequence.label(column).0));
         let base = self.of_column("base_points").map(|plot| Plot {
             include: vec![0.0],
             ..plot
@@ -179,14 +178,6 @@ impl<'a> Charts<'a> {
             include: vec![0.0],
             ..plot
         })
-    }
-}
-
-/// Name of a column with its unit.
-pub fn with_unit(column: &str) -> String {
-    match label(column) {
-        (name, "") => name,
-        (name, unit) => format!("{name}, {unit}"),
     }
 }
 

@@ -16,7 +16,7 @@ const COLUMNS: [(&str, &str, &str); 30] = [
     ("rms_surface_error", "RMS surface error", "mesh units"),
     ("inverted", "inverted cells", ""),
     ("inverted_reference", "inverted in the reference", ""),
-    ("min_volume", "smallest volume", "mesh units"),
+    ("min_volume", "smallest volume", ""),
     ("min_scaled_jacobian", "smallest scaled Jacobian", ""),
     ("mean_scaled_jacobian", "mean scaled Jacobian", ""),
     (
@@ -59,7 +59,7 @@ const TEXT: [&str; 2] = ["file", "blake3"];
 
 /// Name and unit of a column. `body/pitch_deg` is that of a body; a column that is not known is called
 /// as it is.
-pub fn label(column: &str) -> (String, &'static str) {
+fn label(column: &str) -> (String, &'static str) {
     let (body, key) = match column.rsplit_once('/') {
         Some((body, key)) => (format!("{body}: "), key),
         None => (String::new(), column),
@@ -67,6 +67,15 @@ pub fn label(column: &str) -> (String, &'static str) {
     let known = COLUMNS.iter().find(|(name, _, _)| *name == key);
     let (name, unit) = known.map_or((key, ""), |(_, label, unit)| (*label, *unit));
     (format!("{body}{name}"), unit)
+}
+
+/// The same for a mesh of known dimension, which volumes have their unit from: in a plane they are areas.
+pub fn label_in(dimension: Option<u64>, column: &str) -> (String, &'static str) {
+    match (column, dimension) {
+        ("min_volume", Some(2)) => ("smallest area".to_owned(), "mesh units²"),
+        ("min_volume", Some(3)) => ("smallest volume".to_owned(), "mesh units³"),
+        _ => label(column),
+    }
 }
 
 /// Whether a column holds numbers, as far as is known.

@@ -1,8 +1,10 @@
 //! The folder of a sequence: its record and its table, with the motion as columns.
 
+use super::columns::label_in;
 use super::record::{Body, Record};
 use super::table::{self, Table};
 use crate::error::{Error, Result};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Bodies whose motion is shown.
@@ -51,7 +53,8 @@ impl Sequence {
         Ok(sequence)
     }
 
-    /// The first record; of further parts their warnings, and of parts that are not complete that.
+    /// The first record; of further parts what was wrong with them and their seconds, and of parts that
+    /// are not complete that.
     fn take_records(&mut self, paths: &[PathBuf]) -> Result<()> {
         for (at, path) in paths.iter().enumerate() {
             let record = Record::read(path)?;
@@ -59,10 +62,13 @@ impl Sequence {
                 self.record = record;
                 continue;
             }
-            for warning in record.warnings {
-                if !self.record.warnings.contains(&warning) {
-                    self.record.warnings.push(warning);
-                }
+            add_new(&mut self.record.warnings, record.warnings);
+            add_new(&mut self.record.passed_over, record.passed_over);
+            add_new(&mut self.record.failures, record.failures);
+            for (stage, seconds) in record.seconds {
+                let known = self.record.seconds.get(&stage).and_then(Value::as_f64);
+                let sum = known.unwrap_or(0.0) + seconds.as_f64().unwrap_or(0.0);
+                self.record.seconds.insert(stage, sum.into());
             }
             if record.outcome != "complete" {
                 self.record.outcome = record.outcome;
@@ -70,7 +76,8 @@ impl Sequence {
         }
         if paths.len() > 1 {
             self.notes.push(format!(
-                "The sequence is in {} parts; inputs, options, base points and times are those of the first.",
+                "The sequence is in {} parts; inputs, options and base points are those of the first, and times are \
+                 added up.",
                 paths.len()
             ));
         }
@@ -118,6 +125,20 @@ impl Sequence {
         }
     }
 
+    /// Name and unit of a column. `body/pitch_deg` is that of a body; a column that is not known is called
+    /// as it is.
+    pub fn label(&self, column: &str) -> (String, &'static str) {
+        label_in(self.record.dimension, column)
+    }
+
+    /// Name of a column with its unit.
+    pub fn with_unit(&self, column: &str) -> String {
+        match self.label(column) {
+            (name, "") => name,
+            (name, unit) => format!("{name}, {unit}"),
+        }
+    }
+
     /// The bodies' motions, where the record has them.
     pub fn bodies(&self) -> &[Body] {
         let motion = self.record.motion.as_ref();
@@ -150,6 +171,15 @@ impl Sequence {
         match crate::formats::case_name(&name.to_string_lossy()) {
             "" | "-" => "sequence".to_owned(),
             case => case.to_owned(),
+        }
+    }
+}
+
+/// Adds sentences that are not there yet.
+fn add_new(to: &mut Vec<String>, sentences: Vec<String>) {
+    for sentence in sentences {
+        if !to.contains(&sentence) {
+            to.push(sentence);
         }
     }
 }

@@ -4,6 +4,7 @@ use super::folder::Sequence;
 use crate::error::{Error, Result};
 use crate::formats::{self, ReadOptions, Source};
 use crate::mesh::Mesh;
+use serde_json::Value;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -32,10 +33,12 @@ impl<'a> Meshes<'a> {
             .count();
         let is_alone =
             before == 0 && (row + 1..table.len()).all(|other| table.text(other, "file") != name);
-        self.read(
-            &self.sequence.folder.join(name),
-            (!is_alone).then_some(before),
-        )
+        // Runs write boundary tags under their common name.
+        let options = ReadOptions {
+            step: (!is_alone).then_some(before),
+            tag_array: None,
+        };
+        read(&self.sequence.folder.join(name), &options)
     }
 
     /// The mesh that was given, if it is where it was and has not changed since.
@@ -44,12 +47,19 @@ impl<'a> Meshes<'a> {
         let input = input.ok_or_else(|| Error::input("run.json does not name it"))?;
         let hash = input.blake3.as_ref();
         let hash = hash.ok_or_else(|| Error::input("it came from standard input"))?;
+        let record = &self.sequence.record;
+        let tag_array = record.options.get("tag_array").and_then(Value::as_str);
+        let own = self.options.tag_array.clone();
+        let options = ReadOptions {
+            step: None,
+            tag_array: own.or_else(|| tag_array.map(str::to_owned)),
+        };
         let mut is_there = false;
         for path in self.places(&input.file) {
             let Ok(found) = hash_of(&path) else { continue };
             is_there = true;
             if found.to_string() == *hash {
-                return self.read(&path, None);
+                return read(&path, &options);
             }
         }
         Err(Error::input(match is_there {
@@ -68,14 +78,10 @@ impl<'a> Meshes<'a> {
             folder.join("..").join(file),
         ]
     }
+}
 
-    fn read(&self, path: &Path, step: Option<usize>) -> Result<Mesh> {
-        let options = ReadOptions {
-            step,
-            ..self.options.clone()
-        };
-        Ok(formats::read(&Source::open(path)?, &options)?.mesh)
-    }
+fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
+    Ok(formats::read(&Source::open(path)?, options)?.mesh)
 }
 
 fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {

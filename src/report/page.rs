@@ -1,6 +1,6 @@
 //! The page: its sections in order, its style sheet and script, and the values that the slider shows.
 
-use super::charts::{Charts, capitalized, with_unit};
+use super::charts::{Charts, capitalized};
 use super::choose;
 use super::columns;
 use super::folder::Sequence;
@@ -15,8 +15,8 @@ const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 /// Steps that the slider stops at; of more of them some are left out.
 const STOPS: usize = 2000;
-/// Warnings that are listed.
-const WARNINGS: usize = 100;
+/// Warnings that are listed, and other sentences of one sort.
+const SENTENCES: usize = 100;
 
 /// The page of a sequence.
 pub fn html(sequence: &Sequence, gallery: &Gallery) -> String {
@@ -54,6 +54,44 @@ pub fn html(sequence: &Sequence, gallery: &Gallery) -> String {
 
 fn header(sequence: &Sequence, case: &str) -> String {
     let record = &sequence.record;
+    let tiles: String = tiles(sequence)
+        .into_iter()
+        .map(|(name, value, is_bad)| {
+            let class = if is_bad { " class=\"bad\"" } else { "" };
+            format!(
+                "<div{class}><dt>{name}</dt><dd>{}</dd></div>",
+                escape(&value)
+            )
+        })
+        .collect();
+    let program = match record.program.as_str() {
+        "" => String::new(),
+        program => format!(" by {}", escape(program)),
+    };
+    let mut html = format!(
+        "<header>\n<h1>{case}</h1>\n<p>A mesh in motion{program}</p>\n<dl class=\"tiles\">{tiles}</dl>\n"
+    );
+    html += &list("notes", "", &sequence.notes);
+    if record.state() == "stopped" {
+        html += &list("notes", "", std::slice::from_ref(&record.outcome));
+    }
+    for (sentences, one, many) in [
+        (
+            &record.passed_over,
+            "step was passed over",
+            "steps were passed over",
+        ),
+        (&record.failures, "check failed", "checks failed"),
+        (&record.warnings, "warning", "warnings"),
+    ] {
+        html += &folded(sentences, one, many);
+    }
+    html + "</header>\n<main>\n"
+}
+
+/// Name and value of each figure at the top, and whether it is a bad one.
+fn tiles(sequence: &Sequence) -> Vec<(&'static str, String, bool)> {
+    let record = &sequence.record;
     let table = &sequence.table;
     let most = |column: &str| table.numbers(column).into_iter().flatten().reduce(f64::max);
     let least = |column: &str| table.numbers(column).into_iter().flatten().reduce(f64::min);
@@ -61,9 +99,10 @@ fn header(sequence: &Sequence, case: &str) -> String {
         Some(all) if all != table.len() => format!("{} of {all}", table.len()),
         _ => table.len().to_string(),
     };
+    let n_passed = record.passed_over.len();
     let mut tiles = vec![
-        ("run", record.state().to_owned(), false),
-        ("steps", steps, false),
+        ("run", record.state().to_owned(), n_passed > 0),
+        ("steps", steps, n_passed > 0),
     ];
     let mut add = |name, value: Option<String>, is_bad: bool| {
         tiles.extend(value.map(|value| (name, value, is_bad)));
@@ -83,52 +122,32 @@ fn header(sequence: &Sequence, case: &str) -> String {
         jacobian.is_some_and(|q| q <= 0.0),
     );
     let inverted = most("inverted");
-    add(
-        "inverted cells, most",
-        inverted.map(short),
-        inverted.is_some_and(|n| n > 0.0),
-    );
-    let seconds = record.seconds.get("total").and_then(Value::as_f64);
-    add("seconds", seconds.map(short), false);
-    let tiles: String = tiles
-        .into_iter()
-        .map(|(name, value, is_bad)| {
-            let class = if is_bad { " class=\"bad\"" } else { "" };
-            format!(
-                "<div{class}><dt>{name}</dt><dd>{}</dd></div>",
-                escape(&value)
-            )
-        })
-        .collect();
-    let program = match record.program.as_str() {
-        "" => String::new(),
-        program => format!(" by {}", escape(program)),
+    let told = match (inverted, n_passed) {
+        (None, _) => (table.len() > 0).then(|| "not judged".to_owned()),
+        (Some(n), 0) => Some(short(n)),
+        (Some(n), _) => Some(format!("{} in the {} written", short(n), table.len())),
     };
-    let mut html = format!(
-        "<header>\n<h1>{case}</h1>\n<p>A mesh in motion{program}</p>\n<dl class=\"tiles\">{tiles}</dl>\n"
-    );
-    html += &list("notes", "", &sequence.notes);
-    let stopped = record.state() == "stopped";
-    if stopped {
-        html += &list("notes", "", std::slice::from_ref(&record.outcome));
-    }
-    html += &warnings(&record.warnings);
-    html + "</header>\n<main>\n"
+    let is_bad = inverted.is_some_and(|n| n > 0.0 || n_passed > 0);
+    add("inverted cells, most", told, is_bad);
+    let seconds = record.seconds.get("total").and_then(Value::as_f64);
+    add("seconds", seconds.map(|s| format!("{s:.3}")), false);
+    tiles
 }
 
-fn warnings(all: &[String]) -> String {
-    let shown = &all[..all.len().min(WARNINGS)];
+/// Sentences under a title with their number, open where they are few.
+fn folded(all: &[String], one: &str, many: &str) -> String {
+    let shown = &all[..all.len().min(SENTENCES)];
     if shown.is_empty() {
         return String::new();
     }
     let mut sentences = shown.to_vec();
-    if all.len() > WARNINGS {
-        sentences.push(format!("and {} more in run.json", all.len() - WARNINGS));
+    if all.len() > SENTENCES {
+        sentences.push(format!("and {} more in run.json", all.len() - SENTENCES));
     }
     let open = if all.len() <= 3 { " open" } else { "" };
     let title = match all.len() {
-        1 => "1 warning".to_owned(),
-        n => format!("{n} warnings"),
+        1 => format!("1 {one}"),
+        n => format!("{n} {many}"),
     };
     let items = list("warnings", "", &sentences);
     format!("<details{open}><summary>{title}</summary>{items}</details>\n")
@@ -186,7 +205,12 @@ fn values(sequence: &Sequence) -> String {
     let named = table.columns.iter().filter(|name| shown(sequence, name));
     let values: String = named
         .map(|column| {
-            let name = escape(&capitalized(&with_unit(column)));
+            let name = sequence.with_unit(column);
+            // The name of a body is the user's.
+            let name = match column.contains('/') {
+                true => escape(&name),
+                false => escape(&capitalized(&name)),
+            };
             let class = if column == "blake3" { " class=\"wide\"" } else { "" };
             let column = escape(column);
             format!("<div{class}><dt>{name}</dt><dd><output data-column=\"{column}\"></output></dd></div>")
@@ -272,6 +296,7 @@ fn inputs(sequence: &Sequence) -> String {
     let options = record
         .options
         .iter()
+        .filter(|(_, value)| !value.is_null())
         .map(|(key, value)| (key.replace('_', " "), text(value)));
     let counts = [
         ("surface points", record.surface_points),

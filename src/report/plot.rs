@@ -7,7 +7,10 @@ use std::fmt::Write;
 
 const WIDTH: f64 = 400.0;
 const HEIGHT: f64 = 232.0;
+/// Room for the vertical axis: at least so much, and for a title and labels of digits so wide.
 const LEFT: f64 = 64.0;
+const TITLE: f64 = 24.0;
+const DIGIT: f64 = 7.7;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 40.0;
@@ -45,11 +48,27 @@ pub struct Plot {
 struct Axes {
     x: Axis,
     y: Axis,
+    /// Where the vertical axis is.
+    left: f64,
 }
 
 impl Axes {
+    fn new(x: Axis, y: Axis) -> Self {
+        let labels = y.ticks.iter().map(|(_, label)| label.chars().count());
+        let widest = labels.max().unwrap_or(0) as f64;
+        Self {
+            x,
+            y,
+            left: LEFT.max((TITLE + DIGIT * widest).round()),
+        }
+    }
+
+    fn width(&self) -> f64 {
+        WIDTH - self.left - RIGHT
+    }
+
     fn x(&self, value: f64) -> Option<f64> {
-        Some(LEFT + self.x.at(value)? * (WIDTH - LEFT - RIGHT))
+        Some(self.left + self.x.at(value)? * self.width())
     }
 
     fn y(&self, value: f64) -> Option<f64> {
@@ -76,10 +95,11 @@ impl Plot {
                 write!(svg, "<path class=\"mark\" d=\"M0 {TOP}V{bottom}\"/>")
                     .expect("a string takes any text");
                 format!(
-                    " data-from=\"{}\" data-to=\"{}\" data-left=\"{LEFT}\" data-width=\"{}\"",
+                    " data-from=\"{}\" data-to=\"{}\" data-left=\"{}\" data-width=\"{}\"",
                     axes.x.low,
                     axes.x.high,
-                    WIDTH - LEFT - RIGHT
+                    axes.left,
+                    axes.width()
                 )
             }
             false => String::new(),
@@ -107,29 +127,27 @@ impl Plot {
         let heights = bars().map(|bar| bar[2]);
         let up = known().map(|(_, y)| y).chain(levels).chain(heights);
         let up = up.chain(self.include.iter().copied());
-        Axes {
-            x: Axis::tight(across.chain(ends), 5, self.in_degrees),
-            y: match self.is_log {
-                true => Axis::log(up),
-                false => Axis::round(up, 5),
-            },
+        let x = Axis::tight(across.chain(ends), 5, self.in_degrees);
+        match self.is_log {
+            true => Axes::new(x, Axis::log(up)),
+            false => Axes::new(x, Axis::round(up, 5)),
         }
     }
 
     fn draw_axes(&self, axes: &Axes, svg: &mut String) {
-        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
+        let (left, right, bottom) = (axes.left, WIDTH - RIGHT, HEIGHT - BOTTOM);
         let mut grid = String::new();
         for (value, label) in &axes.y.ticks {
             let Some(y) = axes.y(*value) else { continue };
-            write!(grid, "M{LEFT} {y:.1}H{right}").expect("a string takes any text");
-            text(svg, LEFT - 6.0, y + 4.0, "end", label);
+            write!(grid, "M{left} {y:.1}H{right}").expect("a string takes any text");
+            text(svg, left - 6.0, y + 4.0, "end", label);
         }
         for (value, label) in &axes.x.ticks {
             let Some(x) = axes.x(*value) else { continue };
             write!(grid, "M{x:.1} {bottom}v4").expect("a string takes any text");
             text(svg, x, bottom + 16.0, "middle", label);
         }
-        let middle = (LEFT + right) / 2.0;
+        let middle = (left + right) / 2.0;
         text(svg, middle, HEIGHT - 6.0, "middle", &self.x);
         let middle = (TOP + bottom) / 2.0;
         let power = axes.y.power.as_ref();
@@ -137,7 +155,7 @@ impl Plot {
         write!(
             svg,
             "<text transform=\"translate(11 {middle}) rotate(-90)\" text-anchor=\"middle\">{}{power}</text>\
-             <path class=\"grid\" d=\"{grid}\"/><path class=\"axis\" d=\"M{LEFT} {TOP}V{bottom}H{right}\"/>",
+             <path class=\"grid\" d=\"{grid}\"/><path class=\"axis\" d=\"M{left} {TOP}V{bottom}H{right}\"/>",
             escape(&self.y)
         )
         .expect("a string takes any text");
@@ -177,14 +195,10 @@ impl Plot {
     }
 
     fn draw_levels(&self, axes: &Axes, svg: &mut String) {
-        let right = WIDTH - RIGHT;
-        for (name, value) in &self.levels {
-            let Some(y) = axes.y(*value) else { continue };
-            write!(svg, "<path class=\"level\" d=\"M{LEFT} {y:.1}H{right}\"/>")
+        let (left, right) = (axes.left, WIDTH - RIGHT);
+        for y in self.levels.iter().filter_map(|(_, value)| axes.y(*value)) {
+            write!(svg, "<path class=\"level\" d=\"M{left} {y:.1}H{right}\"/>")
                 .expect("a string takes any text");
-            // Below its line where there is no room above.
-            let above = if y > TOP + 10.0 { -4.0 } else { 13.0 };
-            text(svg, right - 2.0, y + above, "end", name);
         }
     }
 
@@ -209,6 +223,12 @@ impl Plot {
             let class = format!("{} s{at}", ["bars", "outline"][at.min(1)]);
             let line = swatch(&class, "M3 9V2H21V9");
             write!(items, "<li>{line}<span>{}</span></li>", escape(name))
+                .expect("a string takes any text");
+        }
+        for (name, value) in &self.levels {
+            let line = swatch("level", "M1 5H23");
+            let (name, value) = (escape(name), short(*value));
+            write!(items, "<li>{line}<span>{name} <b>{value}</b></span></li>")
                 .expect("a string takes any text");
         }
         format!("<ul class=\"legend\">{items}</ul>")

@@ -21,6 +21,8 @@ pub struct Record {
     pub options: Map<String, Value>,
     /// Sentences about what the schedule left open.
     pub chosen: Vec<String>,
+    /// 3, or 2 for a mesh in a plane.
+    pub dimension: Option<u64>,
     /// Nodes of the mesh.
     pub nodes: Option<u64>,
     /// Its cells, boundary faces included.
@@ -35,6 +37,10 @@ pub struct Record {
     pub selections: Vec<Selection>,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// Conditions that failed.
+    pub failures: Vec<String>,
+    /// Steps that were passed over, with the reasons.
+    pub passed_over: Vec<String>,
     /// Seconds of each stage.
     pub seconds: Map<String, Value>,
     /// What moves, and how.
@@ -127,7 +133,7 @@ impl Record {
         match self.outcome.as_str() {
             "" => "not known",
             "running" => "not finished",
-            "complete" => "complete",
+            outcome if outcome.starts_with("complete") => outcome,
             _ => "stopped",
         }
     }

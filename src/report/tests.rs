@@ -3,6 +3,8 @@
 
 use super::cut::{Cut, Flat, Piece, Plane, Window};
 use super::folder::Sequence;
+use super::plot::Plot;
+use super::series::Series;
 use super::slice::Slice;
 use super::table::Table;
 use crate::formats::{self, ReadOptions, Source};
@@ -203,6 +205,77 @@ fn a_table_is_read_with_its_quotes_and_without_a_row_that_was_cut_short() {
     }
 }
 
+/// The page of a folder with these files, none of them a mesh.
+fn page(steps: &str, record: &str) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("steps.csv"), steps).expect("it can be written");
+    std::fs::write(folder.path().join("run.json"), record).expect("it can be written");
+    let page = super::page(folder.path(), &ReadOptions::default());
+    page.expect("it can be made").html
+}
+
+#[test]
+fn steps_passed_over_and_checks_that_failed_are_on_the_page() {
+    let record = r#"{"outcome": "complete but for 1 steps", "steps": 3, "dimension": 2,
+        "passed_over": ["step 2 has 4 inverted cells; passed over"], "failures": ["step 1: max_skew>0.1"],
+        "options": {"kernel": "wendland-c2", "tag_array": null}, "seconds": {"total": 0.0074197},
+        "motion": {"frame": "rotating", "bodies": [{"name": "blade_1", "pitch_deg": [0, 1, 2]}]}}"#;
+    let steps = "step,azimuth_deg,inverted,min_volume\n0,0,0,0.5\n1,10,0,0.25\n";
+    let html = page(steps, record);
+    for told in [
+        "complete but for 1 steps",
+        "0 in the 2 written<",
+        "1 step was passed over",
+        "step 2 has 4 inverted cells; passed over",
+        "1 check failed",
+        "step 1: max_skew&gt;0.1",
+        "Smallest area, mesh units²",
+        ">blade_1: pitch, degrees<",
+        ">0.007<",
+    ] {
+        assert!(html.contains(told), "{told}");
+    }
+    for wrong in ["tag array", "Blade_1", "smallest volume", "not judged"] {
+        assert!(!html.contains(wrong), "{wrong}");
+    }
+    let html = page(
+        "step,azimuth_deg,inverted\n0,0,\n",
+        "{\"outcome\": \"complete\"}",
+    );
+    assert!(html.contains("<dd>not judged</dd>"));
+}
+
+#[test]
+fn a_plot_has_room_for_its_labels_and_names_its_levels_below() {
+    let figure = |low: f64, high: f64| {
+        let plot = Plot {
+            y: "largest equiangle skew".to_owned(),
+            series: vec![Series {
+                name: "skew".to_owned(),
+                style: 0,
+                column: None,
+                points: vec![(0.0, Some(low)), (1.0, Some(high))],
+            }],
+            is_marked: true,
+            levels: vec![("tolerance".to_owned(), low)],
+            ..Plot::default()
+        };
+        plot.figure()
+    };
+    let short = figure(0.0, 1.0);
+    assert!(short.contains("data-left=\"64\""), "{short}");
+    // Seven characters of 7.7 beside the title.
+    let long = figure(0.939_61, 0.939_65);
+    assert!(
+        long.contains(">0.93961<") && long.contains("data-left=\"78\""),
+        "{long}"
+    );
+    let (drawing, legend) = long
+        .split_once("<ul class=\"legend\">")
+        .expect("it has a legend");
+    assert!(!drawing.contains(">tolerance<") && legend.contains("tolerance <b>0.93961</b>"));
+}
+
 #[test]
 fn parts_of_a_sequence_are_put_in_order() {
     let part = |from: usize| {
@@ -212,8 +285,9 @@ fn parts_of_a_sequence_are_put_in_order() {
             from + 1
         )
     };
-    let record = r#"{"outcome": "complete", "steps": 12, "warnings": ["one"]}"#;
-    let stopped = r#"{"outcome": "running", "steps": 12, "warnings": ["one", "two"]}"#;
+    let record =
+        r#"{"outcome": "complete", "steps": 12, "warnings": ["one"], "seconds": {"total": 1.5}}"#;
+    let stopped = r#"{"outcome": "running", "steps": 12, "warnings": ["one", "two"], "seconds": {"total": 2.0}}"#;
     let files = [
         ("steps_10-12.csv", part(10)),
         ("steps_9-11.csv", part(9)),
@@ -232,6 +306,7 @@ fn parts_of_a_sequence_are_put_in_order() {
     assert_eq!(steps, [0, 1, 9, 10, 11]);
     assert_eq!(read.record.warnings, ["one", "two"]);
     assert_eq!(read.record.state(), "not finished");
+    assert_eq!(read.record.seconds["total"], 3.5);
     assert!(
         read.notes
             .iter()

@@ -41,6 +41,7 @@ impl View {
             None => (None, Bounds::around(&mesh.points)),
         };
         let is_solid = mesh.dimension() == 3;
+        let turns = motion.is_some_and(|motion| motion.frame == "inertial");
         let (plane, axis) = plane_through(&bounds, hub, is_solid);
         let tags = body.map_or_else(Vec::new, |body| body.tags.clone());
         let outline = Cut::new(mesh, plane).outline(&tags);
@@ -55,7 +56,7 @@ impl View {
             rest: centre,
             tags,
             outline,
-            sentence: sentence(body, &plane, is_solid.then_some(axis)),
+            sentence: sentence(body, &plane, is_solid.then_some(axis), turns),
         }
     }
 
@@ -129,7 +130,8 @@ fn around_corners(plane: &Plane, bounds: &Bounds) -> [Flat; 2] {
     [plane.flat(bounds.centre()), half]
 }
 
-fn sentence(body: Option<&Body>, plane: &Plane, axis: Option<usize>) -> String {
+/// `turns`: whether the frame is inertial.
+fn sentence(body: Option<&Body>, plane: &Plane, axis: Option<usize>, turns: bool) -> String {
     let name = body.map(|body| body.name.as_str());
     let follows = match name {
         Some(name) => {
@@ -144,9 +146,12 @@ fn sentence(body: Option<&Body>, plane: &Plane, axis: Option<usize>) -> String {
             let place = super::html::short(plane.origin[axis]);
             let letter = ["x", "y", "z"][axis];
             let through = name.map_or_else(String::new, |name| format!(" through {name}"));
+            let turning = match turns {
+                true => "; it turns with the mesh",
+                false => "",
+            };
             format!(
-                "The plane {letter} = {place}{through}, 0.7 of the way along its longest extent; in the inertial \
-                 frame it turns with the mesh."
+                "The plane {letter} = {place}{through}, 0.7 of the way along its longest extent{turning}."
             )
         }
     };

@@ -69,7 +69,12 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path) -> Result<()> {
     let text = toml::to_string(&file)
         .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))?;
     save_text(&text, path)?;
-    save_text(&polydata(plan, selections), &picture_of(path))
+    save_picture(plan, selections, &picture_of(path))
+}
+
+/// Writes the .vtp alone.
+pub(super) fn save_picture(plan: &Plan, selections: &[Selection], path: &Path) -> Result<()> {
+    save_text(&polydata(plan, selections), path)
 }
 
 /// The .vtp beside a base file.
@@ -91,14 +96,7 @@ pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
 
 /// Base points that were chosen for a stretch of the same plan.
 pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Result<Vec<Selection>> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
-    let file: BaseFile = toml::from_str(&text).map_err(|error| {
-        let start = error.span().map_or(0, |span| span.start);
-        let line = text[..start].bytes().filter(|b| *b == b'\n').count() + 1;
-        Error::input(error.message().to_owned())
-            .line(line as u64)
-            .file(path)
-    })?;
+    let file = read(path)?;
     check(plan, &file).map_err(|error| error.file(path))?;
     let bases = plan.layers.iter().map(|layer| match layer.kind {
         Kind::Displacement => plan.surface.find(&file.nodes),
@@ -109,6 +107,22 @@ pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Resu
     let bases = bases.collect::<Result<Vec<_>>>();
     let bases = bases.map_err(|error| error.file(path))?;
     with_bases(plan, stretch, bases)
+}
+
+fn read(path: &Path) -> Result<BaseFile> {
+    let no_base = |reason: &str| {
+        Error::input(format!(
+            "this is no file of base points, as `azimesh select -o` and `azimesh deform` write them: {reason}"
+        ))
+        .file(path)
+    };
+    let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    let text = std::str::from_utf8(&bytes).map_err(|_| no_base("it is not text"))?;
+    toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start);
+        let line = text[..start].bytes().filter(|b| *b == b'\n').count() + 1;
+        no_base(error.message()).line(line as u64)
+    })
 }
 
 fn check(plan: &Plan, file: &BaseFile) -> Result<()> {

@@ -49,19 +49,32 @@ pub(super) fn check_dense(plan: &Plan) -> Result<()> {
 
 /// Refuses conditions on columns of steps.csv that have no value in this run.
 fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
-    let measured = plan.schedule.output.quality != QualityOutput::None;
     let quality = Quality::default().columns();
     let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
-    let filled = COLUMNS.into_iter().filter(|column| match *column {
-        "time_s" => plan.motion.steps[0].time_s.is_some(),
-        "min_first_cell_ratio" => plan.first_cells.smallest().is_some(),
-        "max_normal_change_deg" => measured,
-        column if is_quality(column) => measured,
-        column => !NO_NUMBERS.contains(&column),
-    });
-    fail_on
-        .iter()
-        .try_for_each(|criterion| criterion.check_column(filled.clone()))
+    let skipped = plan.schedule.output.quality == QualityOutput::None;
+    let numbers = COLUMNS
+        .into_iter()
+        .filter(|column| !NO_NUMBERS.contains(column));
+    for criterion in fail_on {
+        criterion.check_column(numbers.clone())?;
+        let reason = match criterion.column() {
+            "time_s" if plan.motion.steps[0].time_s.is_none() => {
+                "the schedule has neither [time] nor rotor.rpm"
+            }
+            "min_first_cell_ratio" if plan.first_cells.smallest().is_none() => {
+                "no moving wall has first cells of known height"
+            }
+            column if skipped && (column == "max_normal_change_deg" || is_quality(column)) => {
+                "output.quality = \"none\" judges no cell"
+            }
+            _ => continue,
+        };
+        return Err(Error::input(format!(
+            "\"{criterion}\": the column {} has no values in this run, since {reason}",
+            criterion.column()
+        )));
+    }
+    Ok(())
 }
 
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
@@ -124,24 +137,11 @@ impl Write for Counter {
 
 /// Sentences where numbers are to be stored in a way that the format does not have.
 fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<String> {
-    let (output, name) = (&plan.schedule.output, format.name());
-    let is_vtu = name == "vtu" || name == "pvtu";
-    let binary_only = name == "vtkhdf" || name == "cgns" || name.starts_with("ugrid-");
-    let no_encoding = match output.encoding {
-        Encoding::Raw => false,
-        Encoding::Base64 => !is_vtu,
-        Encoding::Ascii => binary_only,
-    };
-    let dropped = [
-        ("encoding", no_encoding),
-        (
-            "compression",
-            output.compression != Compression::None && !is_vtu,
-        ),
-    ];
-    let dropped = dropped.iter().filter(|(_, is_dropped)| *is_dropped);
+    let dropped = write_options(plan).without_effect(format);
+    let name = format.name();
     dropped
-        .map(|(key, _)| format!("output.{key} has no effect on files of format = \"{name}\""))
+        .iter()
+        .map(|key| format!("output.{key} has no effect on files of format = \"{name}\""))
         .collect()
 }
 

@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
 use crate::rbf::criterion::Criterion;
+use crate::rbf::distinct::distinct;
 use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
 use crate::rbf::space::Space;
 use std::ops::Range;
@@ -99,7 +100,7 @@ fn choose_for(
             let radius = layer.space.basis.radius;
             let base = match layer.modes.n_modes {
                 0 => Vec::new(),
-                _ => select::distinct(&plan.surface.points, DISTINCT * radius, targets.images),
+                _ => distinct(&plan.surface.points, DISTINCT * radius, targets.images),
             };
             let skipped = plan.surface.nodes.len() - base.len();
             let mut selection = select::from_base(&layer.space, targets, base, Measure::Max)?;
@@ -272,21 +273,24 @@ pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
 }
 
 /// A sentence where a step misses the tolerance that its base points were chosen by, and whether that
-/// fails the run: not where the correction of every substep has put the surface in its place.
-pub fn missed(plan: &Plan, step: &Step, error: f64) -> Option<(String, bool)> {
+/// fails the run: not where the correction of every substep has put the surface in its place, nor where
+/// `constant` has ended at `max_points`; `n_base` are the base points of the step.
+pub fn missed(plan: &Plan, step: &Step, n_base: usize, error: f64) -> Option<(String, bool)> {
     let wanted = &plan.schedule.selection;
     let cut = plan.schedule.rbf.substeps > 1;
+    let by_largest = wanted.criterion == SelectionCriterion::Max;
     let is_held = match wanted.method {
-        SelectionMethod::Sequence => wanted.criterion == SelectionCriterion::Max,
+        SelectionMethod::Sequence => by_largest,
         SelectionMethod::All => cut,
-        // The base points serve steps that they were not chosen for.
-        SelectionMethod::Real | SelectionMethod::Constant => false,
+        // The base points serve steps that they were not chosen for, which matters where that is written.
+        SelectionMethod::Real | SelectionMethod::Constant => by_largest && !wanted.correction,
     };
+    let ended = wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points;
     (is_held && error > plan.tolerance).then(|| {
         let sentence = format!(
             "step {}: the base points leave {error:.3e}, more than the tolerance {}",
             step.index, plan.tolerance
         );
-        (sentence, !(cut && wanted.correction))
+        (sentence, !(ended || cut && wanted.correction))
     })
 }

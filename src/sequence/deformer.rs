@@ -111,7 +111,8 @@ impl<'a> Deformer<'a> {
         let fields = Fields::new(frame, &plan.layers, &chosen, correct, progress);
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
-            let velocities = Velocities::new(plan, layer, frame, chosen.selection, chosen.error)?;
+            let velocities = Velocities::new(plan, layer, frame, chosen, stretch)?;
+            self.warnings.extend(velocities.warning.clone());
             self.velocities = Some(velocities);
         }
         self.warn_of_narrow(&fields);

@@ -1,12 +1,13 @@
 //! Joins the parts of a sequence: checks that every step is there once and as it was written, then
 //! writes what a run in one go would have left.
 
+use super::differs::difference;
 use super::finished::Finished;
 use super::lock::{self, Lock};
 use super::output::{self, Names, Part};
 use super::parts;
 use super::progress::Progress;
-use super::record::{self, Clock, Record, difference, hash_of, hash_of_range};
+use super::record::{self, Clock, Record, Timings, hash_of, hash_of_range};
 use super::table::{self, Row, Rows};
 use crate::error::{Error, Result};
 use crate::formats::{
@@ -58,7 +59,9 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     finished.failures = union(&parts, "failures");
     finished.timings.total = clock.seconds();
     save_text(&table::text(&rows), &names.table())?;
-    joined(&names, &parts, &finished).save()?;
+    let record = joined(&names, &parts, &finished);
+    record.save()?;
+    finished.timings = record.timings();
     for (path, text) in output::series(&names, &rows) {
         save_text(&text, &path)?;
     }
@@ -105,7 +108,8 @@ fn part(names: &Names, first: &Value, path: &Path, content: &Value) -> Result<Wr
     let steps = parts::steps_of(path).expect("it was found by its name");
     if let Some(difference) = difference(first, content) {
         return Err(Error::input(format!(
-            "this part does not belong to the first one: {difference}"
+            "this part does not belong to the first one: {}",
+            difference.beside()
         ))
         .file(path));
     }
@@ -279,11 +283,10 @@ fn join_meshes(
         .collect();
     for (step, (part, at, row)) in in_order {
         let from = part.names.path(row.text("file"));
+        // Parts have their boundary tags under the common name.
         let options = ReadOptions {
             step: Some(at),
-            tag_array: part.record["options"]["tag_array"]
-                .as_str()
-                .map(str::to_owned),
+            tag_array: None,
         };
         let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
         let time = output::time(row).unwrap_or(step as f64);
@@ -346,20 +349,14 @@ fn joined(names: &Names, parts: &[Written], finished: &Finished) -> Record {
     let ranges = parts
         .iter()
         .map(|part| format!("{}..{}", part.steps.start, part.steps.end));
-    let seconds = |stage: &str| -> f64 {
-        let parts = parts.iter();
-        parts
-            .filter_map(|part| part.record["seconds"][stage].as_f64())
-            .sum()
-    };
-    let stages = ["selection", "modes", "steps", "writing", "total"];
-    let seconds: BTreeMap<&str, f64> = stages.map(|stage| (stage, seconds(stage))).into();
+    let seconds = parts.iter().map(|part| Timings::of(&part.record));
+    record.set_timings(seconds.fold(Timings::default(), Timings::plus));
     record.set("selections", json!(by_step("selections", "first_step")));
     record.set("repairs", json!(by_step("repairs", "step")));
     record.set("base_files", json!(bases));
     record.set("parts", json!(ranges.collect::<Vec<_>>()));
+    record.set("fail_on", json!(union(parts, "fail_on")));
     record.close(finished, None);
-    record.set("seconds", json!(seconds));
     record
 }
 

@@ -20,10 +20,10 @@ pub struct Finished {
     pub selection_error: f64,
     /// Largest distance of a written surface node from its place.
     pub surface_error: f64,
-    /// Steps with inverted cells.
-    pub inverted_steps: usize,
-    /// Most inverted cells in one step.
-    pub most_inverted: usize,
+    /// Steps with inverted cells; `None` where no cell was judged.
+    pub inverted_steps: Option<usize>,
+    /// Most inverted cells in one step; `None` where no cell was judged.
+    pub most_inverted: Option<usize>,
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
     /// Sentences about conditions that failed.
@@ -41,7 +41,9 @@ pub struct Finished {
 impl Finished {
     /// Whether there is something to complain about.
     pub fn is_failed(&self) -> bool {
-        self.inverted_steps > 0 || !self.failures.is_empty() || !self.passed_over.is_empty()
+        self.inverted_steps.is_some_and(|n| n > 0)
+            || !self.failures.is_empty()
+            || !self.passed_over.is_empty()
     }
 
     /// Takes over what the rows tell. `first_inverted` holds the first inverted cell of steps where it
@@ -80,9 +82,11 @@ impl Finished {
         self.n_base = self.n_base.max(number("base_points") as usize);
         self.selection_error = self.selection_error.max(number("selection_error"));
         self.surface_error = self.surface_error.max(number("max_surface_error"));
-        let inverted = number("inverted") as usize;
-        self.inverted_steps += usize::from(inverted > 0);
-        self.most_inverted = self.most_inverted.max(inverted);
+        if let Some(inverted) = row.number("inverted") {
+            let (n, most) = (self.inverted_steps, self.most_inverted);
+            self.inverted_steps = Some(n.unwrap_or(0) + usize::from(inverted > 0.0));
+            self.most_inverted = Some(most.unwrap_or(0).max(inverted as usize));
+        }
         if let Some(jacobian) = row.number("min_scaled_jacobian") {
             let least = self.min_scaled_jacobian.unwrap_or(f64::INFINITY);
             self.min_scaled_jacobian = Some(least.min(jacobian));

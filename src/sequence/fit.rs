@@ -99,6 +99,21 @@ pub(super) fn unused(schedule: &Schedule) -> Vec<String> {
         .collect()
 }
 
+/// A sentence on steps of one time.
+pub(super) fn repeated_time(schedule: &Schedule) -> Option<String> {
+    let mut steps: Vec<_> = schedule.steps.iter().collect();
+    steps.sort_by(|a, b| a.time().total_cmp(&b.time()));
+    let twice = steps
+        .windows(2)
+        .find(|two| two[0].time() == two[1].time())?;
+    Some(format!(
+        "steps {} and {} have one time, {}; ParaView does not tell them apart",
+        twice[0].index,
+        twice[1].index,
+        twice[0].time()
+    ))
+}
+
 /// Refuses what does not go together.
 pub(super) fn check_combination(
     schedule: &Schedule,

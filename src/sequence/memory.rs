@@ -4,6 +4,7 @@
 //! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
 
 use super::plan::Plan;
+use super::space::size;
 use crate::error::{Error, Result};
 use crate::formats::Compression;
 use crate::motion::{QualityOutput, Step};
@@ -32,13 +33,12 @@ pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
     if needed <= limit {
         return Ok(());
     }
-    let gigabytes = |bytes: u64| format!("{:.3} GB", bytes as f64 / 1e9);
     Err(Error::input(format!(
         "this run needs about {} of memory, and --max-memory allows {}; the mapped input, {}, does not count. \
          boundaries.zones and fewer added arrays need less",
-        gigabytes(needed),
-        gigabytes(limit),
-        gigabytes(mapped)
+        size(needed),
+        size(limit),
+        size(mapped)
     )))
 }
 

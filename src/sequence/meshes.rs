@@ -16,6 +16,8 @@ pub(super) struct Meshes<'a> {
     sequence: Option<Box<dyn SequenceFile>>,
     /// Where each mesh written or retraced ends in that file.
     pub ends: Vec<u64>,
+    /// What the format could not hold, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl<'a> Meshes<'a> {
@@ -37,6 +39,7 @@ impl<'a> Meshes<'a> {
             options,
             sequence,
             ends: Vec::new(),
+            notes: Vec::new(),
         })
     }
 
@@ -50,14 +53,19 @@ impl<'a> Meshes<'a> {
             self.ends.push(sequence.n_bytes());
             return Ok(hash);
         }
-        let hash = write_whole(&path, |out| {
+        let (hash, notes) = write_whole(&path, |out| {
             let mut hashing = Hashing {
                 out,
                 hasher: blake3::Hasher::new(),
             };
-            self.format.write(mesh, &mut hashing, &self.options)?;
-            Ok(hashing.hasher.finalize())
+            let notes = self.format.write(mesh, &mut hashing, &self.options)?;
+            Ok((hashing.hasher.finalize(), notes))
         })?;
+        for note in notes {
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
+        }
         write_companions(mesh, &path, self.format)?;
         Ok(hash)
     }

@@ -59,7 +59,8 @@ impl Run<'_> {
                 return Ok(self.again_from(step));
             }
             let mut ready = self.accept(step, computed, task)?;
-            if let Some(ready) = &mut ready {
+            // A format without arrays would say of each that it is left out: that is known already.
+            if let Some(ready) = ready.as_mut().filter(|_| self.format.holds_arrays()) {
                 add_arrays(self.plan, mesh, ready, measures);
             }
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
@@ -182,7 +183,6 @@ impl Run<'_> {
     fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
         self.seconds.0 += computed.seconds;
         if let Some(repair) = &computed.repair {
-            self.warnings.push(repair.sentence(step));
             self.earlier.repairs.insert(step.index, repair.record(step));
             self.note_repairs()?;
         }

@@ -2,10 +2,11 @@
 //! that are interpolated, the support radius and the tolerance.
 
 use super::fit::{
-    check_combination, check_constant, check_finite, check_radii, check_size, unused,
+    check_combination, check_constant, check_finite, check_radii, check_size, repeated_time, unused,
 };
 use super::layer::{self, Layer, Method};
 use super::periodic::PeriodicNodes;
+use super::rims;
 use super::sections;
 use super::surface::SurfacePoints;
 use super::velocity;
@@ -32,6 +33,8 @@ const DEFAULT_TOLERANCE: f64 = 1e-4;
 const DEFAULT_RADIUS: f64 = 10.0;
 /// The modes may be off by this part of the tolerance, and of the smallest first cell.
 const TRUNCATION: f64 = 0.01;
+/// A body that goes this many diagonals of the mesh is out of it in any case.
+const FAR: f64 = 100.0;
 /// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
 pub(super) const SELECTED: f64 = 0.99;
 
@@ -82,6 +85,7 @@ impl Plan {
         let surface = SurfacePoints::new(&mesh, &motion).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
+        choices.extend(schedule.note.clone());
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
@@ -91,6 +95,7 @@ impl Plan {
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
         check_constant(&schedule, tolerance).map_err(in_schedule)?;
         choices.extend(unused(&schedule));
+        choices.extend(repeated_time(&schedule));
         let periodic =
             PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());
@@ -133,9 +138,20 @@ impl Plan {
     fn check_truncation(&self) -> Result<()> {
         if self.truncation() > self.method.truncation {
             let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
+            let diagonal = Bounds::around(&self.reference).diagonal();
+            let steps = 0..self.motion.steps.len();
+            let largest = steps.map(|step| self.largest_displacement(step));
+            let largest = largest.fold(0.0, f64::max);
+            let remedy = match largest > FAR * diagonal {
+                true => format!(
+                    "the motion takes bodies {largest:.1e} away, and the mesh is {diagonal:.1e} across: give it in the \
+                     units of the mesh"
+                ),
+                false => "move the mesh near the origin or raise the tolerance".to_owned(),
+            };
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
-                 or of the smallest first cell {cell:.1e}; move the mesh near the origin or raise the tolerance",
+                 or of the smallest first cell {cell:.1e}; {remedy}",
                 self.truncation(),
                 self.tolerance
             ))
@@ -149,6 +165,13 @@ impl Plan {
         let diagonal = Bounds::around(&self.reference).diagonal();
         let mut warnings = self.motion.seams(&self.reference, diagonal);
         warnings.extend(self.motion.warnings(&self.schedule.rbf));
+        warnings.extend(rims::staying(self));
+        warnings.extend(rims::leaving_planes(self));
+        warnings.extend(rims::turning_out(self));
+        let no_velocity = |layer: &Layer| layer.modes.n_modes == 0;
+        if self.velocity.as_ref().is_some_and(no_velocity) {
+            warnings.push("the velocities of all bodies are 0 at every step".to_owned());
+        }
         warnings
     }
 

@@ -7,7 +7,7 @@ use super::run::Request;
 use crate::error::{Error, Result};
 use crate::formats::{Precision, save_text};
 use crate::rbf::select::Selection;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -53,6 +53,31 @@ impl Clock {
     }
 }
 
+impl Timings {
+    /// Those that a record holds; zero where it holds none.
+    pub(super) fn of(record: &Value) -> Self {
+        let seconds = |stage: &str| record["seconds"][stage].as_f64().unwrap_or(0.0);
+        Self {
+            selection: seconds("selection"),
+            modes: seconds("modes"),
+            steps: seconds("steps"),
+            writing: seconds("writing"),
+            total: seconds("total"),
+        }
+    }
+
+    /// Of two runs together.
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            selection: self.selection + other.selection,
+            modes: self.modes + other.modes,
+            steps: self.steps + other.steps,
+            writing: self.writing + other.writing,
+            total: self.total + other.total,
+        }
+    }
+}
+
 impl Record {
     /// The record of a run of `plan`, not yet written.
     pub fn new(path: PathBuf, plan: &Plan, request: &Request) -> Result<Self> {
@@ -85,6 +110,7 @@ impl Record {
                 "tag_array": request.tag_array,
             },
             "chosen": plan.choices,
+            "dimension": plan.mesh.dimension(),
             "nodes": plan.reference.len(),
             "cells": plan.mesh.cells.len(),
             "surface_points": plan.surface.nodes.len(),
@@ -112,7 +138,8 @@ impl Record {
         self.content[key] = value;
     }
 
-    /// Adds what the run came to; `error` is what ended it.
+    /// Adds what the run came to; `error` is what ended it. Its seconds are added to those that are
+    /// there.
     pub fn close(&mut self, finished: &Finished, error: Option<&Error>) {
         let outcome = match (error, finished.passed_over.len()) {
             (Some(error), _) => error.to_string(),
@@ -126,11 +153,16 @@ impl Record {
         self.set("passed_over", json!(finished.passed_over));
         self.set("warnings", json!(finished.warnings));
         self.set("failures", json!(finished.failures));
-        self.timings(&finished.timings);
+        self.set_timings(self.timings().plus(finished.timings));
     }
 
-    /// Adds the timings.
-    fn timings(&mut self, t: &Timings) {
+    /// Where the time went, in all runs so far.
+    pub fn timings(&self) -> Timings {
+        Timings::of(&self.content)
+    }
+
+    /// Says where the time went.
+    pub fn set_timings(&mut self, t: Timings) {
         self.content["seconds"] = json!({
             "selection": t.selection,
             "modes": t.modes,
@@ -167,53 +199,13 @@ fn input(what: &str, path: &Path) -> Result<Value> {
 
 /// A record on disk.
 pub(super) fn read(path: &Path) -> Result<Value> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
-    serde_json::from_str(&text).map_err(|error| {
-        let line = error.line() as u64;
-        Error::input(error.to_string()).line(line).file(path)
-    })
-}
-
-/// In what two runs differ that decides what they write, as a sentence on the second; `None` where
-/// they write the same.
-pub(super) fn difference(now: &Value, then: &Value) -> Option<String> {
-    let text = |value: &Value| value.as_str().unwrap_or("an unknown version").to_owned();
-    if now["program"] != then["program"] {
-        return Some(format!(
-            "it is of {}, this is {}, which may write other bytes",
-            text(&then["program"]),
-            text(&now["program"])
-        ));
-    }
-    let list = |record: &Value| record["inputs"].as_array().cloned().unwrap_or_default();
-    let (now_inputs, then_inputs) = (list(now), list(then));
-    for (now, then) in now_inputs.iter().zip(&then_inputs) {
-        let file = text(&now["file"]);
-        if now["what"] != then["what"] {
-            return Some("it had other input files".to_owned());
-        }
-        if now["blake3"].is_null() || then["blake3"].is_null() {
-            return Some("its mesh came from standard input, of which there is no hash".to_owned());
-        }
-        if now["blake3"] != then["blake3"] {
-            return Some(format!(
-                "its {} was not what {file} is now",
-                text(&now["what"])
-            ));
-        }
-    }
-    if now_inputs.len() != then_inputs.len() {
-        return Some("it had more or fewer input files (base points of --base are one)".to_owned());
-    }
-    let empty = Map::new();
-    let options = |record: &Value| record["options"].as_object().unwrap_or(&empty).clone();
-    let (now, then) = (options(now), options(then));
-    let other = now
-        .iter()
-        .find(|(name, value)| then.get(*name) != Some(*value));
-    other.map(|(name, value)| {
-        let then = then.get(name).unwrap_or(&Value::Null);
-        format!("its {name} was {then}, it is {value} now")
+    let text = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    serde_json::from_slice(&text).map_err(|error| {
+        let message = format!(
+            "this is not the whole record of a run, so that nothing can be verified; `azimesh deform --force` starts \
+             anew ({error})"
+        );
+        Error::input(message).line(error.line() as u64).file(path)
     })
 }
 

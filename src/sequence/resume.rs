@@ -1,13 +1,15 @@
 //! What an earlier run left in the folder, as far as it holds: its inputs are those of this run, and
 //! its files have the hashes that it noted.
 
+use super::differs::difference;
 use super::output::{Names, existing_outputs};
 use super::plan::Plan;
 use super::progress::Progress;
-use super::record::{self, Record, hash_of};
+use super::record::{self, Record, Timings, hash_of};
 use super::table::{self, Row, Rows};
 use crate::error::{Error, Result};
 use crate::formats::Format;
+use crate::quality::Criterion;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -27,6 +29,10 @@ pub(super) struct Earlier {
     selections: Vec<Value>,
     /// Steps that it took in substeps, as it had inverted cells.
     pub repairs: BTreeMap<usize, Value>,
+    /// Conditions that it was to fail by.
+    fail_on: Vec<Criterion>,
+    /// Where its time went.
+    timings: Timings,
     /// How often it was gone on with.
     n_before: u64,
     /// Sentences on what has to be done again.
@@ -53,9 +59,10 @@ impl Earlier {
             };
         }
         let then = record::read(&path)?;
-        if let Some(difference) = record::difference(now.content(), &then) {
+        if let Some(difference) = difference(now.content(), &then) {
             return Err(Error::input(format!(
-                "this run cannot be gone on with: {difference}; --force starts anew"
+                "this run cannot be gone on with: {}; --force starts anew",
+                difference.since()
             ))
             .file(&path));
         }
@@ -77,10 +84,15 @@ impl Earlier {
             |(name, hash): (&String, &Value)| Some((name.clone(), hash.as_str()?.to_owned()));
         let repairs = then["repairs"].as_array().into_iter().flatten();
         let repair = |repair: &Value| Some((repair["step"].as_u64()? as usize, repair.clone()));
+        let fail_on = then["fail_on"].as_array().into_iter().flatten();
         Self {
             bases: bases.filter_map(base).collect(),
             selections: then["selections"].as_array().cloned().unwrap_or_default(),
             repairs: repairs.filter_map(repair).collect(),
+            fail_on: fail_on
+                .filter_map(|text| text.as_str()?.parse().ok())
+                .collect(),
+            timings: Timings::of(then),
             n_before: then["resumed"].as_u64().unwrap_or(0) + 1,
             ..Self::default()
         }
@@ -92,6 +104,25 @@ impl Earlier {
         record.set("steps_kept", json!(self.rows.len()));
         record.set("base_files", json!(self.bases));
         record.set("selections", json!(self.selections));
+        let fail_on = self.fail_on.iter().map(Criterion::to_string);
+        record.set("fail_on", json!(fail_on.collect::<Vec<_>>()));
+        record.set_timings(self.timings);
+        if !self.repairs.is_empty() {
+            record.set("repairs", self.all_repairs());
+        }
+    }
+
+    /// Repairs in the order of their steps.
+    pub fn all_repairs(&self) -> Value {
+        json!(self.repairs.values().collect::<Vec<_>>())
+    }
+
+    /// Conditions of a run that goes on with this one: its own, or else those that this one had.
+    pub fn take_conditions(&mut self, own: &[Criterion]) -> Vec<Criterion> {
+        if !own.is_empty() {
+            self.fail_on = own.to_vec();
+        }
+        self.fail_on.clone()
     }
 
     /// The selections of both runs by their first step; those of this one count.
@@ -101,6 +132,13 @@ impl Earlier {
         let by_step: BTreeMap<_, &Value> =
             all.map(|selection| (first(selection), selection)).collect();
         by_step.into_values().cloned().collect()
+    }
+
+    /// What its selections gave rise to.
+    pub fn selection_warnings(&self) -> Vec<String> {
+        let lists = self.selections.iter().map(|own| own["warnings"].as_array());
+        let warnings = lists.flatten().flatten().filter_map(Value::as_str);
+        warnings.map(str::to_owned).collect()
     }
 
     /// Leaves out rows that are none of this run's steps.

@@ -24,7 +24,7 @@ use crate::formats::{self, Begin, Format, WriteOptions, su2};
 use crate::mesh::Mesh;
 use crate::motion::{QualityOutput, Step};
 use crate::quality::Criterion;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -118,6 +118,7 @@ pub fn run(
         output::remove_existing(&names)?;
     }
     warnings.append(&mut earlier.notes);
+    let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record);
     record.save()?;
     let mut mesh = std::mem::take(&mut plan.mesh);
@@ -129,6 +130,7 @@ pub fn run(
         names: &names,
         format,
         stop,
+        fail_on,
         record,
         rows: earlier.rows.clone(),
         n_kept: earlier.rows.len(),
@@ -160,6 +162,8 @@ pub(super) struct Run<'a> {
     pub names: &'a Names,
     pub format: &'static dyn Format,
     pub stop: &'a Stop,
+    /// Conditions that fail the run.
+    fail_on: Vec<Criterion>,
     pub record: Record,
     /// What is known of the run that is gone on with; its rows are those that still count.
     pub earlier: Earlier,
@@ -180,6 +184,9 @@ impl Run<'_> {
         mesh: &mut Mesh,
         progress: &dyn Progress,
     ) -> Result<()> {
+        let restored = stretches.restore();
+        self.note_choices(stretches)?;
+        self.warnings.extend(restored?);
         if self.rows.len() == self.names.steps().len() && !self.is_to_be_retraced() {
             return Ok(());
         }
@@ -205,6 +212,7 @@ impl Run<'_> {
             if self.names.is_in_one() {
                 self.record.set("step_ends", json!(writer.ends()));
             }
+            self.take_notes(writer.notes());
             let mended = match &pass {
                 Ok(Pass::Done) => writer.end()?,
                 _ => false,
@@ -216,6 +224,15 @@ impl Run<'_> {
             if pass? == Pass::Done {
                 progress.finish();
                 return Ok(());
+            }
+        }
+    }
+
+    /// Keeps in mind what a format could not hold, once for all steps.
+    fn take_notes(&mut self, notes: &[String]) {
+        for note in notes {
+            if !self.warnings.contains(note) {
+                self.warnings.push(note.clone());
             }
         }
     }
@@ -261,16 +278,24 @@ impl Run<'_> {
 
     /// Puts into run.json which steps were taken in substeps; before they are written.
     pub(super) fn note_repairs(&mut self) -> Result<()> {
-        let repairs: Vec<&Value> = self.earlier.repairs.values().collect();
-        self.record.set("repairs", json!(repairs));
+        self.record.set("repairs", self.earlier.all_repairs());
         self.record.save()
+    }
+
+    /// What was done about inverted cells, in this run or an earlier one.
+    fn tell_repairs(&self, finished: &mut Finished) {
+        let repairs = self.earlier.repairs.iter();
+        let written = repairs.filter(|(step, _)| self.rows.contains_key(step));
+        let sentences = written.filter_map(|(_, repair)| repair["sentence"].as_str());
+        finished.warnings.extend(sentences.map(str::to_owned));
     }
 
     /// Steps that miss the tolerance that their base points were chosen by.
     fn note_misses(&self, finished: &mut Finished) {
         for (index, row) in &self.rows {
             let error = row.number("selection_error").unwrap_or(0.0);
-            match missed(self.plan, &self.plan.motion.steps[*index], error) {
+            let n_base = row.number("base_points").unwrap_or(0.0) as usize;
+            match missed(self.plan, &self.plan.motion.steps[*index], n_base, error) {
                 Some((sentence, true)) => finished.failures.push(sentence),
                 Some((sentence, false)) => finished.warnings.push(sentence),
                 None => {}
@@ -292,14 +317,15 @@ impl Run<'_> {
             passed_over: std::mem::take(&mut self.passed_over),
             ..Finished::default()
         };
-        finished.take_rows(
-            self.names,
-            &self.rows,
-            &self.first_inverted,
-            &self.request.fail_on,
-        )?;
+        self.tell_repairs(&mut finished);
+        finished.take_rows(self.names, &self.rows, &self.first_inverted, &self.fail_on)?;
         self.note_misses(&mut finished);
-        finished.warnings.extend(stretches.warnings);
+        let warnings = self.earlier.selection_warnings();
+        for warning in stretches.warnings.into_iter().chain(warnings) {
+            if !finished.warnings.contains(&warning) {
+                finished.warnings.push(warning);
+            }
+        }
         finished.timings.selection = stretches.seconds_selection;
         finished.timings.modes = stretches.seconds_modes;
         (finished.timings.steps, finished.timings.writing) = self.seconds;

@@ -11,10 +11,10 @@ use super::record::{Clock, hash_of, selection_record};
 use crate::error::{Error, Result};
 use crate::motion::Step;
 use crate::rbf::select::Selection;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The stretches of a run, with the deformer of the one that it is in.
 pub(super) struct Stretches<'a> {
@@ -82,35 +82,99 @@ impl<'a> Stretches<'a> {
             .find(|range| range.contains(&step.index))
             .expect("every step is in a stretch")
             .clone();
-        // The steps have a line of their own once they run.
-        let progress = match self.selections.is_empty() {
-            true => self.progress,
-            false => &Silent,
-        };
-        let first = (self.ranges.len() > 1).then_some(stretch.start);
-        let path = self.names.base(first);
-        let selections = match (self.loaded.take(), self.has_noted(&path)) {
-            (Some(loaded), _) => self.note(&stretch, loaded, &path)?,
-            (None, true) => base::load_for(plan, &stretch, &path)?,
-            (None, false) => {
-                let chosen = choose(plan, &stretch, progress)?;
-                self.note(&stretch, chosen, &path)?
-            }
-        };
+        let progress = self.progress();
+        let selections = self.base_points(&stretch)?;
         check_tolerance(plan, &selections)?;
         self.seconds_selection += clock.seconds();
         let clock = Clock::start();
         let deformer = Deformer::new(plan, selections, &stretch, progress)?;
         self.warnings.extend(deformer.warnings.iter().cloned());
+        let selected = self.selections.last_mut();
+        if let Some(own) = selected.filter(|own| own["first_step"] == stretch.start) {
+            own["warnings"] = json!(deformer.warnings);
+        }
         self.seconds_modes += clock.seconds();
         Ok((stretch, deformer))
     }
 
-    /// Whether a file of base points is the one that was written for this plan.
+    /// Base points for a stretch: given, as the file has them, or chosen and saved.
+    fn base_points(&mut self, stretch: &Range<usize>) -> Result<Vec<Selection>> {
+        let plan = self.plan;
+        let path = self.path_of(stretch);
+        let progress = self.progress();
+        match (self.loaded.take(), self.has_noted(&path)) {
+            (Some(loaded), _) => self.note(stretch, loaded, &path),
+            (None, true) => {
+                let selections = base::load_for(plan, stretch, &path)?;
+                let picture = base::picture_of(&path);
+                if !self.has_noted(&picture) {
+                    base::save_picture(plan, &selections, &picture)?;
+                    self.note_file(&picture)?;
+                }
+                Ok(selections)
+            }
+            (None, false) => {
+                let chosen = choose(plan, stretch, progress)?;
+                self.note(stretch, chosen, &path)
+            }
+        }
+    }
+
+    /// Writes the files of base points again that an earlier run wrote and that are not what they were;
+    /// says so of each.
+    pub fn restore(&mut self) -> Result<Vec<String>> {
+        let steps = self.names.steps();
+        let mut sentences = Vec::new();
+        for stretch in self.ranges.clone() {
+            let path = self.path_of(&stretch);
+            let is_ours = stretch.start < steps.end && steps.start < stretch.end;
+            if !is_ours || !self.base_files.contains_key(&name_of(&path)) {
+                continue;
+            }
+            let files = [base::picture_of(&path), path];
+            let wrong: Vec<_> = files.iter().filter(|path| !self.has_noted(path)).collect();
+            let told = wrong.into_iter().map(|path| {
+                let reason = match path.is_file() {
+                    true => "has another hash than run.json says",
+                    false => "is missing",
+                };
+                format!("{} {reason}; it is written again", name_of(path))
+            });
+            sentences.extend(told);
+            if !files.iter().all(|path| self.has_noted(path)) {
+                let clock = Clock::start();
+                self.base_points(&stretch)?;
+                self.seconds_selection += clock.seconds();
+            }
+        }
+        Ok(sentences)
+    }
+
+    /// The steps have a line of their own once they run.
+    fn progress(&self) -> &'a dyn Progress {
+        match self.selections.is_empty() {
+            true => self.progress,
+            false => &Silent,
+        }
+    }
+
+    fn path_of(&self, stretch: &Range<usize>) -> PathBuf {
+        let first = (self.ranges.len() > 1).then_some(stretch.start);
+        self.names.base(first)
+    }
+
+    /// Whether a file is the one that was written for this plan.
     fn has_noted(&self, path: &Path) -> bool {
         let noted = self.base_files.get(&name_of(path));
         let found = || hash_of(path).ok().map(|hash| hash.to_string());
         noted.is_some_and(|noted| found().as_ref() == Some(noted))
+    }
+
+    /// Keeps in mind what was written.
+    fn note_file(&mut self, path: &Path) -> Result<()> {
+        let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
+        self.base_files.insert(name_of(path), hash.to_string());
+        Ok(())
     }
 
     /// Writes base points, and keeps in mind what they came to.
@@ -123,8 +187,8 @@ impl<'a> Stretches<'a> {
         self.selections
             .push(selection_record(self.plan, stretch, &selections));
         base::save(self.plan, &selections, path)?;
-        let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
-        self.base_files.insert(name_of(path), hash.to_string());
+        self.note_file(path)?;
+        self.note_file(&base::picture_of(path))?;
         Ok(selections)
     }
 }

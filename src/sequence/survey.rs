@@ -1,16 +1,14 @@
-//! What the motion does on the mesh, before anything is interpolated: how far each body goes, whether
-//! it leaves the region and whether surfaces meet.
+//! What the motion does on the mesh, before anything is interpolated: where each body is at a step, and
+//! whether surfaces meet.
 
+use super::extremes::Extremes;
 use super::plan::Plan;
 use crate::geometry::Bounds;
 use crate::geometry::crossing::{segments_cross, triangles_cross};
 use crate::geometry::vector::{Vector, dot, norm, sub};
 use crate::motion::{Role, Step};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
-
-/// Part of the extent of the region by which a point may lie outside of it.
-const OUTSIDE: f64 = 1e-9;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A body at a step.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,17 +51,17 @@ pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
     found
 }
 
-/// Sentences on bodies that leave the region or cut into other surfaces at some of the steps.
-pub fn conflicts(plan: &Plan, steps: &[&Step]) -> Vec<String> {
-    let region = Region::new(plan);
+/// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
+/// steps or where they have gone farthest.
+pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &Extremes) -> Vec<String> {
     let facets = Facets::new(plan);
-    let mut leaving: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     let mut meeting: BTreeMap<(Owner, Owner), Vec<(usize, Vector)>> = BTreeMap::new();
-    for step in steps {
+    let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index))
+        .chain(extremes.farthest.iter().map(|(step, _)| *step))
+        .collect();
+    for &step in &steps {
+        let step = &plan.motion.steps[step];
         let places = places_at(plan, step);
-        for body in region.left_by(plan, &places) {
-            leaving.entry(body).or_default().push(step.index);
-        }
         for (pair, place) in facets.meeting(&places) {
             meeting.entry(pair).or_default().push((step.index, place));
         }
@@ -74,11 +72,12 @@ pub fn conflicts(plan: &Plan, steps: &[&Step]) -> Vec<String> {
     };
     let all = steps.len();
     let mut sentences = Vec::new();
-    for (body, steps) in leaving {
+    for (&body, steps) in &extremes.leaving {
         let body = &plan.motion.bodies[body].name;
         sentences.push(format!(
-            "body \"{body}\" leaves the box around the mesh at {} of {all} steps looked at, step {} first",
+            "body \"{body}\" leaves the box around the mesh at {} of {} steps looked at, step {} first",
             steps.len(),
+            extremes.n_steps,
             steps[0]
         ));
     }
@@ -115,7 +114,7 @@ pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize
 }
 
 /// Where the surface points are at a step, in the rotating frame.
-fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
+pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
     let poses = plan.motion.poses(step, 1.0);
     let surface = &plan.surface;
     let points = surface.points.par_iter().enumerate();
@@ -124,52 +123,6 @@ fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
         None => *x,
     };
     points.map(place).collect()
-}
-
-/// The box around the nodes that deform.
-struct Region {
-    bounds: Bounds,
-    /// For each body the sides, low then high, that it does not touch.
-    held: Vec<[[bool; 3]; 2]>,
-}
-
-impl Region {
-    fn new(plan: &Plan) -> Self {
-        let bounds = match plan.deforming_nodes() {
-            Some(nodes) => Bounds::around(nodes.iter().map(|&node| &plan.reference[node as usize])),
-            None => Bounds::around(&plan.reference),
-        };
-        let slack = OUTSIDE * bounds.diagonal();
-        let held = |body: usize| {
-            let points = points_of(plan, body);
-            let own = Bounds::around(points.iter().map(|&at| &plan.surface.points[at]));
-            [
-                std::array::from_fn(|i| own.low[i] > bounds.low[i] + slack),
-                std::array::from_fn(|i| own.high[i] < bounds.high[i] - slack),
-            ]
-        };
-        Self {
-            held: (0..plan.motion.bodies.len()).map(held).collect(),
-            bounds,
-        }
-    }
-
-    /// The bodies that have a point past a side that they do not touch in the reference mesh.
-    fn left_by(&self, plan: &Plan, places: &[Vector]) -> Vec<usize> {
-        let slack = OUTSIDE * self.bounds.diagonal();
-        let mut left = vec![false; self.held.len()];
-        for (place, body) in places.iter().zip(&plan.surface.body) {
-            let Some(body) = body.map(usize::from) else {
-                continue;
-            };
-            let [low, high] = &self.held[body];
-            left[body] |= (0..3).any(|i| {
-                low[i] && place[i] < self.bounds.low[i] - slack
-                    || high[i] && place[i] > self.bounds.high[i] + slack
-            });
-        }
-        (0..left.len()).filter(|&body| left[body]).collect()
-    }
 }
 
 /// The body that a facet moves with; `None` is fixed.
@@ -297,7 +250,7 @@ mod tests {
             ),
         );
         let steps: Vec<&Step> = plan.motion.steps.iter().collect();
-        conflicts(&plan, &steps)
+        conflicts(&plan, &steps, &Extremes::new(&plan))
     }
 
     #[test]
@@ -308,6 +261,30 @@ mod tests {
         ] {
             assert_eq!(told(mesh, tag, "[0.05, 0.05, 0]"), [""; 0]);
         }
+    }
+
+    #[test]
+    fn a_single_step_far_out_is_found_among_many() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let rows =
+            (0..=360).map(|step| format!("{step},{}\n", if step == 100 { 5.0 } else { 0.01 }));
+        let table = format!("step,dx\n{}", rows.collect::<String>());
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, table).expect("it can be written");
+        let text = format!(
+            "azimuth = {{ stop = 360, step = 1 }}\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nbody = [ {{ name = \"it\", tags = [\"airfoil\"], table = {{ file = {path:?} }} }} ]\n"
+        );
+        let plan = plan("testdata/naca0012.vtu", &text);
+        let extremes = Extremes::new(&plan);
+        assert_eq!((extremes.n_steps, extremes.farthest[0]), (361, (100, 5.0)));
+        let steps: Vec<&Step> = plan.motion.steps.iter().step_by(6).collect();
+        let told = conflicts(&plan, &steps, &extremes);
+        assert!(
+            told[0].ends_with(
+                "leaves the box around the mesh at 1 of 361 steps looked at, step 100 first"
+            ),
+            "{told:?}"
+        );
     }
 
     #[test]

@@ -124,16 +124,41 @@ fn substeps_report_the_error_that_has_added_up() {
     assert!((reported - error).abs() <= 1e-14, "{reported:e} {error:e}");
     let step = &without.motion.steps[1];
     assert_eq!(
-        super::choose::missed(&without, step, 0.02).map(|found| found.1),
+        super::choose::missed(&without, step, 9, 0.02).map(|found| found.1),
         Some(true)
     );
-    assert_eq!(super::choose::missed(&without, step, 0.009), None);
+    assert_eq!(super::choose::missed(&without, step, 9, 0.009), None);
     let with = plan(&schedule(true));
     assert_eq!(
-        super::choose::missed(&with, step, 0.02).map(|found| found.1),
+        super::choose::missed(&with, step, 9, 0.02).map(|found| found.1),
         Some(false)
     );
     assert_eq!(errors(&with)[1].1, 0.0);
+}
+
+#[test]
+fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
+    let missed = |selection: &str, n_base: usize| {
+        let schedule = moved("rigid.translate = [0.1, 0, 0]", selection);
+        let plan = plan(&schedule);
+        let found = super::choose::missed(&plan, &plan.motion.steps[1], n_base, 0.02);
+        found.map(|found| found.1)
+    };
+    for (method, without, with) in [
+        ("constant", Some(true), None),
+        ("real", Some(true), None),
+        ("sequence", Some(true), Some(true)),
+    ] {
+        for (correction, expected) in [(false, without), (true, with)] {
+            let selection = format!(
+                "selection = {{ tolerance = 1e-3, method = \"{method}\", correction = {correction}, max_points = 12 }}"
+            );
+            assert_eq!(missed(&selection, 9), expected, "{selection}");
+        }
+    }
+    // Where it ends at max_points.
+    let constant = "selection = { tolerance = 1e-3, method = \"constant\", correction = false, max_points = 12 }";
+    assert_eq!(missed(constant, 12), Some(false));
 }
 
 #[test]

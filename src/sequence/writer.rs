@@ -74,6 +74,11 @@ impl<'a> Writer<'a> {
         &self.meshes.ends
     }
 
+    /// What the format could not hold of the meshes so far.
+    pub fn notes(&self) -> &[String] {
+        &self.meshes.notes
+    }
+
     /// Whether all meshes so far were in the file of all steps before.
     pub fn is_retracing(&self) -> bool {
         self.meshes.is_retracing()

@@ -83,8 +83,9 @@ impl Changes {
     /// Refuses what no mesh can be changed by.
     pub fn check(&self) -> Result<()> {
         match self.scale {
-            Some(factor) if !factor.is_finite() || factor == 0.0 => Err(Error::input(format!(
-                "--scale {factor}: the factor must be a finite number other than 0"
+            Some(factor) if !factor.is_finite() || factor <= 0.0 => Err(Error::input(format!(
+                "--scale {factor}: the factor must be a finite number above 0; a negative one would turn \
+                 every cell inside out"
             ))),
             _ => Ok(()),
         }
@@ -176,8 +177,12 @@ fn rename(mesh: &mut Mesh, renamings: &[(String, String)]) -> Result<()> {
         }
     }
     for (i, group) in mesh.groups.iter().enumerate() {
-        let twin = |other: &&Group| other.dimension == group.dimension && other.name == group.name;
-        if mesh.groups[..i].iter().any(|other| twin(&other)) && !renamings.is_empty() {
+        // Groups that shared a name before may go on doing so.
+        let twin = |(j, other): (usize, &Group)| {
+            let same = other.dimension == group.dimension && other.name == group.name;
+            same && names[i] != names[j]
+        };
+        if mesh.groups[..i].iter().enumerate().any(twin) {
             return Err(Error::input(format!(
                 "--rename-tag: two groups would be called \"{}\"",
                 group.name

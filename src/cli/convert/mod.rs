@@ -6,8 +6,8 @@ mod target;
 use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
-use crate::formats;
+use crate::error::{Error, Kind, Result};
+use crate::formats::{self, Waiting};
 use crate::mesh::Mesh;
 use changes::Changes;
 use std::cell::RefCell;
@@ -52,6 +52,8 @@ struct Run<'a> {
     /// Remarks that have been made: one on every mesh of a sequence is made once.
     told: RefCell<BTreeSet<String>>,
     written: RefCell<Vec<Written>>,
+    /// Files that get their names when all are whole.
+    waiting: RefCell<Vec<Waiting>>,
 }
 
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
@@ -67,16 +69,35 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         context,
         told: RefCell::default(),
         written: RefCell::default(),
+        waiting: RefCell::default(),
     };
-    match &args.output {
-        Some(folder) => run.write_folder(folder)?,
-        None => run.write_file()?,
-    }
+    let is_new = |folder: &&PathBuf| !folder.exists();
+    let new_folder = args.output.as_ref().filter(is_new);
+    let done = match &args.output {
+        Some(folder) => run.write_folder(folder),
+        None => run.write_file(),
+    };
+    run.keep(done).inspect_err(|_| {
+        // Removed unless it holds something; the first error is the one to report.
+        let _ = new_folder.map(std::fs::remove_dir);
+    })?;
     run.report()?;
     Ok(Outcome::Fine)
 }
 
 impl Run<'_> {
+    /// Gives the files their names. After wrong input there are none; after a failure of the system those
+    /// that are whole stay.
+    fn keep(&self, done: Result<()>) -> Result<()> {
+        let files = self.waiting.take();
+        match done {
+            Err(error) if error.kind != Kind::System => return Err(error),
+            _ => {}
+        }
+        let kept = files.into_iter().try_for_each(Waiting::keep);
+        done.and(kept)
+    }
+
     /// `IN OUT`, or the files of a sequence and `OUT`.
     fn write_file(&self) -> Result<()> {
         let (out, inputs) = self.args.paths.split_last().expect("clap asks for one");
@@ -109,6 +130,7 @@ impl Run<'_> {
                 Input::of_parts(several)?
             }
         };
+        input.check_files()?;
         match (self.place(out)?, input.times()) {
             (place @ Place::File { .. }, None) => self.one_mesh(&input, &place),
             (place, times) => self.sequence(&input, &times.unwrap_or(vec![0.0]), &place),
@@ -123,6 +145,9 @@ impl Run<'_> {
         }
         let inputs = self.args.paths.iter().map(|path| Input::open(path, None));
         let inputs = inputs.collect::<Result<Vec<_>>>()?;
+        if self.args.step.is_none() {
+            inputs.iter().try_for_each(Input::check_files)?;
+        }
         let mut names = BTreeSet::new();
         for input in &inputs {
             if !names.insert(input.stem()) {

@@ -2,7 +2,7 @@
 
 use super::{Input, Run};
 use crate::error::{Error, Result};
-use crate::formats::{self, Begin, Format, is_series, pvd, save_text, vtk_series};
+use crate::formats::{self, Begin, Format, Waiting, is_series, pvd, stage_bytes, vtk_series};
 use crate::mesh::Mesh;
 use serde_json::{Value, json};
 use std::fmt;
@@ -102,6 +102,9 @@ impl Run<'_> {
                 Error::input("--pieces is for one mesh; this is a sequence").file(input.path())
             );
         }
+        if let Some(remark) = input.remark_on_times() {
+            self.tell(format!("{}: {remark}", input.path().display()));
+        }
         let is_sequence = input.times().is_some();
         let steps: Vec<usize> = match self.args.step {
             Some(step) => {
@@ -114,7 +117,9 @@ impl Run<'_> {
             .into_iter()
             .map(|step| (is_sequence.then_some(step), times[step]));
         match place {
-            Place::File { path, format } => self.write_one_file(input, steps, path, *format),
+            Place::File { path, format } => formats::write_file(path, |hidden| {
+                self.write_one_file(input, steps, (path, hidden), *format)
+            }),
             Place::Listed {
                 stem,
                 format,
@@ -123,18 +128,20 @@ impl Run<'_> {
         }
     }
 
+    /// Writes a sequence to the file `hidden`, which will be `path`.
     fn write_one_file(
         &self,
         input: &Input,
         steps: impl Iterator<Item = (Option<usize>, f64)>,
-        path: &Path,
+        (path, hidden): (&Path, &Path),
         format: &'static dyn Format,
     ) -> Result<()> {
         let create = format.sequence().expect("asked before");
-        let mut file = create(path, &self.args.write.options(), Begin::Anew)?;
+        self.remark_on_options(format);
+        let mut file = create(hidden, &self.args.write.options(), Begin::Anew)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
-            let append = || file.append(time, &mesh).map_err(|error| error.file(path));
+            let append = || file.append(time, &mesh);
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }
@@ -174,25 +181,42 @@ impl Run<'_> {
                 true => pvd(entries()),
                 false => vtk_series(entries()),
             };
-            save_text(&text, list)?;
+            self.wait(stage_bytes(text.as_bytes(), list)?);
         }
         Ok(())
     }
 
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
+        self.remark_on_options(format);
         let options = self.args.write.options();
         self.args.write.check_companions(mesh, path, format)?;
         let write = || match self.args.pieces {
-            Some(n) => formats::pvtu::write_pieces(mesh, path, n.get(), &options),
-            None => formats::save(mesh, path, format, &options),
+            Some(n) => {
+                let (notes, files) = formats::pvtu::stage_pieces(mesh, path, n.get(), &options)?;
+                Ok((notes, vec![files]))
+            }
+            None => formats::stage(mesh, path, format, &options),
         };
-        for dropped in self.context.stage("writing", write)? {
+        let (notes, files) = self.context.stage("writing", write)?;
+        files.into_iter().for_each(|file| self.wait(file));
+        for dropped in notes {
             // Said once for all meshes of a sequence.
             self.tell(format!("{}: {dropped}", format.title()));
         }
         self.note_written(mesh, path, format, None);
         Ok(())
+    }
+
+    fn remark_on_options(&self, format: &dyn Format) {
+        for remark in self.args.write.remarks(format) {
+            self.tell(remark);
+        }
+    }
+
+    /// Leaves files without their names until all are whole.
+    fn wait(&self, files: Waiting) {
+        self.waiting.borrow_mut().push(files);
     }
 
     fn note_written(&self, mesh: &Mesh, path: &Path, format: &dyn Format, time: Option<f64>) {

@@ -10,11 +10,11 @@ pub struct Facts<'a> {
     /// The mesh; of a sequence, the last.
     pub mesh: &'a Mesh,
     /// What the file's format is.
-    pub format: &'static str,
+    pub format: String,
     /// Version of the format, where the file says it.
     pub version: Option<String>,
     /// Remarks of the reader.
-    pub notes: Vec<&'a str>,
+    pub notes: Vec<String>,
     /// Times of a sequence.
     pub times: Option<Vec<f64>>,
     /// Number of cells of each kind.
@@ -53,14 +53,17 @@ impl<'a> Facts<'a> {
         }
         let curved = cells.iter().filter(|(kind, _)| kind.is_curved());
         let n_curved = curved.map(|(_, count)| count).sum();
+        let notes = loaded.notes.iter().map(str::to_owned);
         let nodes = || (mesh.n_orphan_nodes(), mesh.n_repeated_nodes());
         let ((n_orphan_nodes, n_repeated_nodes), boundary) =
             rayon::join(nodes, || Boundary::of(mesh));
         Self {
             mesh,
-            format: loaded.format.title(),
+            format: input
+                .title()
+                .unwrap_or_else(|| loaded.format.title().to_owned()),
             version: input.version(),
-            notes: loaded.notes.iter().collect(),
+            notes: input.remark_on_times().into_iter().chain(notes).collect(),
             times: input.times(),
             cells,
             n_curved,

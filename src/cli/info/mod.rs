@@ -26,7 +26,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     if context.common.json {
         context.print_json(json::of(&facts))?;
     } else {
-        for note in loaded.notes.iter() {
+        for note in &facts.notes {
             context.note(&format!("{}: {note}", args.mesh.display()));
         }
         context.print_result(&text::of(&facts))?;

@@ -1,6 +1,7 @@
 //! The facts as lines of text.
 
 use super::facts::Facts;
+use crate::error::counted;
 use crate::mesh::{DataArray, Group};
 use std::fmt::Write;
 
@@ -13,9 +14,9 @@ impl Rows {
     }
 
     /// A count that is told only where there is something to tell.
-    fn push_some(&mut self, name: &str, n: usize, of: &str) {
+    fn push_some(&mut self, name: &str, n: usize, told: impl ToString) {
         if n > 0 {
-            self.push(format!("  {name}"), format!("{n}{of}"));
+            self.push(format!("  {name}"), told);
         }
     }
 
@@ -24,7 +25,7 @@ impl Rows {
         for group in groups {
             let condition = group.condition.as_ref();
             let condition = condition.map_or(String::new(), |words| format!(" ({words})"));
-            let count = format!("{} {of}{condition}", group.cells.len());
+            let count = counted(group.cells.len(), of) + &condition;
             self.push(format!("  {}", group.name), count);
         }
         let n = self.0.len() - first;
@@ -41,8 +42,9 @@ pub fn of(facts: &Facts) -> String {
     let version = version.map_or(String::new(), |version| format!(", version {version}"));
     rows.push("format", format!("{}{version}", facts.format));
     if let Some(times) = &facts.times {
-        let ends = [times.first(), times.last()].map(|time| time.copied().unwrap_or(f64::NAN));
-        let (n, [from, to]) = (times.len(), ends);
+        let from = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let to = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let n = times.len();
         rows.push(
             "steps",
             format!("{n}, times {from} to {to}; the last follows"),
@@ -50,39 +52,47 @@ pub fn of(facts: &Facts) -> String {
     }
     rows.push("dimension", mesh.dimension());
     rows.push("nodes", mesh.points.len());
-    rows.push_some("in no cell", facts.n_orphan_nodes, "");
-    rows.push_some("at the place of another", facts.n_repeated_nodes, "");
+    rows.push_some("in no cell", facts.n_orphan_nodes, facts.n_orphan_nodes);
+    let n = facts.n_repeated_nodes;
+    rows.push_some("at the place of another", n, n);
     rows.push("cells", mesh.cells.len());
     for (kind, count) in &facts.cells {
         let curved = if kind.is_curved() { " (curved)" } else { "" };
         rows.push(format!("  {}", kind.name()), format!("{count}{curved}"));
     }
-    rows.list("zones", mesh.zones(), "cells");
-    rows.list("boundary tags", mesh.boundary_tags(), "faces");
+    rows.list("zones", mesh.zones(), "cell");
+    rows.list("boundary tags", mesh.boundary_tags(), "face");
     let boundary = &facts.boundary;
-    rows.push_some("without a tag", boundary.n_untagged, " faces");
-    rows.push_some(
-        "open",
-        boundary.n_open,
-        " faces of one cell that no tag holds",
-    );
-    rows.push_some(
-        "inside",
-        boundary.n_inside,
-        " tagged faces between two cells",
-    );
-    rows.push_some("loose", boundary.n_loose, " boundary faces on no cell");
-    rows.push_some(
-        "crowded",
-        boundary.n_crowded,
-        " faces of more than two cells",
-    );
+    for (name, n, noun, what) in [
+        ("without a tag", boundary.n_untagged, "face", ""),
+        (
+            "open",
+            boundary.n_open,
+            "face",
+            " of one cell that no tag holds",
+        ),
+        (
+            "inside",
+            boundary.n_inside,
+            "tagged face",
+            " between two cells",
+        ),
+        ("loose", boundary.n_loose, "boundary face", " on no cell"),
+        (
+            "crowded",
+            boundary.n_crowded,
+            "face",
+            " of more than two cells",
+        ),
+    ] {
+        rows.push_some(name, n, counted(n, noun) + what);
+    }
     if facts.other_groups().next().is_some() {
-        rows.list("other groups", facts.other_groups(), "cells");
+        rows.list("other groups", facts.other_groups(), "cell");
     }
     if let Some([low, high]) = mesh.bounds() {
         for (axis, i) in ["x", "y", "z"].into_iter().zip(0..) {
-            rows.push(axis, format!("{} to {}", low[i], high[i]));
+            rows.push(axis, format!("{} to {}", low[i] + 0.0, high[i] + 0.0));
         }
     }
     for (place, array) in facts.arrays() {
@@ -102,11 +112,11 @@ pub fn of(facts: &Facts) -> String {
 /// Name, type, components and range of an array.
 fn told(array: &DataArray) -> String {
     let n = array.n_components;
-    let plural = if n == 1 { "" } else { "s" };
     let what = format!(
-        "{} ({}, {n} component{plural})",
+        "{} ({}, {})",
         array.name,
-        array.values.type_name()
+        array.values.type_name(),
+        counted(n, "component")
     );
     let ranges = array.values.ranges(n);
     if ranges.is_empty() || n > 3 {
@@ -115,7 +125,7 @@ fn told(array: &DataArray) -> String {
     let ranges: Vec<String> = ranges
         .iter()
         .map(|range| match range {
-            Some([low, high]) => format!("{low} to {high}"),
+            Some([low, high]) => format!("{} to {}", low + 0.0, high + 0.0),
             None => "no number".to_owned(),
         })
         .collect();

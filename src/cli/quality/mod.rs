@@ -39,7 +39,8 @@ pub struct QualityArgs {
     /// repeatable
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Criterion>,
-    /// Write the mesh with every metric as a cell array
+    /// Write the mesh with every metric as a cell array; --format names its format where the ending
+    /// does not
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -76,43 +77,71 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     for criterion in &args.fail_on {
         criterion.check_column(columns.iter().map(|(name, _)| *name))?;
     }
-    let format = output_format(args)?;
-    let input = Input::open(&args.mesh, context.input_format()?)?;
+    let format = Formats::of(args, context)?;
+    let input = Input::open(&args.mesh, format.input)?;
     let findings = match input.times() {
         Some(_) if args.output.is_some() => {
             let message = "a sequence; -o writes one mesh (give one of its files, or set \
                            output.quality = \"cells\" for deform)";
             return Err(Error::input(message).file(&args.mesh));
         }
-        Some(times) => judge_sequence(args, context, &input, &times)?,
+        Some(times) => judge_sequence(args, context, &input, &times, format)?,
         None => judge_mesh(args, context, &input, format)?,
     };
-    findings.tell(context)?;
+    let beside = args
+        .output
+        .as_ref()
+        .is_some_and(|path| path.as_os_str() == "-");
+    findings.tell(context, beside)?;
     Ok(match findings.met().is_empty() {
         true => Outcome::Fine,
         false => Outcome::CheckFailed,
     })
 }
 
-/// The output's format by its ending; also refuses to replace a file.
-fn output_format(args: &QualityArgs) -> Result<Option<&'static dyn Format>> {
-    let Some(path) = &args.output else {
-        return Ok(None);
-    };
-    let format = formats::by_extension(path)?;
-    args.write.check(path)?;
-    Ok(Some(format))
+/// Formats that are known from the arguments.
+#[derive(Clone, Copy)]
+struct Formats {
+    /// Of what is read; without it the content tells.
+    input: Option<&'static dyn Format>,
+    /// Of the mesh that is written.
+    output: Option<&'static dyn Format>,
+}
+
+impl Formats {
+    /// `--format` is that of the output where its name does not tell, else that of the input. Also refuses
+    /// to replace a file.
+    fn of(args: &QualityArgs, context: &Context) -> Result<Self> {
+        let given = context.input_format()?;
+        let Some(path) = &args.output else {
+            return Ok(Self {
+                input: given,
+                output: None,
+            });
+        };
+        context.check_json_beside(path)?;
+        args.write.check(path)?;
+        let (input, output) = match (formats::by_extension(path), given) {
+            (Ok(output), input) => (input, output),
+            (Err(_), Some(output)) => (None, output),
+            (Err(error), None) => return Err(error),
+        };
+        Ok(Self {
+            input,
+            output: Some(output),
+        })
+    }
 }
 
 fn judge_mesh<'a>(
     args: &'a QualityArgs,
     context: &Context,
     input: &Input,
-    format: Option<&'static dyn Format>,
+    format: Formats,
 ) -> Result<Findings<'a>> {
     let mut told = BTreeSet::new();
     let mesh = read(input, None, context, &mut told)?;
-    let given = given_reference(args, context)?;
+    let given = given_reference(args, context, format)?;
     if let Some(given) = &given {
         given.check(&mesh, &args.mesh)?;
     }
@@ -127,7 +156,7 @@ fn judge_mesh<'a>(
     findings.take(None, &mesh, &judge, &before, context)?;
     let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
     findings.metrics = Some(context.stage("metrics", every)?);
-    if let (Some(path), Some(format)) = (&args.output, format) {
+    if let (Some(path), Some(format)) = (&args.output, format.output) {
         let with_arrays = with_arrays(mesh, &judge, &before);
         args.write.save(&with_arrays, path, format, context)?;
     }
@@ -139,8 +168,9 @@ fn judge_sequence<'a>(
     context: &Context,
     input: &Input,
     times: &[f64],
+    format: Formats,
 ) -> Result<Findings<'a>> {
-    let mut given = given_reference(args, context)?;
+    let mut given = given_reference(args, context, format)?;
     let mut findings = Findings::new(args);
     let mut told = BTreeSet::new();
     for (index, &time) in times.iter().enumerate() {
@@ -177,11 +207,19 @@ struct Given {
     cells: Cells,
 }
 
-fn given_reference(args: &QualityArgs, context: &Context) -> Result<Option<Given>> {
+fn given_reference(
+    args: &QualityArgs,
+    context: &Context,
+    format: Formats,
+) -> Result<Option<Given>> {
     let Some(path) = &args.reference else {
         return Ok(None);
     };
-    Ok(Some(Given::new(&context.read_mesh(path)?)))
+    let mesh = match format.input {
+        Some(_) => context.read_mesh(path)?,
+        None => context.read_any(path)?,
+    };
+    Ok(Some(Given::new(&mesh)))
 }
 
 impl Given {
@@ -253,12 +291,16 @@ impl<'a> Findings<'a> {
             .collect()
     }
 
-    /// Prints everything.
-    fn tell(&self, context: &Context) -> Result<()> {
+    /// Prints everything, beside a mesh on standard output or not.
+    fn tell(&self, context: &Context, beside: bool) -> Result<()> {
         if context.common.json {
             return context.print_json(table::as_json(self));
         }
-        context.print_result(&table::as_text(self))?;
+        let text = table::as_text(self);
+        match beside {
+            true => context.print_aside(&text),
+            false => context.print_result(&text)?,
+        }
         for (criterion, steps) in self.met() {
             let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
             context.warn(&match &steps[..] {

@@ -122,12 +122,13 @@ fn of_cell(cell: &WorstCell) -> String {
     let step = cell
         .step
         .map_or_else(String::new, |step| format!("step {}, ", step.index));
-    let (kind, i, scaled, volume) = (
-        cell.kind,
-        cell.found.cell,
-        cell.found.scaled_jacobian,
-        cell.found.volume,
-    );
+    let (kind, i) = (cell.kind, cell.found.cell);
+    // Without the sign of a zero.
+    let volume = cell.found.volume + 0.0;
+    let scaled = match cell.found.scaled_jacobian {
+        none if none.is_nan() => String::new(),
+        scaled => format!("scaled Jacobian {:.6e}, ", scaled + 0.0),
+    };
     let touching = match cell.tags.is_empty() {
         true => String::new(),
         false => format!(", at {}", cell.tags.join(", ")),
@@ -139,13 +140,13 @@ fn of_cell(cell: &WorstCell) -> String {
             format!(", nearest tag {name} ({distance:.6e})")
         });
     format!(
-        "{step}{kind} {i} at ({x:.6e} {y:.6e} {z:.6e}): scaled Jacobian {scaled:.6e}, \
-         volume {volume:.6e}{touching}{nearest}"
+        "{step}{kind} {i} at ({x:.6e} {y:.6e} {z:.6e}): {scaled}volume {volume:.6e}{touching}{nearest}"
     )
 }
 
 /// A count without a point, anything else with an exponent where it is very small or large.
 fn number(x: f64) -> String {
+    let x = x + 0.0; // without the sign of a zero
     if x == x.trunc() && x.abs() < 1e15 {
         format!("{x}")
     } else {
@@ -155,6 +156,7 @@ fn number(x: f64) -> String {
 
 /// The same in about six digits.
 fn short(x: f64) -> String {
+    let x = x + 0.0; // without the sign of a zero
     match x.abs() {
         size if x == x.trunc() && size < 1e7 => format!("{x}"),
         size if (1e-2..1e5).contains(&size) => format!("{x:.5}"),

@@ -3,7 +3,7 @@
 //! ```text
 //! node          names, labels, data, children; links
 //! read          all zones -> mesh; zone: one zone's sizes and nodes; time: steps of a sequence
-//! unstructured  sections, polyhedra -> cells; regions -> groups; exterior: faces the file lacks
+//! unstructured  sections, polyhedra -> cells; regions, node_set -> groups; exterior: faces the file lacks
 //! structured    index ranges -> cells, faces
 //! families, tags, arrays, solution: names of groups; groups; arrays of all zones
 //! element       element types and their node order; lattice: of third and fourth order
@@ -15,6 +15,7 @@ mod exterior;
 mod families;
 mod lattice;
 mod node;
+mod node_set;
 mod polyhedra;
 mod read;
 mod regions;

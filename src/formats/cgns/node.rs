@@ -47,10 +47,14 @@ impl Node {
         while text_of(&target, "type", &path)?.as_deref() == Some("LK") {
             links += 1;
             let next = match links {
-                0..=MOST_LINKS => target.group(" link").map_err(|e| e.dataset(&path))?,
+                0..=MOST_LINKS => target.group(" link"),
                 _ => return Err(Error::input("its links lead in a circle").dataset(&path)),
             };
-            target = next.ok_or_else(|| broken_link(&target, &path))?;
+            target = match next {
+                Ok(Some(next)) => next,
+                Ok(None) => return Err(broken_link(&target, &path)),
+                Err(error) => return Err(refused_link(&target, &path, &error)),
+            };
         }
         let label = text_of(&target, "label", &path)?.unwrap_or_default();
         Ok(Self {
@@ -70,6 +74,11 @@ impl Node {
     /// What it is: `Zone_t`.
     pub fn label(&self) -> &str {
         &self.label
+    }
+
+    /// Its path from the root.
+    pub fn path(&self) -> &str {
+        &self.path
     }
 
     /// Adds its place to an error.
@@ -202,6 +211,33 @@ fn trimmed(bytes: &[u8]) -> String {
 }
 
 fn broken_link(group: &Group, path: &str) -> Error {
+    let message = match target_of(group) {
+        (to, Some(file)) => format!(
+            "this is a link to \"{to}\" of the file \"{file}\", which was not found beside this one or \
+             does not have it"
+        ),
+        (to, None) => format!("this is a link to \"{to}\", which the file does not have"),
+    };
+    Error::input(message).dataset(path)
+}
+
+/// A link that could not be followed, for a reason that the library gives.
+fn refused_link(group: &Group, path: &str, why: &Error) -> Error {
+    let message = match target_of(group) {
+        (to, Some(file)) => format!(
+            "this is a link to \"{to}\" of the file \"{file}\", which could not be followed: {}",
+            why.message
+        ),
+        (to, None) => format!(
+            "this is a link to \"{to}\", which could not be followed: {}",
+            why.message
+        ),
+    };
+    Error::input(message).dataset(path)
+}
+
+/// Where a link leads: a path and, unless it is in the same file, a file.
+fn target_of(group: &Group) -> (String, Option<String>) {
     let word = |name: &str| {
         let dataset = group.dataset(name).ok()??;
         match dataset.values().ok()? {
@@ -212,13 +248,6 @@ fn broken_link(group: &Group, path: &str) -> Error {
         }
         .map(|bytes| trimmed(&bytes))
     };
-    let to = word(" path").unwrap_or_default();
-    let message = match word(" file") {
-        Some(file) => format!(
-            "this is a link to \"{to}\" of the file \"{file}\", which was not found beside this one or \
-             does not have it"
-        ),
-        None => format!("this is a link to \"{to}\", which the file does not have"),
-    };
-    Error::input(message).dataset(path)
+    let file = word(" file").filter(|file| !file.is_empty());
+    (word(" path").unwrap_or_default(), file)
 }

@@ -13,6 +13,9 @@ use crate::mesh::{Cells, DataArray, Mesh};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+/// Names of one sort that are told.
+const MOST_NAMES: usize = 5;
+
 /// What has been read so far.
 #[derive(Default)]
 pub(super) struct Found {
@@ -24,8 +27,12 @@ pub(super) struct Found {
     field_arrays: Vec<DataArray>,
     /// Elements of which only the corners are kept, by type.
     pub incomplete: BTreeMap<&'static str, usize>,
+    /// What is odd about the file.
+    pub remarks: Vec<String>,
     /// What is left behind, and how many of it.
     left: BTreeMap<String, usize>,
+    /// What is left behind and has a name, and the names.
+    left_by_name: BTreeMap<String, Vec<String>>,
 }
 
 /// Reads a file at one of its steps.
@@ -44,6 +51,9 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     for base in &bases {
         let at = (zones.len(), version);
         zones.extend(zones_of(base, &step, at, &mut found)?);
+    }
+    if zones.is_empty() {
+        return Err(bases[0].refuse("it has no zone (Zone_t), so there is no mesh"));
     }
     let several = zones.len() > 1;
     for (zone, families) in zones {
@@ -197,6 +207,12 @@ impl Found {
         *self.left.entry(what.to_owned()).or_default() += n;
     }
 
+    /// Notes the name of something that a mesh cannot hold.
+    pub fn leave_named(&mut self, what: &str, name: &str) {
+        let names = self.left_by_name.entry(what.to_owned()).or_default();
+        names.push(name.to_owned());
+    }
+
     /// An error when there would be too many cells.
     pub fn check_room(&self, n: usize) -> Result<()> {
         match self.cells.len().checked_add(n) {
@@ -206,12 +222,21 @@ impl Found {
     }
 
     fn say(&self, notes: &mut Notes) {
+        self.remarks.iter().for_each(|remark| notes.push(remark));
         for (what, n) in &self.left {
             notes.push(match (what.contains(' '), n) {
                 (true, _) => format!("{n} {what} are not kept"),
                 (false, 1) => format!("a node of type {what} is not kept"),
                 (false, _) => format!("{n} nodes of type {what} are not kept"),
             });
+        }
+        for (what, names) in &self.left_by_name {
+            let more = match names.len().saturating_sub(MOST_NAMES) {
+                0 => String::new(),
+                n => format!(" and {n} more"),
+            };
+            let names: Vec<_> = names.iter().take(MOST_NAMES).map(String::as_str).collect();
+            notes.push(format!("{what} are not kept: {}{more}", names.join(", ")));
         }
         for (name, n) in &self.incomplete {
             notes.push(format!(

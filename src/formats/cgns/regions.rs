@@ -15,6 +15,8 @@ pub(super) struct Region<'a> {
     /// Type of its boundary condition.
     pub condition: Option<String>,
     pub place: Place,
+    /// Whether the file says the place.
+    pub says_place: bool,
     /// Dimension of its elements.
     pub dimension: u8,
     /// Numbers as they are in the file: one an entity in an unstructured zone, else one an index.
@@ -61,7 +63,9 @@ pub(super) fn regions<'a>(
     for node in zone.node.labelled("UserDefinedData_t")? {
         let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
         if has("FamilyName")? && (has("PointRange")? || has("PointList")?) {
-            regions.extend(region(node, 1, None, families, found)?);
+            let is_of_nodes = node.child_text("GridLocation")?.as_deref() == Some("Vertex");
+            let dimension = if is_of_nodes { 0 } else { 1 };
+            regions.extend(region(node, dimension, None, families, found)?);
         } else {
             found.leave("UserDefinedData_t", 1);
         }
@@ -102,31 +106,66 @@ fn region<'a>(
     }
     names.dedup();
     let Some((points, are_elements)) = points else {
-        found.leave(&format!("{} without points", node.label()), 1);
+        found.leave_named(&format!("{} without points", noun(node)), node.name());
         return Ok(None);
     };
-    let location = node.child_text("GridLocation")?;
-    let place = match location.as_deref() {
+    let said = match node.child("GridLocation")? {
+        Some(location) => place(location)?,
+        None => None,
+    };
+    let place = match said {
         _ if are_elements => Place::Elements,
-        Some("CellCenter") => Place::CellCenters,
-        Some("FaceCenter" | "EdgeCenter") => Place::Elements,
-        Some("IFaceCenter") => Place::FacesAcross(0),
-        Some("JFaceCenter") => Place::FacesAcross(1),
-        Some("KFaceCenter") => Place::FacesAcross(2),
-        _ => Place::Nodes,
+        said => said.unwrap_or(Place::Nodes),
     };
     Ok(Some(Region {
         node,
         names,
         condition,
         place,
+        says_place: said.is_some(),
         dimension,
         numbers: points.integers()?,
         is_range: points.name().ends_with("Range"),
     }))
 }
 
+/// The place that a GridLocation_t says; `None` where it says nothing.
+fn place(location: &Node) -> Result<Option<Place>> {
+    let place = match location.text()?.as_str() {
+        "" | "Null" | "UserDefined" | "GridLocationNull" | "GridLocationUserDefined" => {
+            return Ok(None);
+        }
+        "Vertex" => Place::Nodes,
+        "CellCenter" => Place::CellCenters,
+        "FaceCenter" | "EdgeCenter" => Place::Elements,
+        "IFaceCenter" => Place::FacesAcross(0),
+        "JFaceCenter" => Place::FacesAcross(1),
+        "KFaceCenter" => Place::FacesAcross(2),
+        other => {
+            return Err(location.refuse(format!(
+                "\"{other}\" is no place; CGNS has Vertex, CellCenter, FaceCenter, IFaceCenter, JFaceCenter, \
+                 KFaceCenter and EdgeCenter"
+            )));
+        }
+    };
+    Ok(Some(place))
+}
+
+/// What regions like this are called.
+fn noun(node: &Node) -> &'static str {
+    match node.label() {
+        "BC_t" => "boundary conditions",
+        _ => "groups",
+    }
+}
+
 impl Region<'_> {
+    /// Counts it among what is left behind, since it has no cells.
+    pub fn leave(&self, found: &mut Found) {
+        let what = format!("{} for which no cells were found", noun(self.node));
+        found.leave_named(&what, self.node.name());
+    }
+
     /// The numbers of an unstructured zone as ranges, in the order of the file.
     pub fn ranges(&self) -> Vec<Range<i64>> {
         if let (true, &[a, b]) = (self.is_range, &self.numbers[..]) {

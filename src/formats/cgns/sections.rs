@@ -72,6 +72,19 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
         });
     }
     sections.sort_by_key(|section| section.first);
+    for two in sections.windows(2) {
+        let (before, after) = (two[0].range(), two[1].range());
+        if after.start < before.end && !after.is_empty() {
+            return Err(two[1].node.refuse(format!(
+                "its elements are {} to {}, but those of \"{}\" are {} to {}; each number is for one",
+                after.start,
+                after.end - 1,
+                two[0].node.name(),
+                before.start,
+                before.end - 1
+            )));
+        }
+    }
     Ok(sections)
 }
 
@@ -349,7 +362,7 @@ pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
     }
 }
 
-fn outside(number: i64, node: &Node, n: usize) -> crate::error::Error {
+pub(super) fn outside(number: i64, node: &Node, n: usize) -> crate::error::Error {
     node.refuse(format!(
         "it names node {number}; the zone has the nodes 1 to {n}"
     ))
@@ -363,6 +376,13 @@ pub(super) fn says_nothing(name: &str, of_cells: bool) -> bool {
         "SECTION", "MIXED", "NFACE",
     ];
     let upper = name.to_ascii_uppercase();
+    // "NODE" stands in other words too.
+    let end = upper
+        .strip_prefix("NODE")
+        .map(|end| end.strip_prefix('_').unwrap_or(end));
+    if end.is_some_and(|end| end.bytes().all(|byte| byte.is_ascii_digit())) {
+        return true;
+    }
     let has = |word: &str| upper.contains(word);
     element::names().any(has) || (of_cells && SHAPES.iter().copied().any(has))
 }

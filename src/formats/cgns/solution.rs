@@ -61,12 +61,12 @@ fn read_solution(
         None | Some("Vertex") => (&zone.n_nodes, vec![nodes]),
         Some("CellCenter") => (&zone.n_cells, cells.to_vec()),
         Some(other) => {
-            found.leave(&format!("solutions at {other}"), 1);
+            found.leave_named(&format!("solutions at {other}"), solution.name());
             return Ok(());
         }
     };
     if solution.child("PointRange")?.is_some() || solution.child("PointList")?.is_some() {
-        found.leave("solutions on a part of a zone", 1);
+        found.leave_named("solutions on a part of a zone", solution.name());
         return Ok(());
     }
     let rind = rind(solution)?;
@@ -74,7 +74,7 @@ fn read_solution(
     for array in solution.labelled("DataArray_t")? {
         let values = zone.core(array, sizes, &rind)?;
         if matches!(values, Values::Text(_) | Values::I8(_) | Values::U8(_)) {
-            found.leave("solution arrays of text", 1);
+            found.leave_named("solution arrays of text", array.name());
         } else if values.len() != n {
             return Err(array.refuse(format!(
                 "it has {} values for {n} {}",

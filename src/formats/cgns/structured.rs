@@ -17,7 +17,7 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Resul
     structured::append(&mut found.cells, grid.nodes, grid.first_node as u32);
     for region in regions(zone, families, found)? {
         if region.place == Place::CellCenters && grid.is_solid(&region) {
-            found.leave("groups of cells of structured zones", 1);
+            found.leave_named("groups of cells of structured zones", region.node.name());
             continue;
         }
         let start = found.cells.len();
@@ -27,10 +27,7 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Resul
         }
         let cells = start..found.cells.len();
         if cells.is_empty() {
-            found.leave(
-                "names of boundary conditions for which no faces were found",
-                1,
-            );
+            region.leave(found);
             continue;
         }
         for name in &region.names {
@@ -315,6 +312,7 @@ mod tests {
             names: Vec::new(),
             condition: None,
             place,
+            says_place: true,
             dimension: 2,
             numbers: numbers.concat(),
             is_range: false,

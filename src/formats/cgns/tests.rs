@@ -7,6 +7,8 @@ use crate::mesh::{CellKind, DataArray, Difference, Group, Mesh, Tolerance, Value
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+mod regions;
+
 fn path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("testdata/cgns")

@@ -3,10 +3,11 @@
 use super::element::{NFACE_N, NGON_N};
 use super::exterior::exterior_faces;
 use super::families::Families;
+use super::node_set::NodeSet;
 use super::polyhedra::Polyhedra;
 use super::read::Found;
 use super::regions::{Place, Region, regions};
-use super::sections::{Cells, Section, Span, says_nothing, sections};
+use super::sections::{Cells, Section, Span, outside, says_nothing, sections};
 use super::zone::Zone;
 use crate::error::Result;
 use std::ops::Range;
@@ -17,6 +18,10 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Resul
     let regions = regions(zone, families, found)?;
     let first_cell = found.cells.len();
     let spans = read_cells(zone, &sections, &regions, found)?;
+    check_count(zone, &sections, first_cell, found)?;
+    regions
+        .iter()
+        .try_for_each(|region| check(region, zone, &spans))?;
     let mut members = Members {
         zone,
         spans: &spans,
@@ -30,10 +35,7 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Resul
     make_faces(zone, &regions, &mut cells, first_cell, found);
     for (region, cells) in regions.iter().zip(&cells) {
         if cells.is_empty() {
-            found.leave(
-                "names of boundary conditions for which no faces were found",
-                1,
-            );
+            region.leave(found);
         }
         for name in &region.names {
             tag(name, region.condition.as_deref(), cells, zone, found);
@@ -68,6 +70,85 @@ fn read_cells(
     }
     spans.extend(polyhedra.append_others(sections, zone.node, found)?);
     Ok(spans)
+}
+
+/// Remarks on a zone that says to have another number of cells, as Gmsh writes where it leaves out cells
+/// of high order. Ghost cells of a section may count or not.
+fn check_count(
+    zone: &Zone,
+    sections: &[Section],
+    first_cell: usize,
+    found: &mut Found,
+) -> Result<()> {
+    for section in sections {
+        if section.node.labelled("Rind_t")?.next().is_some() {
+            return Ok(());
+        }
+    }
+    let runs = found.cells.runs_in(first_cell..found.cells.len());
+    let runs = runs.filter(|run| run.kind.dimension() == zone.cell_dimension);
+    let n: usize = runs.map(|run| run.n_cells()).sum();
+    let said = zone.n_cells[0];
+    if said != n {
+        let (path, dimension) = (zone.node.path(), zone.cell_dimension);
+        found.remarks.push(format!(
+            "{path}: it should have {said} cells of dimension {dimension}; its sections have {n}"
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses a region of nodes or elements that the zone does not have.
+fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
+    let ranges = region.ranges();
+    if region.is_range && region.numbers.len() != 2 {
+        return Err(region.node.refuse(format!(
+            "its range has {} numbers; in an unstructured zone it has 2",
+            region.numbers.len()
+        )));
+    }
+    if region.place == Place::Nodes {
+        let n = zone.n_nodes.iter().product::<usize>();
+        match ranges
+            .iter()
+            .find_map(|range| not_within(range, 1..n as i64 + 1))
+        {
+            None => return Ok(()),
+            Some(number) if region.says_place => return Err(outside(number, region.node, n)),
+            Some(_) => {}
+        }
+    }
+    match ranges.iter().find_map(|range| not_in(range, spans)) {
+        None => Ok(()),
+        Some(number) => {
+            let first = spans.first().map_or(0, |span| span.first);
+            let last = spans.iter().map(|span| span.end() - 1).max().unwrap_or(0);
+            Err(region.node.refuse(format!(
+                "it names element {number}, which no section has; they have {first} to {last}"
+            )))
+        }
+    }
+}
+
+/// The first number of a range that is not in another.
+fn not_within(range: &Range<i64>, whole: Range<i64>) -> Option<i64> {
+    match whole.contains(&range.start) {
+        true => (range.end > whole.end).then_some(whole.end),
+        false => Some(range.start),
+    }
+}
+
+/// The first number of a range that is that of no element.
+fn not_in(range: &Range<i64>, spans: &[Span]) -> Option<i64> {
+    let first = spans.partition_point(|span| span.end() <= range.start);
+    let mut next = range.start;
+    for span in &spans[first..] {
+        if next >= range.end || span.first > next {
+            break;
+        }
+        next = next.max(span.end());
+    }
+    (next < range.end).then_some(next)
 }
 
 fn named_faces(zone: &Zone, polyhedra: &Polyhedra, regions: &[Region]) -> Vec<bool> {
@@ -269,57 +350,5 @@ impl Span {
                 }
             }
         }
-    }
-}
-
-/// Some of the nodes of a zone.
-pub(super) struct NodeSet {
-    bits: Vec<u64>,
-    first_node: usize,
-}
-
-impl NodeSet {
-    pub fn none(zone: &Zone) -> Self {
-        let n: usize = zone.n_nodes.iter().product();
-        Self {
-            bits: vec![0; n.div_ceil(64)],
-            first_node: zone.first_node,
-        }
-    }
-
-    /// The nodes of a region of an unstructured zone; `None` for a region of elements, or where the
-    /// numbers are too large for nodes.
-    fn of(region: &Region, zone: &Zone) -> Option<Self> {
-        let n = zone.n_nodes.iter().product::<usize>() as i64;
-        let ranges = region.ranges();
-        let fits = |range: &Range<i64>| range.start >= 1 && range.end <= n + 1;
-        if region.place != Place::Nodes || !ranges.iter().all(fits) {
-            return None;
-        }
-        let mut set = Self::none(zone);
-        for number in ranges.into_iter().flatten() {
-            set.add((number - 1 + zone.first_node as i64) as u32);
-        }
-        Some(set)
-    }
-
-    pub fn add(&mut self, node: u32) {
-        let i = node as usize - self.first_node;
-        self.bits[i / 64] |= 1 << (i % 64);
-    }
-
-    pub fn has(&self, node: u32) -> bool {
-        let i = node as usize - self.first_node;
-        self.bits[i / 64] >> (i % 64) & 1 == 1
-    }
-
-    fn unite(&mut self, other: &Self) {
-        for (bits, more) in self.bits.iter_mut().zip(&other.bits) {
-            *bits |= more;
-        }
-    }
-
-    fn count(&self) -> u32 {
-        self.bits.iter().map(|bits| bits.count_ones()).sum()
     }
 }

@@ -103,8 +103,16 @@ impl<'a> Zone<'a> {
             if points.len() == self.first_node {
                 points.resize(self.first_node + n, [0.0; 3]);
             }
-            put(&mut points[self.first_node..], axis, &values)
+            let points = &mut points[self.first_node..];
+            let all_finite = put(points, axis, &values)
                 .ok_or_else(|| node.refuse("coordinates must be numbers"))?;
+            if let (false, Some(at)) = (all_finite, first_odd(points, axis)) {
+                return Err(node.refuse(format!(
+                    "node {} has {}; coordinates must be finite numbers",
+                    at + 1,
+                    points[at][axis]
+                )));
+            }
         }
         if points.len() + 1 >= u32::MAX as usize {
             return Err(Error::input("the file has more than 4294967294 nodes"));
@@ -191,25 +199,33 @@ fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
     Ok(axes)
 }
 
-/// Sets one coordinate of every point; `None` for text.
-fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<()> {
+/// Sets one coordinate of every point, and tells whether all are finite; `None` for text.
+fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
     const CHUNK: usize = 1 << 16;
     macro_rules! each {
         ($values:expr) => {
             points
                 .par_chunks_mut(CHUNK)
                 .zip($values.par_chunks(CHUNK))
-                .for_each(|(points, values)| {
+                .map(|(points, values)| {
+                    let mut all_finite = true;
                     for (point, value) in points.iter_mut().zip(values) {
                         point[axis] = (*value).into();
+                        all_finite &= point[axis].is_finite();
                     }
+                    all_finite
                 })
+                .reduce(|| true, |a, b| a && b)
         };
     }
-    match values {
+    Some(match values {
         Values::F64(values) => each!(values),
         Values::F32(values) => each!(values),
         other => each!(to_f64(other)?),
-    }
-    Some(())
+    })
+}
+
+/// The first point of which a coordinate is not finite.
+fn first_odd(points: &[[f64; 3]], axis: usize) -> Option<usize> {
+    points.iter().position(|point| !point[axis].is_finite())
 }

@@ -267,15 +267,26 @@ fn array(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<O
             "{n_lost} values of \"{name}\" belong to {items} that are not in the mesh"
         ));
     }
-    let missing = values.chunks_exact(n_components);
-    let missing = missing
-        .filter(|row| row.iter().all(|value| value.is_nan()))
-        .count();
-    if missing > 0 {
-        notes.push(format!(
-            "\"{name}\" has no value at {missing} of {n} {items}, where it is NaN"
-        ));
-    }
     let values = Values::F64(values);
     Ok(Some(DataArray::tuples(name.clone(), n_components, values)))
+}
+
+/// Notes where data have no value at nodes or elements of the mesh.
+pub(super) fn note_missing(mesh: &Mesh, notes: &mut Notes) {
+    let of_nodes = mesh.point_arrays.iter().map(|array| (array, Kind::Nodes));
+    let of_elements = mesh.cell_arrays.iter().map(|array| (array, Kind::Elements));
+    for (array, kind) in of_nodes.chain(of_elements) {
+        let Values::F64(values) = &array.values else {
+            continue;
+        };
+        let rows = values.chunks_exact(array.n_components);
+        let (n, items, name) = (rows.len(), kind.items(), &array.name);
+        let missing = rows.filter(|row| row.iter().all(|value| value.is_nan()));
+        let missing = missing.count();
+        if missing > 0 {
+            notes.push(format!(
+                "\"{name}\" has no value at {missing} of {n} {items}, where it is NaN"
+            ));
+        }
+    }
 }

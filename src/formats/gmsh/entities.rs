@@ -11,6 +11,8 @@ pub(super) type Key = (u8, i32);
 /// What is known of the entities.
 #[derive(Debug, Default)]
 pub(super) struct Entities {
+    /// Whether the file has them.
+    pub are_known: bool,
     /// Physical groups of those that are in any.
     pub physicals: BTreeMap<Key, Vec<i32>>,
     /// For an entity of a partition the entity of its dimension that it is a part of, and the first
@@ -21,6 +23,7 @@ pub(super) struct Entities {
 impl Entities {
     /// Reads the entities of a whole model.
     pub fn read(&mut self, stream: &mut Stream, version: Version) -> Result<()> {
+        self.are_known = true;
         let counts = counts(stream, version)?;
         for dimension in 0..4u8 {
             for _ in 0..counts[usize::from(dimension)] {
@@ -39,6 +42,7 @@ impl Entities {
 
     /// Reads the entities of a partitioned model; they come beside the whole ones.
     pub fn read_partitioned(&mut self, stream: &mut Stream, version: Version) -> Result<()> {
+        self.are_known = true;
         stream.size("the number of partitions")?;
         for _ in 0..stream.size("the number of ghost entities")? {
             stream.int("the tag of a ghost entity")?;

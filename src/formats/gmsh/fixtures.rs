@@ -222,6 +222,27 @@ fn values_at_nodes_and_elements_are_read_at_each_time() {
     );
 }
 
+/// Two triangles in two groups each, and values under one number of each.
+#[test]
+fn an_element_listed_for_each_of_its_groups_has_the_value_of_any_of_its_numbers() {
+    for numbers in [[1, 3], [2, 4], [1, 4]] {
+        let [first, second] = numbers;
+        let file = format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n\
+             $EndNodes\n$Elements\n4\n1 2 2 100 1 1 2 3\n2 2 2 101 1 1 2 3\n3 2 2 100 1 1 3 4\n\
+             4 2 2 101 1 1 3 4\n$EndElements\n$ElementData\n1\n\"T\"\n1\n0\n3\n0\n1\n2\n\
+             {first} 10\n{second} 20\n$EndElementData\n"
+        );
+        let source = Source::from_bytes(Path::new("twice.msh"), file.into_bytes());
+        let mut notes = Notes::default();
+        let mesh = Msh.read(&source, &ReadOptions::default(), &mut notes);
+        let mesh = mesh.expect("a good file");
+        assert!(notes.is_empty(), "{notes:?}");
+        assert_eq!(mesh.cells.len(), 2);
+        assert_eq!(mesh.cell_arrays[0].values, Values::F64(vec![10.0, 20.0]));
+    }
+}
+
 #[test]
 fn what_gmsh_wrote_comes_back_from_both_versions() {
     for entry in std::fs::read_dir(folder()).expect("the folder is there") {

@@ -99,11 +99,9 @@ impl Shared {
         }
     }
 
-    /// Makes repeated cells one cell in several groups. Those of the boundary are left to whoever
-    /// reads a mesh of any format.
+    /// Makes repeated cells one cell in several groups.
     pub fn merge(&self, mesh: &mut Mesh) {
-        let boundary = mesh.dimension().checked_sub(1);
-        for &dimension in self.dimensions.iter().filter(|d| Some(**d) != boundary) {
+        for &dimension in &self.dimensions {
             mesh.merge_repeated_cells(dimension);
         }
     }

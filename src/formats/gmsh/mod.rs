@@ -22,7 +22,7 @@ mod write41;
 mod write_data;
 mod written;
 
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -46,8 +46,11 @@ impl Format for Msh {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
+    fn title_of(&self, head: &[u8]) -> String {
+        title_of(head)
+    }
     fn version(&self, head: &[u8]) -> Option<String> {
-        super::word_after(head, b"$MeshFormat")
+        version(head)
     }
 
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
@@ -64,6 +67,12 @@ impl Format for Msh {
     ) -> Result<Vec<String>> {
         write41::write(mesh, out, options)
     }
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+    fn rounds(&self, _asked: Precision) -> bool {
+        false
+    }
 }
 
 impl Format for Msh22 {
@@ -79,6 +88,12 @@ impl Format for Msh22 {
     fn recognizes(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
+    fn title_of(&self, head: &[u8]) -> String {
+        title_of(head)
+    }
+    fn version(&self, head: &[u8]) -> Option<String> {
+        version(head)
+    }
     fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
@@ -93,7 +108,38 @@ impl Format for Msh22 {
     ) -> Result<Vec<String>> {
         write22::write(mesh, out, options)
     }
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+    fn rounds(&self, _asked: Precision) -> bool {
+        false
+    }
 }
+
+/// What a file is, whichever version is written under this name: behind `$MeshFormat` stand the version
+/// and a 1 for binary.
+fn title_of(head: &[u8]) -> String {
+    let start = memchr::memmem::find(&head[..head.len().min(HEADER_BYTES)], b"$MeshFormat");
+    let is_binary = start.is_some_and(|start| {
+        let mut words = head[start..].split(u8::is_ascii_whitespace);
+        words.by_ref().filter(|word| !word.is_empty()).nth(2) == Some(b"1")
+    });
+    let form = if is_binary { "binary" } else { "text" };
+    format!("Gmsh MSH, {form} (.msh)")
+}
+
+/// The version that a file says it has; the first has no header.
+fn version(head: &[u8]) -> Option<String> {
+    let said = super::word_after(head, b"$MeshFormat");
+    said.or_else(|| {
+        head.trim_ascii_start()
+            .starts_with(b"$NOD")
+            .then(|| "1".to_owned())
+    })
+}
+
+/// Bytes in which the header of a file is looked for.
+const HEADER_BYTES: usize = 4096;
 
 /// Whether a file starts as one of Gmsh's does; `$NOD` starts version 1.
 fn is_msh(head: &[u8]) -> bool {

@@ -9,7 +9,7 @@ use super::groups::{self, PhysicalName, read_names};
 use super::nodes::Nodes;
 use super::stream::{Binary, Stream, Version};
 use super::{elements, elements2, foreign, nodes};
-use crate::error::Result;
+use crate::error::{Result, counted};
 use crate::mesh::{Cells, DataArray, Mesh, Values};
 
 /// What has been read so far.
@@ -21,6 +21,8 @@ struct Parts<'a> {
     tags: Tags,
     entities: Entities,
     data: Vec<Data<'a>>,
+    /// Whether groups belong to entities, so that elements alone do not tell theirs.
+    needs_entities: bool,
 }
 
 /// The mesh in these bytes.
@@ -237,6 +239,7 @@ impl<'a> Parts<'a> {
         if self.cells.is_some() {
             return Err(stream.error("a second section $Elements"));
         }
+        self.needs_entities = matches!(version, Version::V3 | Version::V40 | Version::V41);
         let tags = &mut self.tags;
         self.cells = Some(match version {
             Version::V40 | Version::V41 => {
@@ -267,6 +270,13 @@ impl<'a> Parts<'a> {
             cells: self.cells.unwrap_or_default(),
             ..Mesh::default()
         };
+        let named = self.names.len();
+        if self.needs_entities && !self.entities.are_known && named > 0 {
+            let groups = counted(named, "physical group");
+            notes.push(format!(
+                "{groups} without elements: there is no $Entities, which says what is in them"
+            ));
+        }
         let physical = match self.entities.physicals.is_empty() {
             true => self.tags.physical,
             false => self.tags.elementary.physical(&self.entities),
@@ -293,6 +303,7 @@ impl<'a> Parts<'a> {
         mesh.cell_arrays
             .extend(numbers.map(|numbers| array("cell_number", numbers)));
         self.tags.shared.merge(&mut mesh);
+        data::note_missing(&mesh, notes);
         Ok(mesh)
     }
 }

@@ -249,7 +249,8 @@ impl Dataset {
         let wrong = |message: String| Err(Error::input(message).dataset(self.name()));
         let n = self.n_rows();
         if rows.start > rows.end || rows.end > n {
-            return wrong(format!("rows {} to {} of {n} rows", rows.start, rows.end));
+            let (start, end) = (rows.start, rows.end);
+            return wrong(format!("rows {start} to {end} are asked for; it has {n}"));
         }
         let row = self.row()?.saturating_mul(self.value_size().max(1)) as u64;
         let n_bytes = (rows.end - rows.start).saturating_mul(row);

@@ -39,7 +39,9 @@ fn parts(cursor: &mut Cursor, notes: &mut Notes) -> Result<File> {
         ..File::default()
     };
     while let Some(keyword) = cursor.keyword() {
+        let at = cursor.at.saturating_sub(1);
         file.part(&keyword, cursor, notes)?;
+        file.last = (keyword.to_ascii_uppercase(), at);
     }
     Ok(file)
 }
@@ -106,6 +108,8 @@ struct File {
     lists: [List; 4],
     /// Where each list stands; the last is that of unstructured cells.
     places: [usize; 5],
+    /// The last keyword, and where it stands.
+    last: (String, usize),
     place: Place,
     n_tuples: usize,
     point_arrays: Vec<DataArray>,
@@ -198,6 +202,12 @@ impl File {
             return Ok(());
         }
         let found = shown(keyword.as_bytes());
+        let (last, at) = &self.last;
+        if !cursor.binary && keyword.parse::<f64>().is_ok() {
+            let message =
+                format!("{last} has more values than its counts say: {found} comes after them");
+            return Err(cursor.error_at(*at, message));
+        }
         Err(cursor.error(format!("the keyword {found} is not known here")))
     }
 

@@ -277,7 +277,12 @@ fn errors_say_where_and_what() {
             "4 complex",
             "line 5: \"complex\" is no type of values",
         ),
-        ("3 11", "3 10", "line 11: the keyword"),
+        ("3 11", "3 10", "line 8: CELLS has more values than"),
+        (
+            "POINTS 4",
+            "POINTS 3",
+            "line 5: POINTS has more values than",
+        ),
         ("3 11", "3 99999999999", "values are announced"),
         (
             "2 1 3",

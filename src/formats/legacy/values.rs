@@ -1,7 +1,9 @@
 //! Values of arrays in a legacy file: numbers as text or in big-endian bytes, bits, strings.
 
-use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
-use super::super::vtk::text::{cuts, word_end};
+use super::super::vtk::number::{
+    Chunk, Element, Number, parse_words, points_are_finite, with_type,
+};
+use super::super::vtk::text::{cuts, word_end, word_start};
 use super::cursor::{Cursor, decoded};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
@@ -106,7 +108,14 @@ pub(super) fn points(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<[f
     let n_values = n_values.ok_or_else(|| cursor.error("there are too many points"))?;
     let element = coordinate_type(cursor, kind, n_values)?;
     let mut out = vec![[0.0; 3]; n];
+    let start = cursor.at;
     fill(cursor, element, out.as_flattened_mut())?;
+    if !cursor.binary {
+        points_are_finite(0, &out).map_err(|(value, error)| {
+            let at = start + word_start(&cursor.bytes[start..], value);
+            cursor.error_at(at, error.message)
+        })?;
+    }
     Ok(out)
 }
 

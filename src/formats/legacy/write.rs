@@ -5,7 +5,7 @@ use super::super::vtk::number::Element;
 use super::super::vtk::order;
 use super::super::vtk::plan::Plan;
 use super::super::vtk::text::{ascii, failed};
-use super::super::{Compression, Encoding, WriteOptions};
+use super::super::{Encoding, WriteOptions};
 use super::cursor::encoded;
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, CellRef, CellRun, Cells, Mesh};
@@ -47,14 +47,7 @@ pub(super) fn write(
     };
     writer.all(mesh, &plan)?;
     out.flush().map_err(failed)?;
-    let mut notes = plan.notes;
-    if options.encoding == Encoding::Base64 {
-        notes.push("legacy files have no base64; numbers are written as they are".into());
-    }
-    if options.compression != Compression::None {
-        notes.push("legacy files are not compressed".into());
-    }
-    Ok(notes)
+    Ok(plan.notes)
 }
 
 struct Writer<'o> {

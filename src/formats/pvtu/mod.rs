@@ -17,7 +17,7 @@ mod read;
 mod subset;
 mod write;
 
-pub use write::write_pieces;
+pub use write::{stage_pieces, write_pieces};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::{Error, Result};

@@ -1,10 +1,11 @@
 //! A mesh as pieces in files of their own, and the list of them.
 
+use super::super::hidden::Hidden;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::plan::Plan;
 use super::super::vtu::{Vtu, escaped};
-use super::super::{WriteOptions, save, save_text};
+use super::super::{Waiting, WriteOptions, save, save_text};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::error::{Error, Result};
@@ -27,6 +28,18 @@ pub fn write_pieces(
     n: usize,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
+    let (notes, files) = stage_pieces(mesh, path, n, options)?;
+    files.keep()?;
+    Ok(notes)
+}
+
+/// Does what [`write_pieces`] does, but leaves the pieces in their hidden folder.
+pub fn stage_pieces(
+    mesh: &Mesh,
+    path: &Path,
+    n: usize,
+    options: &WriteOptions,
+) -> Result<(Vec<String>, Waiting)> {
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let stem = stem
         .filter(|stem| *stem != "-")
@@ -34,17 +47,17 @@ pub fn write_pieces(
     let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(path))?;
     let folder = path.with_file_name(stem);
     let hidden = path.with_file_name(format!(".{stem}.{}", std::process::id()));
-    fs::create_dir(&hidden).map_err(|error| Error::io(&hidden, &error))?;
+    let hidden = Hidden::folder(hidden.clone()).map_err(|error| Error::io(&hidden, &error))?;
     let names: Vec<String> = (0..n).map(|i| format!("{stem}_{i}.vtu")).collect();
-    let files: Vec<PathBuf> = names.iter().map(|name| hidden.join(name)).collect();
-    let written = write_all(mesh, &of_cells, &files, options).and_then(|(notes, arrays)| {
-        let list = || save_text(&list(stem, &names, &arrays), path);
-        put_in_place(&hidden, &folder, &names, list)?;
-        Ok(notes)
-    });
-    // What is left there is of no use, whatever happened.
-    let _ = fs::remove_dir_all(&hidden);
-    written
+    let files: Vec<PathBuf> = names.iter().map(|name| hidden.path().join(name)).collect();
+    let (notes, arrays) = write_all(mesh, &of_cells, &files, options)?;
+    let list = list(stem, &names, &arrays);
+    let path = path.to_path_buf();
+    let name = move || {
+        let last = || save_text(&list, &path);
+        put_in_place(hidden.path(), &folder, &names, last)
+    };
+    Ok((notes, Waiting::new(name)))
 }
 
 /// Moves files of these names from `hidden` into `folder`, then does the `last` thing. An error on

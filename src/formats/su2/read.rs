@@ -6,7 +6,7 @@ use super::super::lexer::{Fields, Lexer, line_of, shown};
 use super::extra::{Extra, OWN_NODES};
 use super::keyword::Keyword;
 use super::zone::{Taken, Zone};
-use crate::error::Result;
+use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Group, Mesh, Values};
 use std::collections::BTreeMap;
 
@@ -36,30 +36,96 @@ enum Block {
     Unknown(String),
 }
 
+/// A block of lines whose number the file tells.
+struct Counted {
+    name: &'static [u8],
+    n: usize,
+    /// Where its first line starts.
+    start: usize,
+}
+
+impl Counted {
+    /// The block behind a keyword that ends before `start`.
+    fn of(keyword: &Keyword, start: usize) -> Option<Self> {
+        const NAMES: [&[u8]; 3] = [b"NELEM", b"NPOIN", b"MARKER_ELEMS"];
+        let name = NAMES.into_iter().find(|name| *name == keyword.name)?;
+        let n = usize::try_from(keyword.integers()[0]?).ok()?;
+        Some(Self { name, n, start })
+    }
+
+    /// The refusal of a count that reaches beyond the next keyword.
+    fn too_large(&self, bytes: &[u8]) -> Option<Error> {
+        let mut lexer = Lexer::new(bytes, Some(b'%'));
+        lexer.set_position(self.start);
+        let mut found = 0;
+        while let Some(line) = lexer.line().filter(|_| found < self.n) {
+            let keyword = Keyword::of(&line);
+            if keyword.is_some_and(|keyword| !keyword.name.starts_with(b"SEND_")) {
+                let (next, found) = (shown(line.rest()), counted(found, "line"));
+                return Some(self.wrong(format!("but {found} before {next}"), bytes));
+            }
+            found += usize::from(keyword.is_none());
+        }
+        None
+    }
+
+    /// The refusal of a count that a line comes after.
+    fn too_small(&self, line: &Fields, bytes: &[u8]) -> Error {
+        let found = shown(line.rest());
+        self.wrong(
+            format!("but more lines before the next keyword: {found}"),
+            bytes,
+        )
+    }
+
+    fn wrong(&self, what: String, bytes: &[u8]) -> Error {
+        let message = format!("{}= {}, {what}", self.name.escape_ascii(), self.n);
+        Error::input(message).line(line_of(bytes, self.start.saturating_sub(1)))
+    }
+}
+
 /// The file as its zones.
 struct File<'a> {
     n_zones: Option<usize>,
     dimension: Option<usize>,
     zones: Vec<Zone<'a>>,
     block: Block,
+    /// Name of the last keyword.
+    last: &'a [u8],
     /// Lines behind each keyword that means nothing here, itself included.
     unknown: BTreeMap<String, usize>,
 }
 
-/// The mesh in these bytes.
+/// The mesh in these bytes. A count that is too large takes keywords for data, and what goes wrong then
+/// is blamed on it.
 pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
+    let mut blocks = Vec::new();
+    read_zones(bytes, notes, &mut blocks).map_err(|error| {
+        let mut refusals = blocks.iter().filter_map(|block| block.too_large(bytes));
+        refusals.next().unwrap_or(error)
+    })
+}
+
+/// The mesh, and each block of lines whose number the file tells.
+fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Result<Mesh> {
     let mut lexer = Lexer::new(bytes, Some(b'%'));
     let mut file = File {
         n_zones: None,
         dimension: None,
         zones: vec![Zone::default()],
         block: Block::None,
+        last: b"",
         unknown: BTreeMap::new(),
     };
     while let Some(line) = lexer.line() {
         match Keyword::of(&line) {
-            Some(keyword) => file.take(&keyword, &line, &mut lexer)?,
-            None => file.take_data(&line)?,
+            Some(keyword) => {
+                let block = Counted::of(&keyword, lexer.position());
+                let taken = file.take(&keyword, &line, &mut lexer);
+                blocks.extend(block);
+                taken?;
+            }
+            None => file.take_data(&line, blocks.last(), bytes)?,
         }
     }
     file.note_unknown(notes);
@@ -78,6 +144,7 @@ impl<'a> File<'a> {
         lexer: &mut Lexer<'a>,
     ) -> Result<()> {
         self.block = Block::None;
+        self.last = keyword.name;
         match keyword.name {
             b"NZONE" => {
                 let n = keyword.count(line)?;
@@ -114,7 +181,8 @@ impl<'a> File<'a> {
         Ok(())
     }
 
-    fn take_data(&mut self, line: &Fields) -> Result<()> {
+    /// Takes a line that is no keyword; `before` is the last block of a known number of lines.
+    fn take_data(&mut self, line: &Fields, before: Option<&Counted>, bytes: &[u8]) -> Result<()> {
         match &self.block {
             Block::Text(extra) => {
                 let extra = *extra;
@@ -124,6 +192,9 @@ impl<'a> File<'a> {
                 *self.unknown.get_mut(name).expect("its keyword came first") += 1;
             }
             Block::None => {
+                if let Some(block) = before.filter(|block| block.name == self.last) {
+                    return Err(block.too_small(line, bytes));
+                }
                 let found = shown(line.rest());
                 return Err(line.error(format!("expected a line KEYWORD= value, found {found}")));
             }
@@ -133,9 +204,8 @@ impl<'a> File<'a> {
 
     /// Says which keywords are not kept.
     fn note_unknown(&self, notes: &mut Notes) {
-        let lines = |n: usize| if n == 1 { "line" } else { "lines" };
         for (name, n) in self.unknown.iter().take(LISTED) {
-            notes.push(format!("{name}= is not kept ({n} {})", lines(*n)));
+            notes.push(format!("{name}= is not kept ({})", counted(*n, "line")));
         }
         let left = self.unknown.len().saturating_sub(LISTED);
         if left > 0 {
@@ -155,8 +225,9 @@ impl<'a> File<'a> {
             zone.check(lexer, notes)?;
         }
         let dimension = self.zones[0].dimension;
-        if self.zones.iter().any(|zone| zone.dimension != dimension) {
-            return Err(lexer.error("zones of 2 and of 3 dimensions; a mesh has one dimension"));
+        if let Some(other) = self.zones.iter().find(|zone| zone.dimension != dimension) {
+            let message = "zones of 2 and of 3 dimensions; a mesh has one dimension";
+            return Err(Error::input(message).line(line_of(lexer.bytes(), other.dimension_at)));
         }
         let mut mesh = Mesh::default();
         for (i, zone) in self.zones.iter().enumerate() {

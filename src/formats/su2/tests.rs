@@ -71,8 +71,11 @@ fn what_is_left_out_is_said() {
     mesh.groups.push(tag(3, "air", 0..4));
     mesh.groups.push(tag(1, "edge", 7..8));
     mesh.groups[0].name = "upper wall".into();
+    mesh.groups[0].condition = Some("BCWallViscousHeatFlux".into());
     let (file, notes) = write(&mesh);
-    assert_eq!(notes.len(), 5, "{notes:?}");
+    assert_eq!(notes.len(), 6, "{notes:?}");
+    let said = |what: &str| notes.iter().any(|note| note.contains(what));
+    assert!(said("types of boundary conditions"), "{notes:?}");
     assert_eq!(read(&file).groups[0].name, "upper_wall");
     mesh.cells.push(CellKind::Tetrahedron10, &[0; 10]);
     let error = Su2

@@ -1,7 +1,9 @@
 //! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
 
 use super::super::WriteOptions;
-use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
+use super::super::records::{
+    left_out, push_integer, push_real, shared_names, write_all, write_records,
+};
 use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, Parts};
@@ -24,6 +26,7 @@ pub(super) fn write(
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
+    notes.extend(shared_names(mesh));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
         notes.push("nodes are written zone by zone, in another order".into());
@@ -234,6 +237,12 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
     }
     if n_lower > 0 {
         notes.push(format!("{n_lower} cells of lower dimension are left out"));
+    }
+    if mesh.groups.iter().any(|group| group.condition.is_some()) {
+        notes.push(
+            "types of boundary conditions are not written: SU2 has them in its configuration"
+                .into(),
+        );
     }
     notes
 }

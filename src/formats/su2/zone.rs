@@ -16,6 +16,8 @@ pub(super) struct Zone<'a> {
     pub number: Option<i32>,
     /// 2 or 3.
     pub dimension: Option<usize>,
+    /// Where it is said.
+    pub dimension_at: usize,
     /// Nodes that are no copies, where the file tells.
     pub own_nodes: Option<i64>,
     /// Text that is kept as it stands, by [`Extra`].
@@ -68,6 +70,7 @@ impl<'a> Zone<'a> {
                     return Err(line.error(format!("NDIME= {dimension}; it is 2 or 3")));
                 }
                 self.dimension = Some(dimension as usize);
+                self.dimension_at = lexer.position().saturating_sub(1);
             }
             b"NPOIN" => {
                 if self.points.is_some() {
@@ -174,7 +177,11 @@ impl<'a> Zone<'a> {
             if first.saturating_add(lines.len()) >= u32::MAX as usize {
                 return Err(Error::input("at most 4294967294 cells are possible"));
             }
-            append_cells(lines, &nodes, &mut mesh.cells, notes)?;
+            let limit = Limit {
+                dimension,
+                marker: name.as_deref(),
+            };
+            append_cells(lines, &nodes, &limit, &mut mesh.cells, notes)?;
             match name {
                 Some(name) => add_marker(mesh, name, first, dimension as u8 - 1),
                 None => volume = first..mesh.cells.len(),
@@ -207,10 +214,11 @@ struct Part {
 fn append_cells(
     lines: &Lines,
     nodes: &Range<usize>,
+    limit: &Limit,
     cells: &mut Cells,
     notes: &mut Notes,
 ) -> Result<()> {
-    let parts = lines.parse(|line, part| parse_cell(line, nodes, part))?;
+    let parts = lines.parse(|line, part| parse_cell(line, nodes, limit, part))?;
     cells.reserve(parts.iter().map(|part| part.connectivity.len()).sum());
     let mut n_solutions = 0;
     for mut part in parts {
@@ -245,10 +253,39 @@ fn reorder(cells: &mut [u32], order: &[usize]) {
     }
 }
 
+/// Which elements may be where: those of a marker have a lower dimension than the mesh.
+struct Limit<'a> {
+    dimension: usize,
+    marker: Option<&'a str>,
+}
+
+impl Limit<'_> {
+    fn check(&self, element: &Element) -> std::result::Result<(), String> {
+        let below = usize::from(self.marker.is_some());
+        let kind = element.kind();
+        if usize::from(kind.dimension()) + below <= self.dimension {
+            return Ok(());
+        }
+        let (kind, n) = (kind.name(), self.dimension);
+        Err(match self.marker {
+            Some(name) => format!("a {kind} cannot be on the boundary \"{name}\" with NDIME= {n}"),
+            None => format!("a {kind} cannot be in a mesh with NDIME= {n}"),
+        })
+    }
+}
+
 /// Type, nodes, and perhaps the index of the cell.
-fn parse_cell(line: &mut Fields, nodes: &Range<usize>, part: &mut Part) -> Result<()> {
+fn parse_cell(
+    line: &mut Fields,
+    nodes: &Range<usize>,
+    limit: &Limit,
+    part: &mut Part,
+) -> Result<()> {
     let number = line.integer("an element type")?;
     let element = Element::of(number).map_err(|refusal| line.error(refusal))?;
+    limit
+        .check(&element)
+        .map_err(|refusal| line.error(refusal))?;
     let n_nodes = element.n_nodes();
     let name = || element.kind().name();
     for i in 0..n_nodes {

@@ -3,6 +3,7 @@
 
 use super::super::Notes;
 use super::super::lexer::Lexer;
+use super::super::source::without_mark;
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::error::Result;
 use crate::mesh::Mesh;
@@ -33,7 +34,7 @@ pub(super) fn path(case: &Path) -> PathBuf {
 pub(super) fn beside(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     let path = path(case);
     let failed = match std::fs::read(&path) {
-        Ok(bytes) => match parse(&bytes, notes) {
+        Ok(bytes) => match parse(without_mark(&bytes), notes) {
             Ok(patches) => return Ok(patches),
             Err(error) => error.file(&path).to_string(),
         },

@@ -43,6 +43,8 @@ pub struct CellTable {
     pub streams: Streams,
     runs: Vec<TypeRun>,
     n_cells: usize,
+    /// What the file calls the array of types.
+    types_array: &'static str,
 }
 
 /// The cells of a mesh, and where they come from.
@@ -61,6 +63,14 @@ pub fn repeat_tuples(arrays: &mut [DataArray], origin: &[usize]) {
 }
 
 impl CellTable {
+    /// No cells yet; what the file calls the array of their types, for messages.
+    pub fn new(types_array: &'static str) -> Self {
+        Self {
+            types_array,
+            ..Self::default()
+        }
+    }
+
     /// Number of cells so far.
     pub fn len(&self) -> usize {
         self.n_cells
@@ -72,6 +82,7 @@ impl CellTable {
         let window = Window {
             chunk: ends,
             types,
+            types_array: self.types_array,
             first_cell: self.n_cells,
             last,
         };
@@ -92,7 +103,8 @@ impl CellTable {
         let before = self.runs.last().copied();
         let fitting = u32::try_from(n_nodes).ok();
         let fitting = fitting.filter(|n| fits_after(before, vtk, *n));
-        let n_nodes = fitting.ok_or_else(|| misfit(self.n_cells, vtk, n_nodes as u64))?;
+        let n_nodes =
+            fitting.ok_or_else(|| misfit(self.n_cells, vtk, n_nodes as u64, self.types_array))?;
         let n_cells = u32::try_from(n_cells)
             .map_err(|_| Error::input(format!("{n_cells} cells are more than can be held")))?;
         self.n_cells += n_cells as usize;
@@ -124,6 +136,7 @@ impl CellTable {
 struct Window<'a> {
     chunk: Chunk<'a>,
     types: &'a [u8],
+    types_array: &'static str,
     first_cell: usize,
     /// Where the cell before ends.
     last: u64,
@@ -161,7 +174,7 @@ impl Window<'_> {
         let cell = self.first_cell + cell;
         let (before, end) = (before as i64, end as i64);
         match end.checked_sub(before).filter(|n| *n >= 0) {
-            Some(n) => misfit(cell, vtk, n as u64),
+            Some(n) => misfit(cell, vtk, n as u64, self.types_array),
             None => Error::input(format!(
                 "cell {cell} ends at {end}, but the one before it at {before}"
             )),
@@ -169,7 +182,16 @@ impl Window<'_> {
     }
 }
 
-fn misfit(cell: usize, vtk: u8, n: u64) -> Error {
+fn misfit(cell: usize, vtk: u8, n: u64, types_array: &'static str) -> Error {
+    if kind(vtk).is_none() && !split::is_collection(vtk) {
+        let error = Error::input(format!(
+            "cell {cell} has the VTK type {vtk}, which is not read"
+        ));
+        return match types_array {
+            "" => error,
+            name => error.dataset(name),
+        };
+    }
     let name = type_name(vtk);
     match CellKind::from_vtk(vtk).map(CellKind::n_nodes) {
         Some(Some(expected)) => Error::input(format!(

@@ -314,6 +314,21 @@ pub fn parse_words<T: Number>(
     Ok(numbers)
 }
 
+/// Refuses points with a coordinate that is no number; tells which value it is. Nodes count from
+/// `first`.
+pub fn points_are_finite(
+    first: usize,
+    points: &[[f64; 3]],
+) -> std::result::Result<(), (usize, Error)> {
+    let value = points.as_flattened().iter().position(|x| !x.is_finite());
+    let Some(value) = value else {
+        return Ok(());
+    };
+    let (node, point) = (first + value / 3, points[value / 3]);
+    let message = format!("node {node} has coordinates {point:?}; they must be finite numbers");
+    Err((value, Error::input(message)))
+}
+
 /// An error about an array that must hold integers.
 pub fn need_integers(name: &str, element: Element) -> Result<()> {
     if element.is_integer() {

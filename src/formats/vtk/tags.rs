@@ -35,7 +35,10 @@ pub const LOWER: Labels = Labels {
 };
 
 /// Arrays in which other programs keep groups, the first that there is being used.
-const FOREIGN: [&str; 3] = ["gmsh:physical", "CellEntityIds", "medit:ref"];
+const FOREIGN: [&str; 3] = ["gmsh:physical", OF_GMSH, "medit:ref"];
+
+/// The array in Gmsh's legacy files, where cells in no group have -1.
+const OF_GMSH: &str = "CellEntityIds";
 
 /// Turns arrays that number groups into groups. `chosen` is the user's array of boundary tags.
 pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
@@ -115,7 +118,8 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, usual: u8) {
         let cells = run.first_cell..run.first_cell + run.n_cells();
         let mut start = cells.start;
         numbers.for_each_stretch(cells, |number, n| {
-            if number != 0 {
+            let is_none = number == 0 || (number == -1 && array == OF_GMSH);
+            if !is_none {
                 let set = sets.entry((number, dimension)).or_default();
                 set.push_range(start..start + n);
             }
@@ -268,6 +272,17 @@ mod tests {
                 .push(DataArray::scalar(labels.names, Values::Text(names)));
         }
         mesh
+    }
+
+    #[test]
+    fn cells_of_gmsh_in_no_group_have_no_tag() {
+        let labels = Labels {
+            array: OF_GMSH,
+            names: "",
+        };
+        let mut volume = mesh(true, &[(&labels, vec![-1, 7, -1])], &[]);
+        extract(&mut volume, None).expect("a good array");
+        assert_eq!(groups(&volume), [(2, "7", vec![1])]);
     }
 
     fn groups(mesh: &Mesh) -> Vec<(u8, &str, Vec<usize>)> {

@@ -27,6 +27,20 @@ pub fn word_end(text: &[u8], at: usize) -> usize {
     at + length.unwrap_or(rest.len())
 }
 
+/// Where the word with this index starts; the end of the text where there are fewer.
+pub fn word_start(text: &[u8], index: usize) -> usize {
+    let mut at = 0;
+    for i in 0.. {
+        let blank = text[at..].iter().take_while(|b| b.is_ascii_whitespace());
+        at += blank.count();
+        if i == index || at == text.len() {
+            break;
+        }
+        at = word_end(text, at);
+    }
+    at
+}
+
 /// An error of the sink.
 pub fn failed(error: io::Error) -> Error {
     Error::system(format!("cannot write: {error}"))

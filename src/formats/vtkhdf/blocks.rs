@@ -72,7 +72,9 @@ impl<'a> Blocks<'a> {
             ("FieldData", fields),
         ] {
             for content in contents {
-                if let Some(name) = names.of(group, content.name) {
+                if content.element == VtkElement::String && group != "FieldData" {
+                    names.note_text(content.name);
+                } else if let Some(name) = names.of(group, content.name) {
                     arrays.push(array(group, name, content));
                 }
             }
@@ -119,6 +121,13 @@ impl Names {
                 .push(format!("the array \"{name}\" is called \"{allowed}\""));
         }
         Some(allowed)
+    }
+
+    /// VTK reads text in field data only, and gives up on all arrays beside any other.
+    fn note_text(&mut self, name: &str) {
+        self.notes.push(format!(
+            "the array \"{name}\" is left out: VTK reads no text at nodes or cells"
+        ));
     }
 
     fn note_components(&mut self, mesh: &Mesh) {

@@ -18,7 +18,7 @@ pub(super) fn read(
     all: &Range<u64>,
     notes: &mut Notes,
 ) -> Result<Built> {
-    let mut table = CellTable::default();
+    let mut table = CellTable::new("Types");
     count(all)?;
     let mut base = 0;
     for part in parts {

@@ -4,7 +4,7 @@
 //! some, and offsets into the other datasets.
 
 use super::super::hdf5::{Dataset, Group};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::mesh::Values;
 use std::ops::Range;
 
@@ -60,9 +60,8 @@ impl Extent {
             (None, None | Some(0)) => None,
             (_, Some(step)) => {
                 let n = n_steps.max(1);
-                return Err(Error::input(format!(
-                    "step {step} of {n}; steps count from 0"
-                )));
+                let message = format!("step {step} of {n}; steps count from 0");
+                return Err(Error::input(message).dataset("Steps"));
             }
         };
         let mut extent = Self {
@@ -72,6 +71,11 @@ impl Extent {
         };
         extent.parts = extent.read_parts(grid)?;
         Ok(extent)
+    }
+
+    /// Whether it is that of a step; otherwise it is all that the file holds.
+    pub fn has_steps(&self) -> bool {
+        self.step.is_some()
     }
 
     fn read_parts(&self, grid: &Group) -> Result<Vec<Part>> {
@@ -139,10 +143,14 @@ impl Extent {
     fn of_steps(&self, group: &Group, name: &str) -> Result<Option<Vec<u64>>> {
         let values = integers(group, name)?;
         match (&values, self.step) {
-            (Some(values), Some((_, n_steps))) if values.len() < n_steps => Err(Error::input(
-                format!("{} values for {n_steps} steps", values.len()),
-            )
-            .dataset(name)),
+            (Some(values), Some((_, n_steps))) if values.len() < n_steps => {
+                Err(Error::input(format!(
+                    "{} for {}",
+                    counted(values.len(), "value"),
+                    counted(n_steps, "step")
+                ))
+                .dataset(name))
+            }
             _ => Ok(values),
         }
     }
@@ -210,10 +218,12 @@ impl FaceCounts {
         let list = |name: &str| {
             let found = counts(grid, name)?;
             match found.len() < n_parts {
-                true => Err(
-                    Error::input(format!("{} values for {n_parts} parts", found.len()))
-                        .dataset(name),
-                ),
+                true => Err(Error::input(format!(
+                    "{} for {}",
+                    counted(found.len(), "value"),
+                    counted(n_parts, "part")
+                ))
+                .dataset(name)),
                 false => Ok(found),
             }
         };

@@ -125,4 +125,6 @@ fn placed<T>(result: Result<T>) -> Result<T> {
 }
 
 #[cfg(test)]
+mod damaged;
+#[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use super::super::vtk::{cells::repeat_tuples, tags};
 use super::super::{Notes, ReadOptions};
 use super::cells;
 use super::extent::{Extent, Part};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Mesh, Values};
 use std::ops::Range;
 
@@ -27,8 +27,8 @@ pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Re
         cells: built.cells,
         ..Mesh::default()
     };
-    mesh.point_arrays = arrays(grid, &extent, "Point", &point_rows)?;
-    mesh.cell_arrays = arrays(grid, &extent, "Cell", &cell_rows)?;
+    mesh.point_arrays = arrays(grid, &extent, "Point", &point_rows, notes)?;
+    mesh.cell_arrays = arrays(grid, &extent, "Cell", &cell_rows, notes)?;
     mesh.field_arrays = fields(grid, &extent)?;
     if let Some(origin) = &built.origin {
         repeat_tuples(&mut mesh.cell_arrays, origin);
@@ -86,6 +86,11 @@ fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
     if dataset.shape().len() != 2 || dataset.row()? != 3 {
         return Err(wrong(&format!("{:?} values", dataset.shape())));
     }
+    if dataset.n_rows() < rows.end {
+        let found = counted(dataset.n_rows() as usize, "row");
+        let message = format!("it has {found}, but NumberOfPoints asks for {}", rows.end);
+        return Err(Error::input(message).dataset("Points"));
+    }
     dataset.check_rows(rows)?;
     let mut points: Vec<[f64; 3]> = Vec::with_capacity(n);
     windows(&dataset, rows, |values| {
@@ -102,18 +107,40 @@ fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
     Ok(points)
 }
 
-/// The arrays in `PointData` or `CellData`, those of the rows of the grid.
-fn arrays(grid: &Group, extent: &Extent, of: &str, rows: &Range<u64>) -> Result<Vec<DataArray>> {
-    let Some(group) = grid.group(&format!("{of}Data"))? else {
+/// The arrays in `PointData` or `CellData`, those of the rows of the grid. One that is longer than the
+/// whole grid is left out, with a note.
+fn arrays(
+    grid: &Group,
+    extent: &Extent,
+    of: &str,
+    rows: &Range<u64>,
+    notes: &mut Notes,
+) -> Result<Vec<DataArray>> {
+    let group_name = format!("{of}Data");
+    let Some(group) = grid.group(&group_name)? else {
         return Ok(Vec::new());
     };
     let offsets = format!("{of}DataOffsets");
-    let datasets = group.datasets()?;
-    let read = |dataset: &Dataset| {
-        let rows = extent.array_rows(&offsets, dataset.name(), rows.clone())?;
-        array(dataset, rows)
-    };
-    datasets.iter().map(read).collect()
+    let mut arrays = Vec::new();
+    for dataset in group.datasets()? {
+        let (name, n) = (dataset.name(), dataset.n_rows());
+        let what = of.to_ascii_lowercase();
+        if !extent.has_steps() && n > rows.end {
+            notes.push(format!(
+                "the {what} array \"{name}\" is left out: it has more tuples than there are {what}s"
+            ));
+            continue;
+        }
+        let of_grid = extent.array_rows(&offsets, name, rows.clone())?;
+        if n < of_grid.end {
+            let needed = of_grid.end;
+            let found = counted(n as usize, "row");
+            let message = format!("it has {found}; it must have {needed}, one for each {what}");
+            return Err(Error::input(message).dataset(&format!("{group_name}/{name}")));
+        }
+        arrays.push(array(&dataset, of_grid)?);
+    }
+    Ok(arrays)
 }
 
 fn fields(grid: &Group, extent: &Extent) -> Result<Vec<DataArray>> {

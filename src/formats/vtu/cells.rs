@@ -14,7 +14,7 @@ use crate::mesh::CellKind;
 
 /// The cells of all pieces, with nodes counted through.
 pub(super) fn read(pieces: &[Piece], layout: &Layout, notes: &mut Notes) -> Result<Built> {
-    let mut table = CellTable::default();
+    let mut table = CellTable::new("types");
     let mut n_points = 0;
     for piece in pieces {
         let limit = count(piece.n_points)? as u64;

@@ -6,11 +6,12 @@
 //! ```text
 //! xml     elements, and where the values of an array lie; document: which arrays there are
 //! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
-//! read    arrays -> nodes and arrays; cells: types, offsets, connectivity; structured: blocks
+//! read    arrays -> nodes; arrays: values; cells: types, offsets, connectivity; structured: blocks
 //! write   mesh -> file; encode: one array as text, base64, blocks
 //! file    list of arrays -> XML and values
 //! ```
 
+mod arrays;
 mod blocks;
 mod cells;
 mod document;

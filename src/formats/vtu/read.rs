@@ -1,16 +1,17 @@
 //! A .vtu file as a mesh: nodes and arrays of all pieces, one after another.
 
 use super::super::vtk::cells::repeat_tuples;
-use super::super::vtk::number::{Chunk, Element, Number, with_type};
+use super::super::vtk::number::{Chunk, Element, Number, points_are_finite, with_type};
+use super::super::vtk::text::word_start;
 use super::super::vtk::{order, tags};
+use super::arrays::{data, field};
 use super::document::{self, Document, Grid, Piece};
 use super::stored::Stored;
-use super::xml::{self, Array, Layout};
+use super::xml::{Array, Layout, Place, line_after};
 use super::{cells, structured};
-
 use crate::error::{Error, Result};
 use crate::formats::{Notes, ReadOptions};
-use crate::mesh::{DataArray, Mesh, Values};
+use crate::mesh::Mesh;
 
 /// XML of this version on has hexahedra of high order in VTK's present order of nodes.
 const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
@@ -108,12 +109,24 @@ pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>>
             .dataset("Points"));
         }
         let n = count(piece.n_points).map_err(|error| error.dataset("Points"))?;
+        let first = points.len();
         with_type!(array.element, T => collect(
             array, layout, 3, Some(n), &mut points,
             |chunk, out| { chunk.convert::<T, f64>(out.as_flattened_mut(), T::as_f64); Ok(()) },
         )?);
+        if array.place == Place::Ascii {
+            check_finite(array, first, &points[first..])?;
+        }
     }
     Ok(points)
+}
+
+/// Refuses text with a coordinate that is no number, at its line; nodes count from `first`.
+fn check_finite(array: &Array, first: usize, points: &[[f64; 3]]) -> Result<()> {
+    points_are_finite(first, points).map_err(|(value, error)| {
+        let at = word_start(array.stored, value);
+        error.line(line_after(array.before) - 1 + line_after(&array.stored[..at]))
+    })
 }
 
 /// A number of nodes or cells, which must fit in an index of 32 bits.
@@ -169,7 +182,7 @@ fn collect_stored<U: Copy + Default + Send>(
             return wrong(format!("{n_bytes} bytes"));
         }
     } else if expected.is_some_and(|n| n > stored.most_values() / tuple) {
-        return wrong(format!("at most {} values", stored.most_values()));
+        return wrong(format!("{} values", stored.n_values()));
     }
     let before = out.len();
     let n_tuples = expected.or(stored.n_bytes().map(|n| n / width));
@@ -177,7 +190,7 @@ fn collect_stored<U: Copy + Default + Send>(
         let n = chunk.bytes.len() / width;
         let start = out.len();
         if n_tuples.is_some_and(|n_tuples| start - before + n > n_tuples) {
-            return wrong("more values".into());
+            return wrong(format!("{} values", stored.n_values()));
         }
         grow(out, n, n_tuples.unwrap_or(0));
         fill(chunk, &mut out[start..])
@@ -200,208 +213,4 @@ fn grow<U: Copy + Default>(out: &mut Vec<U>, n: usize, total: usize) {
         out.reserve(total.max(n));
     }
     out.resize(out.len() + n, U::default());
-}
-
-/// The arrays that all pieces with nodes (or cells) have, of one type; a note on others.
-fn data<'d, 'a: 'd>(
-    pieces: &'d [Piece<'a>],
-    layout: &Layout,
-    what: &str,
-    of: impl Fn(&'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>),
-    notes: &mut Notes,
-) -> Result<Vec<DataArray>> {
-    let parts: Vec<_> = pieces.iter().map(of).filter(|(n, _)| *n > 0).collect();
-    let Some(((_, first), rest)) = parts.split_first() else {
-        return Ok(Vec::new());
-    };
-    let mut arrays: Vec<DataArray> = Vec::new();
-    let mut left_out: Vec<&String> = Vec::new();
-    for array in first.iter() {
-        let same = |other: &&Array| {
-            (
-                &other.name,
-                other.element,
-                other.is_bits,
-                other.n_components,
-            ) == (
-                &array.name,
-                array.element,
-                array.is_bits,
-                array.n_components,
-            )
-        };
-        let others: Option<Vec<_>> = rest
-            .iter()
-            .map(|(_, part)| part.iter().find(same))
-            .collect();
-        let Some(others) = others else {
-            continue;
-        };
-        let everywhere: Vec<&Array> = std::iter::once(array).chain(others).collect();
-        let mut all = empty(array);
-        let mut is_longer = false;
-        for ((n, _), array) in parts.iter().zip(everywhere) {
-            let n = count(*n).map_err(|error| error.dataset(&array.name))?;
-            is_longer = has_more(array, layout, n)?;
-            if is_longer {
-                break;
-            }
-            append(&mut all.values, array, layout, Some(n))?;
-        }
-        if is_longer {
-            let name = &array.name;
-            notes.push(format!(
-                "the {what} array \"{name}\" is left out: it has more tuples than there are {what}s"
-            ));
-            left_out.push(name);
-        } else {
-            arrays.push(all);
-        }
-    }
-    for array in parts.iter().flat_map(|(_, part)| part.iter()) {
-        let name = &array.name;
-        if !left_out.contains(&name) && !arrays.iter().any(|kept| kept.name == *name) {
-            notes.push(format!(
-                "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
-            ));
-        }
-    }
-    Ok(arrays)
-}
-
-/// Whether an array has whole tuples beyond the first `n`.
-fn has_more(array: &Array, layout: &Layout, n: usize) -> Result<bool> {
-    if array.element == Element::String || array.is_bits {
-        return Ok(false);
-    }
-    let stored = Stored::open(array, layout)?;
-    let tuple = array.element.size().checked_mul(array.n_components);
-    let fits = |n_bytes: usize| tuple.is_some_and(|tuple| n_bytes.is_multiple_of(tuple));
-    let needed = tuple.and_then(|tuple| tuple.checked_mul(n));
-    let n_bytes = stored.n_bytes().filter(|n_bytes| fits(*n_bytes));
-    Ok(n_bytes.is_some_and(|n_bytes| needed.is_some_and(|needed| n_bytes > needed)))
-}
-
-fn field(array: &Array, layout: &Layout) -> Result<DataArray> {
-    let mut all = empty(array);
-    let n = array.n_tuples.map(count).transpose();
-    let n = n.map_err(|error| error.dataset(&array.name))?;
-    append(&mut all.values, array, layout, n)?;
-    Ok(all)
-}
-
-fn empty(array: &Array) -> DataArray {
-    let values = match array.element {
-        Element::Int8 => Values::I8(Vec::new()),
-        Element::UInt8 => Values::U8(Vec::new()),
-        Element::Int16 => Values::I16(Vec::new()),
-        Element::UInt16 => Values::U16(Vec::new()),
-        Element::Int32 => Values::I32(Vec::new()),
-        Element::UInt32 => Values::U32(Vec::new()),
-        Element::Int64 => Values::I64(Vec::new()),
-        Element::UInt64 => Values::U64(Vec::new()),
-        Element::Float32 => Values::F32(Vec::new()),
-        Element::Float64 => Values::F64(Vec::new()),
-        Element::String => Values::Text(Vec::new()),
-    };
-    DataArray {
-        name: array.name.clone(),
-        n_components: array.n_components,
-        component_names: array.component_names.clone(),
-        values,
-    }
-}
-
-/// Appends the values of an array of `n` tuples.
-fn append(values: &mut Values, array: &Array, layout: &Layout, n: Option<usize>) -> Result<()> {
-    macro_rules! numbers {
-        ($($variant:ident),*) => {
-            match values {
-                Values::U8(out) if array.is_bits => bits(array, layout, n, out),
-                $(Values::$variant(out) => {
-                    let values = n.map(|n| n.checked_mul(array.n_components).unwrap_or(usize::MAX));
-                    collect(array, layout, 1, values, out, |chunk, out| {
-                        chunk.convert(out, |x| x);
-                        Ok(())
-                    })
-                })*
-                Values::Text(out) => strings(array, layout, n, out),
-            }
-        };
-    }
-    numbers!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64)?;
-    if !values.len().is_multiple_of(array.n_components) {
-        let (found, n) = (values.len(), array.n_components);
-        let message = format!("{found} values are no whole number of tuples of {n}");
-        return Err(Error::input(message).dataset(&array.name));
-    }
-    Ok(())
-}
-
-/// Bits, the first of a byte its highest; as text, a word each.
-fn bits(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<u8>) -> Result<()> {
-    let n = n.and_then(|n| n.checked_mul(array.n_components));
-    let is_text = array.place == xml::Place::Ascii;
-    let expected = n.map(|n| if is_text { n } else { n.div_ceil(8) });
-    let mut bytes: Vec<u8> = Vec::new();
-    collect(array, layout, 1, expected, &mut bytes, |chunk, out| {
-        chunk.convert::<u8, u8>(out, |x| x);
-        Ok(())
-    })?;
-    if is_text {
-        out.append(&mut bytes);
-        return Ok(());
-    }
-    let n = n.unwrap_or(8 * bytes.len());
-    out.extend((0..n).map(|i| bytes[i / 8] >> (7 - i % 8) & 1));
-    Ok(())
-}
-
-/// Strings are bytes, each string ended by a zero; as text, the numbers of the bytes, which some
-/// writers give as signed.
-fn strings(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<String>) -> Result<()> {
-    let mut bytes: Vec<u8> = Vec::new();
-    if array.place == xml::Place::Ascii {
-        let codes = Array {
-            element: Element::Int16,
-            ..array.clone()
-        };
-        let mut wide: Vec<i16> = Vec::new();
-        collect(&codes, layout, 1, None, &mut wide, |chunk, out| {
-            chunk.convert(out, |x| x);
-            Ok(())
-        })?;
-        for code in wide {
-            bytes.push(
-                u8::try_from(code)
-                    .or_else(|_| i8::try_from(code).map(|c| c as u8))
-                    .map_err(|_| {
-                        Error::input(format!("{code} is no character")).dataset(&array.name)
-                    })?,
-            );
-        }
-    } else {
-        collect(array, layout, 1, None, &mut bytes, |chunk, out| {
-            chunk.convert::<u8, u8>(out, |x| x);
-            Ok(())
-        })?;
-    }
-    let before = out.len();
-    let mut words = bytes.split(|byte| *byte == 0).collect::<Vec<_>>();
-    if words.last().is_some_and(|word| word.is_empty()) {
-        words.pop();
-    }
-    out.extend(
-        words
-            .iter()
-            .map(|word| String::from_utf8_lossy(word).into_owned()),
-    );
-    let found = out.len() - before;
-    match n.map(|n| n.checked_mul(array.n_components)) {
-        Some(expected) if expected != Some(found) => {
-            let message = format!("{found} strings found, not as many as announced");
-            Err(Error::input(message).dataset(&array.name))
-        }
-        _ => Ok(()),
-    }
 }

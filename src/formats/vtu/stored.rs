@@ -69,6 +69,14 @@ impl<'a> Stored<'a> {
         }
     }
 
+    /// How many values there are; the words of text are counted.
+    pub fn n_values(&self) -> usize {
+        match &self.data {
+            Data::Text(text, _) => n_words(text),
+            _ => self.most_values(),
+        }
+    }
+
     /// Hands the values to `sink` in chunks of a whole number of tuples of `tuple` bytes.
     pub fn for_each(&self, tuple: usize, sink: &mut dyn FnMut(Chunk) -> Result<()>) -> Result<()> {
         let mut aligner = Aligner {
@@ -97,6 +105,12 @@ impl<'a> Stored<'a> {
         }
         aligner.finish()
     }
+}
+
+/// Number of words of a text.
+pub(super) fn n_words(text: &[u8]) -> usize {
+    let words = text.split(u8::is_ascii_whitespace);
+    words.filter(|word| !word.is_empty()).count()
 }
 
 /// Passes bytes on in whole tuples.

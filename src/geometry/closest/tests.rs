@@ -1,5 +1,7 @@
 //! Closest points against brute force.
 
+use super::super::facet::closest_weights;
+use super::super::vector::{dot, sub};
 use super::*;
 
 /// The closest point by sampling the triangle finely.

@@ -47,7 +47,7 @@ const OUTER: u8 = 2;
 
 const NONE: u32 = u32::MAX;
 
-/// The sides of a chunk's cells, one after another as [`for_each_side`] has them.
+/// The sides of a chunk's cells, one after another as `sides::for_each_side` has them.
 #[derive(Debug, Clone)]
 pub struct Sides<'a> {
     codes: &'a [u8],

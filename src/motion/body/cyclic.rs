@@ -80,6 +80,13 @@ impl Series {
         sum
     }
 
+    /// Not below the size of the angle at any azimuth.
+    pub fn bound(&self) -> f64 {
+        let harmonics = self.harmonics.iter();
+        let sizes = harmonics.map(|harmonic| harmonic.sin.hypot(harmonic.cos));
+        self.mean.abs() + sizes.sum::<f64>()
+    }
+
     fn is_zero(&self) -> bool {
         let still = |harmonic: &Harmonic| harmonic.sin == 0.0 && harmonic.cos == 0.0;
         self.mean == 0.0 && self.harmonics.iter().all(still)

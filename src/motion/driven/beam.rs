@@ -24,6 +24,8 @@ pub(in crate::motion) struct Beam {
     line: LiftingLine,
     /// What the user should know, as sentences.
     pub notes: Vec<String>,
+    /// What is likely to be wrong with the line, as a sentence.
+    pub warning: Option<String>,
 }
 
 /// The sections of a beam at a part of a step.
@@ -64,13 +66,19 @@ impl Beam {
         let mut notes = check_span(&span, path, body, surface.span())?;
         let line = match line {
             Some(line) => LiftingLine::read(line, body, surface.span())?,
-            None => {
-                let line = LiftingLine::quarter_chord(surface, span.stations(), body, motion.line)?;
-                notes.push(where_it_is(&line, body, surface.blade));
-                line
-            }
+            None => LiftingLine::quarter_chord(surface, span.stations(), body, motion.line)?,
         };
-        Ok(Self { span, line, notes })
+        let name = match motion.lifting_line {
+            Some(_) => "lifting line",
+            None => "quarter chord",
+        };
+        notes.push(where_it_is(name, &line, body, surface.blade));
+        Ok(Self {
+            warning: line.beside(body, &surface.bounds()),
+            span,
+            line,
+            notes,
+        })
     }
 
     /// The sections at a part of a step; `turns` are those of the cyclic motion.
@@ -133,20 +141,21 @@ impl Beam {
     }
 }
 
-/// A sentence on the ends of the quarter chord, in the mesh.
-fn where_it_is(line: &LiftingLine, body: &Body, blade: &RotorAxes) -> String {
+/// A sentence on the ends of a lifting line, in the mesh.
+fn where_it_is(name: &str, line: &LiftingLine, body: &Body, blade: &RotorAxes) -> String {
     let ends = line.ends().map(|[x, y, z]| blade.point(x, y, z));
     let length = norm(sub(ends[1], ends[0]));
     let digits = (4.0 - length.log10().floor()).clamp(0.0, 17.0) as usize;
     let shown = |x: Vector, digits: usize| {
-        // Adding 0 takes the sign of a zero away.
-        let numbers = x.map(|x| format!("{:.digits$}", x + 0.0));
+        // What rounds to zero has no sign.
+        let least = 0.5 * 0.1_f64.powi(digits as i32);
+        let numbers = x.map(|x| format!("{:.digits$}", if x.abs() < least { 0.0 } else { x }));
         format!("[{}]", numbers.join(", "))
     };
     let [root, tip] = ends.map(|end| shown(end, digits));
-    let nose = shown(scale(blade.e_y, blade.signs.azimuth), 3);
+    let nose = shown(blade.leading_edge(), 3);
     format!(
-        "body \"{}\": its quarter chord goes from {root} to {tip}, with the leading edge towards {nose}",
+        "body \"{}\": its {name} goes from {root} to {tip}, with the leading edge towards {nose}",
         body.name
     )
 }

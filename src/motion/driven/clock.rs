@@ -11,6 +11,8 @@ pub(in crate::motion) struct Clock<'a> {
     pub steps: &'a [Step],
     /// By how much the azimuth grows, in radians a second.
     pub azimuth_rate: Option<f64>,
+    /// For each step those next to it in time.
+    pub neighbours: &'a [[u32; 2]],
 }
 
 impl Clock<'_> {
@@ -35,13 +37,18 @@ impl Clock<'_> {
         }
     }
 
-    /// Steps a second, between the neighbours of a step; 0 where the schedule has no time.
+    /// The steps next to one in time, before and after; the step itself at an end.
+    pub fn beside(&self, step: &Step) -> [usize; 2] {
+        self.neighbours[step.index].map(|step| step as usize)
+    }
+
+    /// Steps a second, between the neighbours of a step in time; 0 where the schedule has no time.
     pub fn steps_a_second(&self, step: &Step) -> f64 {
-        let last = self.steps.len().saturating_sub(1);
-        let (from, to) = (step.index.saturating_sub(1), (step.index + 1).min(last));
-        let time = |step: usize| self.steps.get(step).and_then(|step| step.time_s);
-        match (time(from), time(to)) {
-            (Some(before), Some(after)) if after != before => (to - from) as f64 / (after - before),
+        let [from, to] = self.beside(step);
+        match [from, to].map(|step| self.steps[step].time_s) {
+            [Some(before), Some(after)] if after != before => {
+                (to as f64 - from as f64) / (after - before)
+            }
             _ => 0.0,
         }
     }

@@ -3,38 +3,19 @@
 
 use super::Clock;
 use super::nodes::{At, BodyNodes, Filled, Finder, check_plane};
+use super::sets::SurfaceSets;
 use super::shapes::{NamedVectors, arrays_of, place_columns, unused};
 use crate::error::{Error, Result};
 use crate::formats::Source;
-use crate::geometry::vector::{Vector, scale, sub};
+use crate::geometry::vector::{Vector, sub};
 use crate::motion::body::{Body, SurfaceMotion};
-use crate::motion::steps::Step;
-use crate::motion::table::{Column, Key, Table};
+use crate::motion::table::{Column, Table};
 use std::path::Path;
 
-/// Part of the distance to the next set by which a set may be off its step, and of its place by
-/// which one alone may be.
-const SAME: f64 = 1e-4;
-/// Part of a place that is round-off.
-const ROUND_OFF: f64 = 1e-14;
-
+/// The name of an array of displacements, in small letters.
+const DISPLACEMENT: &str = "displacement";
 /// What these files have.
 const WHAT: &str = "displacements";
-
-/// A set of displacements for every step, or one for all.
-#[derive(Debug, Clone)]
-pub(in crate::motion) struct SurfaceSets {
-    /// What the sets belong to; `None` is one for all steps.
-    key: Option<Key>,
-    /// Where the sets are, increasing.
-    places: Vec<f64>,
-    /// Displacements of the body's nodes.
-    sets: Vec<Vec<Vector>>,
-    /// The last line of each set, in a table.
-    lines: Vec<u64>,
-    /// What the user should know, as sentences.
-    pub notes: Vec<String>,
-}
 
 /// The columns of the vectors.
 struct Columns3 {
@@ -124,7 +105,7 @@ impl SurfaceSets {
         let sets = filled.into_iter().zip(&places).map(|(filled, place)| {
             let what = key.map_or(String::new(), |key| format!(" at {}", key.place(*place)));
             let at_row = |row, message| table.error_at(row, message);
-            filled.finish(nodes, motion.matching, body, &what, &at_row)
+            filled.finish(&finder, motion.matching, body, &what, &at_row)
         });
         Ok(Self {
             sets: sets.collect::<Result<_>>()?,
@@ -193,7 +174,7 @@ impl SurfaceSets {
                 })?;
             }
         }
-        let set = filled.finish(nodes, motion.matching, body, "", &at_line)?;
+        let set = filled.finish(&finder, motion.matching, body, "", &at_line)?;
         Ok(Self::one(set, unused(others, path, body)))
     }
 
@@ -206,22 +187,8 @@ impl SurfaceSets {
         in_plane: bool,
     ) -> Result<Self> {
         let (points, arrays) = arrays_of(path)?;
-        let named = |array: &&NamedVectors| {
-            let name = array.0.to_ascii_lowercase();
-            name.contains("displacement") || ["disp", "d", "u"].contains(&name.as_str())
-        };
-        let found = match arrays.as_slice() {
-            [one] => Some(one),
-            _ => arrays.iter().find(named),
-        };
-        let Some((name, values)) = found else {
-            let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
-            let message = format!(
-                "the mesh has no point array `Displacement` of 3 components; its vectors are: {}",
-                names.join(", ")
-            );
-            return Err(Error::input(message).file(path));
-        };
+        let found = displacements(&arrays);
+        let (name, values) = found.map_err(|message| Error::input(message).file(path))?;
         let mut filled = Filled::new(nodes.nodes.len());
         let mut finder = Finder::new(nodes, motion.matching.tolerance);
         let mut others = 0;
@@ -241,97 +208,33 @@ impl SurfaceSets {
             }
         }
         let whole = |_, message| Error::input(message).dataset(name).file(path);
-        let set = filled.finish(nodes, motion.matching, body, "", &whole)?;
+        let set = filled.finish(&finder, motion.matching, body, "", &whole)?;
         Ok(Self::one(set, unused(others, path, body)))
     }
+}
 
-    fn one(set: Vec<Vector>, notes: Vec<String>) -> Self {
-        Self {
-            key: None,
-            places: vec![0.0],
-            sets: vec![set],
-            lines: Vec::new(),
-            notes,
-        }
+/// Of the vectors of a mesh those that are displacements: the only ones, those of this name, or the
+/// only ones with it in their name.
+fn displacements(arrays: &[NamedVectors]) -> std::result::Result<&NamedVectors, String> {
+    let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
+    let is_named = |name: &str| name.eq_ignore_ascii_case(DISPLACEMENT);
+    let has_it = |name: &str| name.to_ascii_lowercase().contains(DISPLACEMENT);
+    let among = |meant: &dyn Fn(&str) -> bool| -> Vec<&NamedVectors> {
+        let arrays = arrays.iter();
+        arrays.filter(|(name, _)| meant(name)).collect()
+    };
+    let found = [among(&|_| true), among(&is_named), among(&has_it)];
+    if let Some([one]) = found.iter().map(Vec::as_slice).find(|some| some.len() == 1) {
+        return Ok(one);
     }
-
-    /// The set of a step.
-    fn find(&self, step: &Step, offset: f64) -> Option<usize> {
-        let Some(key) = self.key else { return Some(0) };
-        let at = Clock::place(key, step, offset)?;
-        let turned = || self.nearest_turned(at, key.revolution()?);
-        self.nearest(at).or_else(turned)
-    }
-
-    /// Refuses a step without a set; `line` is that of the motion in the schedule. Where rows are
-    /// missing, the error is at the last row before them.
-    fn check(&self, step: &Step, offset: f64, (path, line): (&Path, u64)) -> Result<()> {
-        let (Some(key), None) = (self.key, self.find(step, offset)) else {
-            return Ok(());
-        };
-        let Some(at) = Clock::place(key, step, offset) else {
-            let message = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
-                           `rpm` in [rotor]";
-            return Err(Error::input(message).line(line));
-        };
-        let before = self.places.partition_point(|place| *place < at);
-        let message = format!(
-            "there are no rows for {} (step {}); every step needs a set of its own, and they go from {} to {}",
-            key.place(at),
-            step.index,
-            key.place(self.places[0]),
-            key.place(self.places[self.places.len() - 1])
-        );
-        let line = self.lines[before.saturating_sub(1)];
-        Err(Error::input(message).line(line).file(path))
-    }
-
-    /// The set nearest to a place, if it is that of the place.
-    fn nearest(&self, at: f64) -> Option<usize> {
-        let after = self.places.partition_point(|place| *place < at);
-        let beside = after.saturating_sub(1)..(after + 1).min(self.places.len());
-        let off = |set: &usize| (self.places[*set] - at).abs();
-        let nearest = beside.min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
-    }
-
-    /// The same among the places a number of turns away.
-    fn nearest_turned(&self, at: f64, turn: f64) -> Option<usize> {
-        let off = |set: &usize| {
-            let off = (self.places[*set] - at).rem_euclid(turn);
-            off.min(turn - off)
-        };
-        let nearest = (0..self.places.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
-    }
-
-    /// By how much a set may be off a place.
-    fn slack(&self, set: usize, at: f64) -> f64 {
-        let place = self.places[set];
-        let before = set.checked_sub(1).map(|before| place - self.places[before]);
-        let after = self.places.get(set + 1).map(|after| after - place);
-        let spacing = before.into_iter().chain(after).reduce(f64::min);
-        SAME * spacing.unwrap_or(place.abs()) + ROUND_OFF * at.abs()
-    }
-
-    /// The displacements of a step.
-    pub fn at(&self, step: &Step, offset: f64) -> &[Vector] {
-        let found = self.find(step, offset);
-        &self.sets[found.expect("there is a set for every step")]
-    }
-
-    /// Velocities at a step: the slope between the steps beside it.
-    pub fn rates(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Vec<Vector> {
-        let last = clock.steps.len() - 1;
-        let [before, after] = [step.index.saturating_sub(1), (step.index + 1).min(last)];
-        let [from, to] = [before, after].map(|i| self.at(&clock.steps[i], offset));
-        let steps = (after - before).max(1) as f64;
-        let rate = clock.steps_a_second(step) / steps;
-        let pairs = from.iter().zip(to);
-        pairs
-            .map(|(from, to)| scale(sub(*to, *from), rate))
-            .collect()
-    }
+    Err(match arrays {
+        [] => "the mesh has no point array of 3 components; it must have the displacements as one"
+            .to_owned(),
+        _ => format!(
+            "which of its vectors are the displacements is not clear: {}; call them `Displacement`",
+            names.join(", ")
+        ),
+    })
 }
 
 impl Columns3 {

@@ -3,6 +3,7 @@
 
 use super::BodyNodes;
 use crate::error::{Error, Result};
+use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance, dot, sub};
 use crate::mesh::Mesh;
 use crate::motion::body::Body;
@@ -11,8 +12,14 @@ use crate::motion::surface::{Role, SurfaceFaces, SurfaceNodes};
 use crate::motion::table::Table;
 use std::path::Path;
 
-/// Sections at the ends of a blade are cut this part of its span inside.
+/// A rounded end of a blade reaches inside by this part of the chord, which is half of what is a thick
+/// section, ...
+const CAP: f64 = 0.1;
+/// ... and by at least this part of the span; the chord is taken that at `NEAR`.
 const INSIDE: f64 = 1e-3;
+const NEAR: f64 = 0.05;
+/// Part of the extent of a blade by which a lifting line may be beside it before it is told of.
+const BESIDE: f64 = 0.5;
 /// Where the line lies between leading and trailing edge.
 const CHORDWISE: f64 = 0.25;
 
@@ -77,7 +84,8 @@ impl LiftingLine {
         })
     }
 
-    /// A quarter of the chord behind the leading edge, at some stations and at the ends of the blade.
+    /// A quarter of the chord behind the leading edge, at some stations and inside the rounded ends of the
+    /// blade, and on straight through these.
     /// The chord of a section is its longest extent; its leading edge is the end towards `e_y`, of a
     /// clockwise rotor the other.
     pub fn quarter_chord(
@@ -88,38 +96,67 @@ impl LiftingLine {
     ) -> Result<Self> {
         let edges = surface.edges();
         let [low, high] = span_of(&edges);
-        let margin = INSIDE * (high - low);
-        let (first, last) = (low + margin, high - margin);
-        let inside = stations.iter().copied();
-        let inside = inside.filter(|r| (first..last).contains(r) && *r > first);
-        let stations: Vec<f64> = [first].into_iter().chain(inside).chain([last]).collect();
-        let mut cuts: Vec<Vec<Vector>> = vec![Vec::new(); stations.len()];
-        for [a, b] in &edges {
-            let (a, b) = if a[0] <= b[0] { (a, b) } else { (b, a) };
-            let from = stations.partition_point(|r| *r < a[0]);
-            let to = stations.partition_point(|r| *r <= b[0]);
-            for at in from..to {
-                let part = match b[0] - a[0] {
-                    0.0 => 0.0,
-                    length => (stations[at] - a[0]) / length,
-                };
-                cuts[at].push(std::array::from_fn(|i| a[i] + part * (b[i] - a[i])));
-            }
-        }
-        let mut points = Vec::with_capacity(stations.len());
-        for (station, cut) in stations.iter().zip(&cuts) {
-            let Some([nose, tail]) = chord(cut, surface.blade.signs.azimuth) else {
-                let message = format!(
-                    "body \"{}\" has no faces at station {station}, so there is no chord to take a quarter of; give \
-                     `lifting_line` a table  station,x,y,z",
-                    body.name
-                );
-                return Err(Error::input(message).line(line));
-            };
-            let point = std::array::from_fn(|i| nose[i] + CHORDWISE * (tail[i] - nose[i]));
-            points.push(point);
-        }
+        let length = high - low;
+        let sign = surface.blade.signs.azimuth;
+        let chords = |stations: &[f64]| -> Result<Vec<[Vector; 2]>> {
+            let cuts = cuts(&edges, stations);
+            let chords = stations.iter().zip(&cuts).map(|(station, cut)| {
+                let none = || no_chord(*station, body).line(line);
+                chord(cut, sign).ok_or_else(none)
+            });
+            chords.collect()
+        };
+        let near = chords(&[low + NEAR * length, high - NEAR * length])?;
+        let depth = |[nose, tail]: &[Vector; 2]| {
+            (CAP * distance(*nose, *tail)).clamp(INSIDE * length, 0.5 * NEAR * length)
+        };
+        let [root, tip] = [depth(&near[0]), depth(&near[1])];
+        let (first, last) = (low + root, high - tip);
+        let inside = stations.iter().copied().chain([first + root, last - tip]);
+        let inside = inside.filter(|r| first < *r && *r < last);
+        let mut stations: Vec<f64> = inside.chain([first, last]).collect();
+        stations.sort_by(f64::total_cmp);
+        stations.dedup();
+        let quarter = |[nose, tail]: [Vector; 2]| -> Vector {
+            std::array::from_fn(|i| nose[i] + CHORDWISE * (tail[i] - nose[i]))
+        };
+        let chords = chords(&stations)?;
+        let mut points: Vec<Vector> = chords.into_iter().map(quarter).collect();
+        // On in a straight line through the rounded ends, whose sections are no profiles.
+        let of = |r: f64| stations.partition_point(|station| *station < r);
+        let beyond = |at: usize, inner: usize| -> Vector {
+            std::array::from_fn(|i| 2.0 * points[at][i] - points[inner][i])
+        };
+        let ends = [
+            beyond(0, of(first + root)),
+            beyond(points.len() - 1, of(last - tip)),
+        ];
+        points.insert(0, ends[0]);
+        points.push(ends[1]);
+        stations.insert(0, low);
+        stations.push(high);
         Ok(Self { stations, points })
+    }
+
+    /// A sentence where a point of the line along the blade, whose box this is, lies far beside it.
+    pub fn beside(&self, body: &Body, bounds: &Bounds) -> Option<String> {
+        let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
+        let allowed = BESIDE * across.fold(0.0, f64::max);
+        let (low, high) = (bounds.low[0], bounds.high[0]);
+        let inside = self.stations.iter().filter(|r| (low..=high).contains(*r));
+        let off = [low, high].into_iter().chain(inside.copied()).map(|r| {
+            let x = self.at(r);
+            (r, x, distance(x, bounds.nearest(&x)))
+        });
+        let (station, x, off) =
+            off.reduce(|most, next| if next.2 > most.2 { next } else { most })?;
+        (off > allowed).then(|| {
+            format!(
+                "body \"{}\": the lifting line is at {x:?} at station {station}, {off:.3e} beside the blade, which lies \
+                 between {:?} and {:?}; its points are along the blade's axes from the hub",
+                body.name, bounds.low, bounds.high
+            )
+        })
     }
 
     /// Its first and last point.
@@ -139,6 +176,32 @@ impl LiftingLine {
         let part = (station - r[0]) / (r[1] - r[0]);
         std::array::from_fn(|i| p[0][i] + part * (p[1][i] - p[0][i]))
     }
+}
+
+/// Where the edges of a blade cross some stations, which increase.
+fn cuts(edges: &[[Vector; 2]], stations: &[f64]) -> Vec<Vec<Vector>> {
+    let mut cuts: Vec<Vec<Vector>> = vec![Vec::new(); stations.len()];
+    for [a, b] in edges {
+        let (a, b) = if a[0] <= b[0] { (a, b) } else { (b, a) };
+        let from = stations.partition_point(|r| *r < a[0]);
+        let to = stations.partition_point(|r| *r <= b[0]);
+        for at in from..to {
+            let part = match b[0] - a[0] {
+                0.0 => 0.0,
+                length => (stations[at] - a[0]) / length,
+            };
+            cuts[at].push(std::array::from_fn(|i| a[i] + part * (b[i] - a[i])));
+        }
+    }
+    cuts
+}
+
+fn no_chord(station: f64, body: &Body) -> Error {
+    Error::input(format!(
+        "body \"{}\" has no faces at station {station}, so there is no chord to take a quarter of; give \
+         `lifting_line` a table  station,x,y,z",
+        body.name
+    ))
 }
 
 /// What is said of stations that all lie off the blade.
@@ -187,6 +250,11 @@ impl BladeSurface<'_> {
             nodes,
             n_mesh: self.mesh.points.len(),
         }
+    }
+
+    /// The box around the blade, in its frame.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::around(self.edges().iter().flatten())
     }
 
     /// Where the blade begins and ends along its span.

@@ -5,15 +5,16 @@ mod clock;
 mod displaced;
 mod lifting;
 mod nodes;
+mod sets;
 mod shapes;
 mod sixdof;
 
 pub use beam::CentreLine;
 pub(super) use beam::{Beam, Sections};
 pub(super) use clock::Clock;
-pub(super) use displaced::SurfaceSets;
 pub(super) use lifting::BladeSurface;
 pub(super) use nodes::BodyNodes;
+pub(super) use sets::SurfaceSets;
 pub(super) use shapes::ModeShapes;
 pub(super) use sixdof::SixDegrees;
 
@@ -61,7 +62,16 @@ impl Driven {
             }
             let table = beside(schedule, &beam.table, beam.line)?;
             let line = beam.lifting_line.as_ref();
-            let line = line.map(|line| beside(schedule, line, beam.line));
+            let line = line.map(|line| {
+                let path = beside(schedule, line, beam.line);
+                path.map_err(|error| Error {
+                    message: format!(
+                        "{}; `lifting_line` is \"quarter_chord\" or a table  station,x,y,z",
+                        error.message
+                    ),
+                    ..error
+                })
+            });
             let line = line.transpose()?;
             driven.beam = Some(Beam::read(
                 beam,
@@ -105,6 +115,11 @@ impl Driven {
         self.nodes.is_some()
     }
 
+    /// What is likely to be wrong in the files, as sentences.
+    pub fn warnings(&self) -> impl Iterator<Item = &String> {
+        self.beam.iter().flat_map(|beam| &beam.warning)
+    }
+
     /// What the user should know of the files, as sentences.
     pub fn notes(&self) -> impl Iterator<Item = &String> {
         let beam = self.beam.iter().flat_map(|beam| &beam.notes);
@@ -120,6 +135,10 @@ fn beside(schedule: &Path, file: &str, line: u64) -> Result<PathBuf> {
     match path.metadata() {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             let message = format!("there is no file {}", path.display());
+            Err(Error::input(message).line(line))
+        }
+        Ok(found) if found.is_dir() => {
+            let message = format!("{} is a folder; a file belongs here", path.display());
             Err(Error::input(message).line(line))
         }
         _ => Ok(path),

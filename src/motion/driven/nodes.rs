@@ -1,12 +1,17 @@
 //! The nodes of a body, found by number or by place, and a vector for each of them from a file.
 
 use crate::error::{Error, Result};
+use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance};
 use crate::motion::body::{Body, Matching};
 use std::collections::HashMap;
 
 /// Nodes that are named in a message.
 const LISTED: usize = 5;
+/// Nodes without a place for which the nearest one is looked for.
+const ASKED: usize = 64;
+/// Part of the extent of a body by which a place may be off a node that it is meant for.
+const ALMOST: f64 = 1e-4;
 
 /// The nodes that move with a body.
 #[derive(Debug, Clone)]
@@ -34,6 +39,8 @@ pub(super) struct Finder<'a> {
     tolerance: f64,
     /// Nodes in cells as large as the tolerance.
     cells: HashMap<[i64; 3], Vec<usize>>,
+    /// Places at which there was no node.
+    strays: Vec<Vector>,
 }
 
 impl BodyNodes {
@@ -50,6 +57,7 @@ impl<'a> Finder<'a> {
             of,
             tolerance,
             cells: HashMap::new(),
+            strays: Vec::new(),
         }
     }
 
@@ -93,7 +101,29 @@ impl<'a> Finder<'a> {
         }
         found.sort_unstable();
         found.dedup();
+        if found.is_empty() {
+            self.strays.push(x);
+        }
         found
+    }
+
+    /// A sentence on places that some nodes would be at, were the tolerance larger; empty where the file
+    /// has none near them.
+    fn almost(&self, missing: &[usize]) -> String {
+        let bounds = Bounds::around(&self.of.places);
+        let nearest = |at: &usize| {
+            let strays = self.strays.iter();
+            let off = strays.map(|x| distance(*x, self.of.places[*at]));
+            off.fold(f64::INFINITY, f64::min)
+        };
+        let farthest = missing.iter().take(ASKED).map(nearest).fold(0.0, f64::max);
+        match farthest <= ALMOST * bounds.diagonal() {
+            true => format!(
+                "the file has them up to {farthest:.1e} off, which match_tolerance = {:.0e} would take; ",
+                10.0_f64.powf((1.01 * farthest).log10().ceil())
+            ),
+            false => String::new(),
+        }
     }
 }
 
@@ -139,36 +169,41 @@ impl Filled {
     /// All vectors; nodes without one stay where that is allowed.
     pub fn finish(
         self,
-        nodes: &BodyNodes,
+        finder: &Finder<'_>,
         matching: Matching,
         body: &Body,
         what: &str,
         at_row: AtRow<'_>,
     ) -> Result<Vec<Vector>> {
+        let nodes = finder.of;
         let rows = self.rows.iter().enumerate();
-        let missing: Vec<u32> = rows
+        let missing: Vec<usize> = rows
             .filter(|(_, row)| **row == 0)
-            .map(|(at, _)| nodes.nodes[at])
+            .map(|(at, _)| at)
             .collect();
         if missing.len() == nodes.nodes.len() {
             let message = format!(
-                "no node of body \"{}\" is in the file{what}; its nodes are counted from 0, and places must agree to \
+                "no node of body \"{}\" is in the file{what}; {}its nodes are counted from 0, and places must agree to \
                  match_tolerance = {:e}",
-                body.name, matching.tolerance
+                body.name,
+                finder.almost(&missing),
+                matching.tolerance
             );
             return Err(at_row(self.last, message));
         }
         if missing.is_empty() || matching.missing_fixed {
             return Ok(self.values);
         }
-        let listed: Vec<String> = missing.iter().take(LISTED).map(u32::to_string).collect();
+        let listed = missing.iter().take(LISTED);
+        let listed: Vec<String> = listed.map(|&at| nodes.nodes[at].to_string()).collect();
         let more = if missing.len() > LISTED { ", ..." } else { "" };
         let message = format!(
-            "{} of the {} nodes of body \"{}\" are missing{what}: {}{more}; add them, or set missing = \"fixed\"",
+            "{} of the {} nodes of body \"{}\" are missing{what}: {}{more}; {}add them, or set missing = \"fixed\"",
             missing.len(),
             nodes.nodes.len(),
             body.name,
-            listed.join(", ")
+            listed.join(", "),
+            finder.almost(&missing)
         );
         Err(at_row(self.last, message))
     }

@@ -142,7 +142,7 @@ fn of_table(
     let at_row = |row, message| table.error_at(row, message);
     let shapes = (1..).zip(filled).map(|(mode, filled)| {
         let what = format!(" of mode {mode}");
-        filled.finish(nodes, motion.matching, body, &what, &at_row)
+        filled.finish(&finder, motion.matching, body, &what, &at_row)
     });
     Ok((shapes.collect::<Result<_>>()?, others))
 }
@@ -191,7 +191,7 @@ fn of_mesh(
         }
         let what = format!(" of mode {mode}");
         let at_row = |_, message| wrong(message);
-        all.push(filled.finish(nodes, motion.matching, body, &what, &at_row)?);
+        all.push(filled.finish(&finder, motion.matching, body, &what, &at_row)?);
     }
     Ok((all, others))
 }
@@ -205,6 +205,9 @@ pub(super) enum PlaceColumns {
 pub(super) fn place_columns(columns: &mut Columns<'_>, in_plane: bool) -> Result<PlaceColumns> {
     if !columns.has("x") {
         return Ok(PlaceColumns::Node(columns.require("node")?));
+    }
+    if columns.has("node") {
+        return Err(columns.both("node", "x"));
     }
     let [x, y] = ["x", "y"].map(|name| columns.require(name));
     let z = match in_plane {

@@ -103,7 +103,11 @@ impl<'a> Columns<'a> {
         let name = &self.table.names[index];
         let known = || self.known.iter().map(String::as_str);
         let free = known().filter(|known| !self.has(known));
+        let units = ["deg", "rad"].map(|unit| format!("{name}_{unit}"));
         let meant = match nearest_name(name, free) {
+            _ if units.iter().all(|unit| self.known.contains(unit)) => {
+                format!("; did you mean `{}` or `{}`?", units[0], units[1])
+            }
             Some(meant) => format!("; did you mean `{meant}`?"),
             None => ";".to_owned(),
         };
@@ -136,7 +140,8 @@ impl<'a> Columns<'a> {
         self.table.header_error(message)
     }
 
-    fn both(&self, one: &str, other: &str) -> crate::error::Error {
+    /// The error of two columns that say the same.
+    pub fn both(&self, one: &str, other: &str) -> crate::error::Error {
         let message = format!("columns `{one}` and `{other}` say the same; keep one of them");
         self.table.header_error(message)
     }

@@ -194,13 +194,101 @@ fn beside_mesh(body: &str, arrays: &[(&str, f64)], csv: &str) -> Result<Motion> 
 #[test]
 fn a_mesh_with_displacements_moves_its_nodes() {
     let body = "surface = { file = \"m.vtu\" }";
-    let motion = beside_mesh(body, &[("Normals", 7.0), ("Displacement", 0.1)], "");
-    assert_near(place(&motion.expect("it is good"), 0, 2), [1.1, 1.1, 0.0]);
-    let none = beside_mesh(body, &[("Normals", 7.0), ("Speed", 0.1)], "").expect_err("which one?");
+    // The array that moves node 2 to 1.1.
+    let (normals, moves, other) = (("Normals", 7.0), 0.1, 3.0);
+    for arrays in [
+        vec![normals, ("Displacement", moves)],
+        vec![("anything", moves)],
+        vec![("mesh_displacement", other), ("DISPLACEMENT", moves)],
+        vec![normals, ("mesh_displacement", moves)],
+    ] {
+        let motion = beside_mesh(body, &arrays, "").expect("it is clear");
+        assert_near(place(&motion, 0, 2), [1.1, 1.1, 0.0]);
+    }
+    for names in [
+        ["Normals", "Speed"],
+        ["displacement_1", "displacement_0"],
+        ["v", "u"],
+        ["v", "disp"],
+    ] {
+        let error = beside_mesh(body, &names.map(|name| (name, 0.1)), "").expect_err("which one?");
+        let told = format!(
+            "m.vtu: which of its vectors are the displacements is not clear: {}; call them `Displacement`",
+            names.join(", ")
+        );
+        assert!(error.to_string().ends_with(&told), "{error}");
+    }
+    let none = beside_mesh(body, &[], "").expect_err("there is none");
     assert!(
-        none.to_string()
-            .ends_with("its vectors are: Normals, Speed"),
+        none.to_string().ends_with(
+            "the mesh has no point array of 3 components; it must have the displacements as one"
+        ),
         "{none}"
+    );
+}
+
+#[test]
+fn velocities_are_slopes_over_the_sets_of_the_file() {
+    let rows = |key: &str, sets: &[(f64, f64)]| {
+        let rows = sets
+            .iter()
+            .map(|(at, x)| format!("{at},0,{x},0\n{at},1,{x},0\n"));
+        format!("{key},node,dx,dy\n{}", rows.collect::<String>())
+    };
+    // A triangle wave: 1 a second up to 0.2 s, then down.
+    let wave = rows(
+        "time_s",
+        &[(0.0, 0.0), (0.1, 0.1), (0.2, 0.2), (0.3, 0.1), (0.4, 0.0)],
+    );
+    let by_step = rows("step", &[(0.0, 0.0), (1.0, 0.1), (2.0, 0.1)]);
+    let round = rows(
+        "azimuth_deg",
+        &[(0.0, 0.0), (90.0, 1.0), (180.0, 0.0), (270.0, -1.0)],
+    );
+    let closed = format!("{round}360,0,0,0\n360,1,0,0\n");
+    let in_a_row = "time.values = [0.4, 0.1, 0.3]";
+    let (one, turning) = (
+        "time.values = [0.1]",
+        "time = { values = [0, 4], frequency = 0.25 }",
+    );
+    for (head, file, expected) in [
+        (in_a_row, &wave, vec![-1.0, 1.0, -1.0]),
+        (one, &wave, vec![1.0]),
+        (in_a_row, &by_step, vec![-1.0, 0.0, -1.0 / 3.0]),
+        // A degree is 1/90 s.
+        (turning, &round, vec![1.0, 1.0]),
+        (turning, &closed, vec![1.0, 1.0]),
+    ] {
+        let motion = surface(true, head, SURFACE, file).expect("it is good");
+        for (step, rate) in motion.steps.iter().zip(expected) {
+            let found = motion.paces(step)[0].velocity(0, [0.0; 3]);
+            assert!((found[0] - rate).abs() < 1e-12, "{head} {step:?} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn places_that_are_a_little_off_are_told_of_with_the_tolerance_that_takes_them() {
+    for (off, expected) in [
+        (
+            "1e-8",
+            "1 of the 4 nodes of body \"blade\" are missing: 3; the file has them up to 1.0e-8 off, which \
+             match_tolerance = 1e-7 would take; add them, or set missing = \"fixed\"",
+        ),
+        (
+            "0.5",
+            "are missing: 3; add them, or set missing = \"fixed\"",
+        ),
+    ] {
+        let file =
+            format!("x,y,z,dx,dy,dz\n0,0,0,0,0,0\n1,0,0,0,0,0\n1,1,0,0,0,0\n0,1,{off},0,0,1\n");
+        let error = told(false, SURFACE, &file);
+        assert!(error.ends_with(expected), "{error}");
+    }
+    let both = told(false, SURFACE, "node,x,y,z,dx,dy,dz\n0,0,0,0,0,0,0\n");
+    assert!(
+        both.ends_with("columns `node` and `x` say the same; keep one of them"),
+        "{both}"
     );
 }
 

@@ -4,7 +4,7 @@ use super::{parse, two_cubes, two_squares};
 use crate::error::Result;
 use crate::geometry::transform::Matrix;
 use crate::geometry::vector::{Vector, add, distance, dot, sub};
-use crate::motion::{Motion, Step};
+use crate::motion::{Motion, RbfOptions, Step};
 use proptest::prelude::*;
 use std::fmt::Write as _;
 
@@ -259,10 +259,52 @@ fn the_quarter_chord_of_a_clockwise_rotor_is_at_its_own_leading_edge() {
     assert_eq!(
         motion.notes(),
         [
-            "body \"blade\": its quarter chord goes from [0.00100, 0.25000, 0.00000] to [0.99900, 0.25000, 0.00000], \
+            "body \"blade\": its quarter chord goes from [0.0000, 0.2500, 0.0000] to [1.0000, 0.2500, 0.0000], \
           with the leading edge towards [0.000, -1.000, 0.000]"
         ]
     );
+}
+
+#[test]
+fn a_lifting_line_of_its_own_is_shown_and_told_of_where_it_is_beside_the_blade() {
+    let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
+    for (line, ends, is_beside) in [
+        (
+            "0,0,0.5,0\n1,1,0.5,0",
+            "[0.0000, 0.5000, 0.0000] to [1.0000, 0.5000, 0.0000]",
+            false,
+        ),
+        (
+            "0,0,-0.4,0\n1,1,1.4,0",
+            "[0.0000, -0.4000, 0.0000] to [1.0000, 1.4000, 0.0000]",
+            false,
+        ),
+        (
+            "0,5,0.5,0\n1,9,0.5,0",
+            "[5.0000, 0.5000, 0.0000] to [9.0000, 0.5000, 0.0000]",
+            true,
+        ),
+    ] {
+        let motion = resolve(
+            false,
+            "azimuth.values = [0]",
+            "beam = { table = \"m.csv\", lifting_line = \"l.csv\" }",
+            &[
+                ("m.csv", &table),
+                ("l.csv", &format!("station,x,y,z\n{line}\n")),
+            ],
+        );
+        let motion = motion.expect("it is good");
+        assert!(
+            motion.notes()[0].starts_with(&format!(
+                "body \"blade\": its lifting line goes from {ends}"
+            )),
+            "{:?}",
+            motion.notes()
+        );
+        let warnings = motion.warnings(&RbfOptions::default());
+        assert_eq!(!warnings.is_empty(), is_beside, "{warnings:?}");
+    }
 }
 
 #[test]

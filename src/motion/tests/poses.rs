@@ -3,7 +3,7 @@
 use super::{one_body, two_cubes, two_squares};
 use crate::geometry::vector::{Vector, add, cross, distance, dot, scale, sub, unit};
 use crate::geometry::{Transform, transform::Matrix};
-use crate::motion::{Motion, Series, Step};
+use crate::motion::{Motion, RbfOptions, Series, Step};
 use proptest::prelude::*;
 
 fn cubes(head: &str, body: &str) -> Motion {
@@ -48,6 +48,66 @@ fn a_tip_flaps_up_by_five_degrees_at_ninety_degrees_of_azimuth() {
     let tip = motion.pose(0, &at(90.0)).apply([2.0, 0.0, 0.0]);
     assert_near(tip, [2.0 * cos, 0.0, 2.0 * sin]);
     assert_eq!(rigid(&motion, &at(0.0)), Transform::IDENTITY);
+}
+
+#[test]
+fn conventions_say_where_the_leading_edge_and_the_tip_go() {
+    for bits in 0..16 {
+        let sign = |bit: u32| if bits >> bit & 1 == 1 { -1 } else { 1 };
+        let head = format!(
+            "[rotor]\nazimuth_sign = {}\npitch_sign = {}\nflap_sign = {}\nlag_sign = {}",
+            sign(0),
+            sign(1),
+            sign(2),
+            sign(3)
+        );
+        let moved = |keys: &str, x: Vector| {
+            let motion = cubes(&head, &format!("cyclic = {{ {keys} }}"));
+            sub(motion.pose(0, &at(0.0)).apply(x), x)
+        };
+        let motion = cubes(&head, "cyclic = {}");
+        // A blade goes round towards its leading edge.
+        let tip = [1.0, 0.0, 0.0];
+        let ahead = sub(motion.rotor.turn(0.1).apply(tip), tip);
+        let nose = motion.rotor.leading_edge();
+        assert!(dot(ahead, nose) > 0.0);
+        let way =
+            |up: f64, plus: &'static str, minus: &'static str| if up > 0.0 { plus } else { minus };
+        let told = motion.rotor.conventions();
+        assert!(
+            told[1].contains(&format!("chord (leading edge) {nose:?}")),
+            "{told:?}"
+        );
+        assert_eq!(
+            told[2],
+            format!(
+                "azimuth {} seen from the thrust side, pitch positive nose {}, flap positive {}, lag {} positive",
+                way(ahead[1], "counter-clockwise", "clockwise"),
+                way(moved("collective = 5", nose)[2], "up", "down"),
+                way(moved("coning = 5", tip)[2], "up", "down"),
+                way(
+                    dot(moved("lag = [{ cos = 5 }]", tip), nose),
+                    "lead",
+                    "trail"
+                ),
+            )
+        );
+    }
+}
+
+#[test]
+fn more_than_a_turn_of_pitch_is_told_of() {
+    for (keys, told) in [
+        ("collective = 300, pitch = [{ sin = 59 }]", false),
+        ("collective = 4000", true),
+    ] {
+        let motion = cubes("", &format!("cyclic = {{ {keys} }}"));
+        assert_eq!(
+            motion.warnings(&RbfOptions::default()).len(),
+            usize::from(told),
+            "{keys}"
+        );
+    }
 }
 
 #[test]

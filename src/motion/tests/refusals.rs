@@ -259,6 +259,14 @@ fn a_schedule_without_steps_is_told_why() {
             "hover.toml:3: `step` gives inf steps; at most 1000000 are possible",
         ),
         (
+            "[azimuth]\nstop = 90.0\nstep = 1e-300",
+            "hover.toml:3: `step` gives 9.0e301 steps; at most 1000000 are possible",
+        ),
+        (
+            "[azimuth]\nstart = 1e308\nstop = 90\nstep = 30",
+            "hover.toml:4: `step` leads away from `stop` (90 from 1.0e308 by 30): the schedule has no steps; reverse its sign",
+        ),
+        (
             "[azimuth]\nstop = 10",
             "hover.toml:1: [azimuth] has no `step`; write for instance  step = 10.0",
         ),

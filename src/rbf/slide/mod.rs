@@ -8,6 +8,7 @@
 //! Leaves to `constrained` and `select` how the conditions enter the interpolation.
 
 mod patches;
+mod rims;
 
 use super::constraint::Constraint;
 use crate::geometry::Bounds;
@@ -33,6 +34,8 @@ pub struct Sliding {
     /// Curved patches and edges to project to.
     shapes: Vec<ClosestSurface<'static>>,
     n_patches: usize,
+    /// Points of planar patches that do not slide themselves, with the normals of the planes.
+    rims: Vec<(u32, Vector)>,
     /// Whether all of it lies in a plane mesh.
     in_plane: bool,
 }
@@ -107,6 +110,7 @@ impl Sliding {
             points: sliding_points,
             shapes: build.shapes,
             n_patches: patches.planes.len(),
+            rims: patches.rims(sliding),
             in_plane: patches.in_plane,
         }
     }
@@ -153,6 +157,11 @@ impl Sliding {
     /// Whether points must be projected at every step, since a sliding surface or edge is curved.
     pub fn has_curved(&self) -> bool {
         !self.shapes.is_empty()
+    }
+
+    /// Points of planar patches that do not slide themselves, with the normals of the planes.
+    pub fn rims(&self) -> &[(u32, Vector)] {
+        &self.rims
     }
 
     /// Number of smooth patches of the sliding surfaces.

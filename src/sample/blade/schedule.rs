@@ -21,12 +21,13 @@ pub(super) fn blade(geometry: &Geometry) -> String {
     )
 }
 
-/// The zone `rotor` carried round with the azimuth.
+/// The zone `rotor` in its rotating frame: a cylinder along the blade is no surface that could turn about the
+/// shaft inside the background.
 pub(super) fn rotor(geometry: &Geometry) -> String {
     let boundaries = "[boundaries]\n\
-        zones = [\"rotor\"]  # only this zone deforms and turns\n\
+        zones = [\"rotor\"]  # only this zone deforms\n\
         fixed = [\"farfield\"]\n";
-    text(geometry, "inertial", &one_blade(), boundaries)
+    text(geometry, "rotating", &one_blade(), boundaries)
 }
 
 /// Several blades, each with its own azimuth, carried round with the mesh.

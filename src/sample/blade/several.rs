@@ -8,7 +8,7 @@ use super::sector::{Bound, Sector};
 use super::shape::Shape;
 use super::tube::Tube;
 use super::{BladeGrid, BladeOptions};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::transform::Transform;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Cells, Group, Mesh};
@@ -31,7 +31,12 @@ pub(super) fn mesh(options: &BladeOptions, n_blades: usize) -> Result<Mesh> {
         surface_nodes: options.size.surface_nodes.map(|n| n / n_blades),
         ..options.size
     };
-    let grid = BladeGrid::new(&geometry, &size)?;
+    let grid = BladeGrid::new(&geometry, &size);
+    let of_each = |error: Error| Error {
+        message: format!("for each of {n_blades} blades, {}", error.message),
+        ..error
+    };
+    let grid = grid.map_err(of_each)?;
     let (tube, n_layers) = (grid.tube, grid.n_layers);
     let order = mirrored_order(&tube);
     let shape = Shape::new(&geometry, tube);

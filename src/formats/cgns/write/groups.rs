@@ -4,6 +4,7 @@
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Place};
 use super::names::Names;
+use crate::formats::records::shared_names;
 use crate::mesh::{CellSet, Group, Mesh};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,6 +50,7 @@ pub(super) fn add(
     let mut families = Families::new(base);
     let mut conditions = None;
     let mut condition_names = Names::default();
+    notes.extend(shared_names(mesh));
     for group in &mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
@@ -72,10 +74,10 @@ pub(super) fn add(
     }
 }
 
-/// Cells and nodes are subregions. Edges in space would be too, but for the CGNS library's own checker,
+/// Cells are subregions. Nodes, and edges in space, would be too, but for the CGNS library's own checker,
 /// which wants subregions of cells or of faces.
 fn add_region(draft: &mut Draft, zone: Place, name: &str, of: u8, mesh: u8) -> Place {
-    if of == 1 && mesh == 3 {
+    if of + 1 < mesh {
         return draft.group(zone, name, "UserDefinedData_t");
     }
     let name = (name, "ZoneSubRegion_t");

@@ -1,0 +1,159 @@
+//! What readers and writers are told.
+
+use super::Format;
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// What a reader is told.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {
+    /// VTK cell array that holds boundary tags, when it is not one of the known names.
+    pub tag_array: Option<String>,
+    /// Which step of a sequence in one file; the last when none is given.
+    pub step: Option<usize>,
+}
+
+/// What a writer is told.
+#[derive(Debug, Clone)]
+pub struct WriteOptions {
+    /// How numbers are stored.
+    pub encoding: Encoding,
+    /// Compression of binary data, in formats that have it.
+    pub compression: Compression,
+    /// Precision of coordinates.
+    pub precision: Precision,
+    /// Whether names of tags are written as string arrays (VTU); some readers refuse them.
+    pub tag_names: bool,
+}
+
+impl WriteOptions {
+    /// Names of the options that are set to something of no use to files of this format: text is what
+    /// it is, and only some formats have base64, compression, or names of tags apart from the tags.
+    pub fn without_effect(&self, format: &dyn Format) -> Vec<&'static str> {
+        let name = format.name();
+        let is_xml = name == "vtu" || name == "pvtu";
+        let is_vtk = is_xml || name.starts_with("vtk");
+        let binary_only = name == "vtkhdf" || name == "cgns" || name.starts_with("ugrid-");
+        let no_encoding = match self.encoding {
+            Encoding::Raw => false,
+            Encoding::Base64 => !is_xml,
+            Encoding::Ascii => binary_only,
+        };
+        let packs = is_xml && self.encoding != Encoding::Ascii;
+        let dropped = [
+            ("encoding", no_encoding),
+            (
+                "compression",
+                self.compression != Compression::None && !packs,
+            ),
+            ("tag-names", !self.tag_names && !is_vtk),
+        ];
+        let dropped = dropped.into_iter().filter(|(_, is_dropped)| *is_dropped);
+        dropped.map(|(option, _)| option).collect()
+    }
+
+    /// Refuses coordinates that the wanted precision cannot hold.
+    pub(super) fn check_coordinates(&self, mesh: &Mesh) -> Result<()> {
+        if self.precision == Precision::F64 {
+            return Ok(());
+        }
+        let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
+        match mesh.points.iter().position(too_large) {
+            Some(node) => Err(Error::input(format!(
+                "node {node} has coordinates {:?}, too large for 32 bits; write 64",
+                mesh.points[node]
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self {
+            encoding: Encoding::Raw,
+            compression: Compression::None,
+            precision: Precision::F64,
+            tag_names: true,
+        }
+    }
+}
+
+/// How numbers are stored in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Encoding {
+    /// Binary, as in memory.
+    Raw,
+    /// Binary in base64 (VTU).
+    Base64,
+    /// Text.
+    Ascii,
+}
+
+/// Compression of binary data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Compression {
+    /// None.
+    None,
+    /// zlib.
+    Zlib,
+    /// LZ4 blocks.
+    Lz4,
+    /// LZMA in xz containers.
+    Lzma,
+}
+
+/// Precision of coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Precision {
+    /// 64 bits.
+    F64,
+    /// 32 bits.
+    F32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::by_name;
+
+    #[test]
+    fn options_that_a_format_has_no_use_for_are_known() {
+        let all = WriteOptions {
+            encoding: Encoding::Base64,
+            compression: Compression::Zlib,
+            precision: Precision::F64,
+            tag_names: false,
+        };
+        let ascii = WriteOptions {
+            encoding: Encoding::Ascii,
+            ..all.clone()
+        };
+        for (name, of_all, of_ascii) in [
+            ("vtu", vec![], vec!["compression"]),
+            ("pvtu", vec![], vec!["compression"]),
+            ("vtk", vec!["encoding", "compression"], vec!["compression"]),
+            (
+                "vtkhdf",
+                vec!["encoding", "compression"],
+                vec!["encoding", "compression"],
+            ),
+            (
+                "msh",
+                vec!["encoding", "compression", "tag-names"],
+                vec!["compression", "tag-names"],
+            ),
+            (
+                "ugrid-b8",
+                vec!["encoding", "compression", "tag-names"],
+                vec!["encoding", "compression", "tag-names"],
+            ),
+        ] {
+            let format = by_name(name).expect("it is a format");
+            assert_eq!(all.without_effect(format), of_all, "{name}");
+            assert_eq!(ascii.without_effect(format), of_ascii, "{name}");
+            let usual = WriteOptions::default().without_effect(format);
+            assert!(usual.is_empty(), "{name}: {usual:?}");
+        }
+    }
+}

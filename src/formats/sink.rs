@@ -1,0 +1,82 @@
+//! Where outputs go: files, standard output, devices and pipes.
+
+use crate::error::{Error, Result};
+use std::fs::{self, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Where the bytes of an output go.
+pub(super) enum Sink {
+    /// Standard output, a device or a pipe.
+    Stream(Box<dyn Write>),
+    /// A file, new or to be replaced; links are followed.
+    File(PathBuf),
+}
+
+impl Sink {
+    /// The place of this name; a device or a pipe is opened.
+    pub fn of(path: &Path) -> Result<Self> {
+        if path.as_os_str() == "-" {
+            return Ok(Self::Stream(Box::new(UntilClosed::new(
+                io::stdout().lock(),
+            ))));
+        }
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        match fs::metadata(&target) {
+            Ok(found) if found.is_dir() => {
+                Err(Error::input("this is a folder, not a file").file(path))
+            }
+            Ok(found) if !found.is_file() => {
+                let device = OpenOptions::new().write(true).open(&target);
+                let device = device.map_err(|error| Error::io(path, &error))?;
+                Ok(Self::Stream(Box::new(device)))
+            }
+            _ => Ok(Self::File(target)),
+        }
+    }
+}
+
+/// What an output is called in messages.
+pub(super) fn name_of(path: &Path) -> &Path {
+    match path.as_os_str() == "-" {
+        true => Path::new("<stdout>"),
+        false => path,
+    }
+}
+
+/// A pipe whose reader may leave early, as `head` does: what comes after is dropped quietly.
+struct UntilClosed<W> {
+    pipe: W,
+    is_closed: bool,
+}
+
+impl<W: Write> UntilClosed<W> {
+    fn new(pipe: W) -> Self {
+        Self {
+            pipe,
+            is_closed: false,
+        }
+    }
+}
+
+impl<W: Write> Write for UntilClosed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_closed {
+            return Ok(bytes.len());
+        }
+        match self.pipe.write(bytes) {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+                self.is_closed = true;
+                Ok(bytes.len())
+            }
+            written => written,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self.pipe.flush() {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+            flushed => flushed,
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Closest points on a surface of triangles or, in the plane, of edges.
+
+mod components;
+mod front;
+mod search;
+
+use super::bounds::Bounds;
+use super::curve;
+use super::oriented::{Group, LANES, OrientedBox};
+use super::vector::{Vector, add, scale};
+use components::{components, owners};
+use front::{Block, Front};
+use rayon::prelude::*;
+use search::{Query, Stack, search};
+use std::borrow::Cow;
+
+/// Facets of a leaf.
+const LEAF: usize = 4;
+
+/// Facets in a tree of oriented boxes, ready for closest-point queries.
+#[derive(Debug, Clone)]
+pub struct ClosestSurface<'a> {
+    points: Cow<'a, [Vector]>,
+    /// Corners of each facet, along a space-filling curve. An edge repeats its second.
+    facets: Vec<[u32; 3]>,
+    /// Position of each facet in the list it was built from.
+    origin: Vec<u32>,
+    /// Boxes by level, in groups; the first is of the leaves, and a box of the next holds a group.
+    levels: Vec<Vec<Group>>,
+    /// The connected surface of each point, called by its lowest point.
+    components: Vec<u32>,
+    /// The component of each box, by level; empty where there is one alone.
+    owners: Vec<Vec<u32>>,
+}
+
+/// A point of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot {
+    /// Index of the facet in the list that the surface was built from.
+    pub facet: usize,
+    /// Corners of the facet.
+    pub corners: [u32; 3],
+    /// Barycentric weights of the corners.
+    pub weights: [f64; 3],
+    /// Square of the distance from the asking point.
+    pub distance_squared: f64,
+}
+
+impl<'a> ClosestSurface<'a> {
+    /// Builds the tree over borrowed or owned points. `O(n log n)`.
+    pub fn new(points: impl Into<Cow<'a, [Vector]>>, facets: &[[u32; 3]]) -> Self {
+        let points = points.into();
+        let place = |i: u32| points[i as usize];
+        let centre = |facet: &[u32; 3]| {
+            let [a, b, c] = facet.map(place);
+            scale(add(add(a, b), c), 1.0 / 3.0)
+        };
+        let centres: Vec<Vector> = facets.par_iter().map(centre).collect();
+        let origin = curve::order(&centres);
+        drop(centres);
+        let facets: Vec<[u32; 3]> = origin.par_iter().map(|&i| facets[i as usize]).collect();
+        let around = |leaf: &[[u32; 3]]| {
+            let corners: Vec<Vector> = leaf.iter().flatten().map(|&i| place(i)).collect();
+            OrientedBox::around(&corners)
+        };
+        let mut boxes: Vec<OrientedBox> = facets.par_chunks(LEAF).map(around).collect();
+        let mut levels = Vec::new();
+        while !boxes.is_empty() {
+            levels.push(boxes.par_chunks(LANES).map(Group::new).collect());
+            if boxes.len() <= LANES {
+                break;
+            }
+            boxes = boxes.par_chunks(LANES).map(OrientedBox::joined).collect();
+        }
+        let components = components(points.len(), &facets);
+        let owners = owners(&facets, &components);
+        Self {
+            points,
+            facets,
+            origin,
+            levels,
+            components,
+            owners,
+        }
+    }
+
+    /// The closest point of the surface, if it is nearer than `limit`; of facets that are equally
+    /// near the first.
+    pub fn nearest(&self, point: &Vector, limit: f64) -> Option<Foot> {
+        let query = self.query(point, None);
+        let found = search(&query, &self.root(), limit, None, &mut Stack::new());
+        found.map(|(_, foot)| foot)
+    }
+
+    /// The closest point of the facets that are not connected with the surface point `node`, if it
+    /// is nearer to that than `limit`.
+    pub fn nearest_apart(&self, node: usize, limit: f64) -> Option<Foot> {
+        if self.owners.is_empty() {
+            return None;
+        }
+        let query = self.query(&self.points[node], Some(self.components[node]));
+        let found = search(&query, &self.root(), limit, None, &mut Stack::new());
+        found.map(|(_, foot)| foot)
+    }
+
+    /// Calls `found(i, foot)` for each of `points` that the surface is nearer to than `limit`, as
+    /// [`nearest`](Self::nearest) finds it. Where neighbours in the list are neighbours in space the
+    /// tree is walked down once for many, and a search looks at little more than one leaf.
+    pub fn nearest_each(&self, points: &[Vector], limit: f64, found: &mut dyn FnMut(usize, &Foot)) {
+        if points.is_empty() || self.levels.is_empty() {
+            return;
+        }
+        Block::new(self, limit, found).visit(points, 0, &self.root());
+    }
+
+    /// Where a foot lies.
+    pub fn point(&self, foot: &Foot) -> Vector {
+        let corners = foot.corners.iter().zip(foot.weights);
+        corners.fold([0.0; 3], |sum, (&corner, weight)| {
+            add(sum, scale(self.points[corner as usize], weight))
+        })
+    }
+
+    /// The box around the surface.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::around(
+            self.facets
+                .iter()
+                .flatten()
+                .map(|&i| &self.points[i as usize]),
+        )
+    }
+
+    fn query<'q>(&'q self, point: &'q Vector, apart: Option<u32>) -> Query<'q> {
+        Query {
+            surface: self,
+            points: &self.points,
+            point,
+            apart,
+        }
+    }
+
+    fn root(&self) -> Front {
+        Front {
+            level: self.levels.len().saturating_sub(1),
+            groups: match self.levels.is_empty() {
+                true => Vec::new(),
+                false => vec![0],
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,164 @@
+//! The search for the facet closest to one point: boxes by their distance, the nearest first.
+
+use super::super::facet::closest_weights;
+use super::super::oriented::LANES;
+use super::super::vector::{Vector, add, dot, scale, sub};
+use super::front::{Front, MOST_GROUPS};
+use super::{ClosestSurface, Foot, LEAF};
+use multiversion::multiversion;
+
+/// Boxes that wait in a search: those of a front, and three for each of at most 16 levels.
+const DEPTH: usize = MOST_GROUPS * LANES + 48;
+
+/// A box that waits in a search; at level 0 that of a leaf.
+#[derive(Clone, Copy)]
+struct Waiting {
+    distance_squared: f64,
+    level: u32,
+    node: u32,
+}
+
+/// The nearest boxes first, from those of a front and facet `hint` where there is one.
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+pub(super) fn search(
+    query: &Query<'_>,
+    front: &Front,
+    limit: f64,
+    hint: Option<usize>,
+    waiting: &mut Stack,
+) -> Option<(usize, Foot)> {
+    let surface = query.surface;
+    let mut best = Best {
+        limit: limit * limit,
+        found: None,
+    };
+    if let Some(at) = hint {
+        best.consider(query, at);
+    }
+    waiting.n = 0;
+    for &group in &front.groups {
+        waiting.open(query, front.level, group as usize, best.limit, 0);
+    }
+    while let Some(next) = waiting.pop() {
+        if next.distance_squared > best.limit {
+            continue;
+        }
+        let (level, node) = (next.level as usize, next.node as usize);
+        if level > 0 {
+            let first = waiting.n;
+            waiting.open(query, level - 1, node, best.limit, first);
+            continue;
+        }
+        let end = (LEAF * node + LEAF).min(surface.facets.len());
+        for at in LEAF * node..end {
+            let owner = || surface.components[surface.facets[at][0] as usize];
+            if query.apart.is_none_or(|own| owner() != own) {
+                best.consider(query, at);
+            }
+        }
+    }
+    best.found
+}
+
+/// What a search is for.
+pub(super) struct Query<'a> {
+    pub(super) surface: &'a ClosestSurface<'a>,
+    /// Those of the surface.
+    pub(super) points: &'a [Vector],
+    pub(super) point: &'a Vector,
+    /// The component that is left out.
+    pub(super) apart: Option<u32>,
+}
+
+/// The boxes that wait in a search.
+pub(super) struct Stack {
+    boxes: [Waiting; DEPTH],
+    n: usize,
+}
+
+impl Stack {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        let boxes = [Waiting {
+            distance_squared: 0.0,
+            level: 0,
+            node: 0,
+        }; DEPTH];
+        Self { boxes, n: 0 }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Waiting> {
+        self.n = self.n.checked_sub(1)?;
+        Some(self.boxes[self.n])
+    }
+
+    /// Adds the boxes of a group that may be near enough; those from `first` on stay in order, the
+    /// nearest last.
+    #[inline(always)]
+    fn open(&mut self, query: &Query<'_>, level: usize, group: usize, limit: f64, first: usize) {
+        let surface = query.surface;
+        let distances = surface.levels[level][group].distances_squared(query.point);
+        for lane in 0..LANES {
+            let distance_squared = distances[lane];
+            if distance_squared > limit || distance_squared == f64::INFINITY {
+                continue;
+            }
+            let node = LANES * group + lane;
+            if query
+                .apart
+                .is_some_and(|own| surface.owners[level][node] == own)
+            {
+                continue;
+            }
+            let mut at = self.n;
+            while at > first && self.boxes[at - 1].distance_squared < distance_squared {
+                self.boxes[at] = self.boxes[at - 1];
+                at -= 1;
+            }
+            self.boxes[at] = Waiting {
+                distance_squared,
+                level: level as u32,
+                node: node as u32,
+            };
+            self.n += 1;
+        }
+    }
+}
+
+/// What is found so far: position among the facets, and the foot on it.
+struct Best {
+    limit: f64,
+    found: Option<(usize, Foot)>,
+}
+
+impl Best {
+    #[inline(always)]
+    fn consider(&mut self, query: &Query<'_>, at: usize) {
+        let surface = query.surface;
+        let corners = surface.facets[at];
+        let [a, b, c] = corners.map(|i| sub(query.points[i as usize], *query.point));
+        let weights = closest_weights(&[a, b, c]);
+        let away = add(
+            add(scale(a, weights[0]), scale(b, weights[1])),
+            scale(c, weights[2]),
+        );
+        let distance_squared = dot(away, away);
+        if distance_squared > self.limit {
+            return;
+        }
+        let facet = surface.origin[at] as usize;
+        let first = |(_, found): &(usize, Foot)| facet < found.facet;
+        if distance_squared == self.limit && !self.found.as_ref().is_some_and(first) {
+            return;
+        }
+        self.limit = distance_squared;
+        let foot = Foot {
+            facet,
+            corners,
+            weights,
+            distance_squared,
+        };
+        self.found = Some((at, foot));
+    }
+}

@@ -1,0 +1,141 @@
+//! In what two runs differ that decides what they write, by their records.
+
+use serde_json::{Map, Value};
+
+/// The first difference of two runs.
+#[derive(Debug, PartialEq)]
+pub(super) enum Difference {
+    /// The program or its version: of one run and the other.
+    Program(String, String),
+    /// The kinds of input files, or their number.
+    Inputs,
+    /// The mesh came from standard input, of which there is no hash.
+    NoHash,
+    /// The content of an input file: what it is, and its names in one run and the other.
+    Content(String, String, String),
+    /// An option: its name and values.
+    Option(String, Value, Value),
+}
+
+/// In what two runs differ; `None` where they write the same.
+pub(super) fn difference(one: &Value, other: &Value) -> Option<Difference> {
+    let text = |value: &Value| value.as_str().unwrap_or("an unknown version").to_owned();
+    if one["program"] != other["program"] {
+        let [one, other] = [one, other].map(|record| text(&record["program"]));
+        return Some(Difference::Program(one, other));
+    }
+    let list = |record: &Value| record["inputs"].as_array().cloned().unwrap_or_default();
+    let (inputs, others) = (list(one), list(other));
+    for (input, other) in inputs.iter().zip(&others) {
+        if input["what"] != other["what"] {
+            return Some(Difference::Inputs);
+        }
+        if input["blake3"].is_null() || other["blake3"].is_null() {
+            return Some(Difference::NoHash);
+        }
+        if input["blake3"] != other["blake3"] {
+            let [one, other] = [input, other].map(|input| text(&input["file"]));
+            return Some(Difference::Content(text(&input["what"]), one, other));
+        }
+    }
+    if inputs.len() != others.len() {
+        return Some(Difference::Inputs);
+    }
+    let empty = Map::new();
+    let options = |record: &Value| record["options"].as_object().unwrap_or(&empty).clone();
+    let (options, others) = (options(one), options(other));
+    let other = |name: &String| others.get(name).cloned().unwrap_or_default();
+    let mut differing = options
+        .into_iter()
+        .filter(|(name, value)| other(name) != *value);
+    differing
+        .next()
+        .map(|(name, value)| Difference::Option(name.clone(), value, other(&name)))
+}
+
+impl Difference {
+    /// Of this run and an earlier one, as a sentence on the latter.
+    pub fn since(&self) -> String {
+        match self {
+            Self::Program(now, then) => {
+                format!("it is of {then}, this is {now}, which may write other bytes")
+            }
+            Self::Content(what, now, then) if now == then => {
+                format!("its {what} was not what {now} is now")
+            }
+            Self::Content(what, now, then) => {
+                format!("its {what} was {then}, which was not what {now} is now")
+            }
+            Self::Option(name, now, then) => format!("its {name} was {then}, it is {now} now"),
+            Self::Inputs | Self::NoHash => self.of_inputs(),
+        }
+    }
+
+    /// Of the first part of a sequence and another, as a sentence on the latter.
+    pub fn beside(&self) -> String {
+        match self {
+            Self::Program(first, own) => format!("it is of {own}, the first one of {first}"),
+            Self::Content(what, first, own) if first == own => {
+                format!("its {what}, {own}, had another content")
+            }
+            Self::Content(what, first, own) => {
+                format!("its {what} was {own}, that of the first one {first}, with another content")
+            }
+            Self::Option(name, first, own) => {
+                format!("its {name} was {own}, that of the first one {first}")
+            }
+            Self::Inputs | Self::NoHash => self.of_inputs(),
+        }
+    }
+
+    fn of_inputs(&self) -> String {
+        match self {
+            Self::NoHash => {
+                "its mesh came from standard input, of which there is no hash".to_owned()
+            }
+            _ => "it had more or fewer input files (base points of --base are one)".to_owned(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_difference_is_told_with_both_names() {
+        let of = |schedule: &str, hash: &str, format: &str| {
+            let file = |what: &str, file: &str, hash: &str| json!({ "what": what, "file": file, "blake3": hash });
+            json!({
+                "program": "azimesh 1",
+                "inputs": [file("mesh", "n.vtu", "0"), file("schedule", schedule, hash)],
+                "options": { "format": format },
+            })
+        };
+        let one = of("n.toml", "1", "vtu");
+        let found = |other: &Value| {
+            let difference = difference(&one, other).expect("they differ");
+            (difference.since(), difference.beside())
+        };
+        assert_eq!(difference(&one, &of("moved/n.toml", "1", "vtu")), None);
+        let (since, beside) = found(&of("n.toml", "2", "vtu"));
+        assert_eq!(since, "its schedule was not what n.toml is now");
+        assert_eq!(beside, "its schedule, n.toml, had another content");
+        let (since, beside) = found(&of("n9.toml", "2", "vtu"));
+        assert_eq!(
+            since,
+            "its schedule was n9.toml, which was not what n.toml is now"
+        );
+        assert_eq!(
+            beside,
+            "its schedule was n9.toml, that of the first one n.toml, with another content"
+        );
+        let (since, beside) = found(&of("n.toml", "1", "su2"));
+        assert_eq!(since, "its format was \"su2\", it is \"vtu\" now");
+        assert_eq!(
+            beside,
+            "its format was \"su2\", that of the first one \"vtu\""
+        );
+    }
+}
