@@ -142,7 +142,7 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     refused("steps 3 to 4, 6 are missing");
     deform(folder, "vtu", &["-o", "out", "--steps", "6..7"]);
     deform(folder, "vtu", &["-o", "out", "--steps", "2..5", "--force"]);
-    refused("step 2 is in more than one part");
+    refused("step 2 is in more than one part: 0..3, 2..5; remove the files of one of them");
     for name in ["steps_2-5.csv", "run_2-5.json"] {
         std::fs::remove_file(folder.join("out").join(name)).unwrap();
     }
@@ -191,4 +191,30 @@ fn a_damaged_file_of_a_part_is_found() {
         &["-o", "out", "--steps", "4..7", "--resume"],
     );
     succeed(folder, &["finish", "out"]);
+}
+
+#[test]
+fn a_part_that_overlaps_another_is_refused_in_every_format() {
+    let folder = seven_steps();
+    let folder = folder.path();
+    for (format, option) in [
+        ("vtu", "-q"),
+        ("cgns", "-q"),
+        ("vtkhdf", "-q"),
+        ("vtu", "--resume"),
+        ("cgns", "--resume"),
+    ] {
+        deform(folder, format, &["-o", "out", "--steps", "0..4"]);
+        let before = names(&folder.join("out"));
+        let args = ["deform", "n.vtu", "case.toml", "--format", format, option];
+        let part = ["-o", "out", "--steps", "3..6"];
+        let run = azimesh(folder, &[&args[..], &part].concat());
+        assert_eq!(run.code, 2, "{run:?}");
+        let said = "some of the steps 3..6 belong to the part 0..4, which run_0-4.json tells of";
+        assert!(run.err.contains(said), "{format}: {run:?}");
+        assert_eq!(names(&folder.join("out")), before);
+        deform(folder, format, &["-o", "out", "--steps", "4..7"]);
+        succeed(folder, &["finish", "out", "-q"]);
+        std::fs::remove_dir_all(folder.join("out")).unwrap();
+    }
 }

@@ -109,6 +109,11 @@ fn a_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
         let run = resume("damaged");
         assert!(run.err.starts_with("warning: "), "{run:?}");
         assert!(run.err.contains("step"), "{run:?}");
+        let mut bytes = std::fs::read(out.join(file)).unwrap();
+        bytes.extend(b"junk\n");
+        std::fs::write(out.join(file), bytes).unwrap();
+        let run = resume("longer than it was");
+        assert!(run.err.starts_with("warning: "), "{run:?}");
         std::fs::remove_file(out.join(file)).unwrap();
         resume("lost");
         std::fs::remove_file(out.join("steps.csv")).unwrap();

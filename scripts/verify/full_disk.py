@@ -4,6 +4,7 @@ and ends with exit code 3 on the second, whole files left, which --resume comple
 Needs a file system of its own, a small tmpfs, which only root can mount; says so where it cannot.
 """
 
+import json
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -56,6 +57,8 @@ def check(mesh, folder, name):
         full = deform(mesh, out, name, "--no-space-check")
         assert full.returncode == 3, f"{name}: exit code {full.returncode}\n{full.stderr}"
         assert "No space left on device" in full.stderr, full.stderr
+        outcome = json.loads((out / "run.json").read_text())["outcome"]
+        assert "No space left on device" in outcome, f"{name}: run.json says {outcome}"
         rows, found = finished(out), steps_of(out, name)
         assert 0 < len(rows) < 36, f"{name}: {len(rows)} steps fit"
         assert set(rows) <= set(found), f"{name}: steps.csv has {rows}, the files {sorted(found)}"

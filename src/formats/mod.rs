@@ -31,7 +31,7 @@ pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use save::{
     Waiting, save, save_text, stage, stage_bytes, write_companions, write_file, write_whole,
 };
-pub use sequence::{Begin, CreateSequence, SequenceFile, StepSize};
+pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
@@ -115,9 +115,9 @@ pub trait Format: Sync {
     fn sequence(&self) -> Option<CreateSequence> {
         None
     }
-    /// Bytes that each mesh but the first adds to such a file, at the most.
-    fn sequence_bytes(&self, _step: &StepSize) -> u64 {
-        0
+    /// Bytes that each mesh but the first adds to such a file.
+    fn sequence_bytes(&self, _step: &StepSize) -> StepBytes {
+        StepBytes::default()
     }
     /// Small files that belong beside a mesh written to `path`, with their content.
     fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {

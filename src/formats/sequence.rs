@@ -39,10 +39,25 @@ pub struct StepSize {
     pub number: u64,
     /// Arrays of three components of 8 bytes at the nodes.
     pub n_vectors: u64,
-    /// Arrays at the cells, and the bytes that they have together.
+    /// Arrays at the cells that change, and the bytes that they have together for one cell.
     pub at_cells: (u64, u64),
+    /// Cells, and those of the mesh's own dimension.
+    pub n_cells: (u64, u64),
+    /// Arrays that stay the same.
+    pub n_still: u64,
     /// Steps of the sequence.
     pub n_steps: u64,
+}
+
+/// Bytes that a mesh of a sequence adds to the file of all, at the most.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StepBytes {
+    /// Its coordinates.
+    pub coordinates: u64,
+    /// Its arrays.
+    pub arrays: u64,
+    /// What says where those are.
+    pub rest: u64,
 }
 
 /// What becomes of a file that has the name of a sequence.

@@ -5,6 +5,7 @@ use super::differs::difference;
 use super::finished::Finished;
 use super::lock::{self, Lock};
 use super::output::{self, Names, Part};
+use super::parts;
 use super::progress::Progress;
 use super::record::{self, Clock, Record, Timings, hash_of, hash_of_range};
 use super::table::{self, Row, Rows};
@@ -73,7 +74,7 @@ fn records(folder: &Path) -> Result<Vec<(PathBuf, Value)>> {
     let entries = fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
     let found = entries.filter_map(|entry| {
         let path = entry.ok()?.path();
-        let steps = output::steps_of(&path)?;
+        let steps = parts::steps_of(&path)?;
         Some(((steps.start, steps.end), path))
     });
     let found: BTreeMap<(usize, usize), PathBuf> = found.collect();
@@ -104,7 +105,7 @@ fn sequence(
 }
 
 fn part(names: &Names, first: &Value, path: &Path, content: &Value) -> Result<Written> {
-    let steps = output::steps_of(path).expect("it was found by its name");
+    let steps = parts::steps_of(path).expect("it was found by its name");
     if let Some(difference) = difference(first, content) {
         return Err(Error::input(format!(
             "this part does not belong to the first one: {}",
@@ -377,14 +378,14 @@ mod tests {
 
     #[test]
     fn a_part_is_known_by_the_name_of_its_record() {
-        assert_eq!(output::steps_of(Path::new("d/run_0-12.json")), Some(0..12));
+        assert_eq!(parts::steps_of(Path::new("d/run_0-12.json")), Some(0..12));
         for other in [
             "run.json",
             "run_0-12.csv",
             "steps_0-12.json",
             "run_a-b.json",
         ] {
-            assert_eq!(output::steps_of(Path::new(other)), None, "{other}");
+            assert_eq!(parts::steps_of(Path::new(other)), None, "{other}");
         }
     }
 }

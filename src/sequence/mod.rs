@@ -25,6 +25,7 @@ mod lock;
 mod memory;
 mod meshes;
 mod output;
+mod parts;
 mod pass;
 mod periodic;
 mod plan;

@@ -229,7 +229,7 @@ pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     files(names, |name| names.is_ours(name))
 }
 
-fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
+pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(&names.folder) else {
         return Vec::new();
     };
@@ -261,45 +261,6 @@ pub fn refuse_existing(names: &Names) -> Result<()> {
         "holds {} files of an earlier run, {} among them; --resume goes on with it, --force replaces them",
         existing.len(),
         first.file_name().unwrap_or_default().display()
-    ))
-    .file(&names.folder))
-}
-
-/// The steps that the name of a record says; `None` for one of a whole sequence.
-pub(super) fn steps_of(record: &Path) -> Option<Range<usize>> {
-    let name = record.file_name()?.to_str()?;
-    let steps = name.strip_prefix("run_")?.strip_suffix(".json")?;
-    let (start, end) = steps.split_once('-')?;
-    Some(start.parse().ok()?..end.parse().ok()?)
-}
-
-/// Refuses a part some steps of which belong to another part, or to a whole sequence: a step that is
-/// there twice cannot be joined.
-pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
-    let wanted = names.steps();
-    if !names.is_part() || names.record().exists() {
-        return Ok(());
-    }
-    let overlaps = |record: &PathBuf| match steps_of(record) {
-        Some(other) => other.start < wanted.end && wanted.start < other.end,
-        None => true,
-    };
-    let records = files(names, |name| {
-        name == "run.json" || steps_of(Path::new(name)).is_some()
-    });
-    let Some(record) = records.iter().find(|record| overlaps(record)) else {
-        return Ok(());
-    };
-    let other = match steps_of(record) {
-        Some(other) => format!("the part {}..{}", other.start, other.end),
-        None => "a run of the whole sequence".to_owned(),
-    };
-    Err(Error::input(format!(
-        "some of the steps {}..{} belong to {other}, which {} tells of; give --steps that are not among its own, \
-         go on with it by --resume and its own steps, or remove its files",
-        wanted.start,
-        wanted.end,
-        record.file_name().unwrap_or_default().display(),
     ))
     .file(&names.folder))
 }

@@ -7,6 +7,7 @@ use super::choose::missed;
 use super::finished::Finished;
 use super::lock::Lock;
 use super::output::{self, Names, Part};
+use super::parts;
 use super::pass::Pass;
 use super::plan::Plan;
 use super::progress::Progress;
@@ -94,7 +95,7 @@ pub fn run(
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
     if !request.force {
-        output::refuse_overlap(&names)?;
+        parts::refuse_overlap(&names)?;
     }
     let mut earlier = match request.resume {
         true => Earlier::find(plan, &names, format, &record, progress)?,

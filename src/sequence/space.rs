@@ -7,9 +7,8 @@ use crate::formats::{Compression, Format, Precision, StepSize};
 use crate::motion::QualityOutput;
 use std::path::{Path, PathBuf};
 
-/// The cell arrays of `quality = "cells"`: eleven of numbers and a flag.
-const QUALITY_ARRAYS: u64 = 12;
-const QUALITY_BYTES: u64 = 11 * 8 + 4;
+/// The cell arrays of `quality = "cells"`, fifteen of numbers and a flag, and their bytes for one cell.
+const QUALITY: (u64, u64) = (16, 15 * 8 + 4);
 /// Bytes of the description of an array in a file of one mesh, at the most.
 const DESCRIPTION: u64 = 600;
 /// Text of numbers may come out longer than that of the mesh which was counted: by this part.
@@ -36,39 +35,19 @@ impl Demand {
         (n_steps, n_kept): (usize, usize),
         mesh_bytes: u64,
     ) -> Self {
-        let output = &plan.schedule.output;
-        let n_cells = plan.mesh.cells.len() as u64;
-        let at_cells = match (format.holds_arrays(), output.quality) {
-            (true, QualityOutput::Cells) => (QUALITY_ARRAYS, n_cells * QUALITY_BYTES),
-            _ => (0, 0),
-        };
-        let step = StepSize {
-            n_nodes: plan.reference.len() as u64,
-            is_plane: plan.reference.iter().all(|x| x[2] == 0.0),
-            number: match output.precision {
-                Precision::F64 => 8,
-                Precision::F32 => 4,
-            },
-            n_vectors: match format.holds_arrays() {
-                true => u64::from(output.displacement) + u64::from(output.velocity),
-                false => 0,
-            },
-            at_cells,
-            n_steps: n_steps as u64,
-        };
-        let values = step.n_vectors * step.n_nodes * 24 + at_cells.1;
-        let whole = mesh_bytes + values + (step.n_vectors + at_cells.0) * DESCRIPTION;
-        let whole = match format.holds_arrays() {
-            true => whole,
-            false => whole + whole / TEXT,
-        };
-        let (first, others) = match format.sequence() {
-            Some(_) => {
-                let others = format.sequence_bytes(&step);
-                // Beside the mesh, the lists of steps.
-                (whole + others - others.min(values), others)
+        let step = step_size(plan, format, n_steps);
+        let whole = mesh_bytes + (step.n_vectors + step.at_cells.0) * DESCRIPTION;
+        let (first, others) = match (format.sequence(), format.holds_arrays()) {
+            (Some(_), _) => {
+                let bytes = format.sequence_bytes(&step);
+                let added = bytes.arrays + bytes.rest;
+                (whole + added, bytes.coordinates + added)
             }
-            None => (whole, whole),
+            (None, true) => {
+                let arrays = step.n_vectors * step.n_nodes * 24 + step.n_cells.0 * step.at_cells.1;
+                (whole + arrays, whole + arrays)
+            }
+            (None, false) => (whole + whole / TEXT, whole + whole / TEXT),
         };
         Self {
             n_steps: (n_steps - n_kept) as u64,
@@ -85,6 +64,31 @@ impl Demand {
                 .saturating_mul(self.others)
                 .saturating_add(self.first),
         }
+    }
+}
+
+/// What each mesh has of its own.
+fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
+    let (output, mesh) = (&plan.schedule.output, &plan.mesh);
+    let at_nodes = u64::from(output.displacement) + u64::from(output.velocity);
+    let (n_vectors, at_cells) = match (format.holds_arrays(), output.quality) {
+        (true, QualityOutput::Cells) => (at_nodes, QUALITY),
+        (true, _) => (at_nodes, (0, 0)),
+        (false, _) => (0, (0, 0)),
+    };
+    let n_volume: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
+    StepSize {
+        n_nodes: plan.reference.len() as u64,
+        is_plane: plan.reference.iter().all(|x| x[2] == 0.0),
+        number: match output.precision {
+            Precision::F64 => 8,
+            Precision::F32 => 4,
+        },
+        n_vectors,
+        at_cells,
+        n_cells: (mesh.cells.len() as u64, n_volume as u64),
+        n_still: (mesh.point_arrays.len() + mesh.cell_arrays.len()) as u64,
+        n_steps: n_steps as u64,
     }
 }
 

@@ -29,7 +29,9 @@ mod write;
 mod zone;
 
 use super::hdf5::is_hdf5;
-use super::{CreateSequence, Format, Notes, ReadOptions, Source, StepSize, WriteOptions};
+use super::{
+    CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
+};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -98,7 +100,7 @@ impl Format for Cgns {
         })
     }
 
-    fn sequence_bytes(&self, step: &StepSize) -> u64 {
+    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
         write::sequence::step_bytes(step)
     }
 }

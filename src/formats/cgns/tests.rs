@@ -308,6 +308,17 @@ fn cells_that_cgns_does_not_have_are_refused_with_the_remedy() {
     );
 }
 
+/// Arrays of the mesh as a whole: at two steps the same, then others, then none.
+fn field_arrays(step: i32) -> Vec<DataArray> {
+    let time = DataArray::scalar("TimeValue", Values::F64(vec![f64::from(step / 2)]));
+    let hub = DataArray::tuples("hub", 3, Values::F32(vec![1.0, 2.0, 3.0]));
+    match step {
+        3 => Vec::new(),
+        2 => vec![time, hub, DataArray::scalar("new", Values::I32(vec![7]))],
+        _ => vec![time, hub],
+    }
+}
+
 #[test]
 fn a_sequence_grows_and_is_whole_after_each_step() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -323,6 +334,7 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
         if step == 2 {
             mesh.cell_arrays[0].values = Values::F64(vec![f64::from(step); 8]);
         }
+        mesh.field_arrays = field_arrays(step);
         file.append(f64::from(step) * 0.25, &mesh)
             .expect("it is appended");
         let source = Source::open(&path).expect("it has its name");
@@ -338,6 +350,7 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
                 .expect("it is read");
             assert_eq!(found.points[5][2], 1.5 + f64::from(earlier));
             assert_eq!(found.point_arrays, mesh.point_arrays);
+            assert_eq!(found.field_arrays, field_arrays(earlier));
             let Values::F64(quality) = &found.cell_arrays[0].values else {
                 panic!("quality is of 64 bits");
             };
@@ -352,6 +365,30 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
         error.to_string().contains("other nodes or cells"),
         "{error}"
     );
+}
+
+#[test]
+fn round_off_does_not_lift_a_plane_sequence_out_of_its_plane() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let create = Cgns.sequence().expect("CGNS has sequences");
+    let path = folder.path().join("m.cgns");
+    let mut file = create(&path, &WriteOptions::default(), Begin::Anew).expect("it starts");
+    let triangle = |z: f64| {
+        let mut mesh = Mesh {
+            points: vec![[0.0, 0.0, z], [3.0, 0.0, 0.0], [0.0, 2.0, -z]],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+        mesh
+    };
+    for z in [1e-16, 0.0, 2e-16] {
+        file.append(0.0, &triangle(z)).expect("a plane step");
+    }
+    let error = file.append(0.0, &triangle(1e-9)).expect_err("it is lifted");
+    assert!(error.to_string().contains("leaves the plane"), "{error}");
+    let bytes = std::fs::read(&path).expect("it is there");
+    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    assert_eq!(back.points, triangle(0.0).points);
 }
 
 #[test]

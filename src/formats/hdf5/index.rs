@@ -210,14 +210,16 @@ impl Chunks {
     }
 }
 
-/// Bytes that a step writes of an index when there are so many chunks, at the most.
+/// Bytes that a step writes of an index of so many chunks, at the most.
 pub(in crate::formats) fn index_bytes(n_chunks: u64) -> u64 {
-    const CHUNKS_OF_A_LEAF: u64 = 20;
-    const NODES_OF_A_NODE: u64 = 14;
-    let mut n_nodes = n_chunks.div_ceil(CHUNKS_OF_A_LEAF);
-    let mut bytes = 2 * NODE as u64;
+    // The header, and the nodes that become full once in a while.
+    const HEADER: u64 = 80;
+    let chunks = Chunks::new(2);
+    let width = chunks.level(0).width() as u64;
+    let mut n_nodes = n_chunks.div_ceil(width);
+    let mut bytes = HEADER + NODE as u64;
     while n_nodes > 1 {
-        n_nodes = n_nodes.div_ceil(NODES_OF_A_NODE);
+        n_nodes = n_nodes.div_ceil(width / 2);
         bytes += NODE as u64;
     }
     bytes

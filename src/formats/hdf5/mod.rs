@@ -56,7 +56,7 @@ mod tree;
 mod write;
 
 pub(super) use self::{
-    column::Column,
+    column::{Column, column_bytes},
     element::Element,
     grow::{Growing, Stored},
     index::{Chunks, index_bytes},

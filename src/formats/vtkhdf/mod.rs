@@ -17,10 +17,13 @@ mod extent;
 mod faces;
 mod read;
 mod sequence;
+mod series;
 mod write;
 
 use super::hdf5::{self, File, Group};
-use super::{CreateSequence, Format, Notes, ReadOptions, Source, StepSize, WriteOptions};
+use super::{
+    CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
+};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -79,7 +82,7 @@ impl Format for VtkHdf {
         Some(|path, options, begin| Ok(Box::new(sequence::Sequence::create(path, options, begin)?)))
     }
 
-    fn sequence_bytes(&self, step: &StepSize) -> u64 {
+    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
         sequence::step_bytes(step)
     }
 }

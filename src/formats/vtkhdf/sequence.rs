@@ -1,11 +1,11 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
-use super::super::hdf5::{
-    Chunks, Column, Data, Element, Growing, Links, Stored, Tree, index_bytes,
-};
+use super::super::hdf5::{Column, Data, Element, Growing, Links, Stored, Tree};
+use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::vtk::plan::Plan;
-use super::super::{Begin, SequenceFile, StepSize, WriteOptions};
+use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, shape};
+use super::series::Series;
 use super::write::Grid;
 use crate::error::{Error, Result};
 use crate::mesh::{Cells, Mesh};
@@ -42,27 +42,6 @@ struct Topology {
     has_polyhedra: bool,
     counts: Vec<(&'static str, u64)>,
     datasets: Links,
-}
-
-/// A dataset to which a step adds rows, unless it has those of the step before.
-struct Series {
-    group: &'static str,
-    name: String,
-    element: Element,
-    n_rows: u64,
-    n_components: u64,
-    /// Rows of a chunk, and chunks of a step.
-    chunk_rows: u64,
-    n_chunks: u64,
-    n_pieces: u64,
-    chunks: Chunks,
-    last: Option<blake3::Hash>,
-    /// The whole dataset as long as all steps have the rows of the first.
-    object: Option<Stored>,
-    /// The first row of each step.
-    offsets: Column,
-    /// Of an array of the mesh as a whole, its components and rows at each step.
-    sizes: Column,
 }
 
 impl Sequence {
@@ -246,67 +225,6 @@ fn changed(step: usize, block: &Block, how: &str) -> Error {
     ))
 }
 
-impl Series {
-    fn new(block: &Block, chunk_limit: u64) -> Self {
-        let row = block.n_components * block.element.size();
-        let n_chunks = (block.n_rows * row).div_ceil(chunk_limit).max(1);
-        Self {
-            group: block.group,
-            name: block.name.clone(),
-            element: block.element,
-            n_rows: block.n_rows,
-            n_components: block.n_components,
-            chunk_rows: block.n_rows.div_ceil(n_chunks),
-            n_chunks,
-            n_pieces: 0,
-            chunks: Chunks::new(shape(1, block.n_components).len()),
-            last: None,
-            object: None,
-            offsets: Column::new(Element::I64, &[]),
-            sizes: Column::new(Element::I64, &[2]),
-        }
-    }
-
-    /// Rows from one piece to the next.
-    fn stride(&self) -> u64 {
-        self.chunk_rows * self.n_chunks
-    }
-
-    fn row(&self) -> u64 {
-        self.n_components * self.element.size()
-    }
-
-    /// Bytes that fill up the last chunk of a piece.
-    fn padding(&self) -> u64 {
-        (self.stride() - self.n_rows) * self.row()
-    }
-
-    /// Adds the rows of a step.
-    fn add(&mut self, stored: Stored) {
-        let chunk_bytes = self.chunk_rows * self.row();
-        for i in 0..self.n_chunks {
-            self.chunks.push(stored.past(i * chunk_bytes));
-        }
-        self.n_pieces += 1;
-    }
-
-    /// Adds the dataset to the file as it is now.
-    fn add_to<'a>(&'a self, grid: &mut Grid<'a>) {
-        let parent = grid.group(self.group);
-        if let Some(object) = self.object {
-            grid.tree.object(parent, &self.name, object);
-            return;
-        }
-        let shape = shape(self.n_pieces * self.stride(), self.n_components);
-        let data = Data::Chunks {
-            rows: self.chunk_rows,
-            chunks: &self.chunks,
-        };
-        let tree = &mut grid.tree;
-        tree.dataset(parent, &self.name, self.element, &shape, data);
-    }
-}
-
 /// The datasets of `Steps` of one number a step, but for those that belong to a series.
 fn columns(has_polyhedra: bool) -> Vec<(&'static str, Column)> {
     let mut names = vec![
@@ -370,15 +288,19 @@ fn tree<'a>(
     grid
 }
 
-/// Bytes that a step adds to a file, at the most: values, then headers, indices and datasets of one
-/// number a step.
-pub(super) fn step_bytes(step: &StepSize) -> u64 {
-    const GROUPS: u64 = 4000;
-    const ARRAY: u64 = 400;
-    let (n_at_cells, bytes_at_cells) = step.at_cells;
+/// Bytes that a step adds to a file: values; headers, indices and datasets of one number a step.
+pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
+    const GROUPS: u64 = 2400;
+    const ARRAY: u64 = 450;
+    const STILL: u64 = 250;
+    let (n_at_cells, of_a_cell) = step.at_cells;
     let n_series = 1 + step.n_vectors + n_at_cells;
-    let values = step.n_nodes * (3 * step.number + 24 * step.n_vectors) + bytes_at_cells;
-    values + GROUPS + n_series * (ARRAY + index_bytes(step.n_steps))
+    let of_arrays = n_series * (ARRAY + index_bytes(step.n_steps)) + step.n_still * STILL;
+    StepBytes {
+        coordinates: step.n_nodes * 3 * step.number,
+        arrays: step.n_nodes * 24 * step.n_vectors + step.n_cells.0 * of_a_cell,
+        rest: GROUPS + of_arrays + column_bytes(step.n_steps, 8),
+    }
 }
 
 fn store(file: &mut Growing, block: &Block) -> Result<Stored> {

@@ -53,7 +53,8 @@ pub(super) fn write(
     let sorted = plan::sorted(mesh)?;
     let mesh = sorted.as_ref().unwrap_or(mesh);
     let faces = FaceTable::of(mesh);
-    let mut static_part = Static::new(mesh, &faces)?;
+    let is_flat = mesh.points.iter().all(|point| point[2] == 0.0);
+    let mut static_part = Static::new(mesh, &faces, is_flat)?;
     let (draft, zone) = (&mut static_part.draft, static_part.zone);
     options.check_coordinates(mesh)?;
     let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
@@ -101,12 +102,13 @@ struct Static<'a> {
 }
 
 impl<'a> Static<'a> {
-    fn new(mesh: &'a Mesh, faces: &'a FaceTable) -> Result<Self> {
+    /// Of a mesh, all of whose nodes lie in the plane z = 0 where `is_flat`.
+    fn new(mesh: &'a Mesh, faces: &'a FaceTable, is_flat: bool) -> Result<Self> {
         let mut notes = Vec::new();
         let dimension = mesh.dimension().max(1);
         let n_axes = match dimension {
             3 => 3,
-            _ if mesh.points.iter().all(|point| point[2] == 0.0) => 2,
+            _ if is_flat => 2,
             _ => 3,
         };
         let mut names = Names::of_zone();

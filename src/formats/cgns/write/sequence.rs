@@ -1,18 +1,20 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
 //! once; pointers of the zone to those of each step, and times.
 
-use super::super::super::hdf5::{Column, Element, Growing, Links, Tree, index_bytes};
-use super::super::super::{Begin, SequenceFile, StepSize, WriteOptions};
+use super::super::super::hdf5::{Column, Element, Growing, Links, Tree, column_bytes};
+use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS};
 use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
 use super::draft::{self, Draft, Kind, Open};
 use super::faces::FaceTable;
 use super::fields::fields;
+use super::names::LONGEST;
 use super::series::{Given, Series, names, padded, step_name};
 use super::{SIMULATION, SORTED, Static, TIMES};
 use super::{add_length_exponents, coordinates, plan};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Mesh};
+use rayon::prelude::*;
 use std::path::Path;
 use std::slice::from_ref;
 
@@ -81,7 +83,7 @@ impl Sequence {
             zone,
             n_axes,
             notes,
-        } = Static::new(mesh, &faces)?;
+        } = Static::new(mesh, &faces, is_flat(mesh))?;
         self.notes = notes;
         draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
         draft.text(zone, MOTION, "ArbitraryGridMotion_t", "DeformingGrid");
@@ -98,8 +100,7 @@ impl Sequence {
 
     fn append_grid(&mut self, mesh: &Mesh) -> Result<()> {
         let first = self.first.as_mut().expect("the first step has set it");
-        let is_flat = first.n_axes == 3 || mesh.points.iter().all(|point| point[2] == 0.0);
-        if !is_flat {
+        if first.n_axes == 2 && !is_flat(mesh) {
             return Err(Error::input(format!(
                 "step {} leaves the plane z = 0, in which the first step lies; the file has x and y only",
                 self.steps.n
@@ -252,18 +253,33 @@ impl SequenceFile for Sequence {
     }
 }
 
-/// Bytes that a step adds to a file, at the most: values, then a node for each array, and lists of
-/// one name a step.
-pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> u64 {
-    const GROUPS: u64 = 4000;
+/// Bytes that a step adds to a file: values; nodes, and lists of one number or name a step.
+pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> StepBytes {
+    const NODES: u64 = 3700;
+    const COORDINATE: u64 = 950;
     const ARRAY: u64 = 500;
-    // Lists of times, of coordinates and of solutions.
-    const LISTS: u64 = 4;
     let n_axes = if step.is_plane { 2 } else { 3 };
-    let (n_at_cells, bytes_at_cells) = step.at_cells;
-    let n_arrays = 2 * n_axes + n_axes * step.n_vectors + n_at_cells;
-    let values = step.n_nodes * n_axes * (step.number + 8 * step.n_vectors) + bytes_at_cells;
-    values + GROUPS + n_arrays * ARRAY + LISTS * index_bytes(step.n_steps / 8)
+    let (n_at_cells, of_a_cell) = step.at_cells;
+    let n_lists = 1 + u64::from(step.n_vectors > 0) + u64::from(n_at_cells > 0);
+    let lists = n_lists * column_bytes(step.n_steps, LONGEST as u64);
+    let arrays = n_axes * COORDINATE + (3 * step.n_vectors + n_at_cells) * ARRAY;
+    // A step that changes one array of a solution has nodes for all of them.
+    let still = (n_lists - 1).min(1) * step.n_still * ARRAY;
+    StepBytes {
+        coordinates: step.n_nodes * n_axes * step.number,
+        arrays: step.n_nodes * n_axes * 8 * step.n_vectors + step.n_cells.1 * of_a_cell,
+        rest: NODES + arrays + still + lists + column_bytes(step.n_steps, 8),
+    }
+}
+
+/// Whether all nodes lie in the plane z = 0, but for what turning them has left of round-off.
+fn is_flat(mesh: &Mesh) -> bool {
+    const ROUND_OFF: f64 = 1e-14;
+    let largest = |axis: usize| {
+        let sizes = mesh.points.par_iter().map(|point| point[axis].abs());
+        sizes.reduce(|| 0.0, f64::max)
+    };
+    largest(2) <= ROUND_OFF * largest(0).max(largest(1))
 }
 
 /// What must be the same at every step: cells and groups.
