@@ -1,12 +1,10 @@
-//! Motions from tables: six degrees of freedom and bending blades.
+//! Motions from tables of six degrees of freedom, and what tests of tables share.
 
-use super::{parse, two_cubes, two_squares};
+use super::{two_cubes, two_squares};
 use crate::error::Result;
 use crate::geometry::transform::Matrix;
-use crate::geometry::vector::{Vector, add, distance, dot, sub};
-use crate::motion::{Motion, RbfOptions, Step};
-use proptest::prelude::*;
-use std::fmt::Write as _;
+use crate::geometry::vector::{Vector, distance, dot};
+use crate::motion::Motion;
 
 /// A schedule of one body beside the files that it names, on a mesh.
 pub(super) fn resolve(
@@ -30,7 +28,7 @@ pub(super) fn resolve(
 }
 
 /// What a wrong table is told, without its folder.
-fn told(plane: bool, body: &str, table: &str) -> String {
+pub(super) fn told(plane: bool, body: &str, table: &str) -> String {
     let azimuths = "azimuth.values = [0, 30]";
     let found = resolve(plane, azimuths, body, &[("m.csv", table)]);
     let error = found.expect_err("it is wrong").to_string();
@@ -40,33 +38,33 @@ fn told(plane: bool, body: &str, table: &str) -> String {
     }
 }
 
-fn place(motion: &Motion, step: usize, x: Vector) -> Vector {
+pub(super) fn place(motion: &Motion, step: usize, x: Vector) -> Vector {
     motion.pose(0, &motion.steps[step]).apply(x)
 }
 
 #[track_caller]
-fn assert_near(found: Vector, expected: Vector) {
+pub(super) fn assert_near(found: Vector, expected: Vector) {
     assert!(
         distance(found, expected) < 2e-15,
         "{found:?} is not {expected:?}"
     );
 }
 
-fn times(m: Matrix, x: Vector) -> Vector {
+pub(super) fn times(m: Matrix, x: Vector) -> Vector {
     m.map(|row| dot(row, x))
 }
 
-fn rx(t: f64) -> Matrix {
+pub(super) fn rx(t: f64) -> Matrix {
     let (s, c) = t.sin_cos();
     [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
 }
 
-fn ry(t: f64) -> Matrix {
+pub(super) fn ry(t: f64) -> Matrix {
     let (s, c) = t.sin_cos();
     [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
 }
 
-fn rz(t: f64) -> Matrix {
+pub(super) fn rz(t: f64) -> Matrix {
     let (s, c) = t.sin_cos();
     [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
 }
@@ -197,292 +195,6 @@ fn a_wrong_table_is_told_its_line() {
         typo.starts_with("m.csv:1: column `rot_z` is not known here; did you mean `rot_z_"),
         "{typo}"
     );
-}
-
-const BEAM: &str = "station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n";
-
-#[test]
-fn a_beam_bends_up_between_its_stations() {
-    let table = format!("{BEAM}0,0,0,0,0,0,0\n0.5,0,0,0.1,0,0,0\n1,0,0,0.4,0,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let motion = motion.expect("it is good");
-    assert!(!motion.is_rigid(0));
-    for (r, dz) in [
-        (0.0, 0.0),
-        (0.25, 0.05),
-        (0.5, 0.1),
-        (0.75, 0.25),
-        (1.0, 0.4),
-        (7.0, 0.4),
-    ] {
-        let x = [r, 0.3, 0.0];
-        assert_near(place(&motion, 0, x), [r, 0.3, dz]);
-    }
-}
-
-#[test]
-fn sections_twist_about_a_quarter_of_the_chord_nose_up() {
-    // The face goes from y = 0 to y = 1, its leading edge: a quarter of the chord is at 0.75.
-    let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let motion = motion.expect("it is good");
-    let (sin, cos) = 10f64.to_radians().sin_cos();
-    let nose = place(&motion, 0, [0.5, 1.0, 0.0]);
-    assert!(
-        distance(nose, [0.5, 0.75 + 0.25 * cos, 0.25 * sin]) < 1e-15,
-        "{nose:?}"
-    );
-    assert_near(place(&motion, 0, [0.5, 0.75, 0.0]), [0.5, 0.75, 0.0]);
-}
-
-#[test]
-fn the_quarter_chord_of_a_clockwise_rotor_is_at_its_own_leading_edge() {
-    let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]\nrotor.azimuth_sign = -1",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let motion = motion.expect("it is good");
-    assert_near(place(&motion, 0, [0.5, 0.25, 0.0]), [0.5, 0.25, 0.0]);
-    assert_eq!(
-        motion.notes(),
-        [
-            "body \"blade\": its quarter chord goes from [0.0000, 0.2500, 0.0000] to [1.0000, 0.2500, 0.0000], \
-          with the leading edge towards [0.000, -1.000, 0.000]"
-        ]
-    );
-}
-
-#[test]
-fn a_lifting_line_of_its_own_is_shown_and_told_of_where_it_is_beside_the_blade() {
-    let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
-    for (line, ends, is_beside) in [
-        (
-            "0,0,0.5,0\n1,1,0.5,0",
-            "[0.0000, 0.5000, 0.0000] to [1.0000, 0.5000, 0.0000]",
-            false,
-        ),
-        (
-            "0,0,-0.4,0\n1,1,1.4,0",
-            "[0.0000, -0.4000, 0.0000] to [1.0000, 1.4000, 0.0000]",
-            false,
-        ),
-        (
-            "0,5,0.5,0\n1,9,0.5,0",
-            "[5.0000, 0.5000, 0.0000] to [9.0000, 0.5000, 0.0000]",
-            true,
-        ),
-    ] {
-        let motion = resolve(
-            false,
-            "azimuth.values = [0]",
-            "beam = { table = \"m.csv\", lifting_line = \"l.csv\" }",
-            &[
-                ("m.csv", &table),
-                ("l.csv", &format!("station,x,y,z\n{line}\n")),
-            ],
-        );
-        let motion = motion.expect("it is good");
-        assert!(
-            motion.notes()[0].starts_with(&format!(
-                "body \"blade\": its lifting line goes from {ends}"
-            )),
-            "{:?}",
-            motion.notes()
-        );
-        let warnings = motion.warnings(&RbfOptions::default());
-        assert_eq!(!warnings.is_empty(), is_beside, "{warnings:?}");
-    }
-}
-
-#[test]
-fn a_flap_of_five_degrees_adds_to_a_beam() {
-    let table = format!("{BEAM}0,0,0,0.1,0,0,0\n1,0,0,0.1,0,0,0\n");
-    let body = "cyclic = { flap = [ { sin = 5.0 } ] }\nbeam = { table = \"m.csv\" }";
-    let motion =
-        resolve(false, "azimuth.values = [90]", body, &[("m.csv", &table)]).expect("it is good");
-    let (sin, cos) = 5f64.to_radians().sin_cos();
-    let tip = place(&motion, 0, [1.0, 0.75, 0.0]);
-    assert_near(tip, [cos - 0.1 * sin, 0.75, sin + 0.1 * cos]);
-}
-
-#[test]
-fn a_wrong_beam_table_is_told_its_line() {
-    let beam = "beam = { table = \"m.csv\" }";
-    let told = |table: String| told(false, beam, &table);
-    let missing = told("azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg\n".into());
-    assert!(
-        missing.starts_with("m.csv:1: the table has no"),
-        "{missing}"
-    );
-    assert_eq!(
-        told(format!(
-            "azimuth_deg,{BEAM}0,0,0,0,0,0,0,0\n0,0,0,0,0,0,0,0\n"
-        )),
-        "m.csv:3: azimuth 0 deg, station 0 is given twice, first in line 2; keep one of the rows"
-    );
-    assert_eq!(
-        told(format!("{BEAM}5,0,0,0,0,0,0\n6,0,0,0,0,0,0\n")),
-        "m.csv:2: the stations go from 5 to 6, but body \"blade\" lies between 0 and 1 along its span; stations are lengths in mesh units from the hub"
-    );
-    let axis = "cyclic = { collective = 1, pitch_axis = [0.1, 0] }\nbeam = { table = \"m.csv\" }";
-    assert_eq!(
-        super::driven::told(false, axis, "x\n1\n"),
-        "hover.toml:7: body \"blade\" has both `pitch_axis` and a beam, whose sections pitch about its lifting line; leave `pitch_axis` out"
-    );
-}
-
-#[test]
-fn a_blade_that_goes_on_far_past_its_table_is_told_of() {
-    let table = format!("{BEAM}0,0,0,0,0,0,0\n0.5,0,0,0.1,0,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let notes = motion.expect("it is good").notes();
-    assert_eq!(notes.len(), 2);
-    assert!(
-        notes[0].ends_with(
-            "has no stations between 0.5 and 1; the values of its last one are held there"
-        ),
-        "{notes:?}"
-    );
-}
-
-#[test]
-fn a_schedule_is_parsed_without_its_tables() {
-    let text = "azimuth.values = [0]\n[[body]]\nname = \"a\"\ntags = [\"a\"]\nbeam = { table = \"nowhere.csv\", interpolation = \"cubic\", lifting_line = \"line.csv\" }\n";
-    let schedule = parse(text).expect("a good schedule");
-    let beam = schedule.bodies[0].beam.as_ref().expect("it is there");
-    assert_eq!(beam.lifting_line.as_deref(), Some("line.csv"));
-}
-
-/// Everything that eq. 2 and 3 depend on, with two azimuths and two stations.
-#[derive(Debug, Clone)]
-struct Case {
-    hub: Vector,
-    offset: f64,
-    psi: f64,
-    pitch: [f64; 3],
-    flap: [f64; 2],
-    lag: f64,
-    hinge: f64,
-    line: [Vector; 2],
-    /// Rows at azimuths 0 and 180 degrees, stations 0 and 2: lengths, then degrees.
-    rows: [[f64; 6]; 4],
-}
-
-impl Case {
-    fn motion(&self) -> Motion {
-        let mut table = format!("azimuth_deg,{BEAM}");
-        for ((psi, r), row) in [(0, 0), (0, 2), (180, 0), (180, 2)].iter().zip(&self.rows) {
-            let row = row.map(|value| format!("{value:?}")).join(",");
-            writeln!(table, "{psi},{r},{row}").expect("a string grows");
-        }
-        let [a, b] = self.line.map(|x| x.map(|x| format!("{x:?}")).join(","));
-        let line = format!("station,x,y,z\n-0.5,{a}\n1.5,{b}\n");
-        let [collective, sin, cos] = self.pitch;
-        let [coning, flap] = self.flap;
-        let body = format!(
-            "azimuth_offset = {:?}\ncyclic = {{ collective = {collective:?}, pitch = [ {{ sin = {sin:?}, cos = {cos:?} }} ], coning = {coning:?}, flap = [ {{ cos = {flap:?} }} ], lag = [ {{ sin = {:?} }} ], flap_hinge = {:?} }}\nbeam = {{ table = \"m.csv\", lifting_line = \"line.csv\" }}",
-            self.offset, self.lag, self.hinge
-        );
-        let head = format!(
-            "azimuth.values = [{:?}]\nrotor.hub = {:?}",
-            self.psi, self.hub
-        );
-        resolve(
-            false,
-            &head,
-            &body,
-            &[("m.csv", &table), ("line.csv", &line)],
-        )
-        .expect("it is good")
-    }
-
-    /// The equations term by term, with matrices in the blade's frame.
-    fn expected(&self, x: Vector) -> Vector {
-        let to_blade = rz(-self.offset.to_radians());
-        let [r, y, z] = times(to_blade, sub(x, self.hub));
-        let along = (r / 2.0).clamp(0.0, 1.0);
-        let turned = (self.psi + self.offset).rem_euclid(360.0) / 180.0;
-        let (first, part) = if turned < 1.0 {
-            (0, turned)
-        } else {
-            (1, turned - 1.0)
-        };
-        let six = |azimuth: usize, station: usize| self.rows[2 * (azimuth % 2) + station];
-        let at: [f64; 6] = std::array::from_fn(|i| {
-            let span = |azimuth| (1.0 - along) * six(azimuth, 0)[i] + along * six(azimuth, 1)[i];
-            (1.0 - part) * span(first) + part * span(first + 1)
-        });
-        let on_line = ((r + 0.5) / 2.0).clamp(0.0, 1.0);
-        let beyond = r - (-0.5 + 2.0 * on_line);
-        let mut x_ref: Vector =
-            std::array::from_fn(|i| (1.0 - on_line) * self.line[0][i] + on_line * self.line[1][i]);
-        x_ref[0] += beyond;
-        let psi = (self.psi + self.offset).to_radians();
-        let pitch = self.pitch[0] + self.pitch[1] * psi.sin() + self.pitch[2] * psi.cos();
-        let flap = self.flap[0] + self.flap[1] * psi.cos();
-        let angles =
-            [at[3] + pitch, at[4], at[5], -flap, self.lag * psi.sin()].map(f64::to_radians);
-        let x_r = times(rx(angles[0]), sub([r, y, z], x_ref));
-        let x_r = times(rz(angles[2]), times(ry(angles[1]), x_r));
-        let hinge = [self.hinge, 0.0, 0.0];
-        let bent = add(add(x_r, sub(x_ref, hinge)), [at[0], at[1], at[2]]);
-        let moved = add(hinge, times(rz(angles[4]), times(ry(angles[3]), bent)));
-        add(self.hub, times(rz(self.offset.to_radians()), moved))
-    }
-}
-
-prop_compose! {
-    fn cases()(
-        hub in prop::array::uniform3(-0.2..0.2),
-        offset in -20.0..20.0,
-        psi in -720.0..720.0,
-        pitch in prop::array::uniform3(-20.0..20.0),
-        flap in prop::array::uniform2(-9.0..9.0),
-        lag in -9.0..9.0,
-        hinge in -0.5..0.5,
-        line in prop::array::uniform2(prop::array::uniform3(-0.3..0.3)),
-        rows in prop::array::uniform4(prop::array::uniform6(-0.9..0.9)),
-    ) -> Case {
-        let rows = rows.map(|row: [f64; 6]| std::array::from_fn(|i| if i < 3 { row[i] } else { 30.0 * row[i] }));
-        Case { hub, offset, psi, pitch, flap, lag, hinge, line, rows }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-    #[test]
-    fn beams_are_the_equations_evaluated_term_by_term(
-        case in cases(),
-        points in prop::array::uniform4(prop::array::uniform3(-1.0..3.0)),
-    ) {
-        let motion = case.motion();
-        let step: &Step = &motion.steps[0];
-        for x in points {
-            let pose = motion.pose(0, step);
-            let expected = case.expected(x);
-            for found in [pose.apply(x), pose.map(x).apply(x)] {
-                prop_assert!(distance(found, expected) < 2e-14, "{found:?} {expected:?}");
-            }
-        }
-    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Tests of the whole room: schedules as a user writes them, on small meshes.
 
+mod beams;
 mod bodies;
 mod displacements;
 mod driven;
