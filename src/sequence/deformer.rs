@@ -175,7 +175,8 @@ impl<'a> Deformer<'a> {
         Ok(error)
     }
 
-    /// Carries a step round in the inertial frame, and sets nodes that follow others.
+    /// Carries a step round in the inertial frame, sets nodes that follow others, and keeps a plane mesh
+    /// in its plane.
     fn carry(&self, step: &Step, out: &mut [Vector]) {
         let plan = self.plan;
         if let Some(carry) = plan.motion.carry(step) {
@@ -192,6 +193,11 @@ impl<'a> Deformer<'a> {
         let carry = plan.motion.carry(step);
         plan.periodic
             .follow(&plan.motion, &plan.reference, carry.as_ref(), out);
+        if plan.mesh.dimension() == 2 {
+            // Round-off lifts no node out of the plane.
+            let places = out.par_iter_mut().zip(&plan.reference);
+            places.for_each(|(x, at_rest)| x[2] = at_rest[2]);
+        }
     }
 
     /// Sliding nodes on their boundary; with the correction also the others where the motion puts them at

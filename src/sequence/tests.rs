@@ -292,3 +292,27 @@ fn coordinates_are_rounded_where_the_format_writes_32_bits() {
     }
     assert!(!rounds("vtu", Precision::F64) && rounds("ugrid-b4", Precision::F64));
 }
+
+#[test]
+fn a_plane_mesh_keeps_its_plane_to_the_last_bit() {
+    let cyclic = "cyclic = { collective = 3.0, pitch = [ { sin = 5.0 } ] }";
+    for z in [0.0, 0.1] {
+        let mut mesh = airfoil();
+        mesh.points.iter_mut().for_each(|x| x[2] = z);
+        let schedule = format!(
+            "azimuth = {{ start = 0.0, stop = 90.0, step = 15.0 }}\nrotor.hub = [0.1, 0.2, {z}]\n\
+             body = [ {{ name = \"a\", tags = [\"airfoil\"], {cyclic} }} ]\n{WALLS}"
+        );
+        let plan = plan_on(mesh, &schedule).expect("they fit");
+        let all = 0..plan.motion.steps.len();
+        let selections = choose(&plan, &all, &Silent).expect("there are base points");
+        let deformer = Deformer::new(&plan, selections, &all, &Silent).expect("it can be made");
+        let mut points = plan.reference.clone();
+        for step in &plan.motion.steps {
+            deformer.points_at(step, &mut points).expect("it deforms");
+            let moved = |(x, at_rest): (&Vector, &Vector)| x[..2] != at_rest[..2];
+            assert!(points.iter().zip(&plan.reference).any(moved));
+            assert!(points.iter().all(|x| x[2] == z), "step {}", step.index);
+        }
+    }
+}

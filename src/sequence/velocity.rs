@@ -107,6 +107,9 @@ impl<'a> Velocities<'a> {
             set_surface(plan, step, &mut out);
         }
         plan.periodic.follow_directions(&mut out);
+        if plan.mesh.dimension() == 2 {
+            out.par_iter_mut().for_each(|v| v[2] = 0.0);
+        }
         let Some(carry) = plan.motion.carry_moving(step) else {
             return out;
         };
