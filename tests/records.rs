@@ -138,8 +138,8 @@ fn what_a_format_cannot_hold_is_told_once_a_run() {
     for (format, about, told) in [
         (
             "vtk",
-            "base64",
-            "legacy files have no base64; numbers are written as they are",
+            "encoding",
+            "output.encoding has no effect on files of format = \"vtk\"",
         ),
         (
             "su2",
