@@ -186,7 +186,8 @@ pub struct RotorAxes {
     pub frame: Frame,
     /// Signs of the angles.
     pub signs: Signs,
-    in_plane: bool,
+    /// Whether the mesh is plane, in x and y.
+    pub in_plane: bool,
 }
 
 impl RotorAxes {

@@ -193,7 +193,7 @@ impl<'a> Deformer<'a> {
         let carry = plan.motion.carry(step);
         plan.periodic
             .follow(&plan.motion, &plan.reference, carry.as_ref(), out);
-        if plan.mesh.dimension() == 2 {
+        if plan.motion.rotor.in_plane {
             // Round-off lifts no node out of the plane.
             let places = out.par_iter_mut().zip(&plan.reference);
             places.for_each(|(x, at_rest)| x[2] = at_rest[2]);

@@ -103,7 +103,7 @@ pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
 /// The outermost of some points along the span of a body's blade.
 pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
     let rotor = &plan.motion.rotor;
-    if plan.mesh.dimension() == 2 {
+    if plan.motion.rotor.in_plane {
         return None;
     }
     let offset = plan.motion.bodies[body].azimuth_offset;

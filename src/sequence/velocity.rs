@@ -107,7 +107,7 @@ impl<'a> Velocities<'a> {
             set_surface(plan, step, &mut out);
         }
         plan.periodic.follow_directions(&mut out);
-        if plan.mesh.dimension() == 2 {
+        if plan.motion.rotor.in_plane {
             out.par_iter_mut().for_each(|v| v[2] = 0.0);
         }
         let Some(carry) = plan.motion.carry_moving(step) else {
