@@ -9,16 +9,16 @@ use std::fmt::Write as _;
 
 const BEAM: &str = "station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n";
 
+/// The blade that a good table bends.
+fn bent(head: &str, table: &str) -> Motion {
+    let body = "beam = { table = \"m.csv\" }";
+    resolve(false, head, body, &[("m.csv", table)]).expect("it is good")
+}
+
 #[test]
 fn a_beam_bends_up_between_its_stations() {
     let table = format!("{BEAM}0,0,0,0,0,0,0\n0.5,0,0,0.1,0,0,0\n1,0,0,0.4,0,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let motion = motion.expect("it is good");
+    let motion = bent("azimuth.values = [0]", &table);
     assert!(!motion.is_rigid(0));
     for (r, dz) in [
         (0.0, 0.0),
@@ -37,13 +37,7 @@ fn a_beam_bends_up_between_its_stations() {
 fn sections_twist_about_a_quarter_of_the_chord_nose_up() {
     // The face goes from y = 0 to y = 1, its leading edge: a quarter of the chord is at 0.75.
     let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let motion = motion.expect("it is good");
+    let motion = bent("azimuth.values = [0]", &table);
     let (sin, cos) = 10f64.to_radians().sin_cos();
     let nose = place(&motion, 0, [0.5, 1.0, 0.0]);
     assert!(
@@ -56,13 +50,7 @@ fn sections_twist_about_a_quarter_of_the_chord_nose_up() {
 #[test]
 fn the_quarter_chord_of_a_clockwise_rotor_is_at_its_own_leading_edge() {
     let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]\nrotor.azimuth_sign = -1",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let motion = motion.expect("it is good");
+    let motion = bent("azimuth.values = [0]\nrotor.azimuth_sign = -1", &table);
     assert_near(place(&motion, 0, [0.5, 0.25, 0.0]), [0.5, 0.25, 0.0]);
     assert_eq!(
         motion.notes(),
@@ -155,13 +143,7 @@ fn a_wrong_beam_table_is_told_its_line() {
 #[test]
 fn a_blade_that_goes_on_far_past_its_table_is_told_of() {
     let table = format!("{BEAM}0,0,0,0,0,0,0\n0.5,0,0,0.1,0,0,0\n");
-    let motion = resolve(
-        false,
-        "azimuth.values = [0]",
-        "beam = { table = \"m.csv\" }",
-        &[("m.csv", &table)],
-    );
-    let notes = motion.expect("it is good").notes();
+    let notes = bent("azimuth.values = [0]", &table).notes();
     assert_eq!(notes.len(), 2);
     assert!(
         notes[0].ends_with(
