@@ -4,7 +4,7 @@ use super::{Context, Outcome};
 use crate::error::{Error, Result};
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
-use crate::sequence::{Kind, Plan, base, check_tolerance, choose};
+use crate::sequence::{Kind, Layer, Plan, base, check_tolerance, choose};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -98,7 +98,17 @@ fn report(
         }
     }
     if !met {
-        context.warn("the tolerance is not met; a smaller support_radius, another kernel or more max_points would help");
+        let layers = plan.layers.iter().zip(selections);
+        let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
+        let worst = layers.max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+        let (layer, selection) = worst.expect("there is always a layer");
+        context.complain(&format!(
+            "the tolerance {} is not met: {} base points leave {:.3e}; a smaller support_radius, another kernel or \
+             more max_points would help",
+            layer.tolerance,
+            selection.base.len(),
+            selection.measured
+        ));
     }
     Ok(match met {
         true => Outcome::Fine,
