@@ -101,11 +101,11 @@ fn report(
         let layers = plan.layers.iter().zip(selections);
         let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
         let worst = layers.max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
-        let (layer, selection) = worst.expect("there is always a layer");
+        let (_, selection) = worst.expect("there is always a layer");
         context.complain(&format!(
             "the tolerance {} is not met: {} base points leave {:.3e}; a smaller support_radius, another kernel or \
              more max_points would help",
-            layer.tolerance,
+            plan.tolerance,
             selection.base.len(),
             selection.measured
         ));
