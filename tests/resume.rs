@@ -262,7 +262,7 @@ fn only_the_same_run_is_gone_on_with() {
     std::fs::remove_file(folder.join("out/steps.csv")).unwrap();
     let run = deform(folder, "out", &["--resume"]);
     assert!(
-        run.code == 2 && run.err.contains("but no run.json"),
+        run.code == 2 && run.err.contains("but no whole run.json"),
         "{run:?}"
     );
 }
@@ -379,6 +379,10 @@ fn a_lost_record_lets_no_other_inputs_in() {
                     .all(|name| after[name] == before[name])
             );
             assert!(before.keys().eq(after.keys()));
+            case(folder, &[("step = 60.0", "step = 45.0")]);
+            let run = resume();
+            let said = "step 1 was at azimuth 60, it is at 45 now; --force starts anew";
+            assert!(run.code == 2 && run.err.contains(said), "{run:?}");
             case(folder, &[]);
             assert_eq!(resume().code, 0);
             assert!(left(&folder.join("out")) == before);

@@ -73,6 +73,9 @@ impl Earlier {
             earlier.rows = table::read(&names.table())?;
         }
         check_names(&earlier.rows, then.as_ref(), names)?;
+        if then.is_none() {
+            check_azimuths(&earlier.rows, plan, names)?;
+        }
         earlier.check_rows(plan, names);
         if !names.is_in_one() {
             earlier.check_files(plan, names, format, progress);
@@ -275,6 +278,24 @@ fn check_names(rows: &Rows, then: Option<&Value>, names: &Names) -> Result<()> {
     .file(&names.table()))
 }
 
+/// Refuses rows of a run whose record is lost that are of other steps than those of the schedule.
+fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
+    let steps = &plan.motion.steps[names.steps()];
+    let other = steps.iter().find_map(|step| {
+        let row = rows.get(&step.index)?;
+        let (then, now) = (row.text("azimuth_deg"), step.azimuth_deg.to_string());
+        let is_other = row.text("file") == names.mesh(step.index) && then != now;
+        is_other.then(|| (step.index, then, now))
+    });
+    match other {
+        None => Ok(()),
+        Some((step, then, now)) => Err(Error::input(format!(
+            "this run cannot be gone on with: step {step} was at azimuth {then}, it is at {now} now; --force starts anew"
+        ))
+        .file(&names.table())),
+    }
+}
+
 /// Whether there are parts in the folder of a whole sequence.
 fn has_parts(names: &Names) -> bool {
     let is_part = |path: &PathBuf| parts::steps_of(path).is_some();
@@ -284,14 +305,14 @@ fn has_parts(names: &Names) -> bool {
 fn no_record(names: &Names) -> Error {
     let record = names.record();
     let record = record.file_name().unwrap_or_default().display();
-    let hint = match names.is_part() {
-        true => "",
-        false => {
-            " (parts begun with --steps are gone on with by the same --steps, and joined by `azimesh finish`)"
+    let hint = match has_parts(names) {
+        false => "",
+        true => {
+            " (parts are gone on with by their own --steps, and `azimesh finish` joins them, also again)"
         }
     };
     Error::input(format!(
-        "holds files of an earlier run but no {record}, so that nothing can be verified; --force starts anew{hint}"
+        "holds files of an earlier run but no whole {record}, so that nothing can be verified; --force starts anew{hint}"
     ))
     .file(&names.folder)
 }
