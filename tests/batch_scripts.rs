@@ -1,7 +1,7 @@
 //! The scripts of docs/examples, with Slurm's variables set by hand: a step with inverted cells keeps nothing
 //! from being joined, and a signal reaches the run.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
 #![cfg(unix)]
 
 mod support;

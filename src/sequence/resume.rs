@@ -285,7 +285,7 @@ fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
         let row = rows.get(&step.index)?;
         let (then, now) = (row.text("azimuth_deg"), step.azimuth_deg.to_string());
         let is_other = row.text("file") == names.mesh(step.index) && then != now;
-        is_other.then(|| (step.index, then, now))
+        is_other.then_some((step.index, then, now))
     });
     match other {
         None => Ok(()),

@@ -66,6 +66,9 @@ struct Judged {
     met: Vec<(usize, f64)>,
 }
 
+/// Where a condition holds, `None` for one mesh alone, and the value of its column there.
+type Met = (Option<Step>, f64);
+
 /// All that is told.
 struct Findings<'a> {
     meshes: Vec<Judged>,
@@ -282,7 +285,7 @@ impl<'a> Findings<'a> {
     }
 
     /// The conditions that hold, with the meshes where they do and the values there.
-    fn met(&self) -> Vec<(&'a Criterion, Vec<(Option<Step>, f64)>)> {
+    fn met(&self) -> Vec<(&'a Criterion, Vec<Met>)> {
         let of = |i: usize| {
             let all = self.meshes.iter().flat_map(|mesh| {
                 let own = mesh.met.iter().filter(move |(met, _)| *met == i);
@@ -312,10 +315,8 @@ impl<'a> Findings<'a> {
 }
 
 /// A condition that holds, with its steps where there are several meshes, and the worst value.
-fn sentence(criterion: &Criterion, met: &[(Option<Step>, f64)]) -> String {
-    let worse = |worst: (Option<Step>, f64), other: (Option<Step>, f64)| match criterion
-        .is_worse(other.1, worst.1)
-    {
+fn sentence(criterion: &Criterion, met: &[Met]) -> String {
+    let worse = |worst: Met, other: Met| match criterion.is_worse(other.1, worst.1) {
         true => other,
         false => worst,
     };
