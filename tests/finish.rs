@@ -390,13 +390,16 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     deform(folder, "vtu", &["-o", "out", "--steps", "0..3"]);
     deform(folder, "vtu", &["-o", "out", "--steps", "5..6"]);
     refused(
-        "steps 3 to 4, 6 are missing: no part has 3 to 4, 6 (there are run_0-3.json, run_5-6.json). \
-         `azimesh deform --steps A..B --resume`",
+        "steps 3 to 4, 6 are missing: no part has 3 to 4, 6 (there are run_0-3.json, run_5-6.json), \
+         `azimesh deform --steps A..B --resume` writes one",
     );
     let table = folder.join("out/steps_5-6.csv");
     let rows = std::fs::read_to_string(&table).unwrap();
     std::fs::write(&table, rows.lines().next().unwrap()).unwrap();
-    refused("(there are run_0-3.json, run_5-6.json), the run of run_5-6.json has not written 5");
+    refused(
+        "steps 3 to 6 are missing: the run of run_5-6.json has not written 5, \
+         `azimesh deform --steps 5..6 --resume` does; no part has 3 to 4, 6 (there are",
+    );
     std::fs::write(&table, rows).unwrap();
     deform(folder, "vtu", &["-o", "out", "--steps", "6..7"]);
     deform(folder, "vtu", &["-o", "out", "--steps", "2..5", "--force"]);

@@ -177,11 +177,7 @@ fn check_steps(names: &Names, parts: &[Written]) -> Result<()> {
                     .filter(|part| twice.iter().any(|step| part.rows.contains_key(step)))
             )
         ),
-        (missing, _) => format!(
-            "{} missing: {}. `azimesh deform --steps A..B --resume`, with the A and B of a part, writes what it lacks",
-            told(missing),
-            lacking(missing, parts)
-        ),
+        (missing, _) => format!("{} missing: {}", told(missing), lacking(missing, parts)),
     };
     Err(Error::input(message).file(&names.folder))
 }
@@ -192,39 +188,32 @@ fn ranges<'a>(parts: impl Iterator<Item = &'a Written>) -> String {
     parts.map(range).collect::<Vec<_>>().join(", ")
 }
 
-/// Where steps are missing: in which parts, or in none.
+/// Where steps are missing, in which parts or in none, and what writes them.
 fn lacking(missing: &[usize], parts: &[Written]) -> String {
     let record = |part: &Written| format!("run_{}-{}.json", part.steps.start, part.steps.end);
+    let mut rest = missing.to_vec();
     let mut sentences = Vec::new();
-    let in_a_part = |step: &usize| parts.iter().any(|part| part.steps.contains(step));
-    let in_none: Vec<usize> = missing
-        .iter()
-        .filter(|step| !in_a_part(step))
-        .copied()
-        .collect();
-    if !in_none.is_empty() {
-        let all = parts.iter().map(record).collect();
-        let steps = runs(&in_none);
-        sentences.push(format!(
-            "no part has {steps} (there are {})",
-            some(all, "parts")
-        ));
-    }
     for part in parts {
-        let own: Vec<usize> = missing
-            .iter()
-            .filter(|step| part.steps.contains(step))
-            .copied()
+        let own: Vec<usize> = rest
+            .extract_if(.., |step| part.steps.contains(step))
             .collect();
         if !own.is_empty() {
+            let Range { start, end } = part.steps;
+            let (record, own) = (record(part), runs(&own));
             sentences.push(format!(
-                "the run of {} has not written {}",
-                record(part),
-                runs(&own)
+                "the run of {record} has not written {own}, `azimesh deform --steps {start}..{end} --resume` does"
             ));
         }
     }
-    some(sentences, "parts")
+    if !rest.is_empty() {
+        let all = some(parts.iter().map(record).collect(), "parts");
+        let rest = runs(&rest);
+        sentences.push(format!(
+            "no part has {rest} (there are {all}), `azimesh deform --steps A..B --resume` writes one"
+        ));
+    }
+    sentences.truncate(MOST_NAMED);
+    sentences.join("; ")
 }
 
 /// Steps as a subject: runs of them where there are several in a row.
