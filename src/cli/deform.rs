@@ -48,6 +48,10 @@ pub struct DeformArgs {
     /// Start even where the disk has no room for all steps
     #[arg(long)]
     no_space_check: bool,
+    /// Do not wait until each step is on the disk: faster on some disks, and a power cut may cost steps that are
+    /// in steps.csv
+    #[arg(long)]
+    no_sync: bool,
     /// Refuse a run that needs more memory, as 4G or 500M (powers of 1024); the mapped input does not
     /// count
     #[arg(long, value_name = "SIZE", value_parser = memory::parse)]
@@ -84,6 +88,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         resume: args.resume,
         keep_going: args.keep_going,
         no_space_check: args.no_space_check,
+        no_sync: args.no_sync,
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&mut plan, &request, &*context.progress(), &stop)?;

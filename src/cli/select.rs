@@ -2,6 +2,7 @@
 
 use super::{Context, Outcome};
 use crate::error::{Error, Result};
+use crate::formats::Commit;
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
 use crate::sequence::{Kind, Plan, base, check_tolerance, choose};
@@ -25,11 +26,9 @@ pub struct SelectArgs {
 
 pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    for path in [args.output.clone(), base::picture_of(&args.output)] {
-        if path.exists() && !args.force {
-            return Err(Error::input("exists already; --force replaces it").file(&path));
-        }
-    }
+    let commit = Commit::with_force(args.force);
+    commit.check(&args.output)?;
+    commit.check(&base::picture_of(&args.output))?;
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
     for choice in &plan.choices {
@@ -45,7 +44,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
         .file(&args.schedule));
     }
     let selections = choose(&plan, &stretches[0], &*context.progress())?;
-    base::save(&plan, &selections, &args.output)?;
+    base::save(&plan, &selections, &args.output, commit)?;
     report(args, &plan, &selections, context)
 }
 

@@ -4,6 +4,7 @@
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
 pub mod cgns;
+mod emerging;
 pub mod gmsh;
 mod hdf5;
 mod hidden;
@@ -26,10 +27,10 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use hidden::end_hidden;
+pub use hidden::{Commit, clear_left, end_hidden, folder_of, is_same, sync_folder};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use save::{
-    Waiting, save, save_text, stage, stage_bytes, write_companions, write_file, write_whole,
+    Waiting, save, save_text, stage, stage_bytes, stage_companions, stage_file, stage_whole,
 };
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, is_series, pvd, read_series, vtk_series};

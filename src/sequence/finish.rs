@@ -58,12 +58,12 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     finished.warnings = union(&parts, "warnings");
     finished.failures = union(&parts, "failures");
     finished.timings.total = clock.seconds();
-    save_text(&table::text(&rows), &names.table())?;
+    save_text(&table::text(&rows), &names.table(), names.commit)?;
     let record = joined(&names, &parts, &finished);
     record.save()?;
     finished.timings = record.timings();
     for (path, text) in output::series(&names, &rows) {
-        save_text(&text, &path)?;
+        save_text(&text, &path, names.commit)?;
     }
     lock::remove_left(folder)?;
     Ok(finished)
@@ -271,7 +271,7 @@ fn join_meshes(
 ) -> Result<Rows> {
     let path = names.path(&names.mesh(0));
     let create = format.sequence().expect("one file holds all steps");
-    let mut file = create(&path, &write_options(parts)?, Begin::Anew)?;
+    let mut file = create(&path, &write_options(parts)?, Begin::Anew, true)?;
     let mut rows = Rows::new();
     progress.start("joining", Some(names.steps().len() as u64));
     let steps = parts.iter().flat_map(|part| {
@@ -290,7 +290,7 @@ fn join_meshes(
         };
         let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
         let time = output::time(row).unwrap_or(step as f64);
-        let hash = file.append(time, &loaded.mesh);
+        let hash = file.push(time, &loaded.mesh);
         let hash = hash.map_err(|error| error.file(&path))?;
         let mut row = row.clone();
         row.set("file", names.mesh(step));
@@ -333,7 +333,7 @@ fn values(parts: &[Written], key: &str) -> Vec<Value> {
 
 /// The record of the whole sequence.
 fn joined(names: &Names, parts: &[Written], finished: &Finished) -> Record {
-    let mut record = Record::of(names.record(), parts[0].record.clone());
+    let mut record = Record::of(names, parts[0].record.clone());
     for key in ["resumed", "steps_kept", "step_ends"] {
         record.remove(key);
     }

@@ -94,7 +94,7 @@ impl Run<'_> {
             Err(error) if error.kind != Kind::System => return Err(error),
             _ => {}
         }
-        let kept = files.into_iter().try_for_each(Waiting::keep);
+        let kept = Waiting::keep_all(files);
         done.and(kept)
     }
 

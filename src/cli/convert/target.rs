@@ -117,9 +117,13 @@ impl Run<'_> {
             .into_iter()
             .map(|step| (is_sequence.then_some(step), times[step]));
         match place {
-            Place::File { path, format } => formats::write_file(path, |hidden| {
-                self.write_one_file(input, steps, (path, hidden), *format)
-            }),
+            Place::File { path, format } => {
+                let write =
+                    |hidden: &Path| self.write_one_file(input, steps, (path, hidden), *format);
+                let ((), file) = formats::stage_file(path, self.args.write.commit(), write)?;
+                self.wait(file);
+                Ok(())
+            }
             Place::Listed {
                 stem,
                 format,
@@ -137,10 +141,10 @@ impl Run<'_> {
         format: &'static dyn Format,
     ) -> Result<()> {
         let create = format.sequence().expect("asked before");
-        let mut file = create(hidden, &self.args.write.options(), Begin::Anew)?;
+        let mut file = create(hidden, &self.args.write.options(), Begin::Fill, false)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
-            let append = || file.append(time, &mesh);
+            let append = || file.push(time, &mesh);
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }
@@ -187,7 +191,11 @@ impl Run<'_> {
                 true => pvd(entries()),
                 false => vtk_series(entries()),
             };
-            self.wait(stage_bytes(text.as_bytes(), list)?);
+            self.wait(stage_bytes(
+                text.as_bytes(),
+                list,
+                self.args.write.commit(),
+            )?);
         }
         Ok(())
     }
@@ -195,14 +203,15 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         self.remark_on_options(format);
-        let options = self.args.write.options();
+        let (options, commit) = (self.args.write.options(), self.args.write.commit());
         self.args.write.check_companions(mesh, path, format)?;
         let write = || match self.args.pieces {
             Some(n) => {
-                let (notes, files) = formats::pvtu::stage_pieces(mesh, path, n.get(), &options)?;
+                let (notes, files) =
+                    formats::pvtu::stage_pieces(mesh, path, n.get(), &options, commit)?;
                 Ok((notes, vec![files]))
             }
-            None => formats::stage(mesh, path, format, &options),
+            None => formats::stage(mesh, path, format, &options, commit),
         };
         let (notes, files) = self.context.stage("writing", write)?;
         files.into_iter().for_each(|file| self.wait(file));

@@ -46,9 +46,9 @@ struct Topology {
 
 impl Sequence {
     /// A file, which takes its name with the first mesh unless it has it.
-    pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin, sync: bool) -> Result<Self> {
         Ok(Self {
-            file: Growing::create(path, begin)?,
+            file: Growing::create(path, begin, sync)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             notes: Vec::new(),
@@ -80,6 +80,10 @@ impl SequenceFile for Sequence {
         let topology = self.topology.as_ref().expect("the first step has set it");
         let grid = tree(topology, &self.series, &self.columns, self.n_steps);
         self.file.finish_step(&grid.tree)
+    }
+
+    fn commit(&mut self) -> Result<()> {
+        self.file.commit()
     }
 
     fn notes(&self) -> &[String] {
