@@ -132,7 +132,7 @@ impl Rule {
     pub fn note(&self, what: &str, name: &str, written: &str) -> Option<String> {
         let why = match (self.fit)(name, self.longest) == written {
             true => self.why.to_owned(),
-            false => format!("{}, and another {what} has that name", self.why),
+            false => format!("{}, and that name is taken", self.why),
         };
         (name != written).then(|| format!("{what} {name:?} is written as \"{written}\": {why}"))
     }
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(RULE.note("tag", "a", "a"), None);
         let note = |written| RULE.note("tag", "a b", written).expect("it changes");
         assert_eq!(note("a_b"), "tag \"a b\" is written as \"a_b\": no spaces");
-        assert!(note("a_b_2").ends_with("no spaces, and another tag has that name"));
+        assert!(note("a_b_2").ends_with("no spaces, and that name is taken"));
     }
 
     #[test]

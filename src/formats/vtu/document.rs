@@ -69,6 +69,8 @@ pub(super) struct Piece<'a> {
 impl Document<'_> {
     /// Gives arrays of one name in one place different names, in every piece the same.
     pub fn tell_arrays_apart(&mut self, notes: &mut Notes) {
+        let fields = self.field_data.iter_mut();
+        tell_apart("field", fields.map(|array| &mut array.name), notes);
         for piece in &mut self.pieces {
             for (what, arrays) in [
                 ("point", &mut piece.point_data),
