@@ -303,8 +303,11 @@ fn integers(values: &[i64], element: Element) -> Part<'static> {
 /// Names of tags, which are text.
 const TEXT: Rule = Rule {
     longest: usize::MAX,
-    fit: |name, _| name.replace('\0', "_"),
-    why: "text in files of VTK has no bytes of zero",
+    fit: |name, _| match name {
+        "" => "_".to_owned(),
+        name => name.replace('\0', "_"),
+    },
+    why: "names of tags in files of VTK have one byte at least and no zero",
 };
 
 fn content<'a>(array: &'a DataArray, name: &'a str) -> Content<'a> {
