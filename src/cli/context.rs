@@ -2,7 +2,7 @@
 
 use super::Common;
 use super::threads::Threads;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, is_unseen, lines, one_line};
 use crate::formats::{self, Format, Loaded, ReadOptions, Source};
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -99,14 +99,14 @@ impl Context {
     pub fn print_result(&self, text: &str) -> Result<()> {
         match self.common.quiet {
             true => Ok(()),
-            false => self.print(text),
+            false => self.print(&lines(text)),
         }
     }
 
     /// The same to stderr, where a mesh goes to standard output.
     pub fn print_aside(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(text.trim_end());
+            to_stderr(&lines(text.trim_end()));
         }
     }
 
@@ -126,27 +126,27 @@ impl Context {
         if let Some(object) = value.as_object_mut() {
             object.shift_insert(0, "version".into(), 1.into());
         }
-        self.print(&format!("{value:#}\n"))
+        self.print(&format!("{}\n", seen(&format!("{value:#}"))))
     }
 
     /// A remark on stderr, unless quiet.
     pub fn note(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(&format!("note: {text}"));
+            to_stderr(&format!("note: {}", one_line(text)));
         }
     }
 
     /// A warning on stderr, unless quiet.
     pub fn warn(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(&format!("warning: {text}"));
+            to_stderr(&format!("warning: {}", one_line(text)));
         }
     }
 
     /// A remark on stderr for those who asked for more with `-v`.
     pub fn detail(&self, text: &str) {
         if self.common.verbose > 0 {
-            to_stderr(text);
+            to_stderr(&one_line(text));
         }
     }
 
@@ -154,6 +154,18 @@ impl Context {
     pub fn error(&self, error: &Error) {
         to_stderr(&format!("error: {error}"));
     }
+}
+
+/// JSON whose every control character stands as an escape: JSON itself wants that of the first 32 only.
+fn seen(json: &str) -> String {
+    let mut seen = String::with_capacity(json.len());
+    for c in json.chars() {
+        match c != '\n' && is_unseen(c) {
+            true => seen += &format!("\\u{:04x}", u32::from(c)),
+            false => seen.push(c),
+        }
+    }
+    seen
 }
 
 fn to_stderr(text: &str) {

@@ -1,7 +1,7 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::{Context, Outcome, memory};
-use crate::error::Result;
+use crate::error::{Result, path_in_line};
 use crate::formats;
 use crate::motion::Schedule;
 use crate::quality::Criterion;
@@ -197,7 +197,7 @@ fn summary(folder: &Path, finished: &Finished) -> String {
         "{kept}{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
          {inverted}{jacobian}\n\
          {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, writing {:.2} (overlapping)\n",
-        folder.display(),
+        path_in_line(folder),
         finished.n_steps,
         finished.n_base,
         finished.surface_error,

@@ -1,7 +1,7 @@
 //! `azimesh report`: one HTML page of a sequence.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, path_in_line};
 use crate::formats::{self, Commit};
 use crate::report;
 use serde_json::json;
@@ -63,7 +63,7 @@ fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
         true => Ok(()),
         false => context.print_result(&format!(
             "{}: {} steps, {bytes} bytes\n",
-            output.display(),
+            path_in_line(output),
             page.n_steps
         )),
     }

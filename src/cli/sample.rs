@@ -1,7 +1,7 @@
 //! `azimesh sample`: makes a mesh and its schedule, and says what they are.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, path_in_line};
 use crate::formats::{self, Commit, WriteOptions, save_text};
 use crate::mesh::Mesh;
 use crate::sample::{
@@ -236,9 +236,9 @@ fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) 
     }
     context.print_result(&format!(
         "{}: {}; schedule: {}\n",
-        path.display(),
+        path_in_line(path),
         summary(mesh, n_surface),
-        schedule.display()
+        path_in_line(schedule)
     ))
 }
 

@@ -1,7 +1,7 @@
 //! `azimesh select`: base points chosen once and saved.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, path_in_line};
 use crate::formats::Commit;
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
@@ -84,7 +84,7 @@ fn report(
         for (layer, selection) in chosen {
             context.print_result(&format!(
                 "{}: {} {} of {} surface points, error {:.3e}, {:.3e} allowed\n",
-                args.output.display(),
+                path_in_line(&args.output),
                 selection.base.len(),
                 match layer.kind {
                     Kind::Displacement => "base points",

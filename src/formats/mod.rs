@@ -10,6 +10,7 @@ mod hdf5;
 mod hidden;
 pub mod legacy;
 mod lexer;
+mod names;
 mod options;
 mod packed;
 pub mod pvtu;
@@ -33,12 +34,13 @@ pub use save::{
     Waiting, save, save_text, stage, stage_bytes, stage_companions, stage_file, stage_whole,
 };
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
-pub use series::{Listed, is_series, pvd, read_series, vtk_series};
+pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub use source::Source;
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 pub use packed::without_packing;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -128,25 +130,43 @@ pub trait Format: Sync {
 
 /// Sentences on data of a file that a mesh cannot hold.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Notes(Vec<String>);
+pub struct Notes {
+    sentences: Vec<String>,
+    /// Texts that were read as Latin-1.
+    latin1: BTreeSet<String>,
+}
 
 impl Notes {
     /// Adds a sentence, once.
     pub fn push(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
-        if !self.0.contains(&sentence) {
-            self.0.push(sentence);
+        if !self.sentences.contains(&sentence) {
+            self.sentences.push(sentence);
+        }
+    }
+
+    /// Notes a text that was read as Latin-1.
+    fn latin1(&mut self, text: &str) {
+        self.latin1.insert(text.to_owned());
+    }
+
+    /// Adds what there is to say of the file as a whole.
+    fn close(&mut self) {
+        let texts = std::mem::take(&mut self.latin1);
+        if !texts.is_empty() {
+            let texts = names::listed(texts.iter().map(String::as_str));
+            self.push(format!("not UTF-8; read as Latin-1: {texts}"));
         }
     }
 
     /// The sentences, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.0.iter().map(String::as_str)
+        self.sentences.iter().map(String::as_str)
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.sentences.is_empty()
     }
 }
 
@@ -274,9 +294,11 @@ pub fn read_as(
         .and_then(|mut mesh| {
             mesh.validate()?;
             mesh.merge_repeated_faces();
+            names::check(&mut mesh, &mut notes);
             Ok(mesh)
         })
         .map_err(|error| error.file(source.path()))?;
+    notes.close();
     Ok(Loaded {
         mesh,
         notes,

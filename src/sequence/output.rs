@@ -92,6 +92,8 @@ impl Names {
                 stem.to_string_lossy().into_owned()
             }
         };
+        // Lists of files are XML and lines of text.
+        let stem = stem.replace(char::is_control, "_");
         Self {
             folder: folder.to_path_buf(),
             stem,

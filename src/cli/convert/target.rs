@@ -2,7 +2,9 @@
 
 use super::{Input, Run};
 use crate::error::{Error, Result};
-use crate::formats::{self, Begin, Format, Waiting, is_series, pvd, stage_bytes, vtk_series};
+use crate::formats::{
+    self, Begin, Format, Waiting, check_listed, is_series, pvd, stage_bytes, vtk_series,
+};
 use crate::mesh::Mesh;
 use serde_json::{Value, json};
 use std::fmt;
@@ -172,6 +174,9 @@ impl Run<'_> {
         let digits = steps.len().saturating_sub(1).to_string().len().max(4);
         let name = stem.file_name().unwrap_or_default().to_string_lossy();
         let file = |i| format!("{name}_{i:0digits$}.{}", format.extensions()[0]);
+        if lists.iter().any(|list| is_pvd(list)) {
+            check_listed(&name).map_err(|error| error.file(stem))?;
+        }
         let steps: Vec<_> = steps.zip(0..).map(|(step, i)| (step, file(i))).collect();
         let files = steps.iter().map(|(_, file)| stem.with_file_name(file));
         for path in files.chain(lists.iter().cloned()) {
@@ -187,7 +192,7 @@ impl Run<'_> {
         }
         let entries = || steps.iter().map(|((_, time), file)| (*time, file.as_str()));
         for list in lists {
-            let text = match list.extension().is_some_and(|ending| ending == "pvd") {
+            let text = match is_pvd(list) {
                 true => pvd(entries()),
                 false => vtk_series(entries()),
             };
@@ -239,6 +244,10 @@ impl Run<'_> {
             });
         }
     }
+}
+
+fn is_pvd(list: &Path) -> bool {
+    list.extension().is_some_and(|ending| ending == "pvd")
 }
 
 impl fmt::Display for Written {

@@ -4,8 +4,8 @@ use super::super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::plan::Plan;
-use super::super::vtu::{Vtu, escaped};
-use super::super::{Waiting, WriteOptions, save, save_text};
+use super::super::vtu::{NAMES, Vtu, escaped};
+use super::super::{Waiting, WriteOptions, check_listed, save, save_text};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::error::{Error, Result};
@@ -46,6 +46,7 @@ pub fn stage_pieces(
     let stem = stem
         .filter(|stem| *stem != "-")
         .ok_or_else(|| Error::input("pieces need a file name that ends in .pvtu").file(path))?;
+    check_listed(stem).map_err(|error| error.file(path))?;
     let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(path))?;
     let folder = path.with_file_name(stem);
     let hidden = Hidden::folder_beside(path).map_err(|error| Error::io(path, &error))?;
@@ -141,7 +142,7 @@ fn write_all(
             }
         }
         if piece == 0 {
-            arrays = declared(&Plan::new(&part, options));
+            arrays = declared(&Plan::new(&part, options, &NAMES));
         }
     }
     Ok((notes, arrays))

@@ -146,7 +146,7 @@ fn names_and_conditions_are_beside_the_mesh() {
     assert_eq!(
         notes,
         [
-            "tag \"far field\" is called \"far_field\" in the .mapbc, which has no spaces in names",
+            "tag \"far field\" is written as \"far_field\": names in the .mapbc have no spaces",
             "tags without a boundary condition have number 0 in the .mapbc: \"spare\""
         ]
     );

@@ -4,7 +4,7 @@ use super::super::hdf5::{Column, Data, Element, Growing, Links, Stored, Tree};
 use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::vtk::plan::Plan;
 use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
-use super::blocks::{Block, Blocks, shape};
+use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
 use super::write::Grid;
 use crate::error::{Error, Result};
@@ -64,7 +64,7 @@ impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
         self.options.check_coordinates(mesh)?;
         let options = self.options.clone();
-        let plan = Plan::new(mesh, &options);
+        let plan = Plan::new(mesh, &options, &NAMES);
         let blocks = Blocks::new(mesh, &plan);
         self.fix(mesh, &blocks)?;
         let arrays = std::iter::once(&blocks.points).chain(&blocks.arrays);
