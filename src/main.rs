@@ -9,5 +9,6 @@ static ALLOCATOR: memory::HugePages = memory::HugePages;
 
 fn main() -> ExitCode {
     memory::return_large_arrays();
+    memory::reserve::set_aside();
     azimesh::cli::main()
 }

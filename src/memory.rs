@@ -1,8 +1,10 @@
-//! The program's allocator: the system's, with huge pages asked for behind large arrays.
+//! The program's allocator: the system's, with huge pages asked for behind large arrays. What it takes is
+//! counted, and memory that cannot be had ends the program in a sentence.
 //!
 //! A mesh is a few arrays of hundreds of megabytes. In pages of 4 kB the system spends as long on
 //! handing them out as the program on filling them; in pages of 2 MB it does not.
 
+use azimesh::cli::heap;
 use std::alloc::{GlobalAlloc, Layout, System};
 
 /// Arrays from this size on are worth huge pages.
@@ -29,23 +31,43 @@ pub struct HugePages;
 unsafe impl GlobalAlloc for HugePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller keeps the contract of `GlobalAlloc`.
-        advised(unsafe { System.alloc(layout) }, layout.size())
+        had(0, layout.size(), || unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as above.
-        advised(unsafe { System.alloc_zeroed(layout) }, layout.size())
+        had(0, layout.size(), || unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn realloc(&self, array: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: as above.
-        advised(unsafe { System.realloc(array, layout, size) }, size)
+        had(layout.size(), size, || unsafe {
+            System.realloc(array, layout, size)
+        })
     }
 
     unsafe fn dealloc(&self, array: *mut u8, layout: Layout) {
+        heap::count(layout.size(), 0);
         // SAFETY: as above.
         unsafe { System.dealloc(array, layout) }
     }
+}
+
+/// Counts an array and gets it. A small one that cannot be had is taken from the reserve: whoever asks for it
+/// may be in the middle of something that should be whole.
+fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
+    heap::count(before, size);
+    let mut array = get();
+    if array.is_null() {
+        reserve::give_back();
+        if size < reserve::SMALL {
+            array = get();
+        }
+    }
+    if array.is_null() {
+        heap::end_without(size);
+    }
+    advised(array, size)
 }
 
 /// Asks for huge pages behind a large array, which has a mapping of its own. All its pages are named:
@@ -53,7 +75,7 @@ unsafe impl GlobalAlloc for HugePages {
 /// growth of the array would be a copy.
 fn advised(array: *mut u8, size: usize) -> *mut u8 {
     #[cfg(target_os = "linux")]
-    if size >= LARGE && !array.is_null() {
+    if size >= LARGE {
         const PAGE: usize = 4096;
         let before = array.addr() % PAGE;
         let whole = (before + size).next_multiple_of(PAGE);
@@ -67,4 +89,41 @@ fn advised(array: *mut u8, size: usize) -> *mut u8 {
         };
     }
     array
+}
+
+/// Addresses that the program keeps for its end.
+pub mod reserve {
+    use std::ptr;
+    use std::sync::atomic::{AtomicPtr, Ordering};
+
+    /// Requests below this may be met from the reserve.
+    pub const SMALL: usize = 64 << 10;
+    /// Its size: no page of it is ever used, but it counts for `ulimit -v`.
+    #[cfg(unix)]
+    const SIZE: usize = 4 << 20;
+
+    static RESERVE: AtomicPtr<u8> = AtomicPtr::new(ptr::null_mut());
+
+    /// Sets it aside, where the system has so much.
+    pub fn set_aside() {
+        #[cfg(unix)]
+        {
+            let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
+            // SAFETY: a mapping of its own, which nothing reads or writes.
+            let found = unsafe { libc::mmap(ptr::null_mut(), SIZE, libc::PROT_NONE, flags, -1, 0) };
+            if found != libc::MAP_FAILED {
+                RESERVE.store(found.cast(), Ordering::SeqCst);
+            }
+        }
+    }
+
+    /// Gives it back to the system.
+    pub fn give_back() {
+        let reserve = RESERVE.swap(ptr::null_mut(), Ordering::SeqCst);
+        #[cfg(unix)]
+        if !reserve.is_null() {
+            // SAFETY: the mapping is whole, and nobody else has it.
+            unsafe { libc::munmap(reserve.cast(), SIZE) };
+        }
+    }
 }

@@ -6,7 +6,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::mem;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::Duration;
 
 /// Every hidden file or folder there is, and the name that it waits for if it is whole.
 static HIDDEN: Mutex<BTreeMap<PathBuf, Option<PathBuf>>> = Mutex::new(BTreeMap::new());
@@ -88,10 +90,35 @@ fn remove(path: &Path) {
     };
 }
 
+/// Lists a hidden file that is none of this module's, to be removed where a signal ends the program.
+pub fn list_hidden(path: &Path) {
+    all().insert(path.to_path_buf(), None);
+}
+
+/// Takes it off the list.
+pub fn unlist_hidden(path: &Path) {
+    all().remove(path);
+}
+
 /// For a program that a signal ends: hidden files that are whole get their names, the others are removed.
 /// No file is made or gets its name after that; who tries waits for the end.
 pub fn end_hidden() {
-    let mut all = all();
+    end_all(all());
+}
+
+/// The same for a program that has no memory left: the list is waited for a second at the most, since the
+/// thread that has it may be waiting for memory.
+pub fn end_hidden_soon() {
+    for _ in 0..100 {
+        match HIDDEN.try_lock() {
+            Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(10)),
+            Ok(all) => return end_all(all),
+            Err(TryLockError::Poisoned(all)) => return end_all(all.into_inner()),
+        }
+    }
+}
+
+fn end_all(mut all: MutexGuard<'static, BTreeMap<PathBuf, Option<PathBuf>>>) {
     for (hidden, target) in mem::take(&mut *all) {
         let named = target.is_some_and(|target| fs::rename(&hidden, target).is_ok());
         if !named {

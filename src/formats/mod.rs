@@ -13,6 +13,7 @@ mod options;
 mod packed;
 pub mod pvtu;
 mod records;
+mod room;
 mod save;
 mod sequence;
 mod series;
@@ -26,14 +27,14 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use hidden::end_hidden;
+pub use hidden::{end_hidden, end_hidden_soon, list_hidden, unlist_hidden};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use save::{
     Waiting, save, save_text, stage, stage_bytes, write_companions, write_file, write_whole,
 };
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, is_series, pvd, read_series, vtk_series};
-pub use source::Source;
+pub use source::{Source, check_file, check_no_device};
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
