@@ -14,9 +14,11 @@ const LARGE: usize = 8 << 20;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const RETURNED: i32 = 8 << 20;
 
-/// Has the system's allocator keep no large array that is freed for later: left to itself it learns
-/// from the first of them to keep all up to 32 MB.
-pub fn return_large_arrays() {
+/// Makes the program ready: memory for its end is set aside, and the system's allocator keeps no large array
+/// that is freed for later. Left to itself it learns from the first of them to keep all up to 32 MB.
+pub fn prepare() {
+    #[cfg(unix)]
+    reserve::set_aside();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: a setting; a value that is refused changes nothing.
     unsafe {
@@ -58,6 +60,7 @@ unsafe impl GlobalAlloc for HugePages {
 fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
     heap::count(before, size);
     let mut array = get();
+    #[cfg(unix)]
     if array.is_null() {
         reserve::give_back();
         if size < reserve::SMALL {
@@ -92,35 +95,40 @@ fn advised(array: *mut u8, size: usize) -> *mut u8 {
 }
 
 /// Addresses that the program keeps for its end.
-pub mod reserve {
+#[cfg(unix)]
+mod reserve {
+    use super::heap;
     use std::ptr;
     use std::sync::atomic::{AtomicPtr, Ordering};
 
     /// Requests below this may be met from the reserve.
     pub const SMALL: usize = 64 << 10;
     /// Its size: no page of it is ever used, but it counts for `ulimit -v`.
-    #[cfg(unix)]
     const SIZE: usize = 4 << 20;
+    /// What the main thread has of its stack from the start: where it cannot grow later, the system ends
+    /// the program without a word.
+    const STACK: usize = 512 << 10;
 
     static RESERVE: AtomicPtr<u8> = AtomicPtr::new(ptr::null_mut());
 
-    /// Sets it aside, where the system has so much.
+    /// Sets it aside, and the stack. Where even that cannot be had, the program ends here.
     pub fn set_aside() {
-        #[cfg(unix)]
-        {
-            let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
-            // SAFETY: a mapping of its own, which nothing reads or writes.
-            let found = unsafe { libc::mmap(ptr::null_mut(), SIZE, libc::PROT_NONE, flags, -1, 0) };
-            if found != libc::MAP_FAILED {
-                RESERVE.store(found.cast(), Ordering::SeqCst);
-            }
+        let (size, flags) = (SIZE + STACK, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
+        // SAFETY: a mapping of its own, which nothing reads or writes.
+        let found = unsafe { libc::mmap(ptr::null_mut(), size, libc::PROT_NONE, flags, -1, 0) };
+        if found == libc::MAP_FAILED {
+            heap::end_without(size);
         }
+        // SAFETY: its end is given back, to the stack.
+        unsafe { libc::munmap(found.cast::<u8>().add(SIZE).cast(), STACK) };
+        RESERVE.store(found.cast(), Ordering::SeqCst);
+        let mut stack = [0_u8; STACK - (16 << 10)];
+        std::hint::black_box(&mut stack);
     }
 
     /// Gives it back to the system.
     pub fn give_back() {
         let reserve = RESERVE.swap(ptr::null_mut(), Ordering::SeqCst);
-        #[cfg(unix)]
         if !reserve.is_null() {
             // SAFETY: the mapping is whole, and nobody else has it.
             unsafe { libc::munmap(reserve.cast(), SIZE) };

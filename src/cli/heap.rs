@@ -72,6 +72,25 @@ pub fn end_without(size: usize) -> ! {
     end(format_args!("{size} bytes could not be had"))
 }
 
+/// From here on a thread that cannot be started for want of memory ends the program like that: the standard
+/// library panics where it finds no room for the stack of signals, and so does whoever asks it for a thread
+/// without a look at the answer.
+pub(super) fn end_where_threads_fail() {
+    const ITS_WORDS: [&str; 3] = [
+        "failed to spawn thread",
+        "failed to allocate an alternative stack",
+        "failed to set up alternative stack",
+    ];
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let text = panic.payload().downcast_ref::<String>();
+        if text.is_some_and(|text| ITS_WORDS.iter().any(|words| text.starts_with(words))) {
+            end(format_args!("a thread could not be started"));
+        }
+        usual(panic);
+    }));
+}
+
 /// Says why in one line, removes hidden files and ends the program with the exit code of a system that
 /// failed. No destructor runs and no other thread is waited for: they may want memory too.
 fn end(reason: fmt::Arguments<'_>) -> ! {

@@ -108,6 +108,7 @@ pub enum Outcome {
 
 /// Parses the arguments, runs the command, prints its error and gives the exit code.
 pub fn main() -> ExitCode {
+    heap::end_where_threads_fail();
     let cli = Cli::parse();
     #[cfg(unix)]
     signals::outlive_file_limits();
