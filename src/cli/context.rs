@@ -1,7 +1,7 @@
 //! What every command needs: how to talk, how many threads, how to open a mesh.
 
-use super::Common;
 use super::threads::Threads;
+use super::{Common, heap};
 use crate::error::{Error, Result, is_unseen, lines, one_line};
 use crate::formats::{self, Format, Loaded, ReadOptions, Source};
 use crate::mesh::Mesh;
@@ -22,18 +22,14 @@ impl Context {
     }
 
     /// Runs `work` on as many threads as are asked for or granted.
-    pub fn with_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-        let threads = Threads::granted(self.common.threads);
-        let Threads { n, by } = threads;
+    pub fn with_threads<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let Threads { n, by } = Threads::granted(self.common.threads);
         self.detail(&format!("threads: {n} ({by})"));
-        if threads.is_default() {
-            return work();
-        }
         rayon::ThreadPoolBuilder::new()
             .num_threads(n)
-            .build()
-            .map_err(|error| Error::system(format!("cannot start {n} threads: {error}")))?
-            .install(work)
+            .build_global()
+            .map_err(|error| Error::system(format!("cannot start {n} threads: {error}")))?;
+        work()
     }
 
     /// Reads a mesh, in the format of `--format` where it is given.
@@ -58,11 +54,25 @@ impl Context {
     }
 
     fn load(&self, path: &Path, read: impl FnOnce(&Source) -> Result<Loaded>) -> Result<Mesh> {
-        let loaded = self.stage("reading", || read(&Source::open(path)?))?;
+        let loaded = self.reading(path, || read(&self.open(path)?))?;
         for note in loaded.notes.iter() {
             self.note(&format!("{}: {note}", path.display()));
         }
         Ok(loaded.mesh)
+    }
+
+    /// Opens a file that is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
+    pub fn open(&self, path: &Path) -> Result<Source> {
+        heap::set_stage("reading", Some(path));
+        Source::open_within(path, self.common.max_memory)
+    }
+
+    /// Reads, as a stage.
+    pub fn reading<T>(&self, path: &Path, read: impl FnOnce() -> Result<T>) -> Result<T> {
+        self.stage("reading", || {
+            heap::set_stage("reading", Some(path));
+            read()
+        })
     }
 
     /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.

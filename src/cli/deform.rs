@@ -52,10 +52,6 @@ pub struct DeformArgs {
     /// in steps.csv
     #[arg(long)]
     no_sync: bool,
-    /// Refuse a run that needs more memory, as 4G or 500M (powers of 1024); the mapped input does not
-    /// count
-    #[arg(long, value_name = "SIZE", value_parser = memory::parse)]
-    max_memory: Option<u64>,
     /// Exit with 1 where this holds at any step, e.g. `min_scaled_jacobian<0.1`; any column of
     /// steps.csv; may be given again. --resume without it asks what the run was begun with
     #[arg(long, value_name = "EXPR")]
@@ -72,7 +68,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     }
     let mesh = context.read_any(&args.mesh)?;
     let mut plan = Plan::new(mesh, schedule).map_err(|error| error.file(&args.mesh))?;
-    if let Some(limit) = args.max_memory {
+    if let Some(limit) = context.common.max_memory {
         check_memory(&plan, limit, memory::mapped_bytes(&args.mesh))?;
     }
     for choice in &plan.choices {

@@ -7,7 +7,9 @@ use std::io::{self, ErrorKind};
 use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::Duration;
 use tempfile::TempPath;
 
 /// Hidden names are `.azimesh_PROCESS-NUMBER.part`, however long the name is that a file waits for.
@@ -238,10 +240,35 @@ pub fn is_same(_file: &File, _path: &Path) -> bool {
     true
 }
 
+/// Lists a hidden file that is none of this module's, to be removed where a signal ends the program.
+pub fn list_hidden(path: &Path) {
+    all().waiting.insert(path.to_path_buf(), None);
+}
+
+/// Takes it off the list.
+pub fn unlist_hidden(path: &Path) {
+    all().waiting.remove(path);
+}
+
 /// For a program that a signal ends: hidden files that are whole get their names, the others are removed.
 /// No file is made or gets its name after that; who tries waits for the end.
 pub fn end_hidden() {
-    let mut all = all();
+    end_all(all());
+}
+
+/// The same for a program that has no memory left: the list is waited for a second at the most, since the
+/// thread that has it may be waiting for memory.
+pub fn end_hidden_soon() {
+    for _ in 0..100 {
+        match ALL.try_lock() {
+            Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(10)),
+            Ok(all) => return end_all(all),
+            Err(TryLockError::Poisoned(all)) => return end_all(all.into_inner()),
+        }
+    }
+}
+
+fn end_all(mut all: MutexGuard<'static, All>) {
     for (hidden, wanted) in mem::take(&mut all.waiting) {
         let named = wanted.is_some_and(|(target, commit)| {
             let synced = match commit.sync {

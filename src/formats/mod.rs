@@ -15,6 +15,7 @@ mod options;
 mod packed;
 pub mod pvtu;
 mod records;
+mod room;
 mod save;
 mod sequence;
 mod series;
@@ -28,14 +29,17 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use hidden::{Commit, clear_left, end_hidden, folder_of, is_same, sync_folder};
+pub use hidden::{
+    Commit, clear_left, end_hidden, end_hidden_soon, folder_of, is_same, list_hidden, sync_folder,
+    unlist_hidden,
+};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use save::{
     Waiting, save, save_text, stage, stage_bytes, stage_companions, stage_file, stage_whole,
 };
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
-pub use source::Source;
+pub use source::{Source, check_file, check_no_device};
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;

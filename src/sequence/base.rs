@@ -4,7 +4,7 @@ use super::choose::with_bases;
 use super::layer::Kind;
 use super::plan::Plan;
 use crate::error::{Error, Result};
-use crate::formats::{Commit, save_text};
+use crate::formats::{Commit, check_no_device, save_text};
 use crate::geometry::vector::Vector;
 use crate::rbf::select::Selection;
 use serde::{Deserialize, Serialize};
@@ -121,7 +121,8 @@ fn read(path: &Path) -> Result<BaseFile> {
         ))
         .file(path)
     };
-    let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
+    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     let text = std::str::from_utf8(&bytes).map_err(|_| no_base("it is not text"))?;
     toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start);

@@ -3,7 +3,7 @@
 
 use super::output::Names;
 use crate::error::{Error, Result};
-use crate::formats::{folder_of, is_same, sync_folder};
+use crate::formats::{folder_of, is_same, list_hidden, sync_folder, unlist_hidden};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::ops::Range;
@@ -35,6 +35,7 @@ impl Lock {
         let steps = names.steps();
         let path = folder.join(format!("{START}{}-{}{END}", steps.start, steps.end));
         let (file, warning) = own(&path, folder, &steps)?;
+        list_hidden(&path);
         let lock = Self {
             _file: file,
             path,
@@ -55,6 +56,7 @@ impl Drop for Lock {
     fn drop(&mut self) {
         // An unlocked file left behind stops nobody, and a folder with something in it is kept.
         let _ = fs::remove_file(&self.path);
+        unlist_hidden(&self.path);
         if let Some(folder) = &self.made {
             let _ = fs::remove_dir(folder);
         }

@@ -6,7 +6,7 @@ use super::output::Names;
 use super::plan::Plan;
 use super::run::Request;
 use crate::error::{Error, Result};
-use crate::formats::{Commit, Precision, save_text};
+use crate::formats::{Commit, Precision, check_file, save_text};
 use crate::rbf::select::Selection;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -205,7 +205,8 @@ fn input(what: &str, path: &Path) -> Result<Value> {
 
 /// A record on disk.
 pub(super) fn read(path: &Path) -> Result<Value> {
-    let text = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    let text = check_file(path).and_then(|()| std::fs::read(path));
+    let text = text.map_err(|error| Error::io(path, &error))?;
     serde_json::from_slice(&text).map_err(|error| {
         let message = format!(
             "this is not the whole record of a run, so that nothing can be verified; `azimesh deform --force` starts \

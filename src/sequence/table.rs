@@ -2,7 +2,7 @@
 
 use super::output::COLUMNS;
 use crate::error::{Error, Result};
-use crate::formats::{Commit, save_text};
+use crate::formats::{Commit, check_file, save_text};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -121,7 +121,8 @@ pub(super) fn text(rows: &Rows) -> String {
 
 /// The rows of a table on disk. A row that a killed run left cut is none; nor is one that is no row.
 pub(super) fn read(path: &Path) -> Result<Rows> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+    let text = check_file(path).and_then(|()| std::fs::read_to_string(path));
+    let text = text.map_err(|error| Error::io(path, &error))?;
     let mut lines = text
         .split_inclusive('\n')
         .filter_map(|line| line.strip_suffix('\n'));

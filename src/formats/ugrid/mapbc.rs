@@ -4,7 +4,7 @@
 use super::super::Notes;
 use super::super::lexer::Lexer;
 use super::super::names::{Given, Rule, text_of};
-use super::super::source::without_mark;
+use super::super::source::{check_file, without_mark};
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::error::Result;
 use crate::mesh::Mesh;
@@ -35,7 +35,7 @@ pub(super) fn path(case: &Path) -> PathBuf {
 /// noted: the mesh is whole without it.
 pub(super) fn beside(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     let path = path(case);
-    let failed = match std::fs::read(&path) {
+    let failed = match check_file(&path).and_then(|()| std::fs::read(&path)) {
         Ok(bytes) => match parse(without_mark(&bytes), notes) {
             Ok(patches) => return Ok(patches),
             Err(error) => error.file(&path).to_string(),
