@@ -1,11 +1,13 @@
-"""The checks that end `azimesh deform` at random moments, as often as asked.
+"""The checks that end `azimesh deform` and `azimesh finish` at random moments, as often as asked.
 
     .venv/bin/python scripts/end_sequence.py killed --times 50
     .venv/bin/python scripts/end_sequence.py interrupted --times 100
+    .venv/bin/python scripts/end_sequence.py joined --times 50
 
 For each format: files of one step each, and whole sequences in one file. `killed` looks at what SIGKILL leaves;
-`interrupted` resumes runs that SIGINT, SIGTERM and SIGKILL ended until they are done, and compares byte for byte. The
-checks themselves are scripts/verify/killed.py and scripts/verify/interrupted.py.
+`interrupted` resumes runs that SIGINT, SIGTERM and SIGKILL ended until they are done, and compares byte for byte;
+`joined` does so with the joining of parts. The checks themselves are scripts/verify/killed.py, interrupted.py and
+joined.py.
 """
 
 import argparse
@@ -15,9 +17,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent / "verify"))
 
 import interrupted  # noqa: E402
+import joined  # noqa: E402
 import killed  # noqa: E402
 
-CHECKS = {"killed": killed, "interrupted": interrupted}
+CHECKS = {"killed": killed, "interrupted": interrupted, "joined": joined}
 
 
 def main():

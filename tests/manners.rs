@@ -88,8 +88,58 @@ fn quiet_commands_print_nothing() {
             "{args:?}"
         );
     }
-    let run = azimesh(folder.path(), &["-q", "diff", "n.vtu", "quiet-block.vtu"]);
-    assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (1, "", ""));
+}
+
+#[test]
+fn a_check_that_failed_says_why_to_those_who_are_quiet() {
+    let folder = short();
+    let folder = folder.path();
+    succeed(folder, &["-q", "sample", "block", "-o", "other.vtu"]);
+    let far = [("sin = 10.0", "sin = 170.0")];
+    support::rewrite(folder, "few.toml", "far.toml", &far);
+    let text = std::fs::read_to_string(folder.join("few.toml")).unwrap();
+    let text = text.split("[selection]").next().unwrap().to_owned();
+    let strict = text + "\n[selection]\ntolerance = 1e-12\nmax_points = 4\n";
+    std::fs::write(folder.join("missed.toml"), strict).unwrap();
+    for (line, said) in [
+        ("diff n.vtu other.vtu", "different: 792 and "),
+        (
+            "quality n.vtu --fail-on max_edge_ratio>1",
+            "max_edge_ratio>1 holds: max_edge_ratio is ",
+        ),
+        (
+            "deform n.vtu few.toml -o out --fail-on max_skew>0.1",
+            "step 0: max_skew>0.1 holds: max_skew is 0.",
+        ),
+        (
+            "quality out --fail-on max_skew>0.1",
+            "max_skew>0.1 holds at steps 0, 1, 2, 3, 4: max_skew is 0.",
+        ),
+        (
+            "deform n.vtu far.toml -o far",
+            "step 1 (azimuth 90 degrees) has ",
+        ),
+        (
+            "deform n.vtu far.toml -o parts --steps 0..5",
+            "step 1 (azimuth 90 degrees) has ",
+        ),
+        ("finish parts", "step 1 (azimuth 90 degrees) has "),
+        ("finish parts", "step 1 (azimuth 90 degrees) has "),
+        ("diff out far", "different: "),
+        (
+            "select n.vtu missed.toml -o b.toml",
+            "the tolerance 0.000000000001 is not met: 4 base points leave ",
+        ),
+    ] {
+        let args: Vec<&str> = line.split(' ').collect();
+        let run = azimesh(folder, &[&args[..], &["-q"]].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{line}: {run:?}");
+        assert!(
+            run.err.starts_with(&format!("warning: {said}")),
+            "{line}: {run:?}"
+        );
+        assert!(run.err.lines().count() <= 6, "{line}: {run:?}");
+    }
 }
 
 /// Runs the program with a standard output that nobody reads.

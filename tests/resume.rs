@@ -7,7 +7,7 @@ mod support;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use support::{Run, airfoil, azimesh, files, json, rewrite, succeed};
+use support::{Run, airfoil, azimesh, files, json, names, rewrite, succeed};
 
 /// Files of a folder by name; steps.csv without its seconds, and without run.json, which tells of each
 /// run.
@@ -259,11 +259,209 @@ fn only_the_same_run_is_gone_on_with() {
     let both = deform(folder, "out", &["--resume", "--force"]);
     assert_eq!(both.code, 2, "{both:?}");
     std::fs::remove_file(folder.join("out/run.json")).unwrap();
+    std::fs::remove_file(folder.join("out/steps.csv")).unwrap();
     let run = deform(folder, "out", &["--resume"]);
     assert!(
-        run.code == 2 && run.err.contains("but no run.json"),
+        run.code == 2 && run.err.contains("but no whole run.json"),
         "{run:?}"
     );
+}
+
+/// A file without what a power cut has taken of it.
+fn lose(path: &Path, how: &str) {
+    let content = std::fs::read(path).unwrap();
+    match how {
+        "empty" => std::fs::write(path, "").unwrap(),
+        "cut" => std::fs::write(path, &content[..content.len() / 2]).unwrap(),
+        "zeros" => std::fs::write(path, vec![0; content.len()]).unwrap(),
+        _ => std::fs::remove_file(path).unwrap(),
+    }
+}
+
+#[test]
+fn a_record_that_is_lost_costs_no_finished_step() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let (whole, out) = (folder.join("whole"), folder.join("out"));
+    let arrays = "[output]\nquality = \"cells\"\ndisplacement = true\n[rbf]";
+    let real = "[selection]\nmethod = \"real\"\nrefresh = 120.0";
+    for (format, more) in [
+        ("vtu", arrays),
+        ("su2", "[rbf]\nsubsteps = 2"),
+        ("msh", "[rbf]"),
+        ("vtkhdf", arrays),
+        ("cgns", "[rbf]\nsubsteps = 2"),
+        ("vtu", real),
+    ] {
+        let section = if more == real { "[selection]" } else { "[rbf]" };
+        case(folder, &[(section, more)]);
+        let format = ["--format", format];
+        assert_eq!(deform(folder, "whole", &format).code, 0);
+        for how in ["empty", "cut", "zeros", "missing"] {
+            copy(&whole, &out);
+            cut_table(&out.join("steps.csv"), 4);
+            lose(&out.join("run.json"), how);
+            if how == "zeros" {
+                let mut names = names(&out).into_iter();
+                let base = names.find(|name| name.starts_with("base")).unwrap();
+                lose(&out.join(base), "empty");
+                let table = std::fs::read(out.join("steps.csv")).unwrap();
+                let with_tail = [&table[..], &[0; 99], b"\n4,\xff\n3,nonsense\n"].concat();
+                std::fs::write(out.join("steps.csv"), with_tail).unwrap();
+            }
+            let first = names(&out)
+                .into_iter()
+                .find(|name| name.starts_with("n_0003"))
+                .map(|name| out.join(name));
+            let modified = || {
+                first
+                    .as_ref()
+                    .map(|path| std::fs::metadata(path).unwrap().modified().unwrap())
+            };
+            let before = modified();
+            let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+            let what = format!("{format:?}, {how}");
+            assert_eq!(run.code, 0, "{what}: {run:?}");
+            assert!(
+                run.out.starts_with("4 steps were finished before"),
+                "{what}: {run:?}"
+            );
+            assert!(
+                run.err.contains("finished steps are computed again"),
+                "{what}: {run:?}"
+            );
+            assert!(!run.err.contains("done again"), "{what}: {run:?}");
+            assert_eq!(modified(), before, "{what}");
+            assert_same(&out, &whole, &what);
+            let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+            assert!(run.out.starts_with("complete already"), "{what}: {run:?}");
+        }
+        // Without a table nothing is known to be finished.
+        copy(&whole, &out);
+        lose(&out.join("run.json"), "empty");
+        lose(&out.join("steps.csv"), "empty");
+        let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        assert_eq!(run.code, 0, "{format:?}: {run:?}");
+        assert_same(&out, &whole, "no rows");
+        std::fs::remove_dir_all(&whole).unwrap();
+    }
+}
+
+#[test]
+fn a_lost_record_lets_no_other_inputs_in() {
+    let folder = airfoil();
+    let folder = folder.path();
+    for format in ["vtu", "cgns"] {
+        case(folder, &[]);
+        let format = ["--format", format];
+        let resume = || deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        assert_eq!(deform(folder, "out", &format).code, 0);
+        let before = left(&folder.join("out"));
+        std::fs::write(folder.join("out/run.json"), "").unwrap();
+        case(folder, &[("sin = 10.0", "sin = 9.0")]);
+        assert_eq!(deform(folder, "whole", &format).code, 0);
+        let run = resume();
+        if format[1] == "vtu" {
+            // Whole files of another run are not written over unasked.
+            assert_eq!(run.code, 2, "{run:?}");
+            let said =
+                "n_0001.vtu is whole, and not what the mesh and the schedule give for step 1";
+            assert!(
+                run.err.contains(said) && run.err.contains("--force"),
+                "{run:?}"
+            );
+            let after = left(&folder.join("out"));
+            let kept = |name: &&String| name.ends_with(".vtu") || name.ends_with(".csv");
+            assert!(
+                before
+                    .keys()
+                    .filter(kept)
+                    .all(|name| after[name] == before[name])
+            );
+            assert!(before.keys().eq(after.keys()));
+            case(folder, &[("step = 60.0", "step = 45.0")]);
+            let run = resume();
+            let said = "step 1 was at azimuth 60, it is at 45 now; --force starts anew";
+            assert!(run.code == 2 && run.err.contains(said), "{run:?}");
+            case(folder, &[]);
+            assert_eq!(resume().code, 0);
+            assert!(left(&folder.join("out")) == before);
+        } else {
+            assert_eq!(run.code, 0, "{run:?}");
+            assert!(
+                run.err.contains("it is written again from there"),
+                "{run:?}"
+            );
+            assert_same(&folder.join("out"), &folder.join("whole"), "other inputs");
+        }
+        for name in ["out", "whole"] {
+            std::fs::remove_dir_all(folder.join(name)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn repaired_steps_outlive_the_loss_of_the_record() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let substeps = ("[rbf]", "[output]\non_inverted = \"substeps\"\n[rbf]");
+    case(folder, &[("sin = 10.0", "sin = 100.0"), substeps]);
+    for format in ["vtu", "vtkhdf"] {
+        let format = ["--format", format];
+        let first = deform(folder, "whole", &format);
+        assert!(first.err.contains("inverted cells: "), "{first:?}");
+        copy(&folder.join("whole"), &folder.join("out"));
+        cut_table(&folder.join("out/steps.csv"), 5);
+        lose(&folder.join("out/run.json"), "empty");
+        let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        assert_eq!(run.code, first.code, "{run:?}");
+        assert!(
+            !run.err.contains("again from there") && !run.err.contains("done again"),
+            "{run:?}"
+        );
+        assert_same(&folder.join("out"), &folder.join("whole"), "repaired");
+        let repairs = |out: &str| record(&folder.join(out))["repairs"].clone();
+        assert_eq!(repairs("out"), repairs("whole"));
+        std::fs::remove_dir_all(folder.join("whole")).unwrap();
+    }
+}
+
+#[test]
+fn a_mesh_that_was_renamed_since_is_told_of() {
+    let folder = airfoil();
+    let folder = folder.path();
+    case(folder, &[]);
+    for format in ["vtu", "cgns"] {
+        let format = ["--format", format];
+        assert_eq!(deform(folder, "out", &format).code, 0);
+        let out = folder.join("out");
+        cut_table(&out.join("steps.csv"), 4);
+        std::fs::rename(folder.join("n.vtu"), folder.join("m.vtu")).unwrap();
+        let resume = |mesh: &str| {
+            let args = ["deform", mesh, "case.toml", "-o", "out", "--resume"];
+            azimesh(folder, &[&args[..], &format].concat())
+        };
+        let before = files(&out);
+        let (old, new) = match format[1] {
+            "vtu" => ("n_0000.vtu", "m_0000.vtu"),
+            _ => ("n.cgns", "m.cgns"),
+        };
+        let run = resume("m.vtu");
+        assert_eq!((run.code, run.out.as_str()), (2, ""), "{run:?}");
+        let said = format!(
+            "the mesh of this run was called n.vtu, and its files are named after that: step 0 is {old} and would be \
+             {new} now"
+        );
+        assert!(run.err.contains(&said), "{run:?}");
+        assert!(files(&out) == before);
+        lose(&out.join("run.json"), "empty");
+        let run = resume("m.vtu");
+        let said = format!("step 0 of the earlier run is {old} and would be {new} now");
+        assert!(run.code == 2 && run.err.contains(&said), "{run:?}");
+        std::fs::rename(folder.join("m.vtu"), folder.join("n.vtu")).unwrap();
+        assert_eq!(resume("n.vtu").code, 0);
+        std::fs::remove_dir_all(out).unwrap();
+    }
 }
 
 #[test]

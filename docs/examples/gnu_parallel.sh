@@ -6,7 +6,8 @@
 #     ./gnu_parallel.sh wing.cgns wing.toml base.toml out 8
 #
 # Run again after whatever has stopped it, it goes on from the finished steps. With --sshlogin of
-# parallel the parts run on several machines that share the folder.
+# parallel the parts run on several machines that share the folder. Exit code 1: all is there, but a
+# check failed, as for inverted cells.
 set -euo pipefail
 mesh=$1 schedule=$2 base=$3 out=$4 parts=$5
 threads=$(($(nproc) / parts))
@@ -19,7 +20,11 @@ ranges() {
     done
 }
 
+# A part with exit code 1 has failed a check and is written: no reason to leave out the others, or
+# `finish`, which ends with 1 then.
+deform=$(printf '%q ' azimesh deform "$mesh" "$schedule" --base "$base" -o "$out" --resume \
+    --threads "$((threads > 0 ? threads : 1))")
+export PARALLEL_SHELL=/bin/bash
 ranges | parallel --jobs "$parts" --halt soon,fail=1 \
-    azimesh deform "$mesh" "$schedule" --base "$base" -o "$out" --threads "$((threads > 0 ? threads : 1))" \
-    --steps {} --resume
-azimesh finish "$out" --force
+    "$deform --steps {} || { code=\$?; [ \$code -eq 1 ] || exit \$code; }"
+azimesh finish "$out"

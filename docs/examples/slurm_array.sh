@@ -12,7 +12,8 @@
 #     sbatch --dependency=afterok:$job --wrap "azimesh finish out"
 #
 # A task that is stopped a minute before its time is up, preempted or requeued goes on from its last
-# finished step when it runs again.
+# finished step when it runs again. A task that fails a check (inverted cells, say) is finished: the job
+# with `azimesh finish` runs, and ends with 1.
 set -euo pipefail
 mesh=$1 schedule=$2 base=$3 out=$4
 
@@ -26,5 +27,22 @@ if [ "$first" -eq "$end" ]; then
     exit 0
 fi
 
-# exec: Slurm's signal reaches azimesh, which finishes the step that it is writing.
-exec azimesh deform "$mesh" "$schedule" --base "$base" -o "$out" --steps "$first..$end" --resume
+# Slurm's signal reaches this shell. It is handed on to azimesh, which finishes the step that it is
+# writing, and waited for.
+asked='' deform=''
+trap 'asked=yes; [ -z "$deform" ] || kill -TERM "$deform" || true' TERM
+azimesh deform "$mesh" "$schedule" --base "$base" -o "$out" --steps "$first..$end" --resume &
+deform=$!
+[ -z "$asked" ] || kill -TERM "$deform" || true
+code=0
+wait "$deform" || code=$?
+while [ -n "$asked" ]; do
+    # The signal has ended `wait`, not azimesh.
+    asked='' code=0
+    wait "$deform" || code=$?
+done
+if [ "$code" -eq 1 ]; then
+    echo "steps $first..$end: a check failed; azimesh finish tells of it, and of steps that are missing" >&2
+    exit 0
+fi
+exit "$code"

@@ -1,5 +1,6 @@
 """Job arrays from one base.toml: the scripts of docs/examples, with Slurm's variables set by hand, give the
-files of one run. GNU parallel is run where it is installed.
+files of one run, also where a step has inverted cells, and say so by their exit code. GNU parallel is run where it
+is installed.
 """
 
 import os
@@ -15,13 +16,14 @@ NODES = 3_000
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 
 
-def shell(script, *arguments, folder, **variables):
-    """Runs a script with azimesh in its path."""
+def shell(script, *arguments, folder, expect=0, **variables):
+    """Runs a script with azimesh in its path; what it said on standard error."""
     path = f"{Path(AZIMESH).resolve().parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, **{name: str(value) for name, value in variables.items()}}
     command = ["bash", EXAMPLES / script, *map(str, arguments)]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, f"{script}: exit code {done.returncode}\n{done.stdout}{done.stderr}"
+    assert done.returncode == expect, f"{script}: exit code {done.returncode}\n{done.stdout}{done.stderr}"
+    return done.stderr
 
 
 def check_joined(out, whole, name):
@@ -32,29 +34,55 @@ def check_joined(out, whole, name):
     return len(expected)
 
 
+def array(inputs, out, folder):
+    """The tasks of an array in no order; how many of them failed a check."""
+    failed = 0
+    for task in [3, 1, 4, 2]:
+        variables = dict(SLURM_ARRAY_TASK_ID=task, SLURM_ARRAY_TASK_MIN=1, SLURM_ARRAY_TASK_COUNT=4)
+        failed += "a check failed" in shell("slurm_array.sh", *inputs, out, folder=folder, **variables)
+    return failed
+
+
+def check(inputs, folder, name, expect):
+    """Both scripts with inputs for which one run ends with `expect`; how many files were compared."""
+    mesh, schedule, base = inputs
+    azimesh("select", folder / mesh, folder / schedule, "-o", folder / base)
+    whole = folder / f"{name}_whole"
+    azimesh("deform", folder / mesh, folder / schedule, "-o", whole, "--base", folder / base, expect=expect)
+    n_files = 0
+    for _ in range(2):
+        failed = array(inputs, f"{name}_array", folder)
+        assert failed == expect, f"{name}: {failed} tasks say that a check failed"
+        azimesh("finish", folder / f"{name}_array", expect=expect)
+    n_files += check_joined(folder / f"{name}_array", whole, f"{name}, slurm_array.sh")
+    if shutil.which("parallel"):
+        for _ in range(2):
+            shell("gnu_parallel.sh", *inputs, f"{name} side by side", 3, folder=folder, expect=expect)
+        n_files += check_joined(folder / f"{name} side by side", whole, f"{name}, gnu_parallel.sh")
+    return n_files
+
+
 def main():
     """One line in all."""
-    n_files = 0
     with scratch() as folder:
-        mesh, schedule, base = folder / "n.vtu", folder / "n.toml", folder / "base.toml"
-        azimesh("sample", "naca0012", "--nodes", NODES, "-o", mesh)
-        azimesh("select", mesh, schedule, "-o", base)
-        azimesh("deform", mesh, schedule, "-o", folder / "whole", "--base", base)
-        inputs = [mesh.name, schedule.name, base.name]
-        for task in [3, 1, 4, 2]:
-            array = dict(SLURM_ARRAY_TASK_ID=task, SLURM_ARRAY_TASK_MIN=1, SLURM_ARRAY_TASK_COUNT=4)
-            shell("slurm_array.sh", *inputs, "array", folder=folder, **array)
-        azimesh("finish", folder / "array")
-        n_files += check_joined(folder / "array", folder / "whole", "slurm_array.sh")
-        tried = "slurm_array.sh"
-        if shutil.which("parallel"):
-            for _ in range(2):
-                shell("gnu_parallel.sh", *inputs, "side_by_side", 3, folder=folder)
-            n_files += check_joined(folder / "side_by_side", folder / "whole", "gnu_parallel.sh")
-            tried += " and gnu_parallel.sh"
-        else:
-            print("batches: GNU parallel is not installed: its script is NOT run", file=sys.stderr, flush=True)
-    report("batches", n_files, 0.0, "files", tried)
+        azimesh("sample", "naca0012", "--nodes", NODES, "-o", folder / "n.vtu")
+        n_files = check(["n.vtu", "n.toml", "base.toml"], folder, "sound", 0)
+        # At one of the steps the airfoil is turned by 170 degrees, at the others by 12 at the most.
+        text = (folder / "n.toml").read_text()
+        for old, new in [
+            ("start = 0.0\nstop = 360.0\nstep = 10.0", "values = [0, 1, 2, 3, 4, 90, 176, 177, 178, 179, 180]"),
+            ("sin = 10.0", "sin = 170.0"),
+        ]:
+            assert old in text, f"n.toml has no {old}"
+            text = text.replace(old, new)
+        (folder / "far.toml").write_text(text)
+        n_files += check(["n.vtu", "far.toml", "far_base.toml"], folder, "inverted", 1)
+    tried = "slurm_array.sh"
+    if shutil.which("parallel"):
+        tried += " and gnu_parallel.sh"
+    else:
+        print("batches: GNU parallel is not installed: its script is NOT run", file=sys.stderr, flush=True)
+    report("batches", n_files, 0.0, "files", f"{tried}, with and without inverted cells at a step")
 
 
 if __name__ == "__main__":

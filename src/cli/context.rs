@@ -153,6 +153,11 @@ impl Context {
         }
     }
 
+    /// Why a check failed, on stderr, always: the exit code alone does not tell.
+    pub fn complain(&self, text: &str) {
+        to_stderr(&format!("warning: {text}"));
+    }
+
     /// A remark on stderr for those who asked for more with `-v`.
     pub fn detail(&self, text: &str) {
         if self.common.verbose > 0 {

@@ -104,9 +104,12 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
 
 /// Tells what a sequence came to.
 pub(super) fn report(folder: &Path, finished: &Finished, context: &Context) -> Result<Outcome> {
-    warn_of_some(&finished.warnings, context);
-    warn_of_some(&finished.passed_over, context);
-    warn_of_some(&finished.failures, context);
+    match context.common.quiet {
+        true => complain_of_some(&finished.inverted, context),
+        false => complain_of_some(&finished.warnings, context),
+    }
+    complain_of_some(&finished.passed_over, context);
+    complain_of_some(&finished.failures, context);
     if context.common.json {
         context.print_json(json!({
             "folder": folder.display().to_string(),
@@ -140,17 +143,17 @@ pub(super) fn report(folder: &Path, finished: &Finished, context: &Context) -> R
 }
 
 /// A condition may fail at every step: the first sentences of each sort are shown, all with `-v`.
-fn warn_of_some(sentences: &[String], context: &Context) {
+fn complain_of_some(sentences: &[String], context: &Context) {
     for alike in by_sort(sentences) {
         let shown = match context.common.verbose {
             0 => alike.len().min(SHOWN),
             _ => alike.len(),
         };
         for sentence in &alike[..shown] {
-            context.warn(sentence);
+            context.complain(sentence);
         }
         if shown < alike.len() {
-            context.warn(&format!(
+            context.complain(&format!(
                 "and {} more like these; -v shows them, run.json and steps.csv hold them",
                 alike.len() - shown
             ));

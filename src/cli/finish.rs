@@ -9,13 +9,14 @@ use std::path::PathBuf;
 /// Arguments of `azimesh finish`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Exit code 2 where a step is missing, written twice or damaged: nothing is written then. The files \
-of the parts stay."
+    after_help = "What is joined already and whole is left as it is; what an ended join has left is completed. Exit code 1 \
+where a check failed in a part, as for inverted cells; 2 where a step is missing, written twice or damaged: nothing is \
+written then. The files of the parts stay."
 )]
 pub struct FinishArgs {
     /// Folder that `azimesh deform --steps A..B` has filled
     folder: PathBuf,
-    /// Replace what an earlier join has left
+    /// Join again, also in place of a run with other inputs
     #[arg(long)]
     force: bool,
 }

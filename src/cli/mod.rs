@@ -48,7 +48,7 @@ pub struct Common {
     /// Threads to use; by default what the machine, the control group or the batch system grants
     #[arg(long, global = true, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<NonZeroUsize>,
-    /// Print nothing but errors, and what --json asks for
+    /// Print nothing but errors, why a check failed, and what --json asks for
     #[arg(short, long, global = true)]
     pub quiet: bool,
     /// Say more; twice for more still

@@ -5,7 +5,7 @@ use crate::error::{Error, Result, path_in_line};
 use crate::formats::Commit;
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
-use crate::sequence::{Kind, Plan, base, check_tolerance, choose};
+use crate::sequence::{Kind, Layer, Plan, base, check_tolerance, choose};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -97,7 +97,17 @@ fn report(
         }
     }
     if !met {
-        context.warn("the tolerance is not met; a smaller support_radius, another kernel or more max_points would help");
+        let layers = plan.layers.iter().zip(selections);
+        let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
+        let worst = layers.max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+        let (_, selection) = worst.expect("there is always a layer");
+        context.complain(&format!(
+            "the tolerance {} is not met: {} base points leave {:.3e}; a smaller support_radius, another kernel or \
+             more max_points would help",
+            plan.tolerance,
+            selection.base.len(),
+            selection.measured
+        ));
     }
     Ok(match met {
         true => Outcome::Fine,

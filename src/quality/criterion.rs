@@ -49,9 +49,9 @@ impl Criterion {
         )))
     }
 
-    /// Whether it is met by these columns. A column that is missing, has no value or is not a
-    /// number is an error: nothing can be said about it.
-    pub fn is_met(&self, columns: &[(&str, Option<f64>)]) -> Result<bool> {
+    /// The value of its column where it is met by these. A column that is missing, has no value or is not
+    /// a number is an error: nothing can be said about it.
+    pub fn met_by(&self, columns: &[(&str, Option<f64>)]) -> Result<Option<f64>> {
         self.check_column(columns.iter().map(|(name, _)| *name))?;
         let found = columns
             .iter()
@@ -64,12 +64,30 @@ impl Criterion {
                 self.column
             )));
         };
-        Ok(match self.comparison {
+        let is_met = match self.comparison {
             Comparison::Less => found < self.value,
             Comparison::LessOrEqual => found <= self.value,
             Comparison::Greater => found > self.value,
             Comparison::GreaterOrEqual => found >= self.value,
-        })
+        };
+        Ok(is_met.then_some(found))
+    }
+
+    /// What is told where it is met by a value; `place` is empty, or as in " at step 3".
+    pub fn sentence(&self, place: &str, value: f64) -> String {
+        let number = match value.abs() {
+            size if size == 0.0 || (1e-4..1e9).contains(&size) => value.to_string(),
+            _ => format!("{value:e}"),
+        };
+        format!("{self} holds{place}: {} is {number}", self.column)
+    }
+
+    /// Whether a value is further beyond the limit than another.
+    pub fn is_worse(&self, value: f64, than: f64) -> bool {
+        match self.comparison {
+            Comparison::Less | Comparison::LessOrEqual => value < than,
+            Comparison::Greater | Comparison::GreaterOrEqual => value > than,
+        }
     }
 }
 
@@ -118,15 +136,27 @@ mod tests {
     #[test]
     fn a_condition_compares_its_column() {
         let columns = [("inverted", Some(1.0)), ("min_volume", None)];
-        let met = |text: &str| text.parse::<Criterion>().and_then(|c| c.is_met(&columns));
-        assert!(met("inverted>0").expect("it has a value"));
-        assert!(met(" inverted >= 1.0 ").expect("it has a value"));
-        assert!(!met("inverted<1").expect("it has a value"));
+        let met = |text: &str| text.parse::<Criterion>().and_then(|c| c.met_by(&columns));
+        assert_eq!(met("inverted>0").expect("it has a value"), Some(1.0));
+        assert_eq!(met(" inverted >= 1.0 ").expect("it has a value"), Some(1.0));
+        assert_eq!(met("inverted<1").expect("it has a value"), None);
         assert!(met("min_volume<0").is_err());
         let error = met("invertd>0").expect_err("no such column").to_string();
         assert!(error.contains("did you mean inverted?"), "{error}");
         for bad in ["inverted", "inverted=0", ">0", "inverted>", "inverted>nan"] {
             assert!(bad.parse::<Criterion>().is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn a_condition_that_holds_is_told_with_value_and_limit() {
+        let told = |text: &str, value: f64| text.parse().map(|c: Criterion| c.sentence("", value));
+        let told = |text: &str, value: f64| told(text, value).expect("it is a condition");
+        assert_eq!(told("inverted > 0", 3.0), "inverted>0 holds: inverted is 3");
+        let small = told("min_volume<1e-9", -2.5e-12);
+        assert_eq!(
+            small,
+            "min_volume<0.000000001 holds: min_volume is -2.5e-12"
+        );
     }
 }

@@ -125,7 +125,10 @@ impl Record {
         let text = text.map_err(|error| Error::io(path, &error))?;
         serde_json::from_str(&text).map_err(|error| {
             let line = error.line() as u64;
-            let message = format!("this is not the record of a run: {error}");
+            let message = format!(
+                "this is not the record of a run: {error}; `azimesh deform --resume` with its mesh and schedule (of parts, \
+                 `azimesh finish`) writes it again"
+            );
             Error::input(message).line(line).file(path)
         })
     }

@@ -1,42 +1,42 @@
 //! Joins the parts of a sequence: checks that every step is there once and as it was written, then
-//! writes what a run in one go would have left.
+//! leaves what a run in one go would have left. What is there already and whole is left as it is.
 
 use super::differs::difference;
 use super::finished::Finished;
+use super::joined::{self, Standing};
 use super::lock::{self, Lock};
 use super::output::{self, Names, Part};
 use super::parts;
 use super::progress::Progress;
-use super::record::{self, Clock, Record, Timings, hash_of, hash_of_range};
-use super::table::{self, Row, Rows};
+use super::record::{self, Clock, Timings, hash_of, hash_of_range};
+use super::table::{self, Rows};
 use crate::error::{Error, Result};
-use crate::formats::{
-    self, Begin, Encoding, Format, Precision, ReadOptions, Source, WriteOptions, save_text,
-};
-use serde_json::{Value, json};
+use crate::formats::{self, Format, clear_left, save_text};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Steps that are named one by one in a sentence.
+/// Steps or parts that are named one by one in a sentence.
 const MOST_NAMED: usize = 12;
 /// Bytes at the start of a file of all steps that belong to none of them.
 const SUPERBLOCK: u64 = 48;
 
 /// A part of a sequence as its run has left it.
-struct Written {
-    steps: Range<usize>,
-    names: Names,
-    record: Value,
-    rows: Rows,
+pub(super) struct Written {
+    pub steps: Range<usize>,
+    pub names: Names,
+    pub record: Value,
+    pub rows: Rows,
 }
 
-/// Joins the parts in `folder`; `force` replaces what an earlier join has left.
+/// Joins the parts in `folder`. What an earlier join has left is completed; `force` replaces it, and what
+/// another run has left.
 ///
 /// # Errors
 /// Where a step is missing, written twice or another than its row says, where parts come from
-/// different inputs, and where one is being written.
+/// different inputs, where one is being written, and where the folder holds another run.
 pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Finished> {
     let clock = Clock::start();
     let records = records(folder)?;
@@ -46,24 +46,35 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
         .iter()
         .map(|(path, content)| part(&names, &first, path, content))
         .collect::<Result<_>>()?;
-    check_outputs(&names, force)?;
     check_steps(&names, &parts)?;
     check_files(&names, &parts, progress)?;
-    let rows = match names.is_in_one() {
-        true => join_meshes(&names, format, &parts, progress)?,
-        false => parts.iter().flat_map(|part| part.rows.clone()).collect(),
+    let standing = match force {
+        true => Standing::default(),
+        false => Standing::find(&names, format, &parts, progress)?,
     };
-    let mut finished = Finished::default();
-    finished.take_rows(&names, &rows, &BTreeMap::new(), &[])?;
-    finished.warnings = union(&parts, "warnings");
-    finished.failures = union(&parts, "failures");
+    clear_left(&names.folder);
+    let (rows, ends) = match &standing.rows {
+        Some(kept) => kept.clone(),
+        None if names.is_in_one() => joined::join_meshes(&names, format, &parts, progress)?,
+        None => (joined::rows(&parts), Vec::new()),
+    };
+    let mut finished = joined::finished(&names, &parts, &rows)?;
     finished.timings.total = clock.seconds();
-    save_text(&table::text(&rows), &names.table(), names.commit)?;
-    let record = joined(&names, &parts, &finished);
-    record.save()?;
-    finished.timings = record.timings();
-    for (path, text) in output::series(&names, &rows) {
-        save_text(&text, &path, names.commit)?;
+    let record = joined::record(&names, &parts, &ends, &finished);
+    let mut texts = vec![(names.table(), table::text(&rows))];
+    texts.extend(output::series(&names, &rows));
+    if standing.is_whole(&record, &texts) {
+        finished.n_kept = finished.n_steps;
+        finished.timings = standing
+            .record
+            .as_ref()
+            .map_or(finished.timings, Timings::of);
+    } else {
+        joined::remove_record(&names)?;
+        let mut texts = texts.iter();
+        texts.try_for_each(|(path, text)| save_text(text, path, names.commit))?;
+        record.save()?;
+        finished.timings = record.timings();
     }
     lock::remove_left(folder)?;
     Ok(finished)
@@ -84,8 +95,17 @@ fn records(folder: &Path) -> Result<Vec<(PathBuf, Value)>> {
         )
         .file(folder));
     }
-    let read = |path: PathBuf| Ok((path.clone(), record::read(&path)?));
-    found.into_values().map(read).collect()
+    let read = |((start, end), path): (_, PathBuf)| {
+        match record::read(&path)? {
+        Some(record) => Ok((path, record)),
+        None => Err(Error::input(format!(
+            "is empty, cut or no record of a part; `azimesh deform --steps {start}..{end} --resume`, with the mesh and \
+             the schedule of the part, verifies its steps and writes it again"
+        ))
+        .file(&path)),
+    }
+    };
+    found.into_iter().map(read).collect()
 }
 
 /// What all parts have in common: a record, and the names of the whole sequence.
@@ -132,23 +152,6 @@ fn part(names: &Names, first: &Value, path: &Path, content: &Value) -> Result<Wr
     })
 }
 
-/// Refuses to replace what an earlier join has left.
-fn check_outputs(names: &Names, force: bool) -> Result<()> {
-    let mesh = names.is_in_one().then(|| names.path(&names.mesh(0)));
-    let outputs = [
-        Some(names.table()),
-        Some(names.record()),
-        names.series(),
-        mesh,
-    ];
-    match outputs.into_iter().flatten().find(|path| path.exists()) {
-        Some(path) if !force => {
-            Err(Error::input("exists already; --force replaces it").file(&path))
-        }
-        _ => Ok(()),
-    }
-}
-
 /// Every step is in one part.
 fn check_steps(names: &Names, parts: &[Written]) -> Result<()> {
     let mut count = vec![0; names.steps().len()];
@@ -175,8 +178,9 @@ fn check_steps(names: &Names, parts: &[Written]) -> Result<()> {
             )
         ),
         (missing, _) => format!(
-            "{} missing; `azimesh deform --steps A..B` writes them, with --resume where a part was begun",
-            told(missing)
+            "{} missing: {}. `azimesh deform --steps A..B --resume`, with the A and B of a part, writes what it lacks",
+            told(missing),
+            lacking(missing, parts)
         ),
     };
     Err(Error::input(message).file(&names.folder))
@@ -188,25 +192,68 @@ fn ranges<'a>(parts: impl Iterator<Item = &'a Written>) -> String {
     parts.map(range).collect::<Vec<_>>().join(", ")
 }
 
+/// Where steps are missing: in which parts, or in none.
+fn lacking(missing: &[usize], parts: &[Written]) -> String {
+    let record = |part: &Written| format!("run_{}-{}.json", part.steps.start, part.steps.end);
+    let mut sentences = Vec::new();
+    let in_a_part = |step: &usize| parts.iter().any(|part| part.steps.contains(step));
+    let in_none: Vec<usize> = missing
+        .iter()
+        .filter(|step| !in_a_part(step))
+        .copied()
+        .collect();
+    if !in_none.is_empty() {
+        let all = parts.iter().map(record).collect();
+        let steps = runs(&in_none);
+        sentences.push(format!(
+            "no part has {steps} (there are {})",
+            some(all, "parts")
+        ));
+    }
+    for part in parts {
+        let own: Vec<usize> = missing
+            .iter()
+            .filter(|step| part.steps.contains(step))
+            .copied()
+            .collect();
+        if !own.is_empty() {
+            sentences.push(format!(
+                "the run of {} has not written {}",
+                record(part),
+                runs(&own)
+            ));
+        }
+    }
+    some(sentences, "parts")
+}
+
 /// Steps as a subject: runs of them where there are several in a row.
 fn told(steps: &[usize]) -> String {
+    match steps {
+        [step] => format!("step {step} is"),
+        _ => format!("steps {} are", runs(steps)),
+    }
+}
+
+/// Steps as a list of runs.
+fn runs(steps: &[usize]) -> String {
     let runs = steps.chunk_by(|a, b| a + 1 == *b);
-    let mut names: Vec<String> = runs
-        .map(|run| match run {
-            [step] => step.to_string(),
-            [first, .., last] => format!("{first} to {last}"),
-            [] => String::new(),
-        })
-        .collect();
+    let names = runs.map(|run| match run {
+        [step] => step.to_string(),
+        [first, .., last] => format!("{first} to {last}"),
+        [] => String::new(),
+    });
+    some(names.collect(), "ranges")
+}
+
+/// A list of which the first are named.
+fn some(mut names: Vec<String>, what: &str) -> String {
     if names.len() > MOST_NAMED {
         let more = names.len() - MOST_NAMED;
         names.truncate(MOST_NAMED);
-        names.push(format!("and {more} more ranges"));
+        names.push(format!("and {more} more {what}"));
     }
-    match steps {
-        [step] => format!("step {step} is"),
-        _ => format!("steps {} are", names.join(", ")),
-    }
+    names.join(", ")
 }
 
 /// Every mesh has the hash that its row says.
@@ -214,20 +261,7 @@ fn check_files(names: &Names, parts: &[Written], progress: &dyn Progress) -> Res
     progress.start("verifying", Some(names.steps().len() as u64));
     let mut wrong = Vec::new();
     for part in parts {
-        let ends = ends(part)?;
-        let mut from = SUPERBLOCK;
-        for (at, (step, row)) in part.rows.iter().enumerate() {
-            let path = names.path(row.text("file"));
-            let found = match ends.get(at) {
-                Some(end) => hash_of_range(&path, from..*end),
-                None => hash_of(&path),
-            };
-            from = ends.get(at).copied().unwrap_or(from);
-            if !found.is_ok_and(|hash| hash.to_string() == row.text("blake3")) {
-                wrong.push(*step);
-            }
-            progress.advance(1);
-        }
+        wrong.extend(damaged(names, &part.rows, &ends(part)?, progress));
     }
     progress.finish();
     if wrong.is_empty() {
@@ -241,17 +275,36 @@ fn check_files(names: &Names, parts: &[Written], progress: &dyn Progress) -> Res
     .file(&names.folder))
 }
 
+/// Steps whose mesh is not what its row says; `ends` tells where each ends where one file holds all.
+pub(super) fn damaged(
+    names: &Names,
+    rows: &Rows,
+    ends: &[u64],
+    progress: &dyn Progress,
+) -> Vec<usize> {
+    let mut wrong = Vec::new();
+    let mut from = SUPERBLOCK;
+    for (at, (step, row)) in rows.iter().enumerate() {
+        let path = names.path(row.text("file"));
+        let found = match ends.get(at) {
+            Some(end) => hash_of_range(&path, from..*end),
+            None => hash_of(&path),
+        };
+        from = ends.get(at).copied().unwrap_or(from);
+        if !found.is_ok_and(|hash| hash.to_string() == row.text("blake3")) {
+            wrong.push(*step);
+        }
+        progress.advance(1);
+    }
+    wrong
+}
+
 /// Where each step ends in the file of a part; empty where each step has a file of its own.
 fn ends(part: &Written) -> Result<Vec<u64>> {
     if !part.names.is_in_one() {
         return Ok(Vec::new());
     }
-    let ends = part.record["step_ends"].as_array();
-    let ends: Vec<u64> = ends
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_u64)
-        .collect();
+    let ends = joined::step_ends(&part.record);
     match ends.len() == part.rows.len() {
         true => Ok(ends),
         false => Err(Error::input(format!(
@@ -260,104 +313,6 @@ fn ends(part: &Written) -> Result<Vec<u64>> {
         ))
         .file(&part.names.record())),
     }
-}
-
-/// Writes the meshes of all parts into one file; gives the rows of that.
-fn join_meshes(
-    names: &Names,
-    format: &'static dyn Format,
-    parts: &[Written],
-    progress: &dyn Progress,
-) -> Result<Rows> {
-    let path = names.path(&names.mesh(0));
-    let create = format.sequence().expect("one file holds all steps");
-    let mut file = create(&path, &write_options(parts)?, Begin::Anew, true)?;
-    let mut rows = Rows::new();
-    progress.start("joining", Some(names.steps().len() as u64));
-    let steps = parts.iter().flat_map(|part| {
-        let rows = part.rows.iter().enumerate();
-        rows.map(move |(at, (step, row))| (*step, part, at, row))
-    });
-    let in_order: BTreeMap<usize, (&Written, usize, &Row)> = steps
-        .map(|(step, part, at, row)| (step, (part, at, row)))
-        .collect();
-    for (step, (part, at, row)) in in_order {
-        let from = part.names.path(row.text("file"));
-        // Parts have their boundary tags under the common name.
-        let options = ReadOptions {
-            step: Some(at),
-            tag_array: None,
-        };
-        let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
-        let time = output::time(row).unwrap_or(step as f64);
-        let hash = file.push(time, &loaded.mesh);
-        let hash = hash.map_err(|error| error.file(&path))?;
-        let mut row = row.clone();
-        row.set("file", names.mesh(step));
-        row.set("blake3", hash.to_string());
-        rows.insert(step, row);
-        progress.advance(1);
-    }
-    progress.finish();
-    Ok(rows)
-}
-
-/// Coordinates are written as the parts have them.
-fn write_options(parts: &[Written]) -> Result<WriteOptions> {
-    let precision = match parts[0].record["options"]["precision"].as_str() {
-        Some("f32") => Precision::F32,
-        _ => Precision::F64,
-    };
-    Ok(WriteOptions {
-        precision,
-        encoding: Encoding::Raw,
-        ..WriteOptions::default()
-    })
-}
-
-/// Texts of a list that the records of the parts have, each once.
-fn union(parts: &[Written], key: &str) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for text in values(parts, key).iter().filter_map(Value::as_str) {
-        if !all.iter().any(|known| known == text) {
-            all.push(text.to_owned());
-        }
-    }
-    all
-}
-
-fn values(parts: &[Written], key: &str) -> Vec<Value> {
-    let lists = parts.iter().filter_map(|part| part.record[key].as_array());
-    lists.flatten().cloned().collect()
-}
-
-/// The record of the whole sequence.
-fn joined(names: &Names, parts: &[Written], finished: &Finished) -> Record {
-    let mut record = Record::of(names, parts[0].record.clone());
-    for key in ["resumed", "steps_kept", "step_ends"] {
-        record.remove(key);
-    }
-    let by_step = |key: &str, step: &str| -> Vec<Value> {
-        let all = values(parts, key).into_iter();
-        let by_step: BTreeMap<_, _> = all.map(|value| (value[step].as_u64(), value)).collect();
-        by_step.into_values().collect()
-    };
-    let bases = parts
-        .iter()
-        .filter_map(|part| part.record["base_files"].as_object());
-    let bases: BTreeMap<&String, &Value> = bases.flatten().collect();
-    let ranges = parts
-        .iter()
-        .map(|part| format!("{}..{}", part.steps.start, part.steps.end));
-    let seconds = parts.iter().map(|part| Timings::of(&part.record));
-    record.set_timings(seconds.fold(Timings::default(), Timings::plus));
-    record.set("selections", json!(by_step("selections", "first_step")));
-    record.set("repairs", json!(by_step("repairs", "step")));
-    record.set("base_files", json!(bases));
-    record.set("parts", json!(ranges.collect::<Vec<_>>()));
-    record.set("fail_on", json!(union(parts, "fail_on")));
-    record.close(finished, None);
-    record
 }
 
 #[cfg(test)]

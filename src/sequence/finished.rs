@@ -26,6 +26,8 @@ pub struct Finished {
     pub most_inverted: Option<usize>,
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
+    /// Sentences about steps with inverted cells; they are among the warnings as well.
+    pub inverted: Vec<String>,
     /// Sentences about conditions that failed.
     pub failures: Vec<String>,
     /// Sentences about steps that were passed over, with the reason.
@@ -60,12 +62,14 @@ impl Finished {
             self.take_row(row);
             if row.number("inverted").is_some_and(|n| n > 0.0) {
                 let sentence = inverted(row, first_inverted.get(step).copied());
+                self.inverted.push(sentence.clone());
                 self.warnings.push(sentence);
             }
             let values = row.numbers();
             for criterion in fail_on {
-                if criterion.is_met(&values)? {
-                    self.failures.push(format!("step {step}: {criterion}"));
+                if let Some(value) = criterion.met_by(&values)? {
+                    let sentence = format!("step {step}: {}", criterion.sentence("", value));
+                    self.failures.push(sentence);
                 }
             }
         }

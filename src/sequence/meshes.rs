@@ -118,6 +118,20 @@ fn lock(sequence: &Shared) -> MutexGuard<'_, Box<dyn SequenceFile>> {
     sequence.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// The hash of the file that a mesh would have alone; it is written to nowhere.
+pub(super) fn hash_of(
+    mesh: &Mesh,
+    format: &dyn Format,
+    options: &WriteOptions,
+) -> Result<blake3::Hash> {
+    let mut hashing = Hashing {
+        out: &mut std::io::sink(),
+        hasher: blake3::Hasher::new(),
+    };
+    format.write(mesh, &mut hashing, options)?;
+    Ok(hashing.hasher.finalize())
+}
+
 struct Hashing<'a> {
     out: &'a mut dyn Write,
     hasher: blake3::Hasher,

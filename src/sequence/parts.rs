@@ -17,7 +17,8 @@ pub(super) fn steps_of(record: &Path) -> Option<Range<usize>> {
 /// there twice cannot be joined.
 pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
     let wanted = names.steps();
-    if !names.is_part() || names.record().exists() {
+    let is_begun = names.record().exists() || names.table().exists();
+    if !names.is_part() || is_begun {
         return Ok(());
     }
     let overlaps = |record: &PathBuf| match steps_of(record) {

@@ -29,6 +29,8 @@ enum Task {
     New,
     /// Its positions, which the file of all steps should hold.
     Again,
+    /// The same, with what may be done about inverted cells: nothing is known of that any more.
+    Prove,
     /// Its positions as the file of all steps holds them: to compute them again would take as long as
     /// the first time.
     ReadBack,
@@ -54,6 +56,9 @@ impl Run<'_> {
         let mut computed = task.run(stretches, measures, mesh, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
             self.stop.check()?;
+            if task == Task::New {
+                self.vouch()?;
+            }
             std::mem::swap(&mut mesh.points, &mut next);
             if task == Task::ReadBack && !self.read_back(writer, step, &mut mesh.points) {
                 return Ok(self.again_from(step));
@@ -95,10 +100,11 @@ impl Run<'_> {
         let is_kept = self.earlier.rows.contains_key(&step.index);
         let has_substeps =
             self.plan.schedule.rbf.substeps > 1 || self.earlier.repairs.contains_key(&step.index);
-        match (is_kept, has_substeps) {
-            (false, _) => Task::New,
-            (true, false) => Task::Again,
-            (true, true) => Task::ReadBack,
+        match (is_kept, self.earlier.is_unproven, has_substeps) {
+            (false, _, _) => Task::New,
+            (true, true, _) => Task::Prove,
+            (true, false, false) => Task::Again,
+            (true, false, true) => Task::ReadBack,
         }
     }
 
@@ -156,7 +162,7 @@ impl Run<'_> {
             computed
                 .map_err(|error| at_step(step, error))
                 .and_then(|computed| match task {
-                    Task::New => self.judge(step, computed),
+                    Task::New | Task::Prove => self.judge(step, computed),
                     Task::Again | Task::ReadBack => Ok(computed),
                 });
         match judged {
@@ -180,7 +186,7 @@ impl Run<'_> {
     }
 
     /// Keeps in mind what is wrong with a step; refuses it where the schedule says so.
-    fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
+    pub(super) fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
         self.seconds.0 += computed.seconds;
         if let Some(repair) = &computed.repair {
             self.earlier.repairs.insert(step.index, repair.record(step));
@@ -224,7 +230,7 @@ impl Task {
         points: &mut [Vector],
     ) -> Result<Computed> {
         match self {
-            Task::New => compute(stretches, measures, mesh, step, points),
+            Task::New | Task::Prove => compute(stretches, measures, mesh, step, points),
             Task::Again => compute_again(stretches, step, points),
             Task::ReadBack => Ok(Computed::default()),
         }
@@ -241,7 +247,7 @@ fn write(
 ) -> Result<bool> {
     match (ready, task) {
         (None, _) => Ok(true),
-        (Some(_), Task::Again | Task::ReadBack) => writer.retrace(mesh, step),
+        (Some(_), Task::Again | Task::Prove | Task::ReadBack) => writer.retrace(mesh, step),
         (Some(computed), Task::New) => {
             let row = row(step, &computed);
             writer.write(mesh, step, row, computed.seconds)?;

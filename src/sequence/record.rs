@@ -203,17 +203,12 @@ fn input(what: &str, path: &Path) -> Result<Value> {
     }))
 }
 
-/// A record on disk.
-pub(super) fn read(path: &Path) -> Result<Value> {
+/// A record on disk; `None` where it is not whole, as after a power cut: empty, cut, or no record.
+pub(super) fn read(path: &Path) -> Result<Option<Value>> {
     let text = check_file(path).and_then(|()| std::fs::read(path));
     let text = text.map_err(|error| Error::io(path, &error))?;
-    serde_json::from_slice(&text).map_err(|error| {
-        let message = format!(
-            "this is not the whole record of a run, so that nothing can be verified; `azimesh deform --force` starts \
-             anew ({error})"
-        );
-        Error::input(message).line(error.line() as u64).file(path)
-    })
+    let read: Option<Value> = serde_json::from_slice(&text).ok();
+    Ok(read.filter(|record| record["inputs"].is_array() && record["options"].is_object()))
 }
 
 /// The hash of a file, read piece by piece: a mapped file would count as memory of the run.

@@ -3,6 +3,7 @@
 
 use super::differs::difference;
 use super::output::{Names, existing_outputs};
+use super::parts;
 use super::plan::Plan;
 use super::progress::Progress;
 use super::record::{self, Record, Timings, hash_of};
@@ -12,7 +13,7 @@ use crate::formats::Format;
 use crate::quality::Criterion;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Sentences of one sort that are given one by one.
 const MOST_NOTES: usize = 10;
@@ -37,6 +38,10 @@ pub(super) struct Earlier {
     n_before: u64,
     /// Sentences on what has to be done again.
     pub notes: Vec<String>,
+    /// Parts that were joined to it.
+    parts: Value,
+    /// Whether its record is lost: rows count then where the same step gives the same bytes.
+    pub is_unproven: bool,
 }
 
 impl Earlier {
@@ -52,29 +57,53 @@ impl Earlier {
         progress: &dyn Progress,
     ) -> Result<Self> {
         let path = names.record();
-        if !path.exists() {
-            return match existing_outputs(names).is_empty() {
-                true => Ok(Self::default()),
-                false => Err(no_record(names)),
-            };
-        }
-        let then = record::read(&path)?;
-        if let Some(difference) = difference(now.content(), &then) {
-            return Err(Error::input(format!(
-                "this run cannot be gone on with: {}; --force starts anew",
-                difference.since()
-            ))
-            .file(&path));
-        }
-        let mut earlier = Self::of(&then);
+        let then = match path.exists() {
+            true => record::read(&path)?,
+            false => None,
+        };
+        let mut earlier = match &then {
+            Some(then) => {
+                check_same(now, then, &path)?;
+                Self::of(then)
+            }
+            None if existing_outputs(names).is_empty() => return Ok(Self::default()),
+            None => Self::without_record(names)?,
+        };
         if names.table().exists() {
             earlier.rows = table::read(&names.table())?;
+        }
+        check_names(&earlier.rows, then.as_ref(), names)?;
+        if then.is_none() {
+            check_azimuths(&earlier.rows, plan, names)?;
         }
         earlier.check_rows(plan, names);
         if !names.is_in_one() {
             earlier.check_files(plan, names, format, progress);
         }
+        earlier.is_unproven = then.is_none() && !earlier.rows.is_empty();
         Ok(earlier)
+    }
+
+    /// A run whose record a power cut has taken: a file of it is left, or its table.
+    fn without_record(names: &Names) -> Result<Self> {
+        let record = names.record();
+        if !record.exists() && !names.table().exists() || has_parts(names) {
+            return Err(no_record(names));
+        }
+        let state = match record.exists() {
+            true => "is empty, cut or no record of a run",
+            false => "is missing",
+        };
+        let sentence = format!(
+            "{} {state}: finished steps are computed again and kept where that gives the same bytes; conditions of \
+             --fail-on that the run had are not known any more",
+            record.file_name().unwrap_or_default().display()
+        );
+        Ok(Self {
+            n_before: 1,
+            notes: vec![sentence],
+            ..Self::default()
+        })
     }
 
     /// What a record tells.
@@ -94,6 +123,7 @@ impl Earlier {
                 .collect(),
             timings: Timings::of(then),
             n_before: then["resumed"].as_u64().unwrap_or(0) + 1,
+            parts: then["parts"].clone(),
             ..Self::default()
         }
     }
@@ -107,6 +137,9 @@ impl Earlier {
         let fail_on = self.fail_on.iter().map(Criterion::to_string);
         record.set("fail_on", json!(fail_on.collect::<Vec<_>>()));
         record.set_timings(self.timings);
+        if !self.parts.is_null() {
+            record.set("parts", self.parts.clone());
+        }
         if !self.repairs.is_empty() {
             record.set("repairs", self.all_repairs());
         }
@@ -208,17 +241,78 @@ fn check_file(
     }
 }
 
+/// Refuses a run with other inputs.
+fn check_same(now: &Record, then: &Value, path: &Path) -> Result<()> {
+    match difference(now.content(), then) {
+        None => Ok(()),
+        Some(difference) => Err(Error::input(format!(
+            "this run cannot be gone on with: {}; --force starts anew",
+            difference.since()
+        ))
+        .file(path)),
+    }
+}
+
+/// Refuses rows of meshes that are there and would have another name now: they would be written again
+/// beside the ones that are there.
+fn check_names(rows: &Rows, then: Option<&Value>, names: &Names) -> Result<()> {
+    let is_other = |(step, row): &(&usize, &Row)| {
+        let file = row.text("file");
+        names.steps().contains(step) && file != names.mesh(**step) && names.path(file).is_file()
+    };
+    let Some((step, row)) = rows.iter().find(is_other) else {
+        return Ok(());
+    };
+    let (old, new) = (row.text("file"), names.mesh(*step));
+    let way_out = "start anew in another folder";
+    Err(Error::input(match then.and_then(|then| then["inputs"][0]["file"].as_str()) {
+        Some(mesh) => format!(
+            "the mesh of this run was called {mesh}, and its files are named after that: step {step} is {old} and \
+             would be {new} now. Give the mesh (or a link to it) that name again to go on, or {way_out}"
+        ),
+        None => format!(
+            "step {step} of the earlier run is {old} and would be {new} now: the mesh had another name, or the run \
+             another format. Give it the same again to go on, or {way_out}"
+        ),
+    })
+    .file(&names.table()))
+}
+
+/// Refuses rows of a run whose record is lost that are of other steps than those of the schedule.
+fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
+    let steps = &plan.motion.steps[names.steps()];
+    let other = steps.iter().find_map(|step| {
+        let row = rows.get(&step.index)?;
+        let (then, now) = (row.text("azimuth_deg"), step.azimuth_deg.to_string());
+        let is_other = row.text("file") == names.mesh(step.index) && then != now;
+        is_other.then(|| (step.index, then, now))
+    });
+    match other {
+        None => Ok(()),
+        Some((step, then, now)) => Err(Error::input(format!(
+            "this run cannot be gone on with: step {step} was at azimuth {then}, it is at {now} now; --force starts anew"
+        ))
+        .file(&names.table())),
+    }
+}
+
+/// Whether there are parts in the folder of a whole sequence.
+fn has_parts(names: &Names) -> bool {
+    let is_part = |path: &PathBuf| parts::steps_of(path).is_some();
+    !names.is_part() && existing_outputs(names).iter().any(is_part)
+}
+
 fn no_record(names: &Names) -> Error {
     let record = names.record();
     let record = record.file_name().unwrap_or_default().display();
-    let hint = match names.is_part() {
-        true => "",
-        false => {
-            " (parts begun with --steps are gone on with by the same --steps, and joined by `azimesh finish`)"
+    let hint = match has_parts(names) {
+        false => "",
+        true => {
+            " (parts are gone on with by their own --steps, and `azimesh finish` joins them, also again)"
         }
     };
     Error::input(format!(
-        "holds files of an earlier run but no {record}, so that nothing can be verified; --force starts anew{hint}"
+        "holds files of an earlier run but no whole {record}, so that nothing can be verified; --force starts anew{hint}"
     ))
     .file(&names.folder)
 }

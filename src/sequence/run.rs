@@ -124,7 +124,6 @@ pub fn run(
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record);
-    record.save()?;
     let mut mesh = std::mem::take(&mut plan.mesh);
     let base_files = earlier.bases.clone();
     let mut stretches = Stretches::new(plan, &names, loaded, base_files, progress);
@@ -144,6 +143,7 @@ pub fn run(
         warnings,
         seconds: (0.0, 0.0),
     };
+    run.save_record()?;
     let result = run.steps(&mut stretches, &mut mesh, progress);
     run.close(result, stretches, &clock)
 }
@@ -191,13 +191,21 @@ impl Run<'_> {
         let restored = stretches.restore();
         self.note_choices(stretches)?;
         self.warnings.extend(restored?);
-        if self.rows.len() == self.names.steps().len() && !self.is_to_be_retraced() {
+        if self.is_complete() {
             return Ok(());
         }
         self.choose_first(stretches)?;
         mesh.points.clone_from(&self.plan.reference);
         let wanted = self.plan.schedule.output.quality != QualityOutput::None;
         let measures = wanted.then(|| Measures::new(mesh, self.plan));
+        if self.earlier.is_unproven && !self.is_to_be_retraced() {
+            self.prove(stretches, mesh, measures.as_ref(), progress)?;
+            self.note_choices(stretches)?;
+            if self.is_complete() {
+                return Ok(());
+            }
+            mesh.points.clone_from(&self.plan.reference);
+        }
         loop {
             let begin = match self.request.resume {
                 true => Begin::Retrace,
@@ -229,6 +237,7 @@ impl Run<'_> {
             let pass = pass?;
             settled?;
             if pass == Pass::Done {
+                self.vouch()?;
                 progress.finish();
                 return Ok(());
             }
@@ -242,6 +251,12 @@ impl Run<'_> {
                 self.warnings.push(note.clone());
             }
         }
+    }
+
+    /// Whether nothing is left to be done, or gone over.
+    fn is_complete(&self) -> bool {
+        let is_all = self.rows.len() == self.names.steps().len();
+        is_all && !self.is_to_be_retraced() && !self.earlier.is_unproven
     }
 
     /// Steps of an earlier run lie in a file that only those who go over them can go on with.
@@ -280,13 +295,13 @@ impl Run<'_> {
         let selections = self.earlier.with_selections(&stretches.selections);
         self.record.set("base_files", base_files);
         self.record.set("selections", json!(selections));
-        self.record.save()
+        self.save_record()
     }
 
     /// Puts into run.json which steps were taken in substeps; before they are written.
     pub(super) fn note_repairs(&mut self) -> Result<()> {
         self.record.set("repairs", self.earlier.all_repairs());
-        self.record.save()
+        self.save_record()
     }
 
     /// What was done about inverted cells, in this run or an earlier one.
@@ -337,6 +352,9 @@ impl Run<'_> {
         finished.timings.modes = stretches.seconds_modes;
         (finished.timings.steps, finished.timings.writing) = self.seconds;
         finished.timings.total = clock.seconds();
+        if self.earlier.is_unproven {
+            return result.map(|()| finished);
+        }
         self.record.close(&finished, result.as_ref().err());
         let lists = output::series(self.names, &self.rows);
         let mut lists = lists.iter();

@@ -119,17 +119,22 @@ pub(super) fn text(rows: &Rows) -> String {
         .fold(joined(COLUMNS), |text, row| text + &row.line())
 }
 
-/// The rows of a table on disk. A row that a killed run left cut is none; nor is one that is no row.
+/// The rows of a table on disk. A row that a killed run left cut is none; nor is one that is no row, as
+/// a power cut may leave it.
 pub(super) fn read(path: &Path) -> Result<Rows> {
-    let text = check_file(path).and_then(|()| std::fs::read_to_string(path));
-    let text = text.map_err(|error| Error::io(path, &error))?;
-    let mut lines = text
-        .split_inclusive('\n')
-        .filter_map(|line| line.strip_suffix('\n'));
+    let bytes = check_file(path).and_then(|()| std::fs::read(path));
+    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+    let mut lines = bytes
+        .split_inclusive(|byte| *byte == b'\n')
+        .filter_map(|line| line.strip_suffix(b"\n"))
+        .map(|line| {
+            std::str::from_utf8(line)
+                .ok()
+                .filter(|text| !text.contains('\0'))
+        });
     match lines.next() {
         None => return Ok(Rows::new()),
-        Some(header) if cut(header) == COLUMNS => {}
-        Some(header) => {
+        Some(Some(header)) if cut(header) != COLUMNS => {
             return Err(Error::input(format!(
                 "the columns are \"{header}\"; this version has \"{}\"",
                 COLUMNS.join(",")
@@ -137,13 +142,14 @@ pub(super) fn read(path: &Path) -> Result<Rows> {
             .line(1)
             .file(path));
         }
+        Some(_) => {}
     }
     let row = |line| {
         let row = cut(line);
         let step = (row.len() == COLUMNS.len()).then(|| row[0].parse().ok());
         Some((step.flatten()?, Row(row)))
     };
-    Ok(lines.filter_map(row).collect())
+    Ok(lines.flatten().filter_map(row).collect())
 }
 
 fn joined<'a>(values: impl IntoIterator<Item = &'a str>) -> String {
@@ -217,6 +223,35 @@ mod tests {
             let found = read(&path).expect("what is cut is left out");
             assert_eq!(found.len(), whole, "{end}");
             assert!(found.iter().all(|(step, row)| rows[step] == *row));
+        }
+    }
+
+    #[test]
+    fn what_a_power_cut_leaves_of_a_table_has_its_whole_rows() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("steps.csv");
+        let rows: Rows = (0..3).map(|step| (step, row(step, "m.vtu"))).collect();
+        let text = text(&rows);
+        let second = text.lines().nth(2).expect("there are three rows");
+        for (tail, wanted) in [
+            (&[0; 50][..], 3),
+            (b"\0\0\0\n", 3),
+            (b"9,\xff\xfe\n", 3),
+            (format!("{second}\n").as_bytes(), 3),
+            (b"nonsense\n3,0\n", 3),
+        ] {
+            std::fs::write(&path, [text.as_bytes(), tail].concat()).expect("it can be written");
+            let found = read(&path).expect("the tail is left out");
+            assert_eq!((found.len(), &found), (wanted, &rows), "{tail:?}");
+        }
+        // The first page of the file is lost, or all of it.
+        let at = text.find(second).expect("it is there") - 10;
+        for (end, wanted) in [(at, 2), (text.len(), 0)] {
+            let mut bytes = text.clone().into_bytes();
+            bytes[..end].fill(0);
+            std::fs::write(&path, bytes).expect("it can be written");
+            let found = read(&path).expect("what is lost is left out");
+            assert_eq!(found.len(), wanted);
         }
     }
 

@@ -87,9 +87,22 @@ fn one_mesh(args: &DiffArgs, a: &Input, b: &Input, context: &Context) -> Result<
             0 => String::new(),
             _ => told::details(&difference, "  "),
         };
-        context.print_result(&format!("{difference}\n{details}"))?;
+        tell(
+            &difference.to_string(),
+            &details,
+            difference.is_same(),
+            context,
+        )?;
     }
     Ok(difference.is_same())
+}
+
+/// Prints a line and what belongs below it; those who want to hear nothing are told what differs.
+fn tell(line: &str, details: &str, same: bool, context: &Context) -> Result<()> {
+    if context.common.quiet && !same {
+        context.complain(line);
+    }
+    context.print_result(&format!("{line}\n{details}"))
 }
 
 impl DiffArgs {

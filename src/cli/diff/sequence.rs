@@ -36,14 +36,14 @@ pub fn compare(
         context.print_json(as_json(same, &summary, [ours, theirs], &steps))?;
         return Ok(same);
     }
-    let mut text = format!("{summary}\n");
+    let mut text = String::new();
     if context.common.verbose > 0 {
         for (i, step) in different(&steps) {
             text += &format!("  step {i}, time {}: {}\n", step.time, step.difference);
             text += &told::details(&step.difference, "    ");
         }
     }
-    context.print_result(&text)?;
+    super::tell(&summary, &text, same, context)?;
     Ok(same)
 }
 

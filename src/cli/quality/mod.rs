@@ -15,6 +15,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use worst::WorstCells;
 
+/// Steps that are named in a sentence.
+const MOST_NAMED: usize = 12;
+
 /// Arguments of `azimesh quality`.
 #[derive(Debug, clap::Args)]
 #[command(
@@ -59,8 +62,8 @@ struct Judged {
     /// `None` where there is one mesh alone.
     step: Option<Step>,
     quality: Quality,
-    /// Positions in `--fail-on` of those that hold.
-    met: Vec<usize>,
+    /// Positions in `--fail-on` of those that hold, each with the value of its column.
+    met: Vec<(usize, f64)>,
 }
 
 /// All that is told.
@@ -269,8 +272,8 @@ impl<'a> Findings<'a> {
         };
         let mut met = Vec::new();
         for (i, criterion) in self.fail_on.iter().enumerate() {
-            if criterion.is_met(&quality.columns())? {
-                met.push(i);
+            if let Some(value) = criterion.met_by(&quality.columns())? {
+                met.push((i, value));
             }
         }
         self.worst.consider(step, mesh, &judge.reference);
@@ -278,38 +281,62 @@ impl<'a> Findings<'a> {
         Ok(())
     }
 
-    /// The conditions that hold, with the steps of a sequence where they do.
-    fn met(&self) -> Vec<(&'a Criterion, Vec<usize>)> {
+    /// The conditions that hold, with the meshes where they do and the values there.
+    fn met(&self) -> Vec<(&'a Criterion, Vec<(Option<Step>, f64)>)> {
         let of = |i: usize| {
-            let meshes = self.meshes.iter().filter(move |mesh| mesh.met.contains(&i));
-            meshes.filter_map(|mesh| mesh.step).map(|step| step.index)
+            let all = self.meshes.iter().flat_map(|mesh| {
+                let own = mesh.met.iter().filter(move |(met, _)| *met == i);
+                own.map(|(_, value)| (mesh.step, *value))
+            });
+            all.collect::<Vec<_>>()
         };
-        let holds = |i: &usize| self.meshes.iter().any(|mesh| mesh.met.contains(i));
-        let indices = (0..self.fail_on.len()).filter(holds);
-        indices
-            .map(|i| (&self.fail_on[i], of(i).collect()))
+        let all = self.fail_on.iter().enumerate();
+        all.map(|(i, criterion)| (criterion, of(i)))
+            .filter(|(_, met)| !met.is_empty())
             .collect()
     }
 
     /// Prints everything, beside a mesh on standard output or not.
     fn tell(&self, context: &Context, beside: bool) -> Result<()> {
-        if context.common.json {
-            return context.print_json(table::as_json(self));
+        let text = || table::as_text(self);
+        match (context.common.json, beside) {
+            (true, _) => context.print_json(table::as_json(self))?,
+            (false, true) => context.print_aside(&text()),
+            (false, false) => context.print_result(&text())?,
         }
-        let text = table::as_text(self);
-        match beside {
-            true => context.print_aside(&text),
-            false => context.print_result(&text)?,
-        }
-        for (criterion, steps) in self.met() {
-            let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
-            context.warn(&match &steps[..] {
-                [] => format!("{criterion} holds"),
-                [step] => format!("{criterion} holds at step {step}"),
-                _ => format!("{criterion} holds at steps {}", steps.join(", ")),
-            });
+        for (criterion, met) in self.met() {
+            context.complain(&sentence(criterion, &met));
         }
         Ok(())
+    }
+}
+
+/// A condition that holds, with its steps where there are several meshes, and the worst value.
+fn sentence(criterion: &Criterion, met: &[(Option<Step>, f64)]) -> String {
+    let worse = |worst: (Option<Step>, f64), other: (Option<Step>, f64)| match criterion
+        .is_worse(other.1, worst.1)
+    {
+        true => other,
+        false => worst,
+    };
+    let worst = met.iter().copied().reduce(worse);
+    let (worst_step, value) = worst.expect("it holds somewhere");
+    let steps = met
+        .iter()
+        .filter_map(|(step, _)| Some(step.as_ref()?.index.to_string()));
+    let steps: Vec<String> = steps.collect();
+    let named = steps[..steps.len().min(MOST_NAMED)].join(", ");
+    match (worst_step, steps.len()) {
+        (None, _) => criterion.sentence("", value),
+        (Some(step), 1) => criterion.sentence(&format!(" at step {}", step.index), value),
+        (Some(step), n) => {
+            let more = match n - n.min(MOST_NAMED) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            let holds = criterion.sentence(&format!(" at steps {named}{more}"), value);
+            format!("{holds} at step {}", step.index)
+        }
     }
 }
 

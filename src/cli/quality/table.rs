@@ -214,9 +214,12 @@ pub(super) fn as_json(findings: &Findings<'_>) -> Value {
     let failed = met.iter().map(|(criterion, _)| criterion.to_string());
     object.insert("failed_on".into(), failed.collect());
     if findings.meshes.iter().any(|mesh| mesh.step.is_some()) {
-        let steps = met
-            .iter()
-            .map(|(criterion, steps)| (criterion.to_string(), json!(steps)));
+        let steps = met.iter().map(|(criterion, met)| {
+            let steps = met
+                .iter()
+                .filter_map(|(step, _)| Some(step.as_ref()?.index));
+            (criterion.to_string(), steps.collect())
+        });
         let steps: Map<String, Value> = steps.collect();
         object.insert("failed_steps".into(), Value::Object(steps));
     }
