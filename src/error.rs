@@ -4,6 +4,7 @@
 //! A parser that sees bytes and no path gives the position alone; whoever opened the file adds the
 //! path with [`Error::file`].
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -136,21 +137,59 @@ impl Error {
     }
 }
 
+/// One line, whatever names are in it.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(path) = &self.path {
-            write!(f, "{}:", path.display())?;
+            write!(f, "{}:", path_in_line(path))?;
         }
         match &self.position {
             Some(Position::Line(line)) if self.path.is_some() => write!(f, "{line}: ")?,
             Some(Position::Line(line)) => write!(f, "line {line}: ")?,
             Some(Position::Byte(offset)) => write!(f, " byte {offset}: ")?,
-            Some(Position::Dataset(name)) => write!(f, " {name}: ")?,
+            Some(Position::Dataset(name)) => write!(f, " {}: ", one_line(name))?,
             None if self.path.is_some() => write!(f, " ")?,
             None => {}
         }
-        f.write_str(&self.message)
+        f.write_str(&one_line(&self.message))
     }
+}
+
+/// Text that keeps to its line and its direction: control characters and the like, as names may have
+/// them, stand as escapes, `\n` or `\u{1b}`.
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    escaped(text, is_unseen)
+}
+
+/// A path as it may stand in a line.
+pub fn path_in_line(path: &Path) -> String {
+    one_line(&path.to_string_lossy()).into_owned()
+}
+
+/// The same as [`one_line`] for text of several lines.
+pub fn lines(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| c != '\n' && is_unseen(c))
+}
+
+fn escaped(text: &str, wanted: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&wanted) {
+        return text.into();
+    }
+    let mut escaped = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        match wanted(c) {
+            true => escaped.extend(c.escape_default()),
+            false => escaped.push(c),
+        }
+    }
+    escaped.into()
+}
+
+/// Whether a character is nothing to see but does something to a terminal: moves its cursor, ends its
+/// line, turns the direction of its text.
+pub fn is_unseen(c: char) -> bool {
+    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    c.is_control() || turns || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
 /// A count and what it counts, as in `1 face` and `2 faces`.
@@ -208,6 +247,16 @@ mod tests {
     fn a_part_without_a_name_is_called_so() {
         let error = Error::input("x").dataset("").file(Path::new("a"));
         assert_eq!(error.to_string(), "a: an array without a name: x");
+    }
+
+    #[test]
+    fn a_name_cannot_leave_its_line() {
+        let name = "a\nb\u{1b}[31m\u{7f}\u{9b}\u{202e}é";
+        let seen = r"a\nb\u{1b}[31m\u{7f}\u{9b}\u{202e}é";
+        let error = Error::input(name).dataset(name).file(Path::new(name));
+        assert_eq!(error.to_string(), format!("{seen}: {seen}: {seen}"));
+        assert_eq!(lines("a\n\tb"), "a\n\\tb");
+        assert_eq!(one_line("é \u{a0}"), "é \u{a0}");
     }
 
     #[test]

@@ -8,6 +8,6 @@ use std::process::ExitCode;
 static ALLOCATOR: memory::HugePages = memory::HugePages;
 
 fn main() -> ExitCode {
-    memory::return_large_arrays();
+    memory::prepare();
     azimesh::cli::main()
 }

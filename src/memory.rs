@@ -1,8 +1,10 @@
-//! The program's allocator: the system's, with huge pages asked for behind large arrays.
+//! The program's allocator: the system's, with huge pages asked for behind large arrays. What it takes is
+//! counted, and memory that cannot be had ends the program in a sentence.
 //!
 //! A mesh is a few arrays of hundreds of megabytes. In pages of 4 kB the system spends as long on
 //! handing them out as the program on filling them; in pages of 2 MB it does not.
 
+use azimesh::cli::heap;
 use std::alloc::{GlobalAlloc, Layout, System};
 
 /// Arrays from this size on are worth huge pages.
@@ -12,9 +14,11 @@ const LARGE: usize = 8 << 20;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const RETURNED: i32 = 8 << 20;
 
-/// Has the system's allocator keep no large array that is freed for later: left to itself it learns
-/// from the first of them to keep all up to 32 MB.
-pub fn return_large_arrays() {
+/// Makes the program ready: memory for its end is set aside, and the system's allocator keeps no large array
+/// that is freed for later. Left to itself it learns from the first of them to keep all up to 32 MB.
+pub fn prepare() {
+    #[cfg(unix)]
+    reserve::set_aside();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: a setting; a value that is refused changes nothing.
     unsafe {
@@ -29,23 +33,44 @@ pub struct HugePages;
 unsafe impl GlobalAlloc for HugePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller keeps the contract of `GlobalAlloc`.
-        advised(unsafe { System.alloc(layout) }, layout.size())
+        had(0, layout.size(), || unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as above.
-        advised(unsafe { System.alloc_zeroed(layout) }, layout.size())
+        had(0, layout.size(), || unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn realloc(&self, array: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: as above.
-        advised(unsafe { System.realloc(array, layout, size) }, size)
+        had(layout.size(), size, || unsafe {
+            System.realloc(array, layout, size)
+        })
     }
 
     unsafe fn dealloc(&self, array: *mut u8, layout: Layout) {
+        heap::count(layout.size(), 0);
         // SAFETY: as above.
         unsafe { System.dealloc(array, layout) }
     }
+}
+
+/// Counts an array and gets it. A small one that cannot be had is taken from the reserve: whoever asks for it
+/// may be in the middle of something that should be whole.
+fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
+    heap::count(before, size);
+    let mut array = get();
+    #[cfg(unix)]
+    if array.is_null() {
+        reserve::give_back();
+        if size < reserve::SMALL {
+            array = get();
+        }
+    }
+    if array.is_null() {
+        heap::end_without(size);
+    }
+    advised(array, size)
 }
 
 /// Asks for huge pages behind a large array, which has a mapping of its own. All its pages are named:
@@ -53,7 +78,7 @@ unsafe impl GlobalAlloc for HugePages {
 /// growth of the array would be a copy.
 fn advised(array: *mut u8, size: usize) -> *mut u8 {
     #[cfg(target_os = "linux")]
-    if size >= LARGE && !array.is_null() {
+    if size >= LARGE {
         const PAGE: usize = 4096;
         let before = array.addr() % PAGE;
         let whole = (before + size).next_multiple_of(PAGE);
@@ -67,4 +92,46 @@ fn advised(array: *mut u8, size: usize) -> *mut u8 {
         };
     }
     array
+}
+
+/// Addresses that the program keeps for its end.
+#[cfg(unix)]
+mod reserve {
+    use super::heap;
+    use std::ptr;
+    use std::sync::atomic::{AtomicPtr, Ordering};
+
+    /// Requests below this may be met from the reserve.
+    pub const SMALL: usize = 64 << 10;
+    /// Its size: no page of it is ever used, but it counts for `ulimit -v`.
+    const SIZE: usize = 4 << 20;
+    /// What the main thread has of its stack from the start: where it cannot grow later, the system ends
+    /// the program without a word.
+    const STACK: usize = 512 << 10;
+
+    static RESERVE: AtomicPtr<u8> = AtomicPtr::new(ptr::null_mut());
+
+    /// Sets it aside, and the stack. Where even that cannot be had, the program ends here.
+    pub fn set_aside() {
+        let (size, flags) = (SIZE + STACK, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
+        // SAFETY: a mapping of its own, which nothing reads or writes.
+        let found = unsafe { libc::mmap(ptr::null_mut(), size, libc::PROT_NONE, flags, -1, 0) };
+        if found == libc::MAP_FAILED {
+            heap::end_without(size);
+        }
+        // SAFETY: its end is given back, to the stack.
+        unsafe { libc::munmap(found.cast::<u8>().add(SIZE).cast(), STACK) };
+        RESERVE.store(found.cast(), Ordering::SeqCst);
+        let mut stack = [0_u8; STACK - (16 << 10)];
+        std::hint::black_box(&mut stack);
+    }
+
+    /// Gives it back to the system.
+    pub fn give_back() {
+        let reserve = RESERVE.swap(ptr::null_mut(), Ordering::SeqCst);
+        if !reserve.is_null() {
+            // SAFETY: the mapping is whole, and nobody else has it.
+            unsafe { libc::munmap(reserve.cast(), SIZE) };
+        }
+    }
 }

@@ -220,3 +220,44 @@ fn pieces_are_read_back_as_the_mesh_they_were() {
     assert_eq!(names(&path.join("p")).len(), 3);
     succeed(path, &["diff", "n.vtu", "p.pvtu"]);
 }
+
+#[test]
+fn what_a_killed_conversion_left_goes_with_the_next_one() {
+    let folder = bare();
+    for left in [".azimesh_77-0.part", ".azimesh_78-12.part"] {
+        std::fs::write(folder.path().join(left), "half").unwrap();
+    }
+    succeed(folder.path(), &["convert", "bare.su2", "out.vtu"]);
+    assert_eq!(names(folder.path()), ["bare.su2", "out.vtu"]);
+}
+
+#[test]
+fn of_conversions_to_one_new_name_at_once_one_succeeds() {
+    let folder = bare();
+    let convert = |scale: &str| {
+        azimesh(
+            folder.path(),
+            &["convert", "bare.su2", "out.vtu", "--scale", scale],
+        )
+    };
+    for _ in 0..10 {
+        let runs = std::thread::scope(|scope| {
+            let threads = ["2", "3", "4", "5"].map(|scale| (scale, scope.spawn(|| convert(scale))));
+            threads.map(|(scale, thread)| (scale, thread.join().unwrap()))
+        });
+        let (won, lost): (Vec<_>, Vec<_>) = runs.iter().partition(|(_, run)| run.code == 0);
+        assert_eq!(won.len(), 1, "{runs:?}");
+        for (_, run) in lost {
+            assert_eq!(run.code, 2, "{run:?}");
+            assert!(run.err.contains("out.vtu: exists already"), "{run:?}");
+        }
+        let found = json(folder.path(), &["info", "out.vtu"]);
+        let scale: f64 = won[0].0.parse().unwrap();
+        assert_eq!(
+            found["bounds"][1][0].as_f64().unwrap(),
+            6.0 * scale,
+            "{found}"
+        );
+        std::fs::remove_file(folder.path().join("out.vtu")).unwrap();
+    }
+}

@@ -4,7 +4,7 @@
 
 mod support;
 
-use azimesh::formats::{self, ReadOptions, Source, WriteOptions};
+use azimesh::formats::{self, Commit, ReadOptions, Source, WriteOptions};
 use azimesh::mesh::{CellKind, Cells, Group, Mesh};
 use std::path::Path;
 use support::{azimesh, succeed};
@@ -21,7 +21,14 @@ fn read(path: &Path) -> Mesh {
 
 fn save(mesh: &Mesh, path: &Path) {
     let format = formats::by_extension(path).unwrap();
-    formats::save(mesh, path, format, &WriteOptions::default()).unwrap();
+    formats::save(
+        mesh,
+        path,
+        format,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    )
+    .unwrap();
 }
 
 /// A hexahedron with a pyramid on top, a tetrahedron at its side and a wedge beside it; triangles

@@ -134,7 +134,7 @@ fn tags_of_one_name_are_renamed_together_and_merged_with_a_note() {
     let convert = ["convert", "twins.msh", "x.su2", "--rename-tag", "wall=hub"];
     let (code, _, notes) = azimesh(folder.path(), &convert);
     assert_eq!(code, 0, "{notes}");
-    let note = "2 boundary tags are called \"hub\" and become one";
+    let note = "2 tags are called \"hub\" and become one";
     assert!(notes.contains(note), "{notes}");
     let found = json(folder.path(), &["info", "x.su2"]);
     assert_eq!(found["boundary_tags"][0]["faces"], 2);

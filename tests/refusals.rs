@@ -5,7 +5,7 @@
 
 mod support;
 
-use azimesh::formats::{self, WriteOptions};
+use azimesh::formats::{self, Commit, WriteOptions};
 use azimesh::mesh::{CellKind, Group, Mesh};
 use std::path::Path;
 use support::{airfoil, azimesh, json, names, rewrite, succeed};
@@ -243,7 +243,14 @@ fn a_format_that_cannot_hold_the_mesh_is_refused_before_work_starts() {
     let folder = folder.path();
     let vtu = formats::by_name("vtu").unwrap();
     let path = folder.join("p.vtu");
-    formats::save(&polyhedra(), &path, vtu, &WriteOptions::default()).unwrap();
+    formats::save(
+        &polyhedra(),
+        &path,
+        vtu,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    )
+    .unwrap();
     for output in ["out.su2", "out.msh", "out.msh2"] {
         let parts = [output, "polyhedr"];
         refused(folder, &["convert", "p.vtu", output], &parts);

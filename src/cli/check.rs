@@ -1,7 +1,7 @@
 //! `azimesh check`: a dry run that says what `deform` would do.
 
 use super::{Context, Outcome, memory};
-use crate::error::Result;
+use crate::error::{Result, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
 use crate::sequence::{
     BodyAtStep, Extremes, Plan, bodies_at, conflicts, estimate_bytes, estimate_memory,
@@ -105,7 +105,7 @@ fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> S
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{name:<22}{value}");
+        let _ = writeln!(text, "{name:<22}{}", one_line(&value));
     };
     line("nodes", plan.reference.len().to_string());
     line(
@@ -219,7 +219,7 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
         let _ = writeln!(
             text,
             "body {}\n{:>11} {:>9} {:>9} {:>9} {:>11} {:>11} {:>11} {:>11}",
-            body.name,
+            one_line(&body.name),
             place_name(plan),
             "pitch_deg",
             "flap_deg",

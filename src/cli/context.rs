@@ -1,8 +1,8 @@
 //! What every command needs: how to talk, how many threads, how to open a mesh.
 
-use super::Common;
 use super::threads::Threads;
-use crate::error::{Error, Result};
+use super::{Common, heap};
+use crate::error::{Error, Result, is_unseen, lines, one_line};
 use crate::formats::{self, Format, Loaded, ReadOptions, Source};
 use crate::mesh::Mesh;
 use std::io::Write;
@@ -22,18 +22,14 @@ impl Context {
     }
 
     /// Runs `work` on as many threads as are asked for or granted.
-    pub fn with_threads<T: Send>(&self, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-        let threads = Threads::granted(self.common.threads);
-        let Threads { n, by } = threads;
+    pub fn with_threads<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let Threads { n, by } = Threads::granted(self.common.threads);
         self.detail(&format!("threads: {n} ({by})"));
-        if threads.is_default() {
-            return work();
-        }
         rayon::ThreadPoolBuilder::new()
             .num_threads(n)
-            .build()
-            .map_err(|error| Error::system(format!("cannot start {n} threads: {error}")))?
-            .install(work)
+            .build_global()
+            .map_err(|error| Error::system(format!("cannot start {n} threads: {error}")))?;
+        work()
     }
 
     /// Reads a mesh, in the format of `--format` where it is given.
@@ -58,11 +54,25 @@ impl Context {
     }
 
     fn load(&self, path: &Path, read: impl FnOnce(&Source) -> Result<Loaded>) -> Result<Mesh> {
-        let loaded = self.stage("reading", || read(&Source::open(path)?))?;
+        let loaded = self.reading(path, || read(&self.open(path)?))?;
         for note in loaded.notes.iter() {
             self.note(&format!("{}: {note}", path.display()));
         }
         Ok(loaded.mesh)
+    }
+
+    /// Opens a file that is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
+    pub fn open(&self, path: &Path) -> Result<Source> {
+        heap::set_stage("reading", Some(path));
+        Source::open_within(path, self.common.max_memory)
+    }
+
+    /// Reads, as a stage.
+    pub fn reading<T>(&self, path: &Path, read: impl FnOnce() -> Result<T>) -> Result<T> {
+        self.stage("reading", || {
+            heap::set_stage("reading", Some(path));
+            read()
+        })
     }
 
     /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.
@@ -99,14 +109,14 @@ impl Context {
     pub fn print_result(&self, text: &str) -> Result<()> {
         match self.common.quiet {
             true => Ok(()),
-            false => self.print(text),
+            false => self.print(&lines(text)),
         }
     }
 
     /// The same to stderr, where a mesh goes to standard output.
     pub fn print_aside(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(text.trim_end());
+            to_stderr(&lines(text.trim_end()));
         }
     }
 
@@ -126,20 +136,20 @@ impl Context {
         if let Some(object) = value.as_object_mut() {
             object.shift_insert(0, "version".into(), 1.into());
         }
-        self.print(&format!("{value:#}\n"))
+        self.print(&format!("{}\n", seen(&format!("{value:#}"))))
     }
 
     /// A remark on stderr, unless quiet.
     pub fn note(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(&format!("note: {text}"));
+            to_stderr(&format!("note: {}", one_line(text)));
         }
     }
 
     /// A warning on stderr, unless quiet.
     pub fn warn(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(&format!("warning: {text}"));
+            to_stderr(&format!("warning: {}", one_line(text)));
         }
     }
 
@@ -151,7 +161,7 @@ impl Context {
     /// A remark on stderr for those who asked for more with `-v`.
     pub fn detail(&self, text: &str) {
         if self.common.verbose > 0 {
-            to_stderr(text);
+            to_stderr(&one_line(text));
         }
     }
 
@@ -159,6 +169,18 @@ impl Context {
     pub fn error(&self, error: &Error) {
         to_stderr(&format!("error: {error}"));
     }
+}
+
+/// JSON whose every control character stands as an escape: JSON itself wants that of the first 32 only.
+fn seen(json: &str) -> String {
+    let mut seen = String::with_capacity(json.len());
+    for c in json.chars() {
+        match c != '\n' && is_unseen(c) {
+            true => seen += &format!("\\u{:04x}", u32::from(c)),
+            false => seen.push(c),
+        }
+    }
+    seen
 }
 
 fn to_stderr(text: &str) {

@@ -1,7 +1,7 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::{Context, Outcome, memory};
-use crate::error::Result;
+use crate::error::{Result, path_in_line};
 use crate::formats;
 use crate::motion::Schedule;
 use crate::quality::Criterion;
@@ -48,10 +48,10 @@ pub struct DeformArgs {
     /// Start even where the disk has no room for all steps
     #[arg(long)]
     no_space_check: bool,
-    /// Refuse a run that needs more memory, as 4G or 500M (powers of 1024); the mapped input does not
-    /// count
-    #[arg(long, value_name = "SIZE", value_parser = memory::parse)]
-    max_memory: Option<u64>,
+    /// Do not wait until each step is on the disk: faster on some disks, and a power cut may cost steps that are
+    /// in steps.csv
+    #[arg(long)]
+    no_sync: bool,
     /// Exit with 1 where this holds at any step, e.g. `min_scaled_jacobian<0.1`; any column of
     /// steps.csv; may be given again. --resume without it asks what the run was begun with
     #[arg(long, value_name = "EXPR")]
@@ -68,7 +68,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     }
     let mesh = context.read_any(&args.mesh)?;
     let mut plan = Plan::new(mesh, schedule).map_err(|error| error.file(&args.mesh))?;
-    if let Some(limit) = args.max_memory {
+    if let Some(limit) = context.common.max_memory {
         check_memory(&plan, limit, memory::mapped_bytes(&args.mesh))?;
     }
     for choice in &plan.choices {
@@ -84,6 +84,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         resume: args.resume,
         keep_going: args.keep_going,
         no_space_check: args.no_space_check,
+        no_sync: args.no_sync,
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&mut plan, &request, &*context.progress(), &stop)?;
@@ -195,7 +196,7 @@ fn summary(folder: &Path, finished: &Finished) -> String {
         "{kept}{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
          {inverted}{jacobian}\n\
          {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, writing {:.2} (overlapping)\n",
-        folder.display(),
+        path_in_line(folder),
         finished.n_steps,
         finished.n_base,
         finished.surface_error,

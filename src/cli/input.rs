@@ -26,14 +26,18 @@ enum Meshes {
 impl Input {
     /// Opens a mesh file, of a format that is known or that its content tells, a list of them, or
     /// the sequence of a folder.
-    pub fn open(path: &Path, format: Option<&'static dyn Format>) -> Result<Self> {
+    pub fn open(
+        path: &Path,
+        format: Option<&'static dyn Format>,
+        context: &Context,
+    ) -> Result<Self> {
         if path.is_dir() {
-            return Self::open(&sequence_in(path)?, format);
+            return Self::open(&sequence_in(path)?, format, context);
         }
         let meshes = match formats::is_series(path) {
             true => Meshes::Listed(formats::read_series(path)?),
             false => {
-                let source = Source::open(path)?;
+                let source = context.open(path)?;
                 let format = format.map_or_else(|| formats::of(&source), Ok)?;
                 let times = format.steps(&source).map_err(|error| error.file(path))?;
                 Meshes::File {
@@ -74,12 +78,15 @@ impl Input {
     }
 
     fn check_file(&self, entry: &Listed) -> Result<()> {
-        if entry.path.as_os_str() == "-" {
-            return Ok(());
-        }
-        match std::fs::metadata(&entry.path) {
-            Ok(_) => Ok(()),
-            Err(error) if formats::is_series(&self.path) => {
+        let is_named = formats::is_series(&self.path);
+        let found = match is_named {
+            true => formats::check_file(&entry.path),
+            false if entry.path.as_os_str() == "-" => Ok(()),
+            false => std::fs::metadata(&entry.path).map(|_| ()),
+        };
+        match found {
+            Ok(()) => Ok(()),
+            Err(error) if is_named => {
                 let message = format!("it names {}: {error}", entry.path.display());
                 Err(Error {
                     message,
@@ -170,7 +177,7 @@ impl Input {
 
     /// Reads a mesh: that of a step of a sequence, or the one there is.
     pub fn read(&self, step: Option<usize>, context: &Context) -> Result<Loaded> {
-        context.stage("reading", || {
+        context.reading(self.path_of(step.unwrap_or(0)), || {
             let mut options = context.read_options();
             match &self.meshes {
                 Meshes::File { source, format, .. } => {
@@ -180,7 +187,7 @@ impl Input {
                 Meshes::Listed(list) => {
                     let entry = &list[step.unwrap_or(list.len() - 1)];
                     self.check_file(entry)?;
-                    formats::read(&Source::open(&entry.path)?, &options)
+                    formats::read(&context.open(&entry.path)?, &options)
                 }
             }
         })

@@ -2,7 +2,7 @@
 
 use super::{Cli, Context, Outcome};
 use crate::error::{Error, Result};
-use crate::formats::save_text;
+use crate::formats::{Commit, save_text};
 use clap::{Command, CommandFactory};
 use serde_json::json;
 use std::path::PathBuf;
@@ -39,12 +39,11 @@ pub(super) fn run(args: &ManArgs, context: &Context) -> Result<Outcome> {
     match &args.output {
         Some(folder) => {
             let paths: Vec<PathBuf> = pages.iter().map(|page| folder.join(&page.file)).collect();
-            if let Some(path) = paths.iter().find(|path| path.exists() && !args.force) {
-                return Err(Error::input("exists already; --force replaces it").file(path));
-            }
+            let commit = Commit::with_force(args.force);
+            paths.iter().try_for_each(|path| commit.check(path))?;
             std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
             for (page, path) in pages.iter().zip(&paths) {
-                save_text(&page.text, path)?;
+                save_text(&page.text, path, commit)?;
             }
             let files: Vec<&str> = pages.iter().map(|page| page.file.as_str()).collect();
             match context.common.json {

@@ -7,6 +7,7 @@ mod convert;
 mod deform;
 mod diff;
 mod finish;
+pub mod heap;
 mod info;
 mod input;
 mod man;
@@ -38,6 +39,9 @@ pub struct Cli {
     common: Common,
 }
 
+/// Exit code where the system failed.
+const SYSTEM_FAILED: u8 = 3;
+
 /// Options common to all commands.
 #[derive(Debug, Clone, Args)]
 pub struct Common {
@@ -59,6 +63,10 @@ pub struct Common {
     /// VTK cell array that holds the boundary tags
     #[arg(long, global = true, value_name = "NAME")]
     pub tag_array: Option<String>,
+    /// Hold no more memory, as 4G or 500M (powers of 1024); files that are mapped do not count. Without
+    /// it, what is unpacked or read from a pipe may take half of the memory that is free
+    #[arg(long, global = true, value_name = "SIZE", value_parser = memory::parse)]
+    pub max_memory: Option<u64>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -100,9 +108,13 @@ pub enum Outcome {
 
 /// Parses the arguments, runs the command, prints its error and gives the exit code.
 pub fn main() -> ExitCode {
+    heap::end_where_threads_fail();
     let cli = Cli::parse();
     #[cfg(unix)]
     signals::outlive_file_limits();
+    if let Some(limit) = cli.common.max_memory {
+        heap::allow(limit);
+    }
     let context = Context::new(cli.common);
     let result =
         listen(&cli.command).and_then(|()| context.with_threads(|| run(cli.command, &context)));
@@ -114,7 +126,7 @@ pub fn main() -> ExitCode {
             ExitCode::from(match error.kind {
                 Kind::Check => 1,
                 Kind::Input => 2,
-                Kind::System => 3,
+                Kind::System => SYSTEM_FAILED,
                 // What a shell reports of a program that a signal ended.
                 Kind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
             })

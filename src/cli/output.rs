@@ -1,8 +1,8 @@
 //! What commands that write a mesh share: options of the file, and refusing to replace one.
 
 use super::Context;
-use crate::error::{Error, Result};
-use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
+use crate::error::Result;
+use crate::formats::{self, Commit, Compression, Encoding, Format, Precision, WriteOptions};
 use crate::mesh::Mesh;
 use std::path::Path;
 
@@ -61,13 +61,14 @@ impl OutputArgs {
             .collect()
     }
 
+    /// How the file takes its name.
+    pub fn commit(&self) -> Commit {
+        Commit::with_force(self.force)
+    }
+
     /// Refuses to replace a file without `--force`. Asked before any work is done.
     pub fn check(&self, path: &Path) -> Result<()> {
-        let is_file = path.as_os_str() != "-" && path.is_file();
-        if is_file && !self.force {
-            return Err(Error::input("exists already; --force replaces it").file(path));
-        }
-        Ok(())
+        self.commit().check(path)
     }
 
     /// The same for the files that belong beside the mesh.
@@ -88,7 +89,7 @@ impl OutputArgs {
         for remark in self.remarks(format) {
             context.note(&remark);
         }
-        let write = || formats::save(mesh, path, format, &self.options());
+        let write = || formats::save(mesh, path, format, &self.options(), self.commit());
         for dropped in context.stage("writing", write)? {
             context.note(&format!("{}: {dropped}", path.display()));
         }

@@ -1,32 +1,32 @@
-//! Progress bars, on a terminal only.
+//! Progress: bars, on a terminal only, and the stage that is named where memory runs out.
 
-use super::Context;
-use crate::sequence::{Progress, Silent};
+use super::{Context, heap};
+use crate::sequence::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// A bar for the stage that is running.
+/// A bar for the stage that is running, unless nothing is to be shown.
 #[derive(Default)]
-pub struct Bars(Mutex<Option<ProgressBar>>);
+pub struct Bars {
+    bar: Mutex<Option<ProgressBar>>,
+    is_quiet: bool,
+}
 
 impl Context {
     /// Bars on a terminal, nothing when quiet; elsewhere nothing is drawn.
     pub fn progress(&self) -> Box<dyn Progress> {
-        match self.common.quiet {
-            true => Box::new(Silent),
-            false => Box::new(Bars::default()),
-        }
+        Box::new(Bars {
+            is_quiet: self.common.quiet,
+            ..Bars::default()
+        })
     }
 }
 
 impl Bars {
     fn with(&self, act: impl FnOnce(&ProgressBar)) {
-        let guard = self
-            .0
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(bar) = guard.as_ref() {
+        let bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(bar) = bar.as_ref() {
             act(bar);
         }
     }
@@ -34,6 +34,10 @@ impl Bars {
 
 impl Progress for Bars {
     fn start(&self, stage: &str, total: Option<u64>) {
+        heap::set_stage(stage, None);
+        if self.is_quiet {
+            return;
+        }
         let bar = match total {
             Some(total) => ProgressBar::new(total),
             None => ProgressBar::new_spinner(),
@@ -46,11 +50,11 @@ impl Progress for Bars {
             bar.set_style(style);
         }
         bar.set_prefix(stage.to_owned());
-        bar.enable_steady_tick(Duration::from_millis(200));
-        *self
-            .0
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(bar);
+        // Its thread is for a terminal only: where it cannot be started, the bar panics.
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(Duration::from_millis(200));
+        }
+        *self.bar.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar);
     }
 
     fn advance(&self, n: u64) {
@@ -62,6 +66,7 @@ impl Progress for Bars {
     }
 
     fn finish(&self) {
+        heap::end_stage();
         self.with(ProgressBar::finish_and_clear);
     }
 }

@@ -1,8 +1,8 @@
 //! `azimesh report`: one HTML page of a sequence.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
-use crate::formats;
+use crate::error::{Error, Result, path_in_line};
+use crate::formats::{self, Commit};
 use crate::report;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -34,13 +34,12 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
             "--json and a page on standard output do not go together; give -o a file",
         ));
     }
-    if !is_stdout && output.is_file() && !args.force {
-        return Err(Error::input("exists already; --force replaces it").file(&output));
-    }
+    let commit = Commit::with_force(args.force);
+    commit.check(&output)?;
     let page = context.stage("reading", || {
         report::page(&args.folder, &context.read_options())
     })?;
-    formats::save_text(&page.html, &output)?;
+    formats::save_text(&page.html, &output, commit)?;
     for note in &page.notes {
         context.note(note);
     }
@@ -64,7 +63,7 @@ fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
         true => Ok(()),
         false => context.print_result(&format!(
             "{}: {} steps, {bytes} bytes\n",
-            output.display(),
+            path_in_line(output),
             page.n_steps
         )),
     }

@@ -1,9 +1,8 @@
 //! `azimesh sample`: makes a mesh and its schedule, and says what they are.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
-use crate::formats::save_text;
-use crate::formats::{self, WriteOptions};
+use crate::error::{Error, Result, path_in_line};
+use crate::formats::{self, Commit, WriteOptions, save_text};
 use crate::mesh::Mesh;
 use crate::sample::{
     self, BladeOptions, BladeShape, BlockOptions, CellShape, Naca0012Options, Sample, SizeOptions,
@@ -179,14 +178,15 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
         }
         None => formats::by_extension(path)?,
     };
-    let schedule = schedule_path(path, output.force)?;
+    let commit = Commit::with_force(output.force);
+    let schedule = schedule_path(path, commit)?;
     let made = args.name.make()?;
-    let write = || formats::save(&made.mesh, path, format, &WriteOptions::default());
+    let write = || formats::save(&made.mesh, path, format, &WriteOptions::default(), commit);
     for loss in context.stage("writing", write)? {
         context.warn(&loss);
     }
     if let Some(schedule) = &schedule {
-        save_text(&made.schedule, schedule)?;
+        save_text(&made.schedule, schedule, commit)?;
     }
     report(&made.mesh, path, schedule.as_deref(), context)?;
     Ok(Outcome::Fine)
@@ -197,7 +197,7 @@ fn is_stdout(path: &Path) -> bool {
 }
 
 /// Where the schedule goes: beside a mesh in a file. Refuses to replace files unless forced.
-fn schedule_path(mesh: &Path, force: bool) -> Result<Option<PathBuf>> {
+fn schedule_path(mesh: &Path, commit: Commit) -> Result<Option<PathBuf>> {
     if is_stdout(mesh) {
         return Ok(None);
     }
@@ -207,9 +207,7 @@ fn schedule_path(mesh: &Path, force: bool) -> Result<Option<PathBuf>> {
         return Err(Error::input(message).file(mesh));
     }
     for path in [mesh, &schedule] {
-        if path.is_file() && !force {
-            return Err(Error::input("it exists; --force replaces it").file(path));
-        }
+        commit.check(path)?;
     }
     Ok(Some(schedule))
 }
@@ -238,9 +236,9 @@ fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) 
     }
     context.print_result(&format!(
         "{}: {}; schedule: {}\n",
-        path.display(),
+        path_in_line(path),
         summary(mesh, n_surface),
-        schedule.display()
+        path_in_line(schedule)
     ))
 }
 

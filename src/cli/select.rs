@@ -1,7 +1,8 @@
 //! `azimesh select`: base points chosen once and saved.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, path_in_line};
+use crate::formats::Commit;
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
 use crate::sequence::{Kind, Layer, Plan, base, check_tolerance, choose};
@@ -25,11 +26,9 @@ pub struct SelectArgs {
 
 pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    for path in [args.output.clone(), base::picture_of(&args.output)] {
-        if path.exists() && !args.force {
-            return Err(Error::input("exists already; --force replaces it").file(&path));
-        }
-    }
+    let commit = Commit::with_force(args.force);
+    commit.check(&args.output)?;
+    commit.check(&base::picture_of(&args.output))?;
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
     for choice in &plan.choices {
@@ -45,7 +44,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
         .file(&args.schedule));
     }
     let selections = choose(&plan, &stretches[0], &*context.progress())?;
-    base::save(&plan, &selections, &args.output)?;
+    base::save(&plan, &selections, &args.output, commit)?;
     report(args, &plan, &selections, context)
 }
 
@@ -85,7 +84,7 @@ fn report(
         for (layer, selection) in chosen {
             context.print_result(&format!(
                 "{}: {} {} of {} surface points, error {:.3e}, {:.3e} allowed\n",
-                args.output.display(),
+                path_in_line(&args.output),
                 selection.base.len(),
                 match layer.kind {
                     Kind::Displacement => "base points",

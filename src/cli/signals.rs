@@ -1,11 +1,12 @@
 //! Signals: those that ask a program to end, and the one of a file that grows too large. In a sequence the
 //! first one is heard between two steps, the second ends the program at once; every other command ends with
-//! the first. None leaves a hidden file behind.
+//! the first. None leaves a hidden file behind. The end of a terminal (SIGHUP) is one of them, unless it was
+//! ignored from the start, as under `nohup`.
 
 use crate::error::{Error, Result};
 use crate::formats::end_hidden;
 use crate::sequence::Stop;
-use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::io::Write;
 use std::sync::Arc;
@@ -24,7 +25,7 @@ pub(super) fn outlive_file_limits() {
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
 }
 
-/// From here on SIGINT and SIGTERM ask through `stop`.
+/// From here on SIGINT, SIGTERM and SIGHUP ask through `stop`.
 ///
 /// A step that is being written is waited for, whatever time it takes. Before the steps (reading, base
 /// points, modes) nothing is under work that could be lost, and the program ends.
@@ -50,7 +51,7 @@ pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
     })
 }
 
-/// From here on SIGINT and SIGTERM end the program, and hidden files with it.
+/// From here on SIGINT, SIGTERM and SIGHUP end the program, and hidden files with it.
 pub(super) fn end() -> Result<()> {
     after_first(|signal, _| end_with(signal, "interrupted; files that are whole are kept"))
 }
@@ -66,7 +67,9 @@ fn end_with(signal: i32, message: &str) {
 fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<()> {
     let failed =
         |error: std::io::Error| Error::system(format!("cannot listen to signals: {error}"));
-    let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
+    let heard = [SIGINT, SIGTERM].into_iter();
+    let heard = heard.chain((!is_ignored(SIGHUP)).then_some(SIGHUP));
+    let mut signals = Signals::new(heard).map_err(failed)?;
     let wait = move || {
         let first = signals.forever().next();
         if let Some(signal) = first {
@@ -75,4 +78,14 @@ fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<
     };
     let thread = std::thread::Builder::new().name("signals".to_owned());
     thread.spawn(wait).map(|_| ()).map_err(failed)
+}
+
+/// Whether whoever started the program has it ignore a signal.
+fn is_ignored(signal: i32) -> bool {
+    // SAFETY: all zeros are a valid action, and the call only fills it in.
+    unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        let asked = libc::sigaction(signal, std::ptr::null(), &mut action);
+        asked == 0 && action.sa_sigaction == libc::SIG_IGN
+    }
 }

@@ -37,11 +37,6 @@ impl Threads {
         Self::decide(asked, machine, variable)
     }
 
-    /// Whether this is what it is without anybody's doing, or as rayon would decide.
-    pub fn is_default(&self) -> bool {
-        [MACHINE, RAYON].contains(&self.by)
-    }
-
     fn decide(
         asked: Option<NonZeroUsize>,
         machine: usize,

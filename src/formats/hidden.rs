@@ -1,73 +1,132 @@
-//! Files under hidden names, until they are whole: a list of them, so that a signal leaves none behind.
+//! Files under hidden names until they are whole: a list of them, so that a signal leaves none behind, and a
+//! lock on each, so that what a killed program has left is known and removed.
 
-use std::collections::BTreeMap;
-use std::ffi::OsString;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::mem;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::Duration;
+use tempfile::TempPath;
 
-/// Every hidden file or folder there is, and the name that it waits for if it is whole.
-static HIDDEN: Mutex<BTreeMap<PathBuf, Option<PathBuf>>> = Mutex::new(BTreeMap::new());
+/// Hidden names are `.azimesh_PROCESS-NUMBER.part`, however long the name is that a file waits for.
+const START: &str = ".azimesh_";
+const END: &str = ".part";
 
-fn all() -> MutexGuard<'static, BTreeMap<PathBuf, Option<PathBuf>>> {
-    HIDDEN.lock().unwrap_or_else(PoisonError::into_inner)
+/// How a whole file takes its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Commit {
+    /// Whether a file that has the name is replaced; it gives its permissions. Otherwise it stays, and taking
+    /// the name is an error.
+    pub replace: bool,
+    /// Whether the file and its name are on the disk before work goes on, so that they outlive a power cut.
+    pub sync: bool,
 }
 
-/// A file or folder under a hidden name. Dropped, it is removed.
+impl Commit {
+    /// Synced, in place of a file that has the name.
+    pub const REPLACE: Self = Self {
+        replace: true,
+        sync: true,
+    };
+
+    /// Synced; a file that has the name is replaced by `force` only.
+    pub fn with_force(force: bool) -> Self {
+        Self {
+            replace: force,
+            sync: true,
+        }
+    }
+}
+
+/// What this process has under hidden names.
+struct All {
+    /// Every hidden file or folder there is, and the name that it waits for if it is whole.
+    waiting: BTreeMap<PathBuf, Option<(PathBuf, Commit)>>,
+    /// Folders in which nothing is left of killed programs.
+    cleared: BTreeSet<PathBuf>,
+}
+
+static ALL: Mutex<All> = Mutex::new(All {
+    waiting: BTreeMap::new(),
+    cleared: BTreeSet::new(),
+});
+/// Makes every hidden name of this process another one.
+static NUMBER: AtomicU64 = AtomicU64::new(0);
+
+fn all() -> MutexGuard<'static, All> {
+    ALL.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A file or folder under a hidden name. Dropped, it is removed, unless it has taken its name.
 #[must_use]
-pub(super) struct Hidden(PathBuf);
+pub(super) struct Hidden {
+    path: PathBuf,
+    /// Locked as long as it is open.
+    file: File,
+}
 
 impl Hidden {
     /// A new file in the folder of `target`, under a name that nothing has.
     pub fn beside(target: &Path) -> io::Result<(File, Self)> {
-        let name = target.file_name().ok_or(ErrorKind::InvalidInput)?;
-        let mut attempt = 0_u32;
-        loop {
-            let mut hidden = OsString::from(".");
-            hidden.push(name);
-            hidden.push(format!(".{}-{attempt}.part", std::process::id()));
-            let path = target.with_file_name(hidden);
-            let mut all = all();
-            match OpenOptions::new().write(true).create_new(true).open(&path) {
-                Ok(file) => {
-                    all.insert(path.clone(), None);
-                    return Ok((file, Self(path)));
-                }
-                Err(error) if error.kind() == ErrorKind::AlreadyExists && attempt < 1000 => {
-                    attempt += 1;
-                }
-                Err(error) => return Err(error),
-            }
-        }
+        target.file_name().ok_or(ErrorKind::InvalidInput)?;
+        let create = |path: &Path| {
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create_new(true).open(path)
+        };
+        let hidden = Self::create(folder_of(target), create)?;
+        Ok((hidden.file.try_clone()?, hidden))
     }
 
-    /// A new folder of this name.
-    pub fn folder(path: PathBuf) -> io::Result<Self> {
-        let mut all = all();
-        fs::create_dir(&path)?;
-        all.insert(path.clone(), None);
-        Ok(Self(path))
+    /// A new folder in that of `target`.
+    pub fn folder_beside(target: &Path) -> io::Result<Self> {
+        Self::create(folder_of(target), |path| {
+            fs::create_dir(path)?;
+            File::open(path)
+        })
+    }
+
+    fn create(folder: &Path, create: impl Fn(&Path) -> io::Result<File>) -> io::Result<Self> {
+        clear_once(folder);
+        loop {
+            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+            let path = folder.join(format!("{START}{}-{number}{END}", std::process::id()));
+            let mut all = all();
+            let file = match create(&path) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+                file => file?,
+            };
+            // Another program may have taken it for one that was left, before it was locked.
+            if lock(&file) == Some(false) || !is_same(&file, &path) {
+                continue;
+            }
+            all.waiting.insert(path.clone(), None);
+            return Ok(Self { path, file });
+        }
     }
 
     /// Its path.
     pub fn path(&self) -> &Path {
-        &self.0
+        &self.path
     }
 
     /// It is whole: a signal gives it its name.
-    pub fn is_whole(&self, target: &Path) {
-        all().insert(self.0.clone(), Some(target.to_path_buf()));
+    pub fn is_whole(&self, target: &Path, commit: Commit) {
+        let wanted = Some((target.to_path_buf(), commit));
+        all().waiting.insert(self.path.clone(), wanted);
     }
 
-    /// Gives it its name.
-    pub fn take_name(self, target: &Path) -> io::Result<()> {
+    /// Gives it its name. Its folder has to be synced after that.
+    pub fn take_name(self, target: &Path, commit: Commit) -> io::Result<()> {
+        if commit.sync {
+            self.file.sync_all()?;
+        }
         let mut all = all();
-        fs::rename(&self.0, target)?;
-        all.remove(&self.0);
-        drop(all);
-        mem::forget(self);
+        give_name(&self.path, target, commit)?;
+        all.waiting.remove(&self.path);
         Ok(())
     }
 }
@@ -75,8 +134,41 @@ impl Hidden {
 impl Drop for Hidden {
     fn drop(&mut self) {
         let mut all = all();
-        remove(&self.0);
-        all.remove(&self.0);
+        if all.waiting.remove(&self.path).is_some() {
+            remove(&self.path);
+        }
+    }
+}
+
+fn give_name(hidden: &Path, target: &Path, commit: Commit) -> io::Result<()> {
+    if !commit.replace {
+        let named = TempPath::try_from_path(hidden)?.persist_noclobber(target);
+        return named.map_err(|failed| failed.error);
+    }
+    if let Ok(replaced) = fs::metadata(target) {
+        // File systems without permissions refuse this, and nothing is lost.
+        let _ = fs::set_permissions(hidden, replaced.permissions());
+    }
+    fs::rename(hidden, target)
+}
+
+/// The folder that a file of this name is in.
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Puts the names in a folder on the disk.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    // Folders are files on Unix only, and one that may not be read cannot be synced.
+    match File::open(folder) {
+        Ok(open) if cfg!(unix) => match open.sync_all() {
+            Err(error) if error.kind() == ErrorKind::InvalidInput => Ok(()),
+            synced => synced,
+        },
+        _ => Ok(()),
     }
 }
 
@@ -88,15 +180,166 @@ fn remove(path: &Path) {
     };
 }
 
+/// Removes what killed programs have left in a folder: hidden files that nobody has locked.
+pub fn clear_left(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if !entry.file_name().to_str().is_some_and(is_hidden_name) {
+            continue;
+        }
+        let path = entry.path();
+        let file = match path.is_dir() {
+            true => File::open(&path),
+            false => OpenOptions::new().read(true).write(true).open(&path),
+        };
+        if file.is_ok_and(|file| lock(&file) == Some(true) && is_same(&file, &path)) {
+            remove(&path);
+        }
+    }
+}
+
+fn clear_once(folder: &Path) {
+    let is_new = all().cleared.insert(folder.to_path_buf());
+    if is_new {
+        clear_left(folder);
+    }
+}
+
+fn is_hidden_name(name: &str) -> bool {
+    let numbers = name
+        .strip_prefix(START)
+        .and_then(|rest| rest.strip_suffix(END)?.split_once('-'));
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    numbers.is_some_and(|(process, number)| is_number(process) && is_number(number))
+}
+
+/// Locks a file as long as it is open; tells whether nobody else has it locked, as far as the file system
+/// knows. On Windows, where others could not read a locked file, none is.
+fn lock(file: &File) -> Option<bool> {
+    match file.try_lock() {
+        _ if !cfg!(unix) => None,
+        Ok(()) => Some(true),
+        Err(fs::TryLockError::WouldBlock) => Some(false),
+        Err(fs::TryLockError::Error(_)) => None,
+    }
+}
+
+/// Whether an open file is the one that has this name.
+#[cfg(unix)]
+pub fn is_same(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let place = |found: fs::Metadata| (found.dev(), found.ino());
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(file), Ok(path)) => place(file) == place(path),
+        _ => false,
+    }
+}
+
+/// An open file keeps its name there.
+#[cfg(not(unix))]
+pub fn is_same(_file: &File, _path: &Path) -> bool {
+    true
+}
+
+/// Lists a hidden file that is none of this module's, to be removed where a signal ends the program.
+pub fn list_hidden(path: &Path) {
+    all().waiting.insert(path.to_path_buf(), None);
+}
+
+/// Takes it off the list.
+pub fn unlist_hidden(path: &Path) {
+    all().waiting.remove(path);
+}
+
 /// For a program that a signal ends: hidden files that are whole get their names, the others are removed.
 /// No file is made or gets its name after that; who tries waits for the end.
 pub fn end_hidden() {
-    let mut all = all();
-    for (hidden, target) in mem::take(&mut *all) {
-        let named = target.is_some_and(|target| fs::rename(&hidden, target).is_ok());
+    end_all(all());
+}
+
+/// The same for a program that has no memory left: the list is waited for a second at the most, since the
+/// thread that has it may be waiting for memory.
+pub fn end_hidden_soon() {
+    for _ in 0..100 {
+        match ALL.try_lock() {
+            Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(10)),
+            Ok(all) => return end_all(all),
+            Err(TryLockError::Poisoned(all)) => return end_all(all.into_inner()),
+        }
+    }
+}
+
+fn end_all(mut all: MutexGuard<'static, All>) {
+    for (hidden, wanted) in mem::take(&mut all.waiting) {
+        let named = wanted.is_some_and(|(target, commit)| {
+            let synced = match commit.sync {
+                true => File::open(&hidden).and_then(|file| file.sync_all()),
+                false => Ok(()),
+            };
+            synced
+                .and_then(|()| give_name(&hidden, &target, commit))
+                .and_then(|()| sync_folder(folder_of(&target)))
+                .is_ok()
+        });
         if !named {
             remove(&hidden);
         }
     }
     mem::forget(all);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("the folder is there").flatten();
+        entries
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .collect()
+    }
+
+    #[test]
+    fn what_a_killed_program_left_goes_and_what_another_is_writing_stays() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (_, written) = Hidden::beside(&folder.path().join("mesh.vtu")).expect("it is made");
+        let left = [".azimesh_1-0.part", ".azimesh_77-12.part"];
+        let others = [".azimesh_0-10.lock", ".mesh.part", ".azimesh_1-x.part"];
+        for name in left.iter().chain(&others) {
+            fs::write(folder.path().join(name), "x").expect("it is written");
+        }
+        fs::create_dir(folder.path().join(".azimesh_5-5.part")).expect("it is made");
+        clear_left(folder.path());
+        assert!(written.path().exists());
+        let mut expected = others.map(str::to_owned).to_vec();
+        expected.extend(
+            written
+                .path()
+                .file_name()
+                .map(|name| name.to_string_lossy().into()),
+        );
+        let mut found = names(folder.path());
+        (expected.sort(), found.sort());
+        assert_eq!(found, expected);
+        drop(written);
+        assert_eq!(names(folder.path()).len(), others.len());
+    }
+
+    #[test]
+    fn a_name_that_is_taken_stays_unless_it_is_to_be_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let target = folder.path().join("mesh.vtu");
+        fs::write(&target, "old").expect("it is written");
+        let staged = || Hidden::beside(&target).expect("it is made").1;
+        let refused = staged().take_name(&target, Commit::with_force(false));
+        assert_eq!(
+            refused.expect_err("it is taken").kind(),
+            ErrorKind::AlreadyExists
+        );
+        assert_eq!(fs::read(&target).expect("it is there"), b"old");
+        staged()
+            .take_name(&target, Commit::REPLACE)
+            .expect("it is replaced");
+        assert_eq!(fs::read(&target).expect("it is there"), b"");
+        assert_eq!(names(folder.path()), ["mesh.vtu"]);
+    }
 }

@@ -4,15 +4,18 @@
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
 pub mod cgns;
+mod emerging;
 pub mod gmsh;
 mod hdf5;
 mod hidden;
 pub mod legacy;
 mod lexer;
+mod names;
 mod options;
 mod packed;
 pub mod pvtu;
 mod records;
+mod room;
 mod save;
 mod sequence;
 mod series;
@@ -26,18 +29,22 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use hidden::end_hidden;
+pub use hidden::{
+    Commit, clear_left, end_hidden, end_hidden_soon, folder_of, is_same, list_hidden, sync_folder,
+    unlist_hidden,
+};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use save::{
-    Waiting, save, save_text, stage, stage_bytes, write_companions, write_file, write_whole,
+    Waiting, save, save_text, stage, stage_bytes, stage_companions, stage_file, stage_whole,
 };
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
-pub use series::{Listed, is_series, pvd, read_series, vtk_series};
-pub use source::Source;
+pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
+pub use source::{Source, check_file, check_no_device};
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 pub use packed::without_packing;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -127,25 +134,43 @@ pub trait Format: Sync {
 
 /// Sentences on data of a file that a mesh cannot hold.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Notes(Vec<String>);
+pub struct Notes {
+    sentences: Vec<String>,
+    /// Texts that were read as Latin-1.
+    latin1: BTreeSet<String>,
+}
 
 impl Notes {
     /// Adds a sentence, once.
     pub fn push(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
-        if !self.0.contains(&sentence) {
-            self.0.push(sentence);
+        if !self.sentences.contains(&sentence) {
+            self.sentences.push(sentence);
+        }
+    }
+
+    /// Notes a text that was read as Latin-1.
+    fn latin1(&mut self, text: &str) {
+        self.latin1.insert(text.to_owned());
+    }
+
+    /// Adds what there is to say of the file as a whole.
+    fn close(&mut self) {
+        let texts = std::mem::take(&mut self.latin1);
+        if !texts.is_empty() {
+            let texts = names::listed(texts.iter().map(String::as_str));
+            self.push(format!("not UTF-8; read as Latin-1: {texts}"));
         }
     }
 
     /// The sentences, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.0.iter().map(String::as_str)
+        self.sentences.iter().map(String::as_str)
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.sentences.is_empty()
     }
 }
 
@@ -273,9 +298,11 @@ pub fn read_as(
         .and_then(|mut mesh| {
             mesh.validate()?;
             mesh.merge_repeated_faces();
+            names::check(&mut mesh, &mut notes);
             Ok(mesh)
         })
         .map_err(|error| error.file(source.path()))?;
+    notes.close();
     Ok(Loaded {
         mesh,
         notes,

@@ -1,8 +1,9 @@
 //! Packed files: gzip, xz and zstd, known by their first bytes, any number of members in a row.
 
+use super::room::Room;
 use crate::error::{Error, Result};
 use ruzstd::decoding::{FrameDecoder, StreamingDecoder};
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind};
 
 /// Most memory that a dictionary or window may take, as a file asks for it.
 const WINDOW: u64 = 2 << 30;
@@ -31,9 +32,9 @@ pub fn without_packing(name: &str) -> &str {
     }
 }
 
-/// What a packed file holds; `None` for any other. There is no limit but memory to what a small
-/// file may hold; running out of it is an error.
-pub fn unpack(bytes: &[u8]) -> Option<Result<Vec<u8>>> {
+/// What a packed file holds; `None` for any other. A small file may hold much: more than there is room for is
+/// an error.
+pub(super) fn unpack(bytes: &[u8], room: Room) -> Option<Result<Vec<u8>>> {
     let packing = match bytes {
         [0x1f, 0x8b, ..] => Packing::Gzip,
         [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Packing::Xz,
@@ -43,15 +44,19 @@ pub fn unpack(bytes: &[u8]) -> Option<Result<Vec<u8>>> {
     };
     let mut unpacked = Vec::new();
     let result = match packing {
-        Packing::Gzip => flate2::read::MultiGzDecoder::new(bytes).read_to_end(&mut unpacked),
+        Packing::Gzip => {
+            let file = flate2::read::MultiGzDecoder::new(bytes);
+            room.read_all(file, &mut unpacked)
+        }
         Packing::Xz => {
             let limit = (WINDOW >> 10) as u32;
-            lzma_rust2::XzReader::new_mem_limit(bytes, true, limit).read_to_end(&mut unpacked)
+            let file = lzma_rust2::XzReader::new_mem_limit(bytes, true, limit);
+            room.read_all(file, &mut unpacked)
         }
-        Packing::Zstd => zstd(bytes, &mut unpacked),
+        Packing::Zstd => zstd(bytes, room, &mut unpacked),
     };
     Some(match result {
-        Ok(_) => Ok(unpacked),
+        Ok(()) => Ok(unpacked),
         Err(error) => Err(refusal(packing, unpacked.len(), &error)),
     })
 }
@@ -63,6 +68,7 @@ fn refusal(packing: Packing, n_unpacked: usize, error: &io::Error) -> Error {
         Packing::Zstd => "zstd",
     };
     match error.kind() {
+        ErrorKind::FileTooLarge => Error::system(format!("the {name} data is, unpacked, {error}")),
         ErrorKind::OutOfMemory => Error::system(format!(
             "no memory is left after {n_unpacked} bytes of {name} data are unpacked"
         )),
@@ -73,7 +79,7 @@ fn refusal(packing: Packing, n_unpacked: usize, error: &io::Error) -> Error {
 }
 
 /// Unpacks every frame; frames that hold no data are passed over.
-fn zstd(bytes: &[u8], out: &mut Vec<u8>) -> io::Result<usize> {
+fn zstd(bytes: &[u8], room: Room, out: &mut Vec<u8>) -> io::Result<()> {
     let mut rest = bytes;
     while !rest.is_empty() {
         if let [0x50..=0x5f, 0x2a, 0x4d, 0x18, a, b, c, d, tail @ ..] = rest {
@@ -85,7 +91,7 @@ fn zstd(bytes: &[u8], out: &mut Vec<u8>) -> io::Result<usize> {
         decoder.set_max_window_size(WINDOW);
         let mut frame =
             StreamingDecoder::new_with_decoder(rest, decoder).map_err(io::Error::other)?;
-        frame.read_to_end(out)?;
+        room.read_all(&mut frame, out)?;
         let (tail, decoder) = frame.into_parts();
         let promised = decoder.get_checksum_from_data();
         if promised.is_some() && promised != decoder.get_calculated_checksum() {
@@ -93,12 +99,13 @@ fn zstd(bytes: &[u8], out: &mut Vec<u8>) -> io::Result<usize> {
         }
         rest = tail;
     }
-    Ok(out.len())
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Kind;
     use flate2::{Compression, write::GzEncoder};
     use ruzstd::encoding::{CompressionLevel, compress_to_vec};
     use std::io::Write;
@@ -118,6 +125,10 @@ mod tests {
 
     fn zst(text: &[u8]) -> Vec<u8> {
         compress_to_vec(text, CompressionLevel::Fastest)
+    }
+
+    fn unpack(bytes: &[u8]) -> Option<Result<Vec<u8>>> {
+        super::unpack(bytes, Room::new(None))
     }
 
     type Packer = fn(&[u8]) -> Vec<u8>;
@@ -151,6 +162,22 @@ mod tests {
                 file[at] ^= 0x55;
                 let result = unpack(&file).expect("it is packed");
                 assert!(result.is_err() || result.is_ok_and(|back| back == text));
+            }
+        }
+    }
+
+    #[test]
+    fn what_unpacks_to_more_than_there_is_room_for_is_refused() {
+        let text = vec![b' '; 3_000_000];
+        for pack in PACKERS {
+            let file = [pack(&text), pack(&text)].concat();
+            let room = |n: u64| super::unpack(&file, Room::new(Some(n))).expect("it is packed");
+            assert_eq!(room(6_000_000).expect("it fits").len(), 6_000_000);
+            for n in [5_999_999, 3_000_000, 1000, 0] {
+                let error = room(n).expect_err("it is too much");
+                assert_eq!(error.kind, Kind::System);
+                let limit = format!("more than {n} bytes, what --max-memory allows");
+                assert!(error.message.contains(&limit), "{error}");
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use super::{Precision, WriteOptions};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Group, Mesh};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -119,15 +119,15 @@ pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions, kept: &[&str]
     notes
 }
 
-/// Sentences on boundary tags of one name, for formats that know tags by their names alone.
-pub fn shared_names(mesh: &Mesh) -> Vec<String> {
+/// Sentences on groups of one name, for formats that know them by their names alone.
+pub fn shared_names<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<String> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for tag in mesh.boundary_tags() {
-        *counts.entry(&tag.name).or_default() += 1;
+    for group in groups {
+        *counts.entry(&group.name).or_default() += 1;
     }
     let several = counts.into_iter().filter(|(_, n)| *n > 1);
     several
-        .map(|(name, n)| format!("{n} boundary tags are called \"{name}\" and become one"))
+        .map(|(name, n)| format!("{n} tags are called \"{name}\" and become one"))
         .collect()
 }
 

@@ -1,31 +1,49 @@
 //! Writing a mesh file whole or not at all: into a file beside it, which then takes its name.
 
-use super::hidden::Hidden;
+use super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::sink::{Sink, name_of};
 use super::{Format, WriteOptions};
 use crate::error::{Error, Kind, Result};
 use crate::mesh::Mesh;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Bytes gathered before the system is asked to write, and the most that it is asked for at once:
 /// Linux was measured to stall for a third of a second now and then in writes of 4 MB and more.
-const PIECE: usize = 1 << 20;
+pub(super) const PIECE: usize = 1 << 20;
+
+/// Gives files their names; tells the folder that is to be synced then.
+type GiveNames = Box<dyn FnOnce() -> Result<Option<PathBuf>> + Send>;
 
 /// Files that are whole and have not their names yet. Dropped, it removes them.
 #[must_use]
-pub struct Waiting(Box<dyn FnOnce() -> Result<()>>);
+pub struct Waiting(GiveNames);
 
 impl Waiting {
-    /// What gives files their names; dropped, it removes them.
-    pub(super) fn new(give_names: impl FnOnce() -> Result<()> + 'static) -> Self {
-        Self(Box::new(give_names))
+    /// What gives files their names and tells the folder of them, if that is to be synced; dropped, it removes
+    /// them.
+    pub(super) fn new(give: impl FnOnce() -> Result<Option<PathBuf>> + Send + 'static) -> Self {
+        Self(Box::new(give))
     }
 
     /// Gives them their names.
     pub fn keep(self) -> Result<()> {
-        (self.0)()
+        Self::keep_all([self])
+    }
+
+    /// Gives all of several their names, in order.
+    pub fn keep_all(files: impl IntoIterator<Item = Self>) -> Result<()> {
+        let mut folders = BTreeSet::new();
+        let mut give = |file: Self| {
+            folders.extend((file.0)()?);
+            Ok(())
+        };
+        let given = files.into_iter().try_for_each(&mut give);
+        let sync =
+            |folder: &PathBuf| sync_folder(folder).map_err(|error| Error::io(folder, &error));
+        given.and(folders.iter().try_for_each(sync))
     }
 }
 
@@ -39,9 +57,10 @@ pub fn save(
     path: &Path,
     format: &dyn Format,
     options: &WriteOptions,
+    commit: Commit,
 ) -> Result<Vec<String>> {
-    let (notes, files) = stage(mesh, path, format, options)?;
-    files.into_iter().try_for_each(Waiting::keep)?;
+    let (notes, files) = stage(mesh, path, format, options, commit)?;
+    Waiting::keep_all(files)?;
     Ok(notes)
 }
 
@@ -51,6 +70,7 @@ pub fn stage(
     path: &Path,
     format: &dyn Format,
     options: &WriteOptions,
+    commit: Commit,
 ) -> Result<(Vec<String>, Vec<Waiting>)> {
     if path.as_os_str() == "-" && !format.companions(mesh, path).is_empty() {
         return Err(Error::input(format!(
@@ -59,195 +79,121 @@ pub fn stage(
             format.name()
         )));
     }
-    let (notes, file) = stage_whole(path, |out| format.write(mesh, out, options))?;
+    let (notes, file) = stage_whole(path, commit, |out| format.write(mesh, out, options))?;
     let mut files = vec![file];
-    for (companion, content) in format.companions(mesh, path) {
-        files.push(stage_bytes(&content, &companion)?);
-    }
+    files.extend(stage_companions(mesh, path, format, commit)?);
     Ok((notes, files))
 }
 
-/// Writes the small files that belong beside a mesh written to `path`.
-pub fn write_companions(mesh: &Mesh, path: &Path, format: &dyn Format) -> Result<()> {
-    for (companion, content) in format.companions(mesh, path) {
-        stage_bytes(&content, &companion)?.keep()?;
-    }
-    Ok(())
+/// Writes the small files that belong beside a mesh written to `path`, under hidden names.
+pub fn stage_companions(
+    mesh: &Mesh,
+    path: &Path,
+    format: &dyn Format,
+    commit: Commit,
+) -> Result<Vec<Waiting>> {
+    let companions = format.companions(mesh, path).into_iter();
+    let stage = |(path, content): (PathBuf, Vec<u8>)| stage_bytes(&content, &path, commit);
+    companions.map(stage).collect()
 }
 
 /// Writes text to `path` in the same way.
-pub fn save_text(text: &str, path: &Path) -> Result<()> {
-    stage_bytes(text.as_bytes(), path)?.keep()
+pub fn save_text(text: &str, path: &Path, commit: Commit) -> Result<()> {
+    stage_bytes(text.as_bytes(), path, commit)?.keep()
 }
 
 /// Writes bytes under a hidden name.
-pub fn stage_bytes(bytes: &[u8], path: &Path) -> Result<Waiting> {
+pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Waiting> {
     let write = |out: &mut dyn Write| {
         let written = out.write_all(bytes);
         written.map_err(|error| Error::io(path, &error))
     };
-    stage_whole(path, write).map(|((), file)| file)
+    stage_whole(path, commit, write).map(|((), file)| file)
 }
 
-/// Fills a file through `write`, whole or not at all, as [`save`] does.
-pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
-    let (written, file) = stage_whole(path, write)?;
-    file.keep()?;
-    Ok(written)
-}
-
-fn stage_whole<T>(
+/// Fills a file through `write` under a hidden name.
+pub fn stage_whole<T>(
     path: &Path,
+    commit: Commit,
     write: impl FnOnce(&mut dyn Write) -> Result<T>,
 ) -> Result<(T, Waiting)> {
-    let target = match Sink::of(path)? {
+    let target = match Sink::of(path, commit)? {
         Sink::Stream(stream) => {
             let written = fill(stream, name_of(path), write)?;
-            return Ok((written, Waiting::new(|| Ok(()))));
+            return Ok((written, Waiting::new(|| Ok(None))));
         }
         Sink::File(target) => target,
     };
-    let path = path.to_path_buf();
-    let (file, hidden) = Hidden::beside(&target).map_err(|error| Error::io(&path, &error))?;
-    let written = fill(file, &path, write)?;
-    hidden.is_whole(&target);
-    let name = move || {
-        hidden
-            .take_name(&target)
-            .map_err(|error| Error::io(&path, &error))
-    };
-    Ok((written, Waiting::new(name)))
+    let (file, hidden) = Hidden::beside(&target).map_err(|error| Error::io(path, &error))?;
+    let written = fill(file, path, write)?;
+    Ok((written, waiting(hidden, path, target, commit)))
 }
 
-/// Lets `write` make a file, of a name that it is given, which then takes the name `path`. Where that
+/// Lets `write` fill a file, of a name that it is given, which then waits for the name `path`. Where that
 /// is standard output, a device or a pipe, the file is copied to it and removed.
-pub fn write_file<T>(path: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
-    let (target, mut stream) = match Sink::of(path)? {
+pub fn stage_file<T>(
+    path: &Path,
+    commit: Commit,
+    write: impl FnOnce(&Path) -> Result<T>,
+) -> Result<(T, Waiting)> {
+    let (target, stream) = match Sink::of(path, commit)? {
         Sink::Stream(stream) => (std::env::temp_dir().join("azimesh"), Some(stream)),
         Sink::File(target) => (target, None),
     };
-    let name = name_of(path);
-    let of_target = |error: &io::Error| match &stream {
-        Some(_) => Error::io(&target, error),
-        None => Error::io(path, error),
-    };
-    let (_, hidden) = Hidden::beside(&target).map_err(|error| of_target(&error))?;
+    let told = if stream.is_some() { &target } else { path };
+    let (_, hidden) = Hidden::beside(&target).map_err(|error| Error::io(told, &error))?;
     let written = write(hidden.path()).map_err(|mut error| {
         // Who asked for `path` knows nothing of the hidden file.
         error.path = error.path.filter(|path| path != hidden.path());
         match (&stream, error.kind) {
             (Some(_), Kind::System) => error.file(hidden.path()),
-            _ => error.file(name),
+            _ => error.file(name_of(path)),
         }
     })?;
-    match &mut stream {
-        None => hidden
-            .take_name(&target)
-            .map_err(|error| Error::io(path, &error))?,
-        Some(stream) => {
-            let mut file = File::open(hidden.path()).map_err(|error| Error::io(&target, &error))?;
-            let copied = io::copy(&mut file, &mut Pieces(&mut *stream));
-            let copied = copied.and_then(|_| stream.flush());
-            copied.map_err(|error| Error::io(name, &error))?;
+    let Some(mut stream) = stream else {
+        return Ok((written, waiting(hidden, path, target, commit)));
+    };
+    let mut file = File::open(hidden.path()).map_err(|error| Error::io(&target, &error))?;
+    let copied = io::copy(&mut file, &mut Pieces(&mut *stream));
+    let copied = copied.and_then(|_| stream.flush());
+    copied.map_err(|error| Error::io(name_of(path), &error))?;
+    Ok((written, Waiting::new(|| Ok(None))))
+}
+
+/// A whole file that waits for the name `target`, which the user knows as `path`.
+fn waiting(hidden: Hidden, path: &Path, target: PathBuf, commit: Commit) -> Waiting {
+    hidden.is_whole(&target, commit);
+    let path = path.to_path_buf();
+    Waiting::new(move || {
+        let named = hidden.take_name(&target, commit);
+        named.map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => exists(&path),
+            _ => Error::io(&path, &error),
+        })?;
+        Ok(commit.sync.then(|| folder_of(&target).to_path_buf()))
+    })
+}
+
+impl Commit {
+    /// Refuses a name that a file has already, or a symbolic link that leads to none, unless it is to be
+    /// replaced. Standard output, devices and pipes are written to.
+    pub fn check(self, path: &Path) -> Result<()> {
+        if self.replace || path.as_os_str() == "-" {
+            return Ok(());
+        }
+        match std::fs::metadata(path) {
+            Ok(found) if found.is_file() => Err(exists(path)),
+            Err(_) if path.is_symlink() => Err(Error::input(
+                "is a symbolic link that leads to no file; --force replaces it",
+            )
+            .file(path)),
+            _ => Ok(()),
         }
     }
-    Ok(written)
 }
 
-/// A file that takes its name when its first part is complete, and grows in place after that.
-pub(super) struct Emerging {
-    file: Pieces<File>,
-    path: PathBuf,
-    /// Its name until then.
-    temporary: Option<Hidden>,
-    /// Bytes read back.
-    piece: Vec<u8>,
-}
-
-impl Emerging {
-    /// A new file beside `path`, empty.
-    pub fn create(path: &Path) -> Result<Self> {
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let (file, temporary) = Hidden::beside(&target).map_err(|error| Error::io(path, &error))?;
-        Ok(Self {
-            file: Pieces(file),
-            path: target,
-            temporary: Some(temporary),
-            piece: Vec::new(),
-        })
-    }
-
-    /// The file of this name, with what is in it.
-    pub fn reopen(path: &Path) -> Result<Self> {
-        let opened = OpenOptions::new().read(true).write(true).open(path);
-        Ok(Self {
-            file: Pieces(opened.map_err(|error| Error::io(path, &error))?),
-            path: fs::canonicalize(path).map_err(|error| Error::io(path, &error))?,
-            temporary: None,
-            piece: Vec::new(),
-        })
-    }
-
-    /// How many of these bytes are in the file from `at` on.
-    pub fn matching(&mut self, at: u64, bytes: &[u8]) -> io::Result<usize> {
-        self.file.0.seek(SeekFrom::Start(at))?;
-        let mut n = 0;
-        for wanted in bytes.chunks(PIECE) {
-            self.piece.clear();
-            let mut part = (&mut self.file.0).take(wanted.len() as u64);
-            part.read_to_end(&mut self.piece)?;
-            if self.piece != wanted {
-                let pairs = self.piece.iter().zip(wanted);
-                return Ok(n + pairs.take_while(|(a, b)| a == b).count());
-            }
-            n += wanted.len();
-        }
-        Ok(n)
-    }
-
-    /// Its length in bytes.
-    pub fn n_bytes(&self) -> io::Result<u64> {
-        Ok(self.file.0.metadata()?.len())
-    }
-
-    /// Leaves out what comes after so many bytes.
-    pub fn cut(&mut self, n_bytes: u64) -> io::Result<()> {
-        self.file.0.set_len(n_bytes)
-    }
-
-    /// Goes on in a new file beside, which has the first `n_bytes` of this one and takes its place
-    /// with [`Emerging::appear`].
-    pub fn move_aside(&mut self, n_bytes: u64) -> io::Result<()> {
-        let (mut file, temporary) = Hidden::beside(&self.path)?;
-        self.temporary = Some(temporary);
-        self.file.0.seek(SeekFrom::Start(0))?;
-        io::copy(&mut (&mut self.file.0).take(n_bytes), &mut file)?;
-        self.file = Pieces(file);
-        Ok(())
-    }
-
-    /// Gives it its name, unless it has it.
-    pub fn appear(&mut self) -> io::Result<()> {
-        self.temporary
-            .take()
-            .map_or(Ok(()), |hidden| hidden.take_name(&self.path))
-    }
-}
-
-impl Write for Emerging {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
-}
-
-impl Seek for Emerging {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.file.0.seek(to)
-    }
+fn exists(path: &Path) -> Error {
+    Error::input("exists already; --force replaces it").file(path)
 }
 
 fn fill<T>(
@@ -262,7 +208,7 @@ fn fill<T>(
 }
 
 /// Hands on at most a piece at a time.
-struct Pieces<W>(W);
+pub(super) struct Pieces<W>(pub W);
 
 impl<W: Write> Write for Pieces<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -277,6 +223,7 @@ impl<W: Write> Write for Pieces<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).expect("the folder is there");
@@ -292,12 +239,12 @@ mod tests {
     fn a_failed_write_leaves_the_old_file_and_nothing_else() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("mesh.txt");
-        save_text("old", &path).expect("it can be written");
-        let failed: Result<()> = write_whole(&path, |out| {
+        save_text("old", &path, Commit::REPLACE).expect("it can be written");
+        let failed = stage_whole(&path, Commit::REPLACE, |out| -> Result<()> {
             out.write_all(b"half").expect("it is buffered");
             Err(Error::system("disk full"))
         });
-        let message = failed.expect_err("it failed").to_string();
+        let message = failed.err().expect("it failed").to_string();
         assert!(message.ends_with("mesh.txt: disk full"), "{message}");
         assert_eq!(fs::read_to_string(&path).expect("it is kept"), "old");
         assert_eq!(names(folder.path()), ["mesh.txt"]);
@@ -306,7 +253,8 @@ mod tests {
     #[test]
     fn a_missing_folder_is_wrong_input() {
         let folder = tempfile::tempdir().expect("a folder");
-        let error = save_text("x", &folder.path().join("no/mesh.txt")).expect_err("no folder");
+        let error = save_text("x", &folder.path().join("no/mesh.txt"), Commit::REPLACE)
+            .expect_err("no folder");
         assert_eq!(error.kind, crate::error::Kind::Input);
     }
 
@@ -316,16 +264,72 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("mesh.txt");
         let link = folder.path().join("link.txt");
-        save_text("old", &path).expect("it can be written");
+        save_text("old", &path, Commit::REPLACE).expect("it can be written");
         std::os::unix::fs::symlink(&path, &link).expect("links are known");
-        save_text("new", &link).expect("it can be written");
+        save_text("new", &link, Commit::REPLACE).expect("it can be written");
         assert!(
             fs::symlink_metadata(&link)
                 .expect("it is there")
                 .is_symlink()
         );
         assert_eq!(fs::read_to_string(&path).expect("it is there"), "new");
-        save_text("x", Path::new("/dev/null")).expect("it takes everything");
+        save_text("x", Path::new("/dev/null"), Commit::REPLACE).expect("it takes everything");
         assert!(!fs::metadata("/dev/null").expect("it is there").is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_has_a_name_stays_without_force_and_gives_its_permissions_with_it() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("mesh.txt");
+        save_text("old", &path, Commit::with_force(false)).expect("the name is free");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).expect("it is ours");
+        let refused = save_text("new", &path, Commit::with_force(false)).expect_err("it is taken");
+        assert_eq!(refused.kind, Kind::Input);
+        save_text("new", &path, Commit::with_force(true)).expect("it is replaced");
+        assert_eq!(fs::read_to_string(&path).expect("it is there"), "new");
+        let mode = fs::metadata(&path)
+            .expect("it is there")
+            .permissions()
+            .mode();
+        assert_eq!(mode & 0o777, 0o640);
+        for (link, leads_to) in [("dangling", "nowhere"), ("loop", "loop")] {
+            let link = folder.path().join(link);
+            symlink(leads_to, &link).expect("links are known");
+            let refused = save_text("x", &link, Commit::with_force(false)).expect_err("a link");
+            assert!(refused.message.contains("symbolic link"), "{refused}");
+            assert!(link.is_symlink());
+            save_text("x", &link, Commit::with_force(true)).expect("it is replaced");
+            assert_eq!(fs::read_to_string(&link).expect("it is there"), "x");
+        }
+    }
+
+    #[test]
+    fn a_name_may_be_as_long_as_the_file_system_allows() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let named = |n: usize| folder.path().join("m".repeat(n));
+        save_text("x", &named(255), Commit::REPLACE).expect("it fits");
+        let refused = save_text("x", &named(256), Commit::REPLACE).expect_err("too long");
+        assert_eq!(refused.kind, Kind::Input);
+        assert!(refused.message.contains("longer"), "{refused}");
+        assert_eq!(names(folder.path()).len(), 1);
+    }
+
+    #[test]
+    fn of_several_that_want_a_new_name_one_gets_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("mesh.txt");
+        let stage = |text: &str| stage_bytes(text.as_bytes(), &path, Commit::with_force(false));
+        let staged = ["first", "second"].map(|text| stage(text).expect("the name is free"));
+        let [first, second] = staged.map(Waiting::keep);
+        first.expect("the name was free");
+        let refused = second.expect_err("it is taken");
+        assert_eq!(
+            (refused.kind, refused.message.as_str()),
+            (Kind::Input, "exists already; --force replaces it")
+        );
+        assert_eq!(fs::read_to_string(&path).expect("it is there"), "first");
+        assert_eq!(names(folder.path()), ["mesh.txt"]);
     }
 }

@@ -7,12 +7,23 @@ use std::path::Path;
 
 /// A file that takes one mesh after another.
 ///
-/// It stands under its name once the first mesh is whole, and whatever happens to the program
-/// after that, it holds the meshes that were appended before.
+/// It stands under its name once the first mesh is committed, and whatever happens to the program
+/// after that, it holds the meshes that were committed before.
 pub trait SequenceFile: Send {
     /// Appends a mesh with the nodes, cells and arrays of the first, whose positions and values may
-    /// differ; gives the hash of the bytes that were added to the file.
+    /// differ; gives the hash of the bytes that were added to the file. It is in the file from the next
+    /// [`SequenceFile::commit`] on.
     fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash>;
+
+    /// Makes the mesh that was appended last one of the file, before another is appended.
+    fn commit(&mut self) -> Result<()>;
+
+    /// Appends and commits.
+    fn push(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
+        let hash = self.append(time, mesh)?;
+        self.commit()?;
+        Ok(hash)
+    }
 
     /// A sentence for each thing of the first mesh that the format cannot hold.
     fn notes(&self) -> &[String];
@@ -68,7 +79,10 @@ pub enum Begin {
     /// Meshes that it holds already are compared with it, not written; from the first byte that is
     /// another it is written over. It holds the meshes before that at every moment.
     Retrace,
+    /// It is there, empty, and is filled as it is: who made it gives it its name when all is done.
+    Fill,
 }
 
-/// Starts a file of a sequence.
-pub type CreateSequence = fn(&Path, &WriteOptions, Begin) -> Result<Box<dyn SequenceFile>>;
+/// Starts a file of a sequence. With `sync` each mesh is on the disk when it is committed.
+pub type CreateSequence =
+    fn(&Path, &WriteOptions, Begin, sync: bool) -> Result<Box<dyn SequenceFile>>;

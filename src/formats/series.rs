@@ -1,6 +1,8 @@
 //! Lists of the meshes of a sequence and their times: .pvd of ParaView, .vtk.series and .vtu.series.
 
 use super::lexer;
+use super::source::check_no_device;
+use super::vtu::{escaped, is_xml};
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
 use quick_xml::events::Event;
@@ -30,7 +32,8 @@ pub struct Listed {
 
 /// The meshes of a list, in its order. Files are relative to the list.
 pub fn read_series(path: &Path) -> Result<Vec<Listed>> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+    let text = check_no_device(path).and_then(|()| std::fs::read_to_string(path));
+    let text = text.map_err(|error| Error::io(path, &error))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let is_json = text.trim_start().starts_with('{');
     let entries = match is_json {
@@ -121,16 +124,24 @@ fn of_pvd(text: &str) -> Result<Vec<Listed>> {
     }
 }
 
+/// Refuses the name of a file that no list can hold: XML has no control characters but those of lines.
+pub fn check_listed(name: &str) -> Result<()> {
+    match name.chars().find(|c| !is_xml(*c)) {
+        None => Ok(()),
+        Some(c) => Err(Error::input(format!(
+            "the name \"{name}\" has the character {}, which a list of files in XML cannot hold",
+            c.escape_unicode()
+        ))),
+    }
+}
+
 /// Text of a .pvd over times and file names.
 pub fn pvd<'a>(entries: impl IntoIterator<Item = (f64, &'a str)>) -> String {
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
     );
     for (time, file) in entries {
-        let file = file
-            .replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('"', "&quot;");
+        let file = escaped(file);
         text += &format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n");
     }
     text + "  </Collection>\n</VTKFile>\n"

@@ -1,5 +1,6 @@
 //! Where outputs go: files, standard output, devices and pipes.
 
+use super::hidden::Commit;
 use crate::error::{Error, Result};
 use std::fs::{self, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -14,13 +15,14 @@ pub(super) enum Sink {
 }
 
 impl Sink {
-    /// The place of this name; a device or a pipe is opened.
-    pub fn of(path: &Path) -> Result<Self> {
+    /// The place of this name; a device or a pipe is opened. A file that must not be replaced is refused.
+    pub fn of(path: &Path, commit: Commit) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Ok(Self::Stream(Box::new(UntilClosed::new(
                 io::stdout().lock(),
             ))));
         }
+        commit.check(path)?;
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         match fs::metadata(&target) {
             Ok(found) if found.is_dir() => {
@@ -30,6 +32,9 @@ impl Sink {
                 let device = OpenOptions::new().write(true).open(&target);
                 let device = device.map_err(|error| Error::io(path, &error))?;
                 Ok(Self::Stream(Box::new(device)))
+            }
+            Err(error) if error.kind() == ErrorKind::InvalidFilename => {
+                Err(Error::input("the name is longer than this file system allows").file(path))
             }
             _ => Ok(Self::File(target)),
         }

@@ -1,9 +1,10 @@
 //! The bytes of an input: a mapped file, an unpacked one, or standard input.
 
 use super::packed;
+use super::room::Room;
 use crate::error::{Error, Result};
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -37,27 +38,35 @@ impl AsRef<[u8]> for Shared {
 }
 
 impl Source {
-    /// Opens a file; `-` is standard input; a packed file is unpacked.
+    /// Opens a file; `-` is standard input; a packed file is unpacked. What is held in memory, unpacked or
+    /// from a pipe, may take half of the memory that is free.
     pub fn open(path: &Path) -> Result<Self> {
+        Self::open_within(path, None)
+    }
+
+    /// The same, with as many bytes as are allowed, where a number is given.
+    pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
+        let room = Room::new(max_memory);
         if path.as_os_str() == "-" {
-            return Self::standard_input()?.unpacked();
+            return Self::standard_input(room)?.unpacked(room);
         }
         let io = |error| Error::io(path, &error);
+        check_no_device(path).map_err(io)?;
         let file = File::open(path).map_err(io)?;
         if file.metadata().map_err(io)?.is_dir() {
             return Err(Error::input("this is a folder, not a mesh file").file(path));
         }
         let bytes = match map(&file, 0) {
             Some(map) => Bytes::Mapped(map),
-            None => Bytes::Owned(std::fs::read(path).map_err(io)?),
+            None => Bytes::Owned(read_all(&file, room).map_err(io)?),
         };
         let bytes = Arc::new(bytes);
         let path = path.to_path_buf();
-        Self { path, bytes }.unpacked()
+        Self { path, bytes }.unpacked(room)
     }
 
     /// Standard input: mapped where it is a file, read where it is a pipe.
-    fn standard_input() -> Result<Self> {
+    fn standard_input(room: Room) -> Result<Self> {
         let name = Path::new("<stdin>");
         if let Some(map) = map_standard_input() {
             return Ok(Self {
@@ -65,10 +74,8 @@ impl Source {
                 bytes: Arc::new(Bytes::Mapped(map)),
             });
         }
-        let mut bytes = Vec::new();
-        std::io::stdin()
-            .read_to_end(&mut bytes)
-            .map_err(|error| Error::io(name, &error))?;
+        let bytes = read_all(std::io::stdin().lock(), room);
+        let bytes = bytes.map_err(|error| Error::io(name, &error))?;
         Ok(Self::from_bytes(name, bytes))
     }
 
@@ -81,8 +88,8 @@ impl Source {
     }
 
     /// What is in memory or mapped, unpacked.
-    fn unpacked(self) -> Result<Self> {
-        match packed::unpack(self.bytes()) {
+    fn unpacked(self, room: Room) -> Result<Self> {
+        match packed::unpack(self.bytes(), room) {
             None => Ok(self),
             Some(Ok(bytes)) => Ok(Self {
                 bytes: Arc::new(Bytes::Owned(bytes)),
@@ -115,6 +122,40 @@ pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
         Some(rest) if rest.first().is_none_or(is_text) => rest,
         _ => bytes,
     }
+}
+
+/// Refuses what can give bytes without end: a device.
+pub fn check_no_device(path: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let kind = std::fs::metadata(path)?.file_type();
+        if kind.is_char_device() || kind.is_block_device() {
+            return Err(io::Error::new(
+                ErrorKind::InvalidInput,
+                "this is a device, not a file",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses what is no file on a disk: a pipe as well, for which one may wait for ever. For files that others
+/// name, or that are looked for by a name of their own.
+pub fn check_file(path: &Path) -> io::Result<()> {
+    match std::fs::metadata(path)?.is_file() {
+        true => Ok(()),
+        false => Err(io::Error::new(
+            ErrorKind::InvalidInput,
+            "this is a folder, a pipe or a device, not a file",
+        )),
+    }
+}
+
+fn read_all(from: impl Read, room: Room) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    room.read_all(from, &mut bytes)?;
+    Ok(bytes)
 }
 
 /// The bytes of a file from `start` on, where the system can map them.

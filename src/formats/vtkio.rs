@@ -10,6 +10,7 @@ use super::vtk::list::List;
 use super::vtk::number::Element;
 use super::vtk::plan::Plan;
 use super::vtk::tags;
+use super::vtu::NAMES;
 use super::{Notes, ReadOptions, WriteOptions};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
@@ -26,7 +27,7 @@ pub fn to_vtkio(mesh: &Mesh, notes: &mut Notes) -> Result<model::Vtk> {
         tag_names: false,
         ..WriteOptions::default()
     };
-    let plan = Plan::new(mesh, &options);
+    let plan = Plan::new(mesh, &options, &NAMES);
     plan.notes.iter().for_each(|note| notes.push(note.as_str()));
     let sections = plan.sections();
     let attributes = |arrays: &[super::vtk::content::Content]| -> Result<Vec<model::Attribute>> {

@@ -9,6 +9,7 @@ use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
 use super::steps::{self, Step};
 use crate::error::{Error, Result};
+use crate::formats::check_no_device;
 use crate::mesh::Mesh;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -58,7 +59,8 @@ pub struct Schedule {
 impl Schedule {
     /// Reads a schedule file.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+        let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
+        let bytes = bytes.map_err(|error| Error::io(path, &error))?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let line = 1 + bytes[..error.valid_up_to()]
                 .iter()

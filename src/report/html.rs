@@ -1,7 +1,10 @@
 //! Text for a page: escaping, and numbers as short as they can be read.
 
+use crate::error::one_line;
+
 /// Text that stands for itself between tags and in attributes.
 pub fn escape(text: &str) -> String {
+    let text = one_line(text);
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -2,7 +2,7 @@
 
 use super::folder::Sequence;
 use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, Source};
+use crate::formats::{self, ReadOptions, Source, check_file};
 use crate::mesh::Mesh;
 use serde_json::Value;
 use std::fs::File;
@@ -86,6 +86,7 @@ fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
 
 fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
     let mut hasher = blake3::Hasher::new();
+    check_file(path)?;
     hasher.update_reader(File::open(path)?)?;
     Ok(hasher.finalize())
 }

@@ -1,6 +1,7 @@
 //! run.json as far as the page shows it. What a run of another version does not say is left empty.
 
 use crate::error::{Error, Result};
+use crate::formats::check_file;
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use serde::Deserialize;
@@ -120,7 +121,8 @@ pub struct Body {
 impl Record {
     /// Reads a run.json.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+        let text = check_file(path).and_then(|()| std::fs::read_to_string(path));
+        let text = text.map_err(|error| Error::io(path, &error))?;
         serde_json::from_str(&text).map_err(|error| {
             let line = error.line() as u64;
             let message = format!(

@@ -2,6 +2,7 @@
 
 use super::columns;
 use crate::error::{Error, Result};
+use crate::formats::check_file;
 use std::path::{Path, PathBuf};
 
 /// The rows of one table or of the tables of several parts.
@@ -17,7 +18,8 @@ impl Table {
     pub fn read(paths: &[PathBuf]) -> Result<Self> {
         let mut table = Self::default();
         for path in paths {
-            let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+            let text = check_file(path).and_then(|()| std::fs::read_to_string(path));
+            let text = text.map_err(|error| Error::io(path, &error))?;
             table.append(&text).map_err(|error| error.file(path))?;
         }
         let steps = table.numbers("step");

@@ -4,7 +4,7 @@ use super::choose::with_bases;
 use super::layer::Kind;
 use super::plan::Plan;
 use crate::error::{Error, Result};
-use crate::formats::save_text;
+use crate::formats::{Commit, check_no_device, save_text};
 use crate::geometry::vector::Vector;
 use crate::rbf::select::Selection;
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ pub struct BaseFile {
 }
 
 /// Writes `path` and the .vtp beside it.
-pub fn save(plan: &Plan, selections: &[Selection], path: &Path) -> Result<()> {
+pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) -> Result<()> {
     let nodes_of = |selection: &Selection| {
         let base = selection.base.iter();
         base.map(|&i| plan.surface.nodes[i]).collect::<Vec<u32>>()
@@ -68,13 +68,18 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path) -> Result<()> {
     };
     let text = toml::to_string(&file)
         .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))?;
-    save_text(&text, path)?;
-    save_picture(plan, selections, &picture_of(path))
+    save_text(&text, path, commit)?;
+    save_picture(plan, selections, &picture_of(path), commit)
 }
 
 /// Writes the .vtp alone.
-pub(super) fn save_picture(plan: &Plan, selections: &[Selection], path: &Path) -> Result<()> {
-    save_text(&polydata(plan, selections), path)
+pub(super) fn save_picture(
+    plan: &Plan,
+    selections: &[Selection],
+    path: &Path,
+    commit: Commit,
+) -> Result<()> {
+    save_text(&polydata(plan, selections), path, commit)
 }
 
 /// The .vtp beside a base file.
@@ -116,7 +121,8 @@ fn read(path: &Path) -> Result<BaseFile> {
         ))
         .file(path)
     };
-    let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
+    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     let text = std::str::from_utf8(&bytes).map_err(|_| no_base("it is not text"))?;
     toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start);

@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::record::{self, Clock, Timings, hash_of, hash_of_range};
 use super::table::{self, Rows};
 use crate::error::{Error, Result};
-use crate::formats::{self, Format, save_text};
+use crate::formats::{self, Format, clear_left, save_text};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -52,7 +52,7 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
         true => Standing::default(),
         false => Standing::find(&names, format, &parts, progress)?,
     };
-    output::clear_leftovers(&names)?;
+    clear_left(&names.folder);
     let (rows, ends) = match &standing.rows {
         Some(kept) => kept.clone(),
         None if names.is_in_one() => joined::join_meshes(&names, format, &parts, progress)?,
@@ -72,7 +72,7 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     } else {
         joined::remove_record(&names)?;
         let mut texts = texts.iter();
-        texts.try_for_each(|(path, text)| save_text(text, path))?;
+        texts.try_for_each(|(path, text)| save_text(text, path, names.commit))?;
         record.save()?;
         finished.timings = record.timings();
     }

@@ -10,7 +10,7 @@ use super::record::{self, Record, Timings};
 use super::table::{self, Row, Rows};
 use crate::error::{Error, Result};
 use crate::formats::{
-    self, Begin, Encoding, Format, Precision, ReadOptions, Source, WriteOptions, write_file,
+    self, Begin, Encoding, Format, Precision, ReadOptions, Source, WriteOptions, stage_file,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -196,8 +196,9 @@ pub(super) fn join_meshes(
 ) -> Result<RowsAndEnds> {
     let create = format.sequence().expect("one file holds all steps");
     let options = write_options(parts);
-    write_file(&names.path(&names.mesh(0)), |hidden| {
-        let mut file = create(hidden, &options, Begin::Anew)?;
+    let path = names.path(&names.mesh(0));
+    let (rows, file) = stage_file(&path, names.commit, |hidden| {
+        let mut file = create(hidden, &options, Begin::Fill, false)?;
         let (mut rows, mut ends) = (Rows::new(), Vec::new());
         progress.start("joining", Some(names.steps().len() as u64));
         for (step, (part, at, row)) in in_order(parts) {
@@ -209,7 +210,7 @@ pub(super) fn join_meshes(
             };
             let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
             let time = output::time(row).unwrap_or(step as f64);
-            let hash = file.append(time, &loaded.mesh);
+            let hash = file.push(time, &loaded.mesh);
             let hash = hash.map_err(|error| error.file(hidden))?;
             let mut row = row.clone();
             row.set("file", names.mesh(step));
@@ -219,9 +220,11 @@ pub(super) fn join_meshes(
             progress.advance(1);
         }
         progress.finish();
-        remove_record(names)?;
         Ok((rows, ends))
-    })
+    })?;
+    remove_record(names)?;
+    file.keep()?;
+    Ok(rows)
 }
 
 /// Each step with its part, its place in that and its row.
@@ -278,7 +281,7 @@ pub(super) fn record(
     ends: &[u64],
     finished: &Finished,
 ) -> Record {
-    let mut record = Record::of(names.record(), parts[0].record.clone());
+    let mut record = Record::of(names, parts[0].record.clone());
     for key in ["resumed", "steps_kept", "step_ends"] {
         record.remove(key);
     }

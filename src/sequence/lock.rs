@@ -3,6 +3,7 @@
 
 use super::output::Names;
 use crate::error::{Error, Result};
+use crate::formats::{folder_of, is_same, list_hidden, sync_folder, unlist_hidden};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::ops::Range;
@@ -30,10 +31,11 @@ impl Lock {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
         let made = (!folder.exists()).then(|| folder.clone());
-        fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
+        make_folder(folder).map_err(|error| Error::io(folder, &error))?;
         let steps = names.steps();
         let path = folder.join(format!("{START}{}-{}{END}", steps.start, steps.end));
         let (file, warning) = own(&path, folder, &steps)?;
+        list_hidden(&path);
         let lock = Self {
             _file: file,
             path,
@@ -54,10 +56,20 @@ impl Drop for Lock {
     fn drop(&mut self) {
         // An unlocked file left behind stops nobody, and a folder with something in it is kept.
         let _ = fs::remove_file(&self.path);
+        unlist_hidden(&self.path);
         if let Some(folder) = &self.made {
             let _ = fs::remove_dir(folder);
         }
     }
+}
+
+/// Makes a folder where there is none, on the disk too.
+fn make_folder(folder: &Path) -> std::io::Result<()> {
+    let is_new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+    let new: Vec<&Path> = folder.ancestors().take_while(is_new).collect();
+    fs::create_dir_all(folder)?;
+    let above = |path: &&Path| sync_folder(folder_of(path));
+    new.iter().try_for_each(above)
 }
 
 /// Removes the lock files of killed runs.
@@ -99,22 +111,6 @@ fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option
             return Ok((file, None));
         }
     }
-}
-
-#[cfg(unix)]
-fn is_same(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let place = |found: fs::Metadata| (found.dev(), found.ino());
-    match (file.metadata(), fs::metadata(path)) {
-        (Ok(file), Ok(path)) => place(file) == place(path),
-        _ => false,
-    }
-}
-
-/// An open file keeps its name there.
-#[cfg(not(unix))]
-fn is_same(_file: &File, _path: &Path) -> bool {
-    true
 }
 
 /// The lock files of a folder and their steps, in order.

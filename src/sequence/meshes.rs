@@ -2,10 +2,17 @@
 
 use super::output::Names;
 use crate::error::Result;
-use crate::formats::{Begin, Format, SequenceFile, WriteOptions, write_companions, write_whole};
+use crate::formats::{
+    Begin, Format, SequenceFile, Waiting, WriteOptions, stage_companions, stage_whole,
+};
 use crate::mesh::Mesh;
 use crate::motion::Step;
 use std::io::Write;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The file that takes all meshes, also in the hands of the thread that commits them.
+type Shared = Arc<Mutex<Box<dyn SequenceFile>>>;
 
 /// Where the meshes go.
 pub(super) struct Meshes<'a> {
@@ -13,47 +20,73 @@ pub(super) struct Meshes<'a> {
     format: &'static dyn Format,
     options: WriteOptions,
     /// The file that takes all of them, where the format has that.
-    sequence: Option<Box<dyn SequenceFile>>,
+    sequence: Option<Shared>,
+    /// Whether all meshes so far were in that file before.
+    pub is_retracing: bool,
     /// Where each mesh written or retraced ends in that file.
     pub ends: Vec<u64>,
     /// What the format could not hold, a sentence each.
     pub notes: Vec<String>,
 }
 
+/// A mesh that is written and not one of the sequence yet.
+pub(super) enum Written {
+    /// Files under hidden names.
+    Files(Vec<Waiting>),
+    /// The mesh appended last to the file of all.
+    Appended(Shared, PathBuf),
+}
+
+impl Written {
+    /// Makes it one of the sequence.
+    pub fn keep(self) -> Result<()> {
+        match self {
+            Self::Files(files) => Waiting::keep_all(files),
+            Self::Appended(sequence, path) => {
+                lock(&sequence).commit().map_err(|error| error.file(&path))
+            }
+        }
+    }
+}
+
 impl<'a> Meshes<'a> {
-    /// Nothing is under its name before the first mesh is written.
+    /// Nothing is under its name before the first mesh is kept.
     pub fn new(
         names: &'a Names,
         format: &'static dyn Format,
         options: WriteOptions,
         begin: Begin,
     ) -> Result<Self> {
-        let first = names.mesh(names.steps().start);
-        let sequence = format
-            .sequence()
-            .map(|create| create(&names.path(&first), &options, begin))
-            .transpose()?;
+        let first = names.path(&names.mesh(names.steps().start));
+        let create = |create: crate::formats::CreateSequence| {
+            create(&first, &options, begin, names.commit.sync)
+        };
+        let sequence = format.sequence().map(create).transpose()?;
         Ok(Self {
             names,
             format,
             options,
-            sequence,
+            is_retracing: sequence.as_ref().is_some_and(|file| file.is_retracing()),
+            sequence: sequence.map(|file| Arc::new(Mutex::new(file))),
             ends: Vec::new(),
             notes: Vec::new(),
         })
     }
 
     /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
-    /// steps.
-    pub fn write(&mut self, mesh: &Mesh, step: &Step) -> Result<blake3::Hash> {
+    /// steps. A mesh is kept before the next is appended.
+    pub fn write(&mut self, mesh: &Mesh, step: &Step) -> Result<(blake3::Hash, Written)> {
         let path = self.names.path(&self.names.mesh(step.index));
-        if let Some(sequence) = &mut self.sequence {
-            let appended = sequence.append(step.time(), mesh);
+        if let Some(sequence) = &self.sequence {
+            let mut file = lock(sequence);
+            let appended = file.append(step.time(), mesh);
             let hash = appended.map_err(|error| error.file(&path))?;
-            self.ends.push(sequence.n_bytes());
-            return Ok(hash);
+            self.ends.push(file.n_bytes());
+            self.is_retracing = file.is_retracing();
+            return Ok((hash, Written::Appended(Arc::clone(sequence), path)));
         }
-        let (hash, notes) = write_whole(&path, |out| {
+        let commit = self.names.commit;
+        let ((hash, notes), file) = stage_whole(&path, commit, |out| {
             let mut hashing = Hashing {
                 out,
                 hasher: blake3::Hasher::new(),
@@ -66,24 +99,23 @@ impl<'a> Meshes<'a> {
                 self.notes.push(note);
             }
         }
-        write_companions(mesh, &path, self.format)?;
-        Ok(hash)
+        let mut files = vec![file];
+        files.extend(stage_companions(mesh, &path, self.format, commit)?);
+        Ok((hash, Written::Files(files)))
     }
 
     /// Makes the file of all steps end with the mesh written or retraced last; tells whether it did
     /// not.
     pub fn end(&mut self) -> Result<bool> {
         let path = self.names.path(&self.names.mesh(self.names.steps().start));
-        let ended = self.sequence.as_mut().map(|sequence| sequence.end());
+        let ended = self.sequence.as_ref().map(|sequence| lock(sequence).end());
         let ended = ended.unwrap_or(Ok(false));
         ended.map_err(|error| error.file(&path))
     }
+}
 
-    /// Whether all meshes so far were in the file of all steps before.
-    pub fn is_retracing(&self) -> bool {
-        let sequence = self.sequence.as_ref();
-        sequence.is_some_and(|sequence| sequence.is_retracing())
-    }
+fn lock(sequence: &Shared) -> MutexGuard<'_, Box<dyn SequenceFile>> {
+    sequence.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The hash of the file that a mesh would have alone; it is written to nowhere.

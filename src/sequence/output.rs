@@ -2,7 +2,7 @@
 
 use super::table::{Row, Rows};
 use crate::error::{Error, Result};
-use crate::formats::{Format, case_name, pvd, vtk_series};
+use crate::formats::{Commit, Format, case_name, pvd, vtk_series};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -69,6 +69,8 @@ pub struct Names {
     in_one: bool,
     digits: usize,
     part: Part,
+    /// How files take these names.
+    pub commit: Commit,
 }
 
 impl Names {
@@ -90,6 +92,8 @@ impl Names {
                 stem.to_string_lossy().into_owned()
             }
         };
+        // Lists of files are XML and lines of text.
+        let stem = stem.replace(char::is_control, "_");
         Self {
             folder: folder.to_path_buf(),
             stem,
@@ -97,6 +101,7 @@ impl Names {
             in_one: format.sequence().is_some(),
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
             part,
+            commit: Commit::REPLACE,
         }
     }
 
@@ -173,14 +178,6 @@ impl Names {
                 format!("{stem}_{start}-{end}.{extension}")
             }
         }
-    }
-
-    /// Whether a file is what a killed run left of one that belongs to a sequence of this name.
-    fn is_leftover(&self, name: &str) -> bool {
-        let inner = name.strip_prefix('.').and_then(|n| n.strip_suffix(".part"));
-        inner
-            .and_then(|name| name.rsplit_once('.'))
-            .is_some_and(|(name, _process)| self.is_ours(name))
     }
 
     /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
@@ -265,11 +262,6 @@ pub fn refuse_existing(names: &Names) -> Result<()> {
     .file(&names.folder))
 }
 
-/// Removes what a killed run was writing.
-pub fn clear_leftovers(names: &Names) -> Result<()> {
-    remove(files(names, |name| names.is_leftover(name)))
-}
-
 /// Removes every file of an earlier run.
 pub fn remove_existing(names: &Names) -> Result<()> {
     remove(existing_outputs(names))
@@ -350,15 +342,5 @@ mod tests {
         assert!(some.is_ours("wing_2-4.vtkhdf") && !some.is_ours("wing.vtkhdf"));
         assert_eq!((all.series(), some.series()), (None, None));
         assert!(names(None, "vtu").series().is_some());
-    }
-
-    #[test]
-    fn what_a_killed_run_was_writing_is_known_by_its_name() {
-        let (all, some) = (names(None, "vtu"), names(Some(2..4), "vtu"));
-        assert!(all.is_leftover(".wing_0007.vtu.123-0.part"));
-        assert!(all.is_leftover(".run.json.123-0.part"));
-        assert!(!all.is_leftover("wing_0007.vtu") && !all.is_leftover(".tail_0007.vtu.1-0.part"));
-        assert!(some.is_leftover(".wing_0003.vtu.123-0.part"));
-        assert!(!some.is_leftover(".wing_0007.vtu.123-0.part"));
     }
 }

@@ -2,10 +2,11 @@
 
 use super::course::course;
 use super::finished::Finished;
+use super::output::Names;
 use super::plan::Plan;
 use super::run::Request;
 use crate::error::{Error, Result};
-use crate::formats::{Precision, save_text};
+use crate::formats::{Commit, Precision, check_file, save_text};
 use crate::rbf::select::Selection;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -21,6 +22,7 @@ const PIECE: usize = 4 << 20;
 pub struct Record {
     path: PathBuf,
     content: Value,
+    commit: Commit,
 }
 
 /// Seconds of each stage of a run.
@@ -80,7 +82,7 @@ impl Timings {
 
 impl Record {
     /// The record of a run of `plan`, not yet written.
-    pub fn new(path: PathBuf, plan: &Plan, request: &Request) -> Result<Self> {
+    pub fn new(names: &Names, plan: &Plan, request: &Request) -> Result<Self> {
         let mut inputs = vec![
             input("mesh", &request.mesh)?,
             input("schedule", &plan.schedule.path)?,
@@ -120,12 +122,16 @@ impl Record {
             "mode_truncation": plan.truncation(),
             "motion": course(plan),
         });
-        Ok(Self { path, content })
+        Ok(Self::of(names, content))
     }
 
     /// A record that was read.
-    pub fn of(path: PathBuf, content: Value) -> Self {
-        Self { path, content }
+    pub fn of(names: &Names, content: Value) -> Self {
+        Self {
+            path: names.record(),
+            content,
+            commit: names.commit,
+        }
     }
 
     /// Its content.
@@ -181,7 +187,7 @@ impl Record {
 
     /// Writes the record as it stands.
     pub fn save(&self) -> Result<()> {
-        save_text(&format!("{:#}\n", self.content), &self.path)
+        save_text(&format!("{:#}\n", self.content), &self.path, self.commit)
     }
 }
 
@@ -199,7 +205,8 @@ fn input(what: &str, path: &Path) -> Result<Value> {
 
 /// A record on disk; `None` where it is not whole, as after a power cut: empty, cut, or no record.
 pub(super) fn read(path: &Path) -> Result<Option<Value>> {
-    let text = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    let text = check_file(path).and_then(|()| std::fs::read(path));
+    let text = text.map_err(|error| Error::io(path, &error))?;
     let read: Option<Value> = serde_json::from_slice(&text).ok();
     Ok(read.filter(|record| record["inputs"].is_array() && record["options"].is_object()))
 }

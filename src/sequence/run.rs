@@ -28,6 +28,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What a run is asked for.
 #[derive(Debug, Clone, Default)]
@@ -50,6 +51,8 @@ pub struct Request {
     pub keep_going: bool,
     /// Whether a disk without room for all steps is written to nevertheless.
     pub no_space_check: bool,
+    /// Whether steps need not outlive a power cut.
+    pub no_sync: bool,
     /// Conditions that fail the run.
     pub fail_on: Vec<Criterion>,
 }
@@ -75,7 +78,7 @@ pub fn run(
     plan: &mut Plan,
     request: &Request,
     progress: &dyn Progress,
-    stop: &Stop,
+    stop: &Arc<Stop>,
 ) -> Result<Finished> {
     let clock = Clock::start();
     let format = formats::by_name(&plan.schedule.output.format)?;
@@ -88,8 +91,9 @@ pub fn run(
     }
     let n_steps = plan.motion.steps.len();
     let part = Part::new(request.steps.clone(), n_steps)?;
-    let names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
-    let mut record = Record::new(names.record(), plan, request)?;
+    let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
+    names.commit.sync = !request.no_sync;
+    let mut record = Record::new(&names, plan, request)?;
     let base = request.base.as_deref();
     let loaded = base.map(|path| base::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
@@ -104,7 +108,7 @@ pub fn run(
     if !request.resume && !request.force {
         output::refuse_existing(&names)?;
     }
-    output::clear_leftovers(&names)?;
+    formats::clear_left(&names.folder);
     if !request.no_space_check {
         let steps = (names.steps().len(), earlier.rows.len());
         let demand = Demand::of(plan, format, steps, mesh_bytes);
@@ -161,7 +165,7 @@ pub(super) struct Run<'a> {
     pub request: &'a Request,
     pub names: &'a Names,
     pub format: &'static dyn Format,
-    pub stop: &'a Stop,
+    pub stop: &'a Arc<Stop>,
     /// Conditions that fail the run.
     fail_on: Vec<Criterion>,
     pub record: Record,
@@ -216,20 +220,23 @@ impl Run<'_> {
                 begin,
             )?;
             let pass = self.pass(&mut writer, stretches, mesh, measures.as_ref(), progress);
+            let settled = writer.settle();
             self.seconds.1 += writer.seconds;
             if self.names.is_in_one() {
                 self.record.set("step_ends", json!(writer.ends()));
             }
             self.take_notes(writer.notes());
-            let mended = match &pass {
-                Ok(Pass::Done) => writer.end()?,
+            let mended = match (&pass, &settled) {
+                (Ok(Pass::Done), Ok(())) => writer.end()?,
                 _ => false,
             };
-            self.rows = writer.into_rows();
+            self.rows = writer.rows();
             if mended {
                 self.warn_of_more();
             }
-            if pass? == Pass::Done {
+            let pass = pass?;
+            settled?;
+            if pass == Pass::Done {
                 self.vouch()?;
                 progress.finish();
                 return Ok(());
@@ -351,7 +358,8 @@ impl Run<'_> {
         self.record.close(&finished, result.as_ref().err());
         let lists = output::series(self.names, &self.rows);
         let mut lists = lists.iter();
-        let saved = lists.try_for_each(|(path, text)| formats::save_text(text, path));
+        let saved =
+            lists.try_for_each(|(path, text)| formats::save_text(text, path, self.names.commit));
         let saved = saved.and_then(|()| self.record.save());
         // The first failure is the one to tell of.
         result.and(saved).map(|()| finished)

@@ -1,6 +1,7 @@
 //! How a run is asked to end early, and when it must not be cut short.
 
 use crate::error::{Error, Result};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 
 /// A request to end, shared by whoever asks and the run that hears it between two steps.
@@ -14,7 +15,7 @@ pub struct Stop {
 
 /// As long as it lives, something is being written.
 #[must_use]
-pub(super) struct Held<'a>(&'a Stop);
+pub(super) struct Held(Arc<Stop>);
 
 impl Stop {
     /// Asks the run to end; `signal` is the number of the signal that made one ask.
@@ -36,9 +37,9 @@ impl Stop {
     }
 
     /// Makes whoever asks wait.
-    pub(super) fn hold(&self) -> Held<'_> {
+    pub(super) fn hold(self: &Arc<Self>) -> Held {
         self.held.fetch_add(1, Ordering::SeqCst);
-        Held(self)
+        Held(Arc::clone(self))
     }
 
     /// Ends a run that was asked to.
@@ -53,7 +54,7 @@ impl Stop {
     }
 }
 
-impl Drop for Held<'_> {
+impl Drop for Held {
     fn drop(&mut self) {
         self.0.held.fetch_sub(1, Ordering::SeqCst);
     }
@@ -66,7 +67,7 @@ mod tests {
 
     #[test]
     fn a_run_that_is_asked_ends_and_is_waited_for_while_it_writes() {
-        let stop = Stop::default();
+        let stop = Arc::new(Stop::default());
         assert!(stop.check().is_ok() && !stop.is_held());
         let held = stop.hold();
         stop.ask(15);

@@ -108,7 +108,7 @@ impl<'a> Stretches<'a> {
                 let selections = base::load_for(plan, stretch, &path)?;
                 let picture = base::picture_of(&path);
                 if !self.has_noted(&picture) {
-                    base::save_picture(plan, &selections, &picture)?;
+                    base::save_picture(plan, &selections, &picture, self.names.commit)?;
                     self.note_file(&picture)?;
                 }
                 Ok(selections)
@@ -186,7 +186,7 @@ impl<'a> Stretches<'a> {
     ) -> Result<Vec<Selection>> {
         self.selections
             .push(selection_record(self.plan, stretch, &selections));
-        base::save(self.plan, &selections, path)?;
+        base::save(self.plan, &selections, path, self.names.commit)?;
         self.note_file(path)?;
         self.note_file(&base::picture_of(path))?;
         Ok(selections)

@@ -2,7 +2,7 @@
 
 use super::output::COLUMNS;
 use crate::error::{Error, Result};
-use crate::formats::save_text;
+use crate::formats::{Commit, check_file, save_text};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -60,19 +60,21 @@ pub(super) struct Table {
     path: PathBuf,
     n_bytes: u64,
     rows: Rows,
+    commit: Commit,
 }
 
 impl Table {
     /// A table that holds these rows already; it takes the place of one that is there.
-    pub fn start(path: PathBuf, rows: Rows) -> Result<Self> {
+    pub fn start(path: PathBuf, rows: Rows, commit: Commit) -> Result<Self> {
         let text = text(&rows);
-        save_text(&text, &path)?;
+        save_text(&text, &path, commit)?;
         let file = OpenOptions::new().append(true).open(&path);
         Ok(Self {
             file: file.map_err(|error| Error::io(&path, &error))?,
             path,
             n_bytes: text.len() as u64,
             rows,
+            commit,
         })
     }
 
@@ -87,7 +89,7 @@ impl Table {
         self.rows.insert(step, row);
         if !is_last {
             let rows = std::mem::take(&mut self.rows);
-            *self = Self::start(std::mem::take(&mut self.path), rows)?;
+            *self = Self::start(std::mem::take(&mut self.path), rows, self.commit)?;
             return Ok(());
         }
         if let Err(error) = self.file.write_all(line.as_bytes()) {
@@ -96,17 +98,18 @@ impl Table {
             return Err(Error::io(&self.path, &error));
         }
         self.n_bytes += line.len() as u64;
-        Ok(())
+        match self.commit.sync {
+            true => self
+                .file
+                .sync_data()
+                .map_err(|error| Error::io(&self.path, &error)),
+            false => Ok(()),
+        }
     }
 
     /// The rows so far.
     pub fn rows(&self) -> &Rows {
         &self.rows
-    }
-
-    /// The rows, when there will be no more.
-    pub fn into_rows(self) -> Rows {
-        self.rows
     }
 }
 
@@ -119,7 +122,8 @@ pub(super) fn text(rows: &Rows) -> String {
 /// The rows of a table on disk. A row that a killed run left cut is none; nor is one that is no row, as
 /// a power cut may leave it.
 pub(super) fn read(path: &Path) -> Result<Rows> {
-    let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    let bytes = check_file(path).and_then(|()| std::fs::read(path));
+    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     let mut lines = bytes
         .split_inclusive(|byte| *byte == b'\n')
         .filter_map(|line| line.strip_suffix(b"\n"))
@@ -192,7 +196,8 @@ mod tests {
     fn rows_come_back_in_the_order_of_steps_whenever_they_were_added() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("steps.csv");
-        let mut table = Table::start(path.clone(), Rows::new()).expect("it starts");
+        let mut table =
+            Table::start(path.clone(), Rows::new(), Commit::REPLACE).expect("it starts");
         for step in [0, 3, 1, 4] {
             table
                 .add(step, row(step, "a, \"b\".vtu"))

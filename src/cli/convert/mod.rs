@@ -94,7 +94,7 @@ impl Run<'_> {
             Err(error) if error.kind != Kind::System => return Err(error),
             _ => {}
         }
-        let kept = files.into_iter().try_for_each(Waiting::keep);
+        let kept = Waiting::keep_all(files);
         done.and(kept)
     }
 
@@ -111,7 +111,7 @@ impl Run<'_> {
             [one] => {
                 let place = self.place(out)?;
                 self.args.write.check(out)?;
-                let input = Input::open(one, None)?;
+                let input = Input::open(one, None, self.context)?;
                 if place.is_one_mesh() {
                     return self.one_mesh(&input, &place);
                 }
@@ -143,7 +143,8 @@ impl Run<'_> {
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
-        let inputs = self.args.paths.iter().map(|path| Input::open(path, None));
+        let open = |path: &PathBuf| Input::open(path, None, self.context);
+        let inputs = self.args.paths.iter().map(open);
         let inputs = inputs.collect::<Result<Vec<_>>>()?;
         if self.args.step.is_none() {
             inputs.iter().try_for_each(Input::check_files)?;

@@ -2,7 +2,9 @@
 
 use super::{Input, Run};
 use crate::error::{Error, Result};
-use crate::formats::{self, Begin, Format, Waiting, is_series, pvd, stage_bytes, vtk_series};
+use crate::formats::{
+    self, Begin, Format, Waiting, check_listed, is_series, pvd, stage_bytes, vtk_series,
+};
 use crate::mesh::Mesh;
 use serde_json::{Value, json};
 use std::fmt;
@@ -117,9 +119,13 @@ impl Run<'_> {
             .into_iter()
             .map(|step| (is_sequence.then_some(step), times[step]));
         match place {
-            Place::File { path, format } => formats::write_file(path, |hidden| {
-                self.write_one_file(input, steps, (path, hidden), *format)
-            }),
+            Place::File { path, format } => {
+                let write =
+                    |hidden: &Path| self.write_one_file(input, steps, (path, hidden), *format);
+                let ((), file) = formats::stage_file(path, self.args.write.commit(), write)?;
+                self.wait(file);
+                Ok(())
+            }
             Place::Listed {
                 stem,
                 format,
@@ -137,10 +143,10 @@ impl Run<'_> {
         format: &'static dyn Format,
     ) -> Result<()> {
         let create = format.sequence().expect("asked before");
-        let mut file = create(hidden, &self.args.write.options(), Begin::Anew)?;
+        let mut file = create(hidden, &self.args.write.options(), Begin::Fill, false)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
-            let append = || file.append(time, &mesh);
+            let append = || file.push(time, &mesh);
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }
@@ -168,6 +174,9 @@ impl Run<'_> {
         let digits = steps.len().saturating_sub(1).to_string().len().max(4);
         let name = stem.file_name().unwrap_or_default().to_string_lossy();
         let file = |i| format!("{name}_{i:0digits$}.{}", format.extensions()[0]);
+        if lists.iter().any(|list| is_pvd(list)) {
+            check_listed(&name).map_err(|error| error.file(stem))?;
+        }
         let steps: Vec<_> = steps.zip(0..).map(|(step, i)| (step, file(i))).collect();
         let files = steps.iter().map(|(_, file)| stem.with_file_name(file));
         for path in files.chain(lists.iter().cloned()) {
@@ -183,11 +192,15 @@ impl Run<'_> {
         }
         let entries = || steps.iter().map(|((_, time), file)| (*time, file.as_str()));
         for list in lists {
-            let text = match list.extension().is_some_and(|ending| ending == "pvd") {
+            let text = match is_pvd(list) {
                 true => pvd(entries()),
                 false => vtk_series(entries()),
             };
-            self.wait(stage_bytes(text.as_bytes(), list)?);
+            self.wait(stage_bytes(
+                text.as_bytes(),
+                list,
+                self.args.write.commit(),
+            )?);
         }
         Ok(())
     }
@@ -195,14 +208,15 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         self.remark_on_options(format);
-        let options = self.args.write.options();
+        let (options, commit) = (self.args.write.options(), self.args.write.commit());
         self.args.write.check_companions(mesh, path, format)?;
         let write = || match self.args.pieces {
             Some(n) => {
-                let (notes, files) = formats::pvtu::stage_pieces(mesh, path, n.get(), &options)?;
+                let (notes, files) =
+                    formats::pvtu::stage_pieces(mesh, path, n.get(), &options, commit)?;
                 Ok((notes, vec![files]))
             }
-            None => formats::stage(mesh, path, format, &options),
+            None => formats::stage(mesh, path, format, &options, commit),
         };
         let (notes, files) = self.context.stage("writing", write)?;
         files.into_iter().for_each(|file| self.wait(file));
@@ -230,6 +244,10 @@ impl Run<'_> {
             });
         }
     }
+}
+
+fn is_pvd(list: &Path) -> bool {
+    list.extension().is_some_and(|ending| ending == "pvd")
 }
 
 impl fmt::Display for Written {

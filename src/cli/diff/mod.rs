@@ -54,7 +54,8 @@ pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
     args.check()?;
     let format = context.common.format.as_deref().map(formats::by_name);
     let format = format.transpose()?;
-    let (a, b) = (Input::open(&args.a, format)?, Input::open(&args.b, format)?);
+    let a = Input::open(&args.a, format, context)?;
+    let b = Input::open(&args.b, format, context)?;
     let same = match (a.times(), b.times()) {
         (None, None) => one_mesh(args, &a, &b, context)?,
         (Some(ours), Some(theirs)) => {

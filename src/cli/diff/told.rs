@@ -1,5 +1,6 @@
 //! A difference as lines and as JSON.
 
+use crate::error::one_line;
 use crate::mesh::Difference;
 use crate::mesh::difference::NodePair;
 use serde_json::{Value, json};
@@ -22,7 +23,7 @@ pub fn details(difference: &Difference, indent: &str) -> String {
     lines.extend(sentences.into_iter().flatten().cloned());
     lines
         .iter()
-        .map(|line| format!("{indent}{line}\n"))
+        .map(|line| format!("{indent}{}\n", one_line(line)))
         .collect()
 }
 

@@ -20,7 +20,7 @@ pub struct InfoArgs {
 
 pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     let format = context.common.format.as_deref().map(formats::by_name);
-    let input = Input::open(&args.mesh, format.transpose()?)?;
+    let input = Input::open(&args.mesh, format.transpose()?, context)?;
     let loaded = input.read(None, context)?;
     let facts = context.stage("looking", || Ok(Facts::of(&input, &loaded)))?;
     if context.common.json {

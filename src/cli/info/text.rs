@@ -1,7 +1,7 @@
 //! The facts as lines of text.
 
 use super::facts::Facts;
-use crate::error::counted;
+use crate::error::{counted, one_line};
 use crate::mesh::{DataArray, Group};
 use std::fmt::Write;
 
@@ -10,7 +10,9 @@ struct Rows(Vec<(String, String)>);
 
 impl Rows {
     fn push(&mut self, name: impl Into<String>, value: impl ToString) {
-        self.0.push((name.into(), value.to_string()));
+        let (name, value) = (name.into(), value.to_string());
+        let row = (one_line(&name).into_owned(), one_line(&value).into_owned());
+        self.0.push(row);
     }
 
     /// A count that is told only where there is something to tell.

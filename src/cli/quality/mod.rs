@@ -84,7 +84,7 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
         criterion.check_column(columns.iter().map(|(name, _)| *name))?;
     }
     let format = Formats::of(args, context)?;
-    let input = Input::open(&args.mesh, format.input)?;
+    let input = Input::open(&args.mesh, format.input, context)?;
     let findings = match input.times() {
         Some(_) if args.output.is_some() => {
             let message = "a sequence; -o writes one mesh (give one of its files, or set \

@@ -2,6 +2,7 @@
 
 use super::worst::WorstCell;
 use super::{Findings, Judged};
+use crate::error::one_line;
 use crate::quality::{Extreme, Quality, Statistic};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -24,7 +25,7 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
         text += &of_metrics(metrics);
     }
     for cell in &findings.worst.cells {
-        writeln!(text, "{}", of_cell(cell)).expect(ANY_TEXT);
+        writeln!(text, "{}", one_line(&of_cell(cell))).expect(ANY_TEXT);
     }
     text
 }

@@ -23,14 +23,14 @@ struct Piece {
 
 impl Arrays {
     /// Adds the values that an array has in the given places of a zone. An array that the zone has
-    /// already under this name gets the name of its solution too.
+    /// already under this name gets the name of its solution too. Gives the name that it has then.
     pub fn add(
         &mut self,
         zone: usize,
         [solution, name]: [&str; 2],
         at: Vec<Range<usize>>,
         values: Values,
-    ) {
+    ) -> String {
         let is_taken = |found: &Found| found.pieces.iter().any(|piece| piece.zone == zone);
         let position = |name: &str| self.found.iter().position(|found| found.name == name);
         let mut full_name = name.to_owned();
@@ -50,6 +50,7 @@ impl Arrays {
             self.found.len() - 1
         });
         self.found[i].pieces.push(Piece { zone, at, values });
+        self.found[i].name.clone()
     }
 
     /// The arrays, each with `n` values. Where the file gives none there is no number, or zero in an

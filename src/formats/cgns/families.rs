@@ -44,7 +44,7 @@ impl Families {
                 "FamilyBC_t" => family.condition = condition(&child.text()?),
                 "FamilyName_t" => family.within.push(child.text()?),
                 "Descriptor_t" if child.name() == super::FULL_NAME => {
-                    family.full_name = Some(child.text()?);
+                    family.full_name = Some(child.own_text()?);
                 }
                 "Family_t" if depth < 8 => self.add(child, &format!("{name}/"), depth + 1)?,
                 _ => {}

@@ -93,10 +93,9 @@ impl Format for Cgns {
     }
 
     fn sequence(&self) -> Option<CreateSequence> {
-        Some(|path, options, begin| {
-            Ok(Box::new(write::sequence::Sequence::create(
-                path, options, begin,
-            )?))
+        use write::sequence::Sequence;
+        Some(|path, options, begin, sync| {
+            Ok(Box::new(Sequence::create(path, options, begin, sync)?))
         })
     }
 

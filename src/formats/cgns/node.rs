@@ -1,11 +1,14 @@
 //! Nodes of a CGNS file: a name, a label, data, children. In HDF5 each is a group; links, also into
 //! other files, are followed where they are met.
 
-use super::super::Source;
 use super::super::hdf5::{Dataset, File, Group};
+use super::super::names::decoded;
+use super::super::{Notes, Source};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
-use std::cell::OnceCell;
+use std::borrow::Cow;
+use std::cell::{OnceCell, RefCell};
+use std::rc::Rc;
 
 /// Most links that lead from one to the next.
 const MOST_LINKS: usize = 16;
@@ -17,7 +20,11 @@ pub(super) struct Node {
     label: String,
     path: String,
     children: OnceCell<Vec<Node>>,
+    latin1: Latin1,
 }
+
+/// Texts of a file that were read as Latin-1, known to all of its nodes.
+type Latin1 = Rc<RefCell<Vec<String>>>;
 
 impl Node {
     /// The node above all bases.
@@ -36,10 +43,11 @@ impl Node {
             label: String::new(),
             path: String::new(),
             children: OnceCell::new(),
+            latin1: Latin1::default(),
         })
     }
 
-    fn below(parent: &str, group: Group) -> Result<Self> {
+    fn below(parent: &str, group: Group, latin1: &Latin1) -> Result<Self> {
         let name = group.name().to_owned();
         let path = format!("{parent}/{name}");
         let mut target = group;
@@ -63,6 +71,7 @@ impl Node {
             label,
             path,
             children: OnceCell::new(),
+            latin1: latin1.clone(),
         })
     }
 
@@ -95,7 +104,7 @@ impl Node {
         let children: Result<Vec<Node>> = groups
             .into_iter()
             .filter(|group| !group.name().starts_with(' '))
-            .map(|group| Node::below(&self.path, group))
+            .map(|group| Node::below(&self.path, group, &self.latin1))
             .collect();
         let children = children?;
         Ok(self.children.get_or_init(|| children))
@@ -148,12 +157,19 @@ impl Node {
     /// Its data as text, without what fills it up.
     pub fn text(&self) -> Result<String> {
         let bytes = self.bytes()?;
-        Ok(trimmed(&bytes))
+        Ok(self.decoded(to_zero(&bytes)).trim_end().to_owned())
+    }
+
+    /// Text that azimesh has put there, with every space that it has.
+    pub fn own_text(&self) -> Result<String> {
+        Ok(self.decoded(&self.bytes()?))
     }
 
     /// Its data as names of 32 characters each.
     pub fn names(&self) -> Result<Vec<String>> {
-        Ok(self.bytes()?.chunks(32).map(trimmed).collect())
+        let bytes = self.bytes()?;
+        let names = bytes.chunks(32).map(|name| self.decoded(to_zero(name)));
+        Ok(names.map(|name| name.trim_end().to_owned()).collect())
     }
 
     /// Its data as strings, each with a zero after it.
@@ -161,9 +177,21 @@ impl Node {
         let bytes = self.bytes()?;
         let ended = bytes.strip_suffix(b"\0").unwrap_or(&bytes);
         let strings = ended.split(|&byte| byte == 0);
-        Ok(strings
-            .map(|text| String::from_utf8_lossy(text).into_owned())
-            .collect())
+        Ok(strings.map(|text| self.decoded(text)).collect())
+    }
+
+    fn decoded(&self, bytes: &[u8]) -> String {
+        let text = decoded(bytes);
+        if let Cow::Owned(text) = &text {
+            self.latin1.borrow_mut().push(text.clone());
+        }
+        text.into_owned()
+    }
+
+    /// Tells of the texts of the file that were read as Latin-1.
+    pub fn note_latin1(&self, notes: &mut Notes) {
+        let texts = self.latin1.borrow();
+        texts.iter().for_each(|text| notes.latin1(text));
     }
 
     fn bytes(&self) -> Result<Vec<u8>> {
@@ -173,6 +201,13 @@ impl Node {
             Values::Text(lines) => Ok(lines.concat().into_bytes()),
             _ => Err(self.refuse("its data must be text")),
         }
+    }
+
+    /// Its name in full where the one that CGNS takes is another: azimesh has put it there.
+    pub fn full_name(&self) -> Result<Option<String>> {
+        self.child(super::FULL_NAME)?
+            .map(Node::own_text)
+            .transpose()
     }
 
     /// Text of a child of this name; `None` without it.
@@ -205,9 +240,12 @@ fn text_of(group: &Group, attribute: &str, path: &str) -> Result<Option<String>>
 
 /// Text up to the first zero, without spaces at its end.
 fn trimmed(bytes: &[u8]) -> String {
+    decoded(to_zero(bytes)).trim_end().to_owned()
+}
+
+fn to_zero(bytes: &[u8]) -> &[u8] {
     let end = bytes.iter().position(|&byte| byte == 0);
-    let text = &bytes[..end.unwrap_or(bytes.len())];
-    String::from_utf8_lossy(text).trim_end().to_owned()
+    &bytes[..end.unwrap_or(bytes.len())]
 }
 
 fn broken_link(group: &Group, path: &str) -> Error {

@@ -60,6 +60,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
         read_zone(zone, &families, &step, several, &mut found)?;
     }
     found.say(notes);
+    root.note_latin1(notes);
     let n_cells = found.cells.len();
     Ok(Mesh {
         point_arrays: found.point_arrays.into_data_arrays(found.points.len()),

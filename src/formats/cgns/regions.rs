@@ -96,7 +96,7 @@ fn region<'a>(
             ("IndexRange_t" | "IndexArray_t", "ElementRange" | "ElementList") => {
                 points = Some((child, true));
             }
-            ("Descriptor_t", super::FULL_NAME) => full_name = Some(child.text()?),
+            ("Descriptor_t", super::FULL_NAME) => full_name = Some(child.own_text()?),
             ("GridLocation_t" | "Ordinal_t", _) | (_, "InwardNormalList") => {}
             (label, _) => found.leave(label, 1),
         }

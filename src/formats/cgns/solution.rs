@@ -34,7 +34,7 @@ pub(super) fn field_arrays(base: &Node, step: &Step) -> Result<Vec<DataArray>> {
     };
     let mut arrays = Vec::new();
     for array in node.labelled("DataArray_t")? {
-        let full_name = array.child_text(super::FULL_NAME)?;
+        let full_name = array.full_name()?;
         let name = full_name.unwrap_or_else(|| array.name().to_owned());
         let (n_components, values) = match array.values()? {
             Values::I8(_) | Values::U8(_) | Values::Text(_) => (1, Values::Text(array.strings()?)),
@@ -90,10 +90,16 @@ fn read_solution(
                 Some("CellCenter") => &mut found.cell_arrays,
                 _ => &mut found.point_arrays,
             };
-            let full_name = array.child_text(super::FULL_NAME)?;
+            let full_name = array.full_name()?;
             let name = full_name.as_deref().unwrap_or(array.name());
             let names = [solution.name(), name];
-            arrays.add(zone.number, names, places.clone(), values);
+            let given = arrays.add(zone.number, names, places.clone(), values);
+            if given != name {
+                found.remarks.push(format!(
+                    "several arrays are called \"{name}\"; that of \"{}\" is \"{given}\" here",
+                    solution.name()
+                ));
+            }
         }
     }
     Ok(())

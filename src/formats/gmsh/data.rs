@@ -1,6 +1,7 @@
 //! `$NodeData` and `$ElementData`: values at nodes and elements, as arrays of the mesh.
 
 use super::super::lexer::{Fields, Lines, shown};
+use super::super::names::text_of;
 use super::super::{Notes, ReadOptions};
 use super::index::Index;
 use super::stream::{Binary, Stream};
@@ -55,7 +56,7 @@ enum Rows<'a> {
 impl<'a> Data<'a> {
     /// Reads a section: a name, a time, three integers or more (step, components, number of values),
     /// each list after its length, then the values. All but the values is text in binary files too.
-    pub fn read(stream: &mut Stream<'a>, kind: Kind) -> Result<Self> {
+    pub fn read(stream: &mut Stream<'a>, kind: Kind, notes: &mut Notes) -> Result<Self> {
         let mut name = String::new();
         for i in 0..length(stream, "the number of string tags")? {
             let line = stream.text.line();
@@ -63,7 +64,7 @@ impl<'a> Data<'a> {
             if i == 0 {
                 let text = line.rest();
                 let bare = text.strip_prefix(b"\"").and_then(|t| t.strip_suffix(b"\""));
-                name = String::from_utf8_lossy(bare.unwrap_or(text)).into_owned();
+                name = text_of(bare.unwrap_or(text), notes);
             }
         }
         let mut time = 0.0;
@@ -110,7 +111,7 @@ impl<'a> Data<'a> {
     fn fill(&self, index: &Index, values: &mut [f64]) -> Result<usize> {
         let n = self.n_components;
         let mut n_lost = 0;
-        let mut put = |tag: i64, row: &mut dyn Iterator<Item = f64>| match index.get(tag) {
+        self.for_each_row(|tag, row| match index.get(tag) {
             Some(i) => {
                 let place = &mut values[i as usize * n..][..n];
                 place
@@ -119,7 +120,28 @@ impl<'a> Data<'a> {
                     .for_each(|(to, value)| *to = value);
             }
             None => n_lost += 1,
-        };
+        })?;
+        Ok(n_lost)
+    }
+
+    /// Whether it has another value at some place than the array has already.
+    fn contradicts(&self, index: &Index, values: &[f64]) -> Result<bool> {
+        let n = self.n_components;
+        let mut is_other = false;
+        self.for_each_row(|tag, row| {
+            if let Some(i) = index.get(tag) {
+                let place = &values[i as usize * n..][..n];
+                let is_set = place.iter().any(|value| !value.is_nan());
+                let mut both = place.iter().zip(row);
+                is_other |= is_set && both.any(|(a, b)| a.to_bits() != b.to_bits());
+            }
+        })?;
+        Ok(is_other)
+    }
+
+    /// Hands the tag and the values of each row to `put`.
+    fn for_each_row(&self, mut put: impl FnMut(i64, &mut dyn Iterator<Item = f64>)) -> Result<()> {
+        let n = self.n_components;
         match &self.rows {
             Rows::Binary(binary, bytes) => {
                 for row in bytes.chunks_exact(4 + 8 * n) {
@@ -142,7 +164,7 @@ impl<'a> Data<'a> {
                 }
             }
         }
-        Ok(n_lost)
+        Ok(())
     }
 }
 
@@ -233,19 +255,18 @@ pub(super) fn add(
                 continue;
             }
         };
-        let Some(array) = array(&now, index, n, notes)? else {
-            continue;
-        };
+        let arrays = arrays(&now, index, n, notes)?;
         match one.kind {
-            Kind::Nodes => mesh.point_arrays.push(array),
-            Kind::Elements => mesh.cell_arrays.push(array),
+            Kind::Nodes => mesh.point_arrays.extend(arrays),
+            Kind::Elements => mesh.cell_arrays.extend(arrays),
         }
     }
     Ok(())
 }
 
-/// The array of the sections of one name and time; the parts of a partitioned mesh each have one.
-fn array(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<Option<DataArray>> {
+/// The array of the sections of one name and time; the parts of a partitioned mesh each have one. Those
+/// that contradict one another are several arrays.
+fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<Vec<DataArray>> {
     let first = data[0];
     let (name, items) = (&first.name, first.kind.items());
     if data
@@ -255,13 +276,23 @@ fn array(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<O
         notes.push(format!(
             "data \"{name}\" of {items} have different numbers of components and are not kept"
         ));
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let n_components = first.n_components;
-    let mut values = vec![f64::NAN; n * n_components];
+    let mut arrays: Vec<Vec<f64>> = Vec::new();
     let mut n_lost = 0;
     for data in data {
-        n_lost += data.fill(index, &mut values)?;
+        let mut fitting = None;
+        for (at, values) in arrays.iter().enumerate() {
+            if fitting.is_none() && !data.contradicts(index, values)? {
+                fitting = Some(at);
+            }
+        }
+        let at = fitting.unwrap_or_else(|| {
+            arrays.push(vec![f64::NAN; n * n_components]);
+            arrays.len() - 1
+        });
+        n_lost += data.fill(index, &mut arrays[at])?;
     }
     if n_lost > 0 {
         notes.push(format!(
@@ -269,8 +300,8 @@ fn array(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<O
             counted(n_lost, "value")
         ));
     }
-    let values = Values::F64(values);
-    Ok(Some(DataArray::tuples(name.clone(), n_components, values)))
+    let array = |values| DataArray::tuples(name.clone(), n_components, Values::F64(values));
+    Ok(arrays.into_iter().map(array).collect())
 }
 
 /// Notes where data have no value at nodes or elements of the mesh.

@@ -1,6 +1,8 @@
 //! From the tags of elements to the named groups of the mesh, and to arrays for what groups do not
 //! tell.
 
+use super::super::Notes;
+use super::super::names::text_of;
 use super::entities::Entities;
 use super::nodes::count;
 use super::stream::Stream;
@@ -117,7 +119,7 @@ pub(super) struct PhysicalName {
 }
 
 /// Reads `$PhysicalNames`, which is text in binary files too.
-pub(super) fn read_names(stream: &mut Stream) -> Result<Vec<PhysicalName>> {
+pub(super) fn read_names(stream: &mut Stream, notes: &mut Notes) -> Result<Vec<PhysicalName>> {
     let n = count(stream, "the number of physical names")?;
     let mut names = Vec::new();
     for i in 0..n {
@@ -145,7 +147,7 @@ pub(super) fn read_names(stream: &mut Stream) -> Result<Vec<PhysicalName>> {
         names.push(PhysicalName {
             dimension,
             number,
-            name: unquoted(line.rest()),
+            name: text_of(unquoted(line.rest()), notes),
         });
     }
     Ok(names)
@@ -153,13 +155,12 @@ pub(super) fn read_names(stream: &mut Stream) -> Result<Vec<PhysicalName>> {
 
 /// The text between the quotes: to the last one where that ends the line, to the next one where
 /// some program put more behind it. All of it where there are none.
-fn unquoted(text: &[u8]) -> String {
+fn unquoted(text: &[u8]) -> &[u8] {
     let Some(inside) = text.strip_prefix(b"\"") else {
-        return String::from_utf8_lossy(text).into_owned();
+        return text;
     };
     let next = memchr::memchr(b'"', inside).unwrap_or(inside.len());
-    let name = inside.strip_suffix(b"\"").unwrap_or(&inside[..next]);
-    String::from_utf8_lossy(name).into_owned()
+    inside.strip_suffix(b"\"").unwrap_or(&inside[..next])
 }
 
 /// The groups of a mesh of this dimension: named ones in the order of the file, then nameless ones,
@@ -170,6 +171,7 @@ pub(super) fn groups(
     physical: Tagged,
     elementary: &Tagged,
     dimension: u8,
+    notes: &mut Notes,
 ) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     let mut left = physical.0;
@@ -180,8 +182,17 @@ pub(super) fn groups(
         };
         for of in dimensions {
             let cells = left.remove(&(of, name.number));
-            let known = |group: &Group| (group.dimension, group.number) == (of, Some(name.number));
-            if (cells.is_none() && name.dimension.is_none()) || groups.iter().any(known) {
+            let known = |group: &&Group| (group.dimension, group.number) == (of, Some(name.number));
+            if let Some(known) = groups.iter().find(known) {
+                if known.name != name.name {
+                    notes.push(format!(
+                        "physical group {} of dimension {of} has two names; \"{}\" is used, not \"{}\"",
+                        name.number, known.name, name.name
+                    ));
+                }
+                continue;
+            }
+            if cells.is_none() && name.dimension.is_none() {
                 continue;
             }
             groups.push(Group {
@@ -258,11 +269,11 @@ mod tests {
 
     #[test]
     fn names_keep_their_spaces_and_quotes() {
-        assert_eq!(unquoted(b"\"upper wall\""), "upper wall");
-        assert_eq!(unquoted(b"\"the \"hub\" side\""), "the \"hub\" side");
-        assert_eq!(unquoted(b"\"beam\" lower_dimensional_block"), "beam");
-        assert_eq!(unquoted(b"bare"), "bare");
-        assert_eq!(unquoted(b"\""), "");
+        assert_eq!(unquoted(b"\"upper wall\""), b"upper wall");
+        assert_eq!(unquoted(b"\"the \"hub\" side\""), b"the \"hub\" side");
+        assert_eq!(unquoted(b"\"beam\" lower_dimensional_block"), b"beam");
+        assert_eq!(unquoted(b"bare"), b"bare");
+        assert_eq!(unquoted(b"\""), b"");
     }
 
     #[test]

@@ -41,7 +41,7 @@ pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
         let Some(kind) = Kind::of(name) else {
             return Ok(false);
         };
-        found.push(Data::read(stream, kind)?);
+        found.push(Data::read(stream, kind, &mut Notes::default())?);
         Ok(true)
     })?;
     Ok(data::times(&found))
@@ -205,7 +205,7 @@ impl<'a> Parts<'a> {
         notes: &mut Notes,
     ) -> Result<bool> {
         match (name, version) {
-            (b"PhysicalNames", _) => self.names.extend(read_names(stream)?),
+            (b"PhysicalNames", _) => self.names.extend(read_names(stream, notes)?),
             (b"Entities", Version::V3 | Version::V40 | Version::V41) => {
                 self.entities.read(stream, version)?;
             }
@@ -220,7 +220,7 @@ impl<'a> Parts<'a> {
             }
             (b"Elements" | b"ELM", _) => self.read_elements(version, stream)?,
             _ => match Kind::of(name) {
-                Some(kind) => self.data.push(Data::read(stream, kind)?),
+                Some(kind) => self.data.push(Data::read(stream, kind, notes)?),
                 None => {
                     if let Some(sentence) = not_kept(name) {
                         notes.push(sentence);
@@ -282,7 +282,7 @@ impl<'a> Parts<'a> {
             false => self.tags.elementary.physical(&self.entities),
         };
         let (elementary, of_parts) = self.tags.elementary.of_parts(&self.entities);
-        mesh.groups = groups::groups(self.names, physical, &elementary, mesh.dimension());
+        mesh.groups = groups::groups(self.names, physical, &elementary, mesh.dimension(), notes);
         let partition = match of_parts.is_empty() {
             true => self.tags.partition,
             false => of_parts,

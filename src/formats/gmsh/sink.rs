@@ -1,5 +1,6 @@
 //! Scalars and records of an MSH file, as text or little-endian binary.
 
+use super::super::names::{Rule, cut};
 use super::super::records::{push_integer, push_real, write_all, write_records};
 use super::super::{Encoding, WriteOptions};
 use super::written::Plan;
@@ -54,6 +55,11 @@ impl<'a> Sink<'a> {
     pub fn physical_names(&mut self, mesh: &Mesh, plan: &Plan) -> Result<Vec<String>> {
         let mut notes = Vec::new();
         let mut lines = Vec::new();
+        let names: [_; 4] = std::array::from_fn(|dimension| {
+            let groups = mesh.groups.iter();
+            let here = groups.filter(|group| usize::from(group.dimension) == dimension);
+            NAME.by_name(here.map(|group| group.name.as_str()))
+        });
         for (group, number) in mesh.groups.iter().zip(&plan.numbers) {
             if group.name == number.to_string() && !group.cells.is_empty() {
                 continue;
@@ -64,13 +70,8 @@ impl<'a> Sink<'a> {
                     group.name
                 ));
             }
-            let name = plain(&group.name);
-            if name != group.name {
-                notes.push(format!(
-                    "group {:?} is written as \"{name}\": MSH cannot hold quotes or line ends",
-                    group.name
-                ));
-            }
+            let name = &names[usize::from(group.dimension)][group.name.as_str()];
+            notes.extend(NAME.note("group", &group.name, name));
             lines.push(format!("{} {number} \"{name}\"", group.dimension));
         }
         if !lines.is_empty() {
@@ -142,7 +143,20 @@ pub(super) fn push_point_binary(buffer: &mut Vec<u8>, point: &[f64; 3]) {
     }
 }
 
-/// A name without what would end it too early.
-pub(super) fn plain(name: &str) -> String {
+/// Names of groups, without what would end them too early, and no longer than Gmsh reads.
+const NAME: Rule = Rule {
+    longest: 127,
+    fit: |name, longest| cut(&plain(name), longest),
+    why: "names in MSH have no quotes or line ends, and 127 bytes at most",
+};
+
+/// Names of arrays.
+pub(super) const ARRAY: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| plain(name),
+    why: "names in MSH have no quotes or line ends",
+};
+
+fn plain(name: &str) -> String {
     name.replace(char::is_control, " ").replace('"', "'")
 }

@@ -1,9 +1,10 @@
 //! Writing arrays as `$NodeData` and `$ElementData`, and saying what MSH has no place for.
 
+use super::super::names::Given;
 use super::super::records::{push_integer, push_real, write_records};
 use super::super::{Precision, WriteOptions};
 use super::data::MOST_COMPONENTS;
-use super::sink::{Sink, plain};
+use super::sink::{ARRAY, Sink};
 use super::written::Plan;
 use crate::error::Result;
 use crate::mesh::arrays::with_numbers;
@@ -19,20 +20,27 @@ pub(super) fn write(
 ) -> Result<Vec<String>> {
     let [point, cell] = plan.data(mesh);
     let mut notes = Vec::new();
-    for array in point {
+    for (array, name) in named(point) {
         let tag = |node: usize| plan.node_tag(node as u32);
-        write_array("NodeData", array, tag, sink, &mut notes)?;
+        write_array("NodeData", (array, &name), tag, sink, &mut notes)?;
     }
-    for array in cell {
-        write_array("ElementData", array, &number, sink, &mut notes)?;
+    for (array, name) in named(cell) {
+        write_array("ElementData", (array, &name), &number, sink, &mut notes)?;
     }
     Ok(notes)
+}
+
+/// Arrays with the names that they have in the file.
+fn named(arrays: Vec<&DataArray>) -> impl Iterator<Item = (&DataArray, String)> {
+    let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
+    let names = Given::default().give_all(&names, &ARRAY);
+    arrays.into_iter().zip(names)
 }
 
 #[allow(clippy::unnecessary_cast)] // one text for numbers of every type
 fn write_array(
     section: &str,
-    array: &DataArray,
+    (array, name): (&DataArray, &str),
     tag: impl Fn(usize) -> u64 + Sync,
     sink: &mut Sink,
     notes: &mut Vec<String>,
@@ -52,13 +60,7 @@ fn write_array(
         ));
         return Ok(());
     }
-    let name = plain(&array.name);
-    if name != array.name {
-        notes.push(format!(
-            "array {:?} is written as \"{name}\": MSH cannot hold quotes or line ends",
-            array.name
-        ));
-    }
+    notes.extend(ARRAY.note("array", &array.name, name));
     if !all_are_exact(&array.values) {
         notes.push(format!(
             "array \"{}\" has integers above 2^53, which MSH holds as the nearest 64-bit real",

@@ -18,7 +18,7 @@ use super::tree::{Data, Sink, Tree};
 use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_values};
 use crate::error::Result;
 use crate::formats::Begin;
-use crate::formats::save::Emerging;
+use crate::formats::emerging::Emerging;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
@@ -27,6 +27,11 @@ const BUFFER: usize = 1 << 20;
 
 /// What a growing file is written to.
 pub(in crate::formats) trait Grows: Write + Seek {
+    /// Puts what was written on the disk before work goes on, if that is wanted.
+    fn sync(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+
     /// Called when all that was written makes a whole file.
     fn is_whole(&mut self) -> std::io::Result<()> {
         Ok(())
@@ -50,6 +55,10 @@ pub(in crate::formats) trait Grows: Write + Seek {
 }
 
 impl Grows for Emerging {
+    fn sync(&mut self) -> std::io::Result<()> {
+        Emerging::sync(self)
+    }
+
     fn is_whole(&mut self) -> std::io::Result<()> {
         self.appear()
     }
@@ -67,6 +76,8 @@ impl Grows for Emerging {
             Some(superblock) => {
                 self.seek(SeekFrom::Start(0))?;
                 self.write_all(superblock)?;
+                // What is written next may be on the disk before anything that was written earlier.
+                Emerging::sync(self)?;
                 self.cut(at)?;
             }
             None => self.move_aside(at)?,
@@ -81,8 +92,10 @@ pub(in crate::formats) struct Growing<F: Grows = Emerging> {
     hasher: blake3::Hasher,
     /// Whether bytes are compared with those of an earlier run.
     is_retracing: bool,
-    /// The superblock of the last finished step, and where that ends.
+    /// The superblock of the last step that was committed, and where that ends.
     finished: Option<(Vec<u8>, u64)>,
+    /// Those of the step that is finished and not committed.
+    pending: Option<(Vec<u8>, u64)>,
 }
 
 /// Gathers bytes before they are handed on; those that are left when it is dropped are not.
@@ -126,18 +139,19 @@ impl Stored {
 }
 
 impl Growing {
-    /// A new file, which takes its name with the first [`Growing::finish_step`]; or one that is
-    /// there and is retraced.
-    pub fn create(path: &Path, begin: Begin) -> Result<Self> {
+    /// A new file, which takes its name with the first [`Growing::commit`]; or one that is there and is
+    /// retraced or filled. With `sync` each step is on the disk when it is committed.
+    pub fn create(path: &Path, begin: Begin, sync: bool) -> Result<Self> {
         match begin {
-            Begin::Retrace if path.is_file() => Ok(Self::retrace(Emerging::reopen(path)?)),
-            _ => Self::start(Emerging::create(path)?),
+            Begin::Retrace if path.is_file() => Ok(Self::retrace(Emerging::reopen(path, sync)?)),
+            Begin::Retrace | Begin::Anew => Self::start(Emerging::create(path, sync)?),
+            Begin::Fill => Self::start(Emerging::reopen(path, sync)?),
         }
     }
 }
 
 impl<F: Grows> Growing<F> {
-    /// Starts in an empty file. It is no HDF5 file before the first [`Growing::finish_step`].
+    /// Starts in an empty file. It is no HDF5 file before the first [`Growing::commit`].
     pub fn start(file: F) -> Result<Self> {
         let mut growing = Self::at(0, file);
         growing.out.write(&[0; SUPERBLOCK])?;
@@ -163,6 +177,7 @@ impl<F: Grows> Growing<F> {
             hasher: blake3::Hasher::new(),
             is_retracing: false,
             finished: None,
+            pending: None,
         }
     }
 
@@ -223,26 +238,36 @@ impl<F: Grows> Growing<F> {
         chunks.store(|bytes| self.put(bytes))
     }
 
-    /// Makes `tree` the content of the file; gives the hash of the bytes appended since the last
-    /// time. Values of the tree that were not stored before are appended now and belong to this
-    /// step alone.
+    /// Appends `tree`, which is the content of the file from the next [`Growing::commit`] on; gives the
+    /// hash of the bytes appended since the last time. Values of the tree that were not stored before are
+    /// appended now and belong to this step alone.
     pub fn finish_step(&mut self, tree: &Tree) -> Result<blake3::Hash> {
         let root = self.store_object(tree)?;
         let superblock = header::superblock(root.address, self.out.at);
         self.out.out.flush().map_err(failed)?;
-        let at = self.out.at;
-        let file = &mut self.out.out.file;
-        let goes_on = self.is_retracing && !file.ends_at(at).map_err(failed)?;
-        if !goes_on {
-            file.seek(SeekFrom::Start(0)).map_err(failed)?;
-            file.write_all(&superblock).map_err(failed)?;
-            file.seek(SeekFrom::Start(at)).map_err(failed)?;
-            file.is_whole().map_err(failed)?;
-        }
-        self.finished = Some((superblock, at));
+        self.pending = Some((superblock, self.out.at));
         let hash = self.hasher.finalize();
         self.hasher.reset();
         Ok(hash)
+    }
+
+    /// Makes the finished step the content of the file, once all that it points to is on the disk.
+    pub fn commit(&mut self) -> Result<()> {
+        let Some((superblock, at)) = self.pending.take() else {
+            return Ok(());
+        };
+        let file = &mut self.out.out.file;
+        let goes_on = self.is_retracing && !file.ends_at(at).map_err(failed)?;
+        if !goes_on {
+            file.sync().map_err(failed)?;
+            file.seek(SeekFrom::Start(0)).map_err(failed)?;
+            file.write_all(&superblock).map_err(failed)?;
+            file.seek(SeekFrom::Start(at)).map_err(failed)?;
+            file.sync().map_err(failed)?;
+            file.is_whole().map_err(failed)?;
+        }
+        self.finished = Some((superblock, at));
+        Ok(())
     }
 
     /// Where a file was gone over to its last step: leaves out what another program has left after

@@ -18,11 +18,12 @@
 //! that hands over bytes. A file that grows step by step and is whole after each:
 //!
 //! ```text
-//! let mut file = Growing::create(path, Begin::Anew)?;                   // hidden until the first step is whole
+//! let mut file = Growing::create(path, Begin::Anew, true)?;             // hidden until the first step is whole
 //! let x = file.store(|sink| sink(bytemuck::cast_slice(&x)))?;           // keep `x` for later steps
 //! let mut tree = ...;                                                   // all that is in the file now
 //! tree.dataset(group, "CoordinateX", Element::F64, &[n], Data::Stored(x));
-//! let hash = file.finish_step(&tree)?;                                  // from here on it can be read
+//! let hash = file.finish_step(&tree)?;
+//! file.commit()?;                                                       // from here on it can be read
 //! ```
 //!
 //! A dataset that gets longer with each step has one [`Data::Chunks`] piece a step, or is a [`Column`]

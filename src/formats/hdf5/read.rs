@@ -1,13 +1,16 @@
 //! Reading, by way of the crate `hdf5-reader`: groups, attributes, and datasets as [`Values`].
 
-use super::super::Source;
+use super::super::names::decoded;
+use super::super::{Notes, Source};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
 use hdf5_reader::error::Error as Refused;
 use hdf5_reader::{
     Attribute, Datatype, ExternalLinkResolver, H5Type, Hdf5File, OpenOptions, SliceInfo,
-    SliceInfoElem,
+    SliceInfoElem, StringSize,
 };
+use std::borrow::Cow;
+use std::cell::RefCell;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -29,6 +32,8 @@ pub(in crate::formats) struct Dataset {
     inner: hdf5_reader::Dataset,
     /// Bytes that it may have, by the size of the file.
     limit: u64,
+    /// Strings that were read as Latin-1.
+    latin1: RefCell<Vec<String>>,
 }
 
 impl File {
@@ -144,6 +149,7 @@ impl Group {
         Dataset {
             inner,
             limit: limit as u64,
+            latin1: RefCell::default(),
         }
     }
 
@@ -302,10 +308,46 @@ impl Dataset {
         Ok(array.map_err(refused)?.into_raw_vec_and_offset().0)
     }
 
+    /// Strings of which not all are UTF-8.
+    fn bytes_of_strings(&self) -> std::result::Result<Vec<String>, Refused> {
+        let is_fixed = matches!(
+            self.inner.dtype(),
+            Datatype::String {
+                size: StringSize::Fixed(_),
+                ..
+            }
+        );
+        let raw = self.inner.read_raw_bytes()?;
+        let elements = raw.chunks_exact(self.inner.raw_element_size()?.max(1));
+        let string = |element: &[u8]| {
+            let bytes = match is_fixed {
+                true => element.to_vec(),
+                false => self.inner.resolve_vlen_reference_bytes(element, 1)?,
+            };
+            let end = bytes.iter().position(|byte| *byte == 0);
+            let text = decoded(&bytes[..end.unwrap_or(bytes.len())]);
+            if let Cow::Owned(text) = &text {
+                self.latin1.borrow_mut().push(text.clone());
+            }
+            Ok(text.into_owned())
+        };
+        elements.map(string).collect()
+    }
+
+    /// Tells of the strings that were read as Latin-1.
+    pub fn note_latin1(&self, notes: &mut Notes) {
+        let texts = self.latin1.borrow();
+        texts.iter().for_each(|text| notes.latin1(text));
+    }
+
     fn others(&self, datatype: &Datatype) -> Result<Values> {
         match datatype {
             Datatype::String { .. } | Datatype::VarLen { .. } => {
-                self.inner.read_strings().map(Values::Text).map_err(refused)
+                let strings = match self.inner.read_strings() {
+                    Err(Refused::InvalidData(_)) => self.bytes_of_strings(),
+                    read => read,
+                };
+                strings.map(Values::Text).map_err(refused)
             }
             Datatype::Enum { base, .. } if is_byte(base) => {
                 self.inner.read_raw_bytes().map(Values::U8).map_err(refused)
@@ -351,6 +393,9 @@ fn unknown(datatype: &Datatype) -> Error {
 fn refused(error: Refused) -> Error {
     match error {
         Refused::Io(error) => Error::system(error.to_string()),
+        Refused::InvalidData(message) if message.contains("UTF-8") => Error::input(format!(
+            "HDF5: the name of a group, of a dataset or of an attribute is not UTF-8, which it must be ({message})"
+        )),
         other => Error::input(format!("HDF5: {other}")),
     }
 }

@@ -189,6 +189,7 @@ impl Sequence {
         tree.column(Tree::ROOT, "names", &self.names);
         tree.column(Tree::ROOT, "alike", &self.alike);
         file.finish_step(&tree)?;
+        file.commit()?;
         self.n += 1;
         Ok(())
     }

@@ -27,18 +27,20 @@ impl Section<'_> {
         notes: &mut Notes,
     ) -> Result<bool> {
         match keyword {
-            "scalars" => self.scalars(cursor)?,
-            "vectors" | "normals" => self.named(cursor, 3)?,
-            "tensors" => self.named(cursor, 9)?,
-            "tensors6" => self.named(cursor, 6)?,
-            "global_ids" | "pedigree_ids" | "edge_flags" | "edge_flag" => self.named(cursor, 1)?,
+            "scalars" => self.scalars(cursor, notes)?,
+            "vectors" | "normals" => self.named(cursor, 3, notes)?,
+            "tensors" => self.named(cursor, 9, notes)?,
+            "tensors6" => self.named(cursor, 6, notes)?,
+            "global_ids" | "pedigree_ids" | "edge_flags" | "edge_flag" => {
+                self.named(cursor, 1, notes)?
+            }
             "texture_coordinates" => {
-                let name = cursor.name("the name of an array")?;
+                let name = cursor.name("the name of an array", notes)?;
                 let n_components = cursor.count("a number of components")?;
                 let kind = Type::read(cursor)?;
-                self.array(cursor, name, n_components, kind)?;
+                self.array(cursor, (name, n_components, kind), notes)?;
             }
-            "color_scalars" => self.colors(cursor)?,
+            "color_scalars" => self.colors(cursor, notes)?,
             "lookup_table" => lookup_table(cursor, notes)?,
             "field" => self.field(cursor, notes)?,
             _ => return Ok(false),
@@ -46,15 +48,15 @@ impl Section<'_> {
         Ok(true)
     }
 
-    fn named(&mut self, cursor: &mut Cursor, n_components: usize) -> Result<()> {
-        let name = cursor.name("the name of an array")?;
+    fn named(&mut self, cursor: &mut Cursor, n_components: usize, notes: &mut Notes) -> Result<()> {
+        let name = cursor.name("the name of an array", notes)?;
         let kind = Type::read(cursor)?;
-        self.array(cursor, name, n_components, kind)
+        self.array(cursor, (name, n_components, kind), notes)
     }
 
     /// `SCALARS name type [components]`, and on a line of its own the table for their colours.
-    fn scalars(&mut self, cursor: &mut Cursor) -> Result<()> {
-        let name = cursor.name("the name of an array")?;
+    fn scalars(&mut self, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
+        let name = cursor.name("the name of an array", notes)?;
         let kind = Type::read(cursor)?;
         let mut rest = cursor.clone();
         let line = rest.line().trim_ascii();
@@ -66,15 +68,16 @@ impl Section<'_> {
             cursor.keyword();
             cursor.need("the name of a lookup table")?;
         }
-        self.array(cursor, name, n_components, kind)
+        self.array(cursor, (name, n_components, kind), notes)
     }
 
     /// Colours: bytes, or as text numbers from 0 to 1.
-    fn colors(&mut self, cursor: &mut Cursor) -> Result<()> {
-        let name = cursor.name("the name of an array")?;
+    fn colors(&mut self, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
+        let name = cursor.name("the name of an array", notes)?;
         let n_components = cursor.count("a number of components")?;
         if cursor.binary {
-            return self.array(cursor, name, n_components, Type::Number(Element::UInt8));
+            let kind = Type::Number(Element::UInt8);
+            return self.array(cursor, (name, n_components, kind), notes);
         }
         let n = self.n_values(cursor, n_components)?;
         let colors = values::numbers::<f32>(cursor, Element::Float32, n)?;
@@ -94,12 +97,12 @@ impl Section<'_> {
     fn array(
         &mut self,
         cursor: &mut Cursor,
-        name: String,
-        n_components: usize,
-        kind: Type,
+        (name, n_components, kind): (String, usize, Type),
+        notes: &mut Notes,
     ) -> Result<()> {
         let n = self.n_values(cursor, n_components)?;
-        let values = values::read(cursor, kind, n).map_err(|error| in_array(error, &name))?;
+        let values =
+            values::read(cursor, kind, n, notes).map_err(|error| in_array(error, &name))?;
         self.arrays
             .push(DataArray::tuples(name, n_components, values));
         Ok(())
@@ -118,14 +121,15 @@ impl Section<'_> {
             if word == b"NULL_ARRAY" {
                 continue;
             }
-            let name = decoded(word);
+            let name = decoded(word, notes);
             let n_components = cursor.count("a number of components")?;
             let n_tuples = cursor.count("a number of tuples")?;
             let kind = Type::read(cursor)?;
             let n = n_components.checked_mul(n_tuples).ok_or_else(|| {
                 cursor.error(format!("{n_tuples} tuples of {n_components} components"))
             })?;
-            let values = values::read(cursor, kind, n).map_err(|error| in_array(error, &name))?;
+            let values =
+                values::read(cursor, kind, n, notes).map_err(|error| in_array(error, &name))?;
             let fits = self.n_tuples.is_none_or(|expected| expected == n_tuples);
             if fits && n_components > 0 {
                 self.arrays
@@ -149,7 +153,7 @@ fn in_array(mut error: Error, name: &str) -> Error {
 }
 
 fn lookup_table(cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
-    let name = cursor.name("the name of a lookup table")?;
+    let name = cursor.name("the name of a lookup table", notes)?;
     let n = cursor.count("the size of a lookup table")?;
     let element = if cursor.binary {
         Element::UInt8
@@ -159,7 +163,7 @@ fn lookup_table(cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
     let n = n
         .checked_mul(4)
         .ok_or_else(|| cursor.error("the size overflows"))?;
-    values::read(cursor, Type::Number(element), n)?;
+    values::read(cursor, Type::Number(element), n, notes)?;
     notes.push(format!("the lookup table \"{name}\" is not kept"));
     Ok(())
 }
@@ -179,7 +183,7 @@ pub(super) fn metadata(cursor: &mut Cursor, array: Option<&mut DataArray>, notes
         if line == b"COMPONENT_NAMES" {
             names.clear();
             while names.len() < n_names && !cursor.rest().is_empty() {
-                names.push(decoded(cursor.line().trim_ascii()));
+                names.push(decoded(cursor.line().trim_ascii(), notes));
             }
         } else if let Some(name) = line.strip_prefix(b"NAME ") {
             let name = name.split(u8::is_ascii_whitespace).next().unwrap_or(name);

@@ -3,7 +3,9 @@
 //! The file is words separated by white space; only the values of binary arrays are not, and they
 //! start on the line after their keyword.
 
+use super::super::Notes;
 use super::super::lexer::{line_of, shown};
+use super::super::names::text_of;
 use crate::error::{Error, Result};
 
 /// A place in a legacy file.
@@ -93,8 +95,8 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as a name, decoded.
-    pub fn name(&mut self, what: &str) -> Result<String> {
-        Ok(decoded(self.need(what)?))
+    pub fn name(&mut self, what: &str, notes: &mut Notes) -> Result<String> {
+        Ok(decoded(self.need(what)?, notes))
     }
 
     /// The next word as a whole number, zero or more.
@@ -141,7 +143,7 @@ fn version(line: &[u8]) -> Option<(u32, u32)> {
 }
 
 /// A name or string as VTK encodes it: `%` and two digits for a byte.
-pub(super) fn decoded(word: &[u8]) -> String {
+pub(super) fn decoded(word: &[u8], notes: &mut Notes) -> String {
     let mut bytes = Vec::with_capacity(word.len());
     let mut rest = word;
     while let Some((&byte, tail)) = rest.split_first() {
@@ -158,7 +160,7 @@ pub(super) fn decoded(word: &[u8]) -> String {
             }
         }
     }
-    String::from_utf8_lossy(&bytes).into_owned()
+    text_of(&bytes, notes)
 }
 
 /// The other way round.

@@ -152,7 +152,7 @@ impl File {
             "blanking" => {
                 let n = cursor.count("a number of points")?;
                 let kind = Type::read(cursor)?;
-                values::read(cursor, kind, n)?;
+                values::read(cursor, kind, n, notes)?;
                 notes.push("blanking is not kept: cells at blanked nodes are like others");
             }
             "point_data" | "cell_data" => {

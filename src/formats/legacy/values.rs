@@ -1,5 +1,7 @@
 //! Values of arrays in a legacy file: numbers as text or in big-endian bytes, bits, strings.
 
+use super::super::Notes;
+use super::super::names::text_of;
 use super::super::vtk::number::{
     Chunk, Element, Number, parse_words, points_are_finite, with_type,
 };
@@ -64,7 +66,7 @@ impl Type {
 }
 
 /// Reads `n` values.
-pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Values> {
+pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize, notes: &mut Notes) -> Result<Values> {
     let element = match kind {
         Type::Number(element) => element,
         Type::Id if cursor.binary => {
@@ -78,7 +80,7 @@ pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Values> 
         }
         Type::Id => Element::Int64,
         Type::Bit => return bits(cursor, n).map(Values::U8),
-        Type::Text => return strings(cursor, n).map(Values::Text),
+        Type::Text => return strings(cursor, n, notes).map(Values::Text),
     };
     Ok(match element {
         Element::Int8 => Values::I8(numbers(cursor, element, n)?),
@@ -308,7 +310,7 @@ fn bits(cursor: &mut Cursor, n: usize) -> Result<Vec<u8>> {
 
 /// Strings: in text one a line; in binary files their length comes first, in one, two, four or
 /// eight bytes, as its first two bits tell.
-fn strings(cursor: &mut Cursor, n: usize) -> Result<Vec<String>> {
+fn strings(cursor: &mut Cursor, n: usize, notes: &mut Notes) -> Result<Vec<String>> {
     cursor.line();
     let mut strings = Vec::new();
     for i in 0..n {
@@ -318,7 +320,7 @@ fn strings(cursor: &mut Cursor, n: usize) -> Result<Vec<String>> {
         }
         if !cursor.binary {
             let line = cursor.line();
-            strings.push(decoded(line.strip_suffix(b"\r").unwrap_or(line)));
+            strings.push(decoded(line.strip_suffix(b"\r").unwrap_or(line), notes));
             continue;
         }
         let width = 8 >> (cursor.rest()[0] >> 6);
@@ -328,7 +330,7 @@ fn strings(cursor: &mut Cursor, n: usize) -> Result<Vec<String>> {
             .fold(0u64, |n, byte| n << 8 | u64::from(*byte));
         let length = length & (u64::MAX >> (64 - 8 * width + 2));
         let bytes = take(cursor, usize::try_from(length).ok(), 1)?;
-        strings.push(String::from_utf8_lossy(bytes).into_owned());
+        strings.push(text_of(bytes, notes));
     }
     Ok(strings)
 }

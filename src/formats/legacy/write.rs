@@ -1,5 +1,6 @@
 //! A mesh as a legacy file. Which arrays there are is `vtk::plan`'s to say.
 
+use super::super::names::{Rule, decoded};
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::order;
@@ -38,7 +39,7 @@ pub(super) fn write(
         let message = format!("{n} nodes are too many for 32-bit indices; write version 5.1");
         return Err(Error::input(message));
     }
-    let plan = Plan::new(mesh, options);
+    let plan = Plan::new(mesh, options, &NAMES);
     let mut out = BufWriter::with_capacity(BUFFER, out);
     let mut writer = Writer {
         out: &mut out,
@@ -123,10 +124,7 @@ impl Writer<'_> {
         }
         self.text(&format!("FIELD FieldData {}\n", arrays.len()))?;
         for array in arrays {
-            let name = match array.name {
-                "" => "unnamed".into(),
-                name => encoded(name),
-            };
+            let name = encoded_name(array.name);
             let (n_components, n_tuples) = (array.n_components, array.n_tuples);
             let kind = self.type_name(array.element);
             self.text(&format!("{name} {n_components} {n_tuples} {kind}\n"))?;
@@ -182,7 +180,7 @@ impl Writer<'_> {
                 self.out.write_all(&length(string.len())).map_err(failed)?;
                 self.out.write_all(string).map_err(failed)?;
             } else {
-                self.text(&format!("{}\n", encoded(&String::from_utf8_lossy(string))))?;
+                self.text(&format!("{}\n", encoded(&decoded(string))))?;
             }
         }
         self.text("\n")
@@ -250,6 +248,25 @@ impl Writer<'_> {
                 .try_for_each(|node| out.push((*node).into()))?;
         }
         out.finish()
+    }
+}
+
+/// Names of arrays, of which any can be encoded but none.
+const NAMES: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| match name {
+        "" => "unnamed".to_owned(),
+        name => name.replace('\0', "_"),
+    },
+    why: "names in legacy files have one character at least and no zero",
+};
+
+/// The name of an array; what readers take for something else is encoded.
+fn encoded_name(name: &str) -> String {
+    let is_keyword = name == "NULL_ARRAY" || name.eq_ignore_ascii_case("metadata");
+    match name.as_bytes() {
+        [first, ..] if is_keyword => format!("%{first:02X}{}", &name[1..]),
+        _ => encoded(name),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::vtk::tags;
 use super::super::vtu::read::{Raw, raw};
-use super::super::vtu::xml::{Child, Parser};
+use super::super::vtu::xml::{Child, Parser, as_utf8};
 use super::merge::{self, Piece};
 use super::{CELL_IDS, NODE_IDS, ghosts};
 use crate::error::{Error, Result};
@@ -14,7 +14,7 @@ use std::path::Path;
 pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let folder = source.path().parent().unwrap_or(Path::new(""));
     let mut pieces = Vec::new();
-    for name in piece_names(source.bytes())? {
+    for name in piece_names(&as_utf8(source.bytes(), notes))? {
         let path = folder.join(&name);
         let piece = open(&path)
             .and_then(|source| raw(source.bytes(), notes))

@@ -1,11 +1,11 @@
 //! A mesh as pieces in files of their own, and the list of them.
 
-use super::super::hidden::Hidden;
+use super::super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::plan::Plan;
-use super::super::vtu::{Vtu, escaped};
-use super::super::{Waiting, WriteOptions, save, save_text};
+use super::super::vtu::{NAMES, Vtu, escaped};
+use super::super::{Waiting, WriteOptions, check_listed, save, save_text};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::error::{Error, Result};
@@ -27,8 +27,9 @@ pub fn write_pieces(
     path: &Path,
     n: usize,
     options: &WriteOptions,
+    commit: Commit,
 ) -> Result<Vec<String>> {
-    let (notes, files) = stage_pieces(mesh, path, n, options)?;
+    let (notes, files) = stage_pieces(mesh, path, n, options, commit)?;
     files.keep()?;
     Ok(notes)
 }
@@ -39,23 +40,30 @@ pub fn stage_pieces(
     path: &Path,
     n: usize,
     options: &WriteOptions,
+    commit: Commit,
 ) -> Result<(Vec<String>, Waiting)> {
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let stem = stem
         .filter(|stem| *stem != "-")
         .ok_or_else(|| Error::input("pieces need a file name that ends in .pvtu").file(path))?;
+    check_listed(stem).map_err(|error| error.file(path))?;
     let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(path))?;
     let folder = path.with_file_name(stem);
-    let hidden = path.with_file_name(format!(".{stem}.{}", std::process::id()));
-    let hidden = Hidden::folder(hidden.clone()).map_err(|error| Error::io(&hidden, &error))?;
+    let hidden = Hidden::folder_beside(path).map_err(|error| Error::io(path, &error))?;
     let names: Vec<String> = (0..n).map(|i| format!("{stem}_{i}.vtu")).collect();
     let files: Vec<PathBuf> = names.iter().map(|name| hidden.path().join(name)).collect();
-    let (notes, arrays) = write_all(mesh, &of_cells, &files, options)?;
+    let (notes, arrays) = write_all(mesh, &of_cells, &files, options, commit)?;
     let list = list(stem, &names, &arrays);
     let path = path.to_path_buf();
     let name = move || {
-        let last = || save_text(&list, &path);
-        put_in_place(hidden.path(), &folder, &names, last)
+        let last = || {
+            if commit.sync {
+                sync_folder(&folder).map_err(|error| Error::io(&folder, &error))?;
+            }
+            save_text(&list, &path, commit)
+        };
+        put_in_place(hidden.path(), &folder, &names, last)?;
+        Ok(commit.sync.then(|| folder_of(&path).to_path_buf()))
     };
     Ok((notes, Waiting::new(name)))
 }
@@ -107,6 +115,7 @@ fn write_all(
     of_cells: &[u32],
     files: &[PathBuf],
     options: &WriteOptions,
+    commit: Commit,
 ) -> Result<(Vec<String>, String)> {
     let mut cells: Vec<Vec<usize>> = vec![Vec::new(); files.len()];
     let mut index_in_piece = vec![0u32; of_cells.len()];
@@ -127,13 +136,13 @@ fn write_all(
         part.groups = groups(mesh, std::mem::take(&mut group_cells[piece]));
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
-        for note in save(&part, file, &Vtu, options)? {
+        for note in save(&part, file, &Vtu, options, commit)? {
             if !notes.contains(&note) {
                 notes.push(note);
             }
         }
         if piece == 0 {
-            arrays = declared(&Plan::new(&part, options));
+            arrays = declared(&Plan::new(&part, options, &NAMES));
         }
     }
     Ok((notes, arrays))

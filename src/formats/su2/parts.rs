@@ -1,5 +1,7 @@
 //! The zones that a mesh is written in, and the markers of each.
 
+use super::super::names::{Given, Rule};
+use super::extra::EXCHANGE;
 use crate::mesh::{Group, Mesh};
 use std::ops::Range;
 
@@ -29,6 +31,8 @@ pub(super) struct Part<'a> {
 pub(super) struct Marker {
     /// The name as it is in the mesh.
     pub name: String,
+    /// The name as it is written.
+    pub written: String,
     /// Its cells.
     pub cells: Vec<Range<usize>>,
 }
@@ -73,8 +77,11 @@ impl<'a> Parts<'a> {
                 let cells = cells.flat_map(|range| cut(range, |cell| of_cell(cell) == zone as u32));
                 let cells: Vec<_> = cells.collect();
                 if !cells.is_empty() {
-                    let name = marker.name.clone();
-                    own.push(Marker { name, cells });
+                    own.push(Marker {
+                        name: marker.name.clone(),
+                        written: marker.written.clone(),
+                        cells,
+                    });
                 }
             }
         }
@@ -116,21 +123,46 @@ fn cut(range: Range<usize>, wanted: impl Fn(usize) -> bool) -> Vec<Range<usize>>
 
 /// Boundary tags and groups of single nodes; those of one name together.
 fn markers(mesh: &Mesh) -> Vec<Marker> {
-    let dimension = mesh.dimension();
-    let is_marker = |group: &&Group| group.dimension + 1 == dimension || group.dimension == 0;
+    let mut names = Given::with([EXCHANGE]);
     let mut markers: Vec<Marker> = Vec::new();
-    for group in mesh.groups.iter().filter(is_marker) {
+    for group in of_markers(mesh) {
         let known = markers.iter_mut().find(|marker| marker.name == group.name);
         match known {
             Some(marker) => marker.cells.extend(group.cells.ranges()),
             None => markers.push(Marker {
                 name: group.name.clone(),
+                written: String::new(),
                 cells: group.cells.ranges().collect(),
             }),
         }
     }
+    let before: Vec<&str> = markers.iter().map(|marker| marker.name.as_str()).collect();
+    let written = names.give_all(&before, &RULE);
+    for (marker, written) in markers.iter_mut().zip(written) {
+        marker.written = written;
+    }
     markers
 }
+
+/// The groups that are markers.
+pub(super) fn of_markers(mesh: &Mesh) -> impl Iterator<Item = &Group> {
+    let dimension = mesh.dimension();
+    let is_marker = move |group: &&Group| group.dimension + 1 == dimension || group.dimension == 0;
+    mesh.groups.iter().filter(is_marker)
+}
+
+/// Names as SU2 can read them: it ends one at white space.
+pub(super) const RULE: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| {
+        let is_odd = |c: char| c.is_whitespace() || c.is_control() || c == '%' || c == '=';
+        match name {
+            "" => "_".to_owned(),
+            name => name.replace(is_odd, "_"),
+        }
+    },
+    why: "SU2's names have no spaces, % or =",
+};
 
 /// The zone of each node, where every cell of the mesh's dimension is in a zone and no node, by
 /// cells or markers, in two. A node of no cell goes with the one before it.

@@ -121,11 +121,11 @@ fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Res
         match Keyword::of(&line) {
             Some(keyword) => {
                 let block = Counted::of(&keyword, lexer.position());
-                let taken = file.take(&keyword, &line, &mut lexer);
+                let taken = file.take(&keyword, &line, &mut lexer, notes);
                 blocks.extend(block);
                 taken?;
             }
-            None => file.take_data(&line, blocks.last(), bytes)?,
+            None => file.take_data(&line, blocks.last(), bytes, notes)?,
         }
     }
     file.note_unknown(notes);
@@ -142,6 +142,7 @@ impl<'a> File<'a> {
         keyword: &Keyword<'a>,
         line: &Fields<'a>,
         lexer: &mut Lexer<'a>,
+        notes: &mut Notes,
     ) -> Result<()> {
         self.block = Block::None;
         self.last = keyword.name;
@@ -165,10 +166,10 @@ impl<'a> File<'a> {
                 self.dimension = self.dimension.or(self.zones[0].dimension);
                 self.zone().number = Some(number);
             }
-            _ => match self.zone().take(keyword, line, lexer)? {
+            _ => match self.zone().take(keyword, line, lexer, notes)? {
                 Taken::Mesh => {}
                 Taken::Text(extra) => {
-                    self.zone().keep(extra, line.rest());
+                    self.zone().keep(extra, line.rest(), notes);
                     self.block = Block::Text(extra);
                 }
                 Taken::Unknown => {
@@ -182,11 +183,17 @@ impl<'a> File<'a> {
     }
 
     /// Takes a line that is no keyword; `before` is the last block of a known number of lines.
-    fn take_data(&mut self, line: &Fields, before: Option<&Counted>, bytes: &[u8]) -> Result<()> {
+    fn take_data(
+        &mut self,
+        line: &Fields,
+        before: Option<&Counted>,
+        bytes: &[u8],
+        notes: &mut Notes,
+    ) -> Result<()> {
         match &self.block {
             Block::Text(extra) => {
                 let extra = *extra;
-                self.zone().keep(extra, line.rest());
+                self.zone().keep(extra, line.rest(), notes);
             }
             Block::Unknown(name) => {
                 *self.unknown.get_mut(name).expect("its keyword came first") += 1;

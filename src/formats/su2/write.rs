@@ -6,7 +6,7 @@ use super::super::records::{
 };
 use super::extra::{self, Extra};
 use super::holds;
-use super::parts::{Marker, Parts};
+use super::parts::{Marker, Parts, RULE, of_markers};
 use crate::error::{Error, Result};
 use crate::mesh::{CellRun, Group, Mesh};
 use std::io::Write;
@@ -26,7 +26,7 @@ pub(super) fn write(
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
-    notes.extend(shared_names(mesh));
+    notes.extend(shared_names(of_markers(mesh)));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
         notes.push("nodes are written zone by zone, in another order".into());
@@ -97,7 +97,7 @@ fn write_zone(mesh: &Mesh, parts: &Parts, zone: usize, out: &mut dyn Write) -> R
 }
 
 fn write_marker(mesh: &Mesh, parts: &Parts, marker: &Marker, out: &mut dyn Write) -> Result<()> {
-    let name = one_word(&marker.name);
+    let name = &marker.written;
     let n: usize = marker.cells.iter().map(|range| range.len()).sum();
     write_all(
         out,
@@ -180,17 +180,13 @@ fn zone_names(mesh: &Mesh, parts: &Parts) -> Option<String> {
     })
 }
 
-/// Sentences about tags whose names are changed: SU2 ends a name at white space.
+/// Sentences about tags whose names are changed.
 fn renamed(parts: &Parts) -> Vec<String> {
     let mut notes = Vec::new();
     for marker in parts.zones.iter().flat_map(|part| &part.markers) {
-        let name = one_word(&marker.name);
-        let note = format!(
-            "tag {:?} is written as \"{name}\": SU2's names have no spaces, % or =",
-            marker.name
-        );
-        if name != marker.name && !notes.contains(&note) {
-            notes.push(note);
+        let note = RULE.note("tag", &marker.name, &marker.written);
+        if !note.iter().all(|note| notes.contains(note)) {
+            notes.extend(note);
         }
     }
     notes
@@ -245,12 +241,6 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
         );
     }
     notes
-}
-
-/// A tag's name as SU2 can read it.
-fn one_word(name: &str) -> String {
-    let is_odd = |c: char| c.is_whitespace() || c.is_control() || c == '%' || c == '=';
-    name.replace(is_odd, "_")
 }
 
 /// Type and nodes of each cell, and its index where `first_index` is given.

@@ -2,11 +2,13 @@
 
 use super::super::Notes;
 use super::super::lexer::{Fields, Lexer, Lines};
+use super::super::names::text_of;
 use super::degree::Element;
 use super::extra::{EXCHANGE, Extra};
 use super::keyword::Keyword;
 use crate::error::{Error, Result, counted};
 use crate::mesh::{Cells, Group, Mesh};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The blocks of a zone.
@@ -50,9 +52,9 @@ impl<'a> Zone<'a> {
     }
 
     /// Adds a line to a text that is kept.
-    pub fn keep(&mut self, extra: Extra, line: &[u8]) {
+    pub fn keep(&mut self, extra: Extra, line: &[u8], notes: &mut Notes) {
         let text = &mut self.extra[extra as usize];
-        text.push_str(&String::from_utf8_lossy(line));
+        text.push_str(&text_of(line, notes));
         text.push('\n');
     }
 
@@ -62,6 +64,7 @@ impl<'a> Zone<'a> {
         keyword: &Keyword<'a>,
         line: &Fields<'a>,
         lexer: &mut Lexer<'a>,
+        notes: &mut Notes,
     ) -> Result<Taken> {
         match keyword.name {
             b"NDIME" => {
@@ -93,9 +96,9 @@ impl<'a> Zone<'a> {
                 if keyword.value.is_empty() {
                     return Err(line.error("MARKER_TAG= without a name"));
                 }
-                self.marker = Some(String::from_utf8_lossy(keyword.value).into_owned());
+                self.marker = Some(text_of(keyword.value, notes));
             }
-            b"MARKER_ELEMS" => self.take_marker(keyword, line, lexer)?,
+            b"MARKER_ELEMS" => self.take_marker(keyword, line, lexer, notes)?,
             _ => return Ok(Extra::of(keyword).map_or(Taken::Unknown, Taken::Text)),
         }
         Ok(Taken::Mesh)
@@ -107,6 +110,7 @@ impl<'a> Zone<'a> {
         keyword: &Keyword<'a>,
         line: &Fields<'a>,
         lexer: &mut Lexer<'a>,
+        notes: &mut Notes,
     ) -> Result<()> {
         let n = keyword.count(line)?;
         let name = self.marker.take();
@@ -117,18 +121,22 @@ impl<'a> Zone<'a> {
             self.cells.push((Some(name), elements));
             return Ok(());
         }
-        self.keep(Extra::Exchange, format!("MARKER_TAG= {name}").as_bytes());
-        self.keep(Extra::Exchange, line.rest());
+        self.keep(
+            Extra::Exchange,
+            format!("MARKER_TAG= {name}").as_bytes(),
+            notes,
+        );
+        self.keep(Extra::Exchange, line.rest(), notes);
         let next = lexer.peek_line();
         if let Some(next) = next.filter(|next| next.rest().starts_with(b"SEND_")) {
-            self.keep(Extra::Exchange, next.rest());
+            self.keep(Extra::Exchange, next.rest(), notes);
             lexer.line();
         }
         let start = lexer.position();
         lexer.take_lines(n, "nodes that are exchanged")?;
         let mut nodes = Lexer::new(&lexer.bytes()[start..lexer.position()], Some(b'%'));
         while let Some(node) = nodes.line() {
-            self.keep(Extra::Exchange, node.rest());
+            self.keep(Extra::Exchange, node.rest(), notes);
         }
         Ok(())
     }
@@ -151,6 +159,7 @@ impl<'a> Zone<'a> {
         if let Some(name) = &self.marker {
             return Err(lexer.error(format!("MARKER_TAG= {name} without MARKER_ELEMS")));
         }
+        self.note_repeated(notes);
         if let Some(n) = self.n_markers.filter(|n| *n != self.n_found) {
             notes.push(format!(
                 "NMARK= {n}, but there are {} markers; all are read",
@@ -158,6 +167,19 @@ impl<'a> Zone<'a> {
             ));
         }
         Ok(())
+    }
+
+    /// Notes markers of one name: they are one tag, as those of several zones are.
+    fn note_repeated(&self, notes: &mut Notes) {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for name in self.cells.iter().filter_map(|(name, _)| name.as_deref()) {
+            *counts.entry(name).or_default() += 1;
+        }
+        for (name, n) in counts.into_iter().filter(|(_, n)| *n > 1) {
+            notes.push(format!(
+                "{n} markers are called \"{name}\"; they become one tag"
+            ));
+        }
     }
 
     /// Appends the zone's nodes and cells to the mesh; the range of its volume cells.

@@ -3,10 +3,12 @@
 
 use super::super::Notes;
 use super::super::lexer::Lexer;
-use super::super::source::without_mark;
+use super::super::names::{Given, Rule, text_of};
+use super::super::source::{check_file, without_mark};
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::error::Result;
 use crate::mesh::Mesh;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -33,7 +35,7 @@ pub(super) fn path(case: &Path) -> PathBuf {
 /// noted: the mesh is whole without it.
 pub(super) fn beside(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     let path = path(case);
-    let failed = match std::fs::read(&path) {
+    let failed = match check_file(&path).and_then(|()| std::fs::read(&path)) {
         Ok(bytes) => match parse(without_mark(&bytes), notes) {
             Ok(patches) => return Ok(patches),
             Err(error) => error.file(&path).to_string(),
@@ -58,7 +60,7 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
     while let Some(mut line) = lexer.line() {
         let number = line.narrow("a face number")?;
         let condition = line.narrow("the number of a boundary condition")?;
-        let name = String::from_utf8_lossy(line.rest()).into_owned();
+        let name = text_of(line.rest(), notes);
         if patches.iter().any(|patch| patch.number == number) {
             return Err(line.error(format!("face number {number} comes twice")));
         }
@@ -91,14 +93,16 @@ pub(super) fn content(mesh: &Mesh) -> String {
     let tags = faces::tags(mesh);
     let numbers = FaceNumbers::of(mesh, &tags);
     let n = tags.len() + usize::from(numbers.n_untagged > 0);
+    let names = written(&tags);
     let mut text = format!("{n}\n");
     for tag in &tags {
         let condition = faces::condition_number(mesh, tag.group).unwrap_or(0);
-        let name = one_word(&tag.group.name);
+        let name = &names[tag.group.name.as_str()];
         writeln!(text, "{} {condition} {name}", tag.number).expect("a string takes all");
     }
     if numbers.n_untagged > 0 {
-        writeln!(text, "{} 0 {UNTAGGED}", numbers.untagged).expect("a string takes all");
+        let name = untagged(&tags);
+        writeln!(text, "{} 0 {name}", numbers.untagged).expect("a string takes all");
     }
     text
 }
@@ -107,14 +111,14 @@ pub(super) fn content(mesh: &Mesh) -> String {
 pub(super) fn changes(mesh: &Mesh, tags: &[Tag]) -> Vec<String> {
     let mut notes = Vec::new();
     let mut without = Vec::new();
+    let names = written(tags);
+    notes.extend(
+        names
+            .iter()
+            .filter_map(|(name, written)| RULE.note("tag", name, written)),
+    );
     for tag in tags {
         let name = &tag.group.name;
-        let written = one_word(name);
-        if written != *name {
-            notes.push(format!(
-                "tag {name:?} is called \"{written}\" in the .mapbc, which has no spaces in names"
-            ));
-        }
         let number = faces::condition_number(mesh, tag.group);
         let back = number.and_then(super::conditions::condition);
         match (&tag.group.condition, number) {
@@ -139,12 +143,25 @@ pub(super) fn changes(mesh: &Mesh, tags: &[Tag]) -> Vec<String> {
     notes
 }
 
-/// A name as a list-directed read can take it.
-fn one_word(name: &str) -> String {
-    if name.is_empty() {
-        return "_".into();
-    }
-    name.replace(|c: char| c.is_whitespace() || c.is_control(), "_")
+/// Names as a list-directed read can take them.
+const RULE: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| match name {
+        "" => "_".to_owned(),
+        name => name.replace(|c: char| c.is_whitespace() || c.is_control(), "_"),
+    },
+    why: "names in the .mapbc have no spaces",
+};
+
+/// The name of each tag in the file.
+fn written<'a>(tags: &[Tag<'a>]) -> BTreeMap<&'a str, String> {
+    RULE.by_name(tags.iter().map(|tag| tag.group.name.as_str()))
+}
+
+/// The name of faces that are in no tag, which is that of no tag.
+pub(super) fn untagged(tags: &[Tag]) -> String {
+    let names = written(tags);
+    Given::with(names.values().map(String::as_str)).give(UNTAGGED, &RULE)
 }
 
 #[cfg(test)]

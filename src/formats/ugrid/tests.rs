@@ -1,6 +1,6 @@
 //! Round trips through every flavour, the file's own order of nodes, and the names beside it.
 
-use super::super::{Notes, Precision, save};
+use super::super::{Commit, Notes, Precision, save};
 use super::*;
 use crate::mesh::{CellKind, Group};
 
@@ -135,11 +135,18 @@ fn names_and_conditions_are_beside_the_mesh() {
     mesh.groups[1].condition = Some("6100".into());
     mesh.groups[3].condition = Some("BCSymmetryPlane".into());
     let path = folder.path().join("wing.lb8.ugrid");
-    let notes = save(&mesh, &path, &LB8, &WriteOptions::default()).expect("it can be written");
+    let notes = save(
+        &mesh,
+        &path,
+        &LB8,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    )
+    .expect("it can be written");
     assert_eq!(
         notes,
         [
-            "tag \"far field\" is called \"far_field\" in the .mapbc, which has no spaces in names",
+            "tag \"far field\" is written as \"far_field\": names in the .mapbc have no spaces",
             "tags without a boundary condition have number 0 in the .mapbc: \"spare\""
         ]
     );
@@ -185,7 +192,8 @@ fn numbers_of_fun3d_come_back_where_words_of_cgns_say_less() {
     let mesh = B8.read(&source, &ReadOptions::default(), &mut Notes::default());
     let mesh = mesh.expect("a good file");
     assert_eq!(mesh.groups[0].condition.as_deref(), Some("BCFarfield"));
-    let notes = save(&mesh, &path, &B8, &WriteOptions::default()).expect("it can be written");
+    let notes = save(&mesh, &path, &B8, &WriteOptions::default(), Commit::REPLACE)
+        .expect("it can be written");
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(std::fs::read_to_string(&beside).expect("it is there"), text);
 }
@@ -348,7 +356,14 @@ fn an_old_mapbc_does_not_rename_the_tags_of_a_new_mesh() {
     let path = folder.path().join("wing.b8.ugrid");
     assert!(B8.companions(&solid(), &path).is_empty());
     std::fs::write(folder.path().join("wing.mapbc"), "1\n2 4000 hub\n").expect("a folder");
-    save(&solid(), &path, &B8, &WriteOptions::default()).expect("it can be written");
+    save(
+        &solid(),
+        &path,
+        &B8,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    )
+    .expect("it can be written");
     let source = Source::open(&path).expect("it is there");
     let mesh = B8.read(&source, &ReadOptions::default(), &mut Notes::default());
     assert_eq!(mesh.expect("it can be read").groups, solid().groups);

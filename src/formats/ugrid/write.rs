@@ -2,7 +2,7 @@
 
 use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
 use super::super::{Precision, WriteOptions};
-use super::faces::{self, FaceNumbers, UNTAGGED};
+use super::faces::{self, FaceNumbers, Tag};
 use super::fortran::Record;
 use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
 use super::mapbc;
@@ -34,7 +34,7 @@ pub(super) fn write(
     }
     notes.extend(rounding(mesh, layout)?);
     notes.extend(dropped(mesh));
-    notes.extend(about_faces(&numbers));
+    notes.extend(about_faces(&numbers, &tags));
     notes.extend(mapbc::changes(mesh, &tags));
     match layout {
         Layout::Text => {
@@ -154,7 +154,7 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
     notes
 }
 
-fn about_faces(numbers: &FaceNumbers) -> Vec<String> {
+fn about_faces(numbers: &FaceNumbers, tags: &[Tag]) -> Vec<String> {
     let mut notes = Vec::new();
     if numbers.n_shared > 0 {
         notes.push(format!(
@@ -164,8 +164,10 @@ fn about_faces(numbers: &FaceNumbers) -> Vec<String> {
     }
     if numbers.n_untagged > 0 {
         notes.push(format!(
-            "{} boundary faces without a tag have number {}, \"{UNTAGGED}\"",
-            numbers.n_untagged, numbers.untagged
+            "{} boundary faces without a tag have number {}, \"{}\"",
+            numbers.n_untagged,
+            numbers.untagged,
+            mapbc::untagged(tags)
         ));
     }
     notes

@@ -125,11 +125,19 @@ pub fn of_values(values: &Values) -> (Element, Part<'_>) {
     (element, part)
 }
 
+/// A zero within a string would end it.
+fn not_zero(byte: u8) -> u8 {
+    match byte {
+        0 => b'_',
+        byte => byte,
+    }
+}
+
 /// Bytes of strings, a zero after each.
 fn string_bytes(strings: &[String]) -> Vec<u8> {
     strings
         .iter()
-        .flat_map(|string| string.bytes().chain([0]))
+        .flat_map(|string| string.bytes().map(not_zero).chain([0]))
         .collect()
 }
 

@@ -4,6 +4,7 @@
 use super::content::{Content, Part, of_values, owned, slice};
 use super::number::Element;
 use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
+use crate::formats::names::{Given, Rule};
 use crate::formats::{Precision, WriteOptions};
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
@@ -33,6 +34,8 @@ impl<'a> Sections<'a> {
 pub struct Plan<'a> {
     mesh: &'a Mesh,
     options: &'a WriteOptions,
+    /// Names of the arrays of nodes, of cells and of the whole, as they are written.
+    names: [Vec<String>; 3],
     /// Groups as numbers, for those pairs of arrays that the mesh needs.
     labels: Vec<(Labels, Numbers)>,
     /// Cells written again because they are in several tags.
@@ -46,8 +49,8 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Decides what is written.
-    pub fn new(mesh: &'a Mesh, options: &'a WriteOptions) -> Self {
+    /// Decides what is written; `rule` says what the names of arrays may be.
+    pub fn new(mesh: &'a Mesh, options: &'a WriteOptions, rule: &Rule) -> Self {
         let dimension = mesh.dimension();
         let n_cells = mesh.cells.len();
         let mut labels = Vec::new();
@@ -60,7 +63,9 @@ impl<'a> Plan<'a> {
             };
             let groups: Vec<&Group> = mesh.groups.iter().filter(of_pair).collect();
             if !groups.is_empty() {
-                labels.push((pair, tags::number(&groups, n_cells, !options.tag_names)));
+                let mut numbers = tags::number(&groups, n_cells, !options.tag_names);
+                notes.extend(numbers.fit_names(&TEXT));
+                labels.push((pair, numbers));
             }
         }
         let mut repeated = Vec::new();
@@ -87,12 +92,32 @@ impl<'a> Plan<'a> {
             repeated_arrays: arrays
                 .map(|a| a.values.select(a.n_components, &repeated))
                 .collect(),
+            names: Default::default(),
             labels,
             repeated,
             notes,
         };
         plan.note_dropped();
+        plan.name_arrays(rule);
         plan
+    }
+
+    /// Gives the arrays that are kept their names in the file.
+    fn name_arrays(&mut self, rule: &Rule) {
+        let mesh = self.mesh;
+        let all = [&mesh.point_arrays, &mesh.cell_arrays, &mesh.field_arrays];
+        for (place, arrays) in all.into_iter().enumerate() {
+            let pairs = self.labels.iter().map(|(pair, _)| pair);
+            let taken = pairs.flat_map(|pair| [pair.array, pair.names]);
+            let kept: Vec<usize> = self.kept(arrays).map(|(at, _)| at).collect();
+            let before: Vec<&str> = kept.iter().map(|at| arrays[*at].name.as_str()).collect();
+            let written = Given::with(taken).give_all(&before, rule);
+            self.names[place] = vec![String::new(); arrays.len()];
+            for ((at, before), written) in kept.into_iter().zip(before).zip(written) {
+                self.notes.extend(rule.note("array", before, &written));
+                self.names[place][at] = written;
+            }
+        }
     }
 
     fn note_dropped(&mut self) {
@@ -110,10 +135,20 @@ impl<'a> Plan<'a> {
             .iter()
             .chain(&mesh.cell_arrays)
             .chain(&mesh.field_arrays);
-        let dropped = arrays.filter(|array| !self.is_kept(array));
+        let dropped = arrays.clone().filter(|array| !self.is_kept(array));
         let dropped: Vec<_> = dropped.map(|array| &array.name).collect();
         let note = |name| format!("the array \"{name}\" is not written");
         self.notes.extend(dropped.into_iter().map(note));
+        let has_zero = |array: &&DataArray| match &array.values {
+            Values::Text(texts) => texts.iter().any(|text| text.contains('\0')),
+            _ => false,
+        };
+        for array in arrays.filter(has_zero) {
+            let name = &array.name;
+            self.notes.push(format!(
+                "bytes of zero in the text of \"{name}\" are written as \"_\""
+            ));
+        }
     }
 
     /// Whether an array of the mesh is written: not when its name is taken by tags, nor strings
@@ -137,7 +172,7 @@ impl<'a> Plan<'a> {
             fields: self.fields(),
             point_data: self
                 .kept(&self.mesh.point_arrays)
-                .map(|(_, array)| content(array))
+                .map(|(at, array)| content(array, &self.names[0][at]))
                 .collect(),
             cell_data: self.cell_data(),
             points: vec![self.points()],
@@ -155,7 +190,7 @@ impl<'a> Plan<'a> {
     fn fields(&self) -> Vec<Content<'_>> {
         let arrays = self
             .kept(&self.mesh.field_arrays)
-            .map(|(_, array)| content(array));
+            .map(|(at, array)| content(array, &self.names[2][at]));
         let with_names = self.labels.iter().filter(|_| self.options.tag_names);
         let names = with_names.map(|(pair, n)| Content::strings(pair.names, &n.names));
         arrays.chain(names).collect()
@@ -184,7 +219,7 @@ impl<'a> Plan<'a> {
             Content::scalar(pair.array, element, n_cells, parts)
         });
         let arrays = self.kept(&self.mesh.cell_arrays).map(|(at, array)| {
-            let mut content = content(array);
+            let mut content = content(array, &self.names[1][at]);
             content.append(of_values(&self.repeated_arrays[at]).1);
             content.n_tuples = n_cells;
             content
@@ -265,12 +300,22 @@ fn integers(values: &[i64], element: Element) -> Part<'static> {
     }
 }
 
-fn content(array: &DataArray) -> Content<'_> {
+/// Names of tags, which are text.
+const TEXT: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| match name {
+        "" => "_".to_owned(),
+        name => name.replace('\0', "_"),
+    },
+    why: "names of tags in files of VTK have one byte at least and no zero",
+};
+
+fn content<'a>(array: &'a DataArray, name: &'a str) -> Content<'a> {
     let (element, part) = of_values(&array.values);
     let mut content = Content {
         n_components: array.n_components,
         component_names: &array.component_names,
-        ..Content::scalar(&array.name, element, array.n_tuples(), Vec::new())
+        ..Content::scalar(name, element, array.n_tuples(), Vec::new())
     };
     content.n_bytes = 0;
     content.append(part);

@@ -7,6 +7,7 @@
 //! own in each dimension that has it.
 
 use crate::error::{Error, Result, nearest_name};
+use crate::formats::names::Rule;
 use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
 use std::collections::BTreeMap;
 
@@ -196,6 +197,22 @@ impl CellNumbers {
             CellNumbers::Narrow(numbers) => numbers[cell].into(),
             CellNumbers::Wide(numbers) => numbers[cell],
         }
+    }
+}
+
+impl Numbers {
+    /// Changes names to what the rule says; a sentence for each.
+    pub fn fit_names(&mut self, rule: &Rule) -> Vec<String> {
+        let written = rule.by_name(self.names.iter().map(String::as_str));
+        let notes = written.iter();
+        let notes = notes.filter_map(|(name, written)| rule.note("group", name, written));
+        let notes = notes.collect();
+        self.names = self
+            .names
+            .iter()
+            .map(|name| written[name.as_str()].clone())
+            .collect();
+        notes
     }
 }
 

@@ -6,9 +6,9 @@ use super::super::vtk::number::Element as VtkElement;
 use super::super::vtk::plan::{Plan, Sections};
 use super::faces::{self, FaceCounts, Index};
 use crate::error::Result;
+use crate::formats::names::{Rule, decoded};
 use crate::mesh::{DataArray, Mesh};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 
 /// Indices converted at a time.
 const CHUNK: usize = 1 << 19;
@@ -60,11 +60,8 @@ impl<'a> Blocks<'a> {
             mut points,
             cells,
         } = plan.sections();
-        let mut names = Names {
-            notes: plan.notes.clone(),
-            ..Names::default()
-        };
-        names.note_components(mesh);
+        let mut notes = plan.notes.clone();
+        notes.extend(unwritten_components(mesh));
         let mut arrays = Vec::new();
         for (group, contents) in [
             ("PointData", point_data),
@@ -73,9 +70,9 @@ impl<'a> Blocks<'a> {
         ] {
             for content in contents {
                 if content.element == VtkElement::String && group != "FieldData" {
-                    names.note_text(content.name);
-                } else if let Some(name) = names.of(group, content.name) {
-                    arrays.push(array(group, name, content));
+                    notes.push(unwritten_text(content.name));
+                } else {
+                    arrays.push(array(group, content.name.to_owned(), content));
                 }
             }
         }
@@ -91,55 +88,34 @@ impl<'a> Blocks<'a> {
             cells: cell_blocks(mesh, plan, cells, &mut counts),
             arrays,
             counts,
-            notes: names.notes,
+            notes,
         }
     }
 }
 
 /// Names of datasets: those of the arrays, but for what HDF5 does not allow.
-#[derive(Default)]
-struct Names {
-    taken: BTreeSet<(&'static str, String)>,
-    notes: Vec<String>,
+pub(super) const NAMES: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| match name {
+        "" | "." => "_".to_owned(),
+        name => name.replace(['/', '\0'], "_"),
+    },
+    why: "names in HDF5 have no slash",
+};
+
+/// VTK reads text in field data only, and gives up on all arrays beside any other.
+fn unwritten_text(name: &str) -> String {
+    format!("the array \"{name}\" is left out: VTK reads no text at nodes or cells")
 }
 
-impl Names {
-    /// The name for an array; `None`, with a note, where another has it.
-    fn of(&mut self, group: &'static str, name: &str) -> Option<String> {
-        let allowed = match name {
-            "" | "." => "_".to_owned(),
-            name => name.replace('/', "_"),
-        };
-        if !self.taken.insert((group, allowed.clone())) {
-            self.notes.push(format!(
-                "the array \"{name}\" is not written: another has its name"
-            ));
-            return None;
-        }
-        if allowed != name {
-            self.notes
-                .push(format!("the array \"{name}\" is called \"{allowed}\""));
-        }
-        Some(allowed)
-    }
-
-    /// VTK reads text in field data only, and gives up on all arrays beside any other.
-    fn note_text(&mut self, name: &str) {
-        self.notes.push(format!(
-            "the array \"{name}\" is left out: VTK reads no text at nodes or cells"
-        ));
-    }
-
-    fn note_components(&mut self, mesh: &Mesh) {
-        let arrays = [&mesh.point_arrays, &mesh.cell_arrays, &mesh.field_arrays];
-        let named = |array: &&DataArray| !array.component_names.is_empty();
-        for array in arrays.into_iter().flatten().filter(named) {
-            let name = &array.name;
-            self.notes.push(format!(
-                "names of the components of \"{name}\" are not written"
-            ));
-        }
-    }
+fn unwritten_components(mesh: &Mesh) -> impl Iterator<Item = String> {
+    let arrays = [&mesh.point_arrays, &mesh.cell_arrays, &mesh.field_arrays];
+    let named = |array: &&DataArray| !array.component_names.is_empty();
+    let arrays = arrays.into_iter().flatten().filter(named);
+    arrays.map(|array| {
+        let name = &array.name;
+        format!("names of the components of \"{name}\" are not written")
+    })
 }
 
 fn array<'a>(group: &'static str, name: String, content: Content<'a>) -> Block<'a> {
@@ -187,7 +163,7 @@ fn strings(content: &Content) -> Vec<String> {
     let n = content.n_tuples * content.n_components;
     words
         .take(n)
-        .map(|word| String::from_utf8_lossy(word).into_owned())
+        .map(|word| decoded(word).into_owned())
         .collect()
 }
 

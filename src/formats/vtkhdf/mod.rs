@@ -79,7 +79,10 @@ impl Format for VtkHdf {
     }
 
     fn sequence(&self) -> Option<CreateSequence> {
-        Some(|path, options, begin| Ok(Box::new(sequence::Sequence::create(path, options, begin)?)))
+        use sequence::Sequence;
+        Some(|path, options, begin, sync| {
+            Ok(Box::new(Sequence::create(path, options, begin, sync)?))
+        })
     }
 
     fn sequence_bytes(&self, step: &StepSize) -> StepBytes {

@@ -29,7 +29,7 @@ pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Re
     };
     mesh.point_arrays = arrays(grid, &extent, "Point", &point_rows, notes)?;
     mesh.cell_arrays = arrays(grid, &extent, "Cell", &cell_rows, notes)?;
-    mesh.field_arrays = fields(grid, &extent)?;
+    mesh.field_arrays = fields(grid, &extent, notes)?;
     if let Some(origin) = &built.origin {
         repeat_tuples(&mut mesh.cell_arrays, origin);
     }
@@ -138,27 +138,30 @@ fn arrays(
             let message = format!("it has {found}; it must have {needed}, one for each {what}");
             return Err(Error::input(message).dataset(&format!("{group_name}/{name}")));
         }
-        arrays.push(array(&dataset, of_grid)?);
+        arrays.push(array(&dataset, of_grid, notes)?);
     }
     Ok(arrays)
 }
 
-fn fields(grid: &Group, extent: &Extent) -> Result<Vec<DataArray>> {
+fn fields(grid: &Group, extent: &Extent, notes: &mut Notes) -> Result<Vec<DataArray>> {
     let Some(group) = grid.group("FieldData")? else {
         return Ok(Vec::new());
     };
     let datasets = group.datasets()?;
-    let read = |dataset: &Dataset| array(dataset, extent.field_rows(dataset)?);
-    datasets.iter().map(read).collect()
+    let datasets = datasets.iter();
+    datasets
+        .map(|dataset| array(dataset, extent.field_rows(dataset)?, notes))
+        .collect()
 }
 
-fn array(dataset: &Dataset, rows: Range<u64>) -> Result<DataArray> {
+fn array(dataset: &Dataset, rows: Range<u64>, notes: &mut Notes) -> Result<DataArray> {
     dataset.check_rows(&rows)?;
     let n_components = dataset.row()?;
     if n_components == 0 {
         return Err(Error::input("its tuples have no values").dataset(dataset.name()));
     }
     let values = dataset.rows(rows)?;
+    dataset.note_latin1(notes);
     Ok(DataArray::tuples(dataset.name(), n_components, values))
 }
 

@@ -4,7 +4,7 @@ use super::super::hdf5::{Column, Data, Element, Growing, Links, Stored, Tree};
 use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::vtk::plan::Plan;
 use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
-use super::blocks::{Block, Blocks, shape};
+use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
 use super::write::Grid;
 use crate::error::{Error, Result};
@@ -46,9 +46,9 @@ struct Topology {
 
 impl Sequence {
     /// A file, which takes its name with the first mesh unless it has it.
-    pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin, sync: bool) -> Result<Self> {
         Ok(Self {
-            file: Growing::create(path, begin)?,
+            file: Growing::create(path, begin, sync)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             notes: Vec::new(),
@@ -64,7 +64,7 @@ impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
         self.options.check_coordinates(mesh)?;
         let options = self.options.clone();
-        let plan = Plan::new(mesh, &options);
+        let plan = Plan::new(mesh, &options, &NAMES);
         let blocks = Blocks::new(mesh, &plan);
         self.fix(mesh, &blocks)?;
         let arrays = std::iter::once(&blocks.points).chain(&blocks.arrays);
@@ -80,6 +80,10 @@ impl SequenceFile for Sequence {
         let topology = self.topology.as_ref().expect("the first step has set it");
         let grid = tree(topology, &self.series, &self.columns, self.n_steps);
         self.file.finish_step(&grid.tree)
+    }
+
+    fn commit(&mut self) -> Result<()> {
+        self.file.commit()
     }
 
     fn notes(&self) -> &[String] {

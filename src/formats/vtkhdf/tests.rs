@@ -155,7 +155,7 @@ fn names_that_hdf5_does_not_allow_are_changed_and_told() {
     odd.point_arrays[1].name = "p_p0".into();
     let (_, notes) = written(&odd, &WriteOptions::default());
     assert!(
-        notes[0].contains("\"p/p0\" is called \"p_p0\""),
+        notes[0].contains("\"p/p0\" is written as \"p_p0\""),
         "{notes:?}"
     );
     assert!(notes[1].contains("\"p_p0\" is not written"), "{notes:?}");

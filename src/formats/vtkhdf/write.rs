@@ -4,7 +4,7 @@ use super::super::WriteOptions;
 use super::super::hdf5::{Id, Tree};
 use super::super::vtk::plan::Plan;
 use super::ROOT;
-use super::blocks::Blocks;
+use super::blocks::{Blocks, NAMES};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub(super) fn write(
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
     options.check_coordinates(mesh)?;
-    let plan = Plan::new(mesh, options);
+    let plan = Plan::new(mesh, options, &NAMES);
     let blocks = Blocks::new(mesh, &plan);
     let notes = blocks.notes;
     let mut grid = Grid::new(mesh.cells.has_polyhedra());

@@ -7,6 +7,7 @@ use super::stored::{Stored, n_words};
 use super::xml::{Array, Layout, Place};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
+use crate::formats::names::text_of;
 use crate::mesh::{DataArray, Values};
 
 /// The arrays that all pieces with nodes (or cells) have, of one type; a note on others.
@@ -49,7 +50,7 @@ pub(super) fn data<'d, 'a: 'd>(
         let mut is_longer = false;
         for ((n, _), array) in parts.iter().zip(everywhere) {
             let n = count(*n).map_err(|error| error.dataset(&array.name))?;
-            is_longer = !append_fitting(&mut all.values, array, layout, n)?;
+            is_longer = !append_fitting(&mut all.values, array, layout, n, notes)?;
             if is_longer {
                 break;
             }
@@ -76,11 +77,17 @@ pub(super) fn data<'d, 'a: 'd>(
 }
 
 /// Appends the values of an array of `n` tuples; `false` where it has whole tuples beyond them.
-fn append_fitting(values: &mut Values, array: &Array, layout: &Layout, n: usize) -> Result<bool> {
+fn append_fitting(
+    values: &mut Values,
+    array: &Array,
+    layout: &Layout,
+    n: usize,
+    notes: &mut Notes,
+) -> Result<bool> {
     if has_more(array, layout, n)? {
         return Ok(false);
     }
-    match append(values, array, layout, Some(n)) {
+    match append(values, array, layout, Some(n), notes) {
         // How long text is turns out as it is read.
         Err(_) if text_has_more(array, n) => Ok(false),
         appended => appended.map(|()| true),
@@ -111,11 +118,11 @@ fn has_more(array: &Array, layout: &Layout, n: usize) -> Result<bool> {
 }
 
 /// An array of the whole mesh.
-pub(super) fn field(array: &Array, layout: &Layout) -> Result<DataArray> {
+pub(super) fn field(array: &Array, layout: &Layout, notes: &mut Notes) -> Result<DataArray> {
     let mut all = empty(array);
     let n = array.n_tuples.map(count).transpose();
     let n = n.map_err(|error| error.dataset(&array.name))?;
-    append(&mut all.values, array, layout, n)?;
+    append(&mut all.values, array, layout, n, notes)?;
     Ok(all)
 }
 
@@ -142,7 +149,13 @@ fn empty(array: &Array) -> DataArray {
 }
 
 /// Appends the values of an array of `n` tuples.
-fn append(values: &mut Values, array: &Array, layout: &Layout, n: Option<usize>) -> Result<()> {
+fn append(
+    values: &mut Values,
+    array: &Array,
+    layout: &Layout,
+    n: Option<usize>,
+    notes: &mut Notes,
+) -> Result<()> {
     macro_rules! numbers {
         ($($variant:ident),*) => {
             match values {
@@ -154,7 +167,7 @@ fn append(values: &mut Values, array: &Array, layout: &Layout, n: Option<usize>)
                         Ok(())
                     })
                 })*
-                Values::Text(out) => strings(array, layout, n, out),
+                Values::Text(out) => strings(array, layout, n, out, notes),
             }
         };
     }
@@ -188,7 +201,13 @@ fn bits(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<u8>) -> 
 
 /// Strings are bytes, each string ended by a zero; as text, the numbers of the bytes, which some
 /// writers give as signed.
-fn strings(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<String>) -> Result<()> {
+fn strings(
+    array: &Array,
+    layout: &Layout,
+    n: Option<usize>,
+    out: &mut Vec<String>,
+    notes: &mut Notes,
+) -> Result<()> {
     let mut bytes: Vec<u8> = Vec::new();
     if array.place == Place::Ascii {
         let codes = Array {
@@ -220,11 +239,7 @@ fn strings(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<Strin
     if words.last().is_some_and(|word| word.is_empty()) {
         words.pop();
     }
-    out.extend(
-        words
-            .iter()
-            .map(|word| String::from_utf8_lossy(word).into_owned()),
-    );
+    out.extend(words.iter().map(|word| text_of(word, notes)));
     let found = out.len() - before;
     match n.map(|n| n.checked_mul(array.n_components)) {
         Some(expected) if expected != Some(found) => {

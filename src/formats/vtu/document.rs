@@ -1,6 +1,7 @@
 //! What a VTK XML file holds: which grid, and the arrays of its pieces.
 
-use super::super::Compression;
+use super::super::names::tell_apart;
+use super::super::{Compression, Notes};
 use super::xml::{Array, Child, Layout, Parser};
 use crate::error::Result;
 use quick_xml::events::BytesStart;
@@ -63,6 +64,22 @@ pub(super) struct Piece<'a> {
     pub global_nodes: Option<String>,
     /// The same of each cell.
     pub global_cells: Option<String>,
+}
+
+impl Document<'_> {
+    /// Gives arrays of one name in one place different names, in every piece the same.
+    pub fn tell_arrays_apart(&mut self, notes: &mut Notes) {
+        let fields = self.field_data.iter_mut();
+        tell_apart("field", fields.map(|array| &mut array.name), notes);
+        for piece in &mut self.pieces {
+            for (what, arrays) in [
+                ("point", &mut piece.point_data),
+                ("cell", &mut piece.cell_data),
+            ] {
+                tell_apart(what, arrays.iter_mut().map(|array| &mut array.name), notes);
+            }
+        }
+    }
 }
 
 /// Finds every array of the file.

@@ -1,5 +1,6 @@
 //! The XML of a .vtu file that is written, with values behind it or inside it.
 
+use super::super::names::Rule;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::plan::Sections;
@@ -161,7 +162,19 @@ fn tag(array: &Content, format: &str, offset: Option<usize>) -> (String, &'stati
     (tag, end)
 }
 
-/// Text for the value of an attribute.
+/// Names as attributes of XML 1.0 hold them.
+pub(in crate::formats) const NAMES: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| name.replace(|c| !is_xml(c), "_"),
+    why: "names in XML have no control characters",
+};
+
+/// Whether XML 1.0 has a character, be it by its number.
+pub(in crate::formats) fn is_xml(c: char) -> bool {
+    matches!(c, '\t' | '\n' | '\r' | ' '..) && !matches!(c, '\u{fffe}' | '\u{ffff}')
+}
+
+/// Text for the value of an attribute. Characters that XML does not have become `_`.
 pub(in crate::formats) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -170,7 +183,8 @@ pub(in crate::formats) fn escaped(text: &str) -> String {
             '<' => escaped += "&lt;",
             '>' => escaped += "&gt;",
             '"' => escaped += "&quot;",
-            '\n' | '\r' | '\t' => escaped += &format!("&#{};", u32::from(c)),
+            c if !is_xml(c) => escaped.push('_'),
+            c if c.is_control() => escaped += &format!("&#{};", u32::from(c)),
             other => escaped.push(other),
         }
     }

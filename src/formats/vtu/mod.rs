@@ -23,7 +23,7 @@ mod structured;
 mod write;
 pub(super) mod xml;
 
-pub(super) use file::escaped;
+pub(super) use file::{NAMES, escaped, is_xml};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;

@@ -7,7 +7,7 @@ use super::super::vtk::{order, tags};
 use super::arrays::{data, field};
 use super::document::{self, Document, Grid, Piece};
 use super::stored::Stored;
-use super::xml::{Array, Layout, Place, line_after};
+use super::xml::{Array, Layout, Place, as_utf8, line_after};
 use super::{cells, structured};
 use crate::error::{Error, Result, counted};
 use crate::formats::{Notes, ReadOptions};
@@ -35,7 +35,9 @@ pub(in crate::formats) struct Raw {
 
 /// Reads a file, but for what its arrays mean.
 pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
+    let bytes = &*as_utf8(bytes, notes);
     let mut document = document::parse(bytes)?;
+    document.tell_arrays_apart(notes);
     let (mut mesh, origin) = match document.grid {
         Grid::Unstructured | Grid::Poly => unstructured(&mut document, notes)?,
         _ => {
@@ -47,7 +49,7 @@ pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
     mesh.point_arrays = data(pieces, layout, "point", point_data, notes)?;
     mesh.cell_arrays = data(pieces, layout, "cell", cell_data, notes)?;
     for array in &document.field_data {
-        mesh.field_arrays.push(field(array, layout)?);
+        mesh.field_arrays.push(field(array, layout, notes)?);
     }
     if let Some(origin) = &origin {
         repeat_tuples(&mut mesh.cell_arrays, origin);

@@ -4,7 +4,7 @@ use super::super::vtk::order;
 use super::super::vtk::plan::Plan;
 use super::super::{Encoding, WriteOptions};
 use super::encode::failed;
-use super::file::File;
+use super::file::{File, NAMES};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use std::io::{BufWriter, Write};
@@ -19,7 +19,7 @@ pub(super) fn write(
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
     options.check_coordinates(mesh)?;
-    let plan = Plan::new(mesh, options);
+    let plan = Plan::new(mesh, options, &NAMES);
     let file = File {
         sections: plan.sections(),
         n_points: mesh.points.len(),

@@ -2,13 +2,14 @@
 //!
 //! Knows nothing of how values are stored or of what they mean.
 
-use super::super::Compression;
 use super::super::vtk::number::Element;
+use super::super::{Compression, Notes};
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
 use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
+use std::borrow::Cow;
 
 /// How binary values are laid out, the same for all arrays of a file.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +39,9 @@ pub(in crate::formats) struct Array<'a> {
     /// The file up to the values, for line numbers.
     pub before: &'a [u8],
 }
+
+/// What ends the XML: bytes of any value follow.
+const APPENDED: &[u8] = b"<AppendedData";
 
 /// In which form values are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,6 +90,37 @@ struct Appended {
     start: usize,
 }
 
+/// A file whose XML is UTF-8: as it is or, where the XML says that it is Latin-1 or is no UTF-8 whatever
+/// it says, from Latin-1. Text of two bytes a character is left as it is.
+pub(in crate::formats) fn as_utf8<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow<'a, [u8]> {
+    let end = memchr::memmem::find(bytes, APPENDED).unwrap_or(bytes.len());
+    let (xml, data) = bytes.split_at(end);
+    let is_wide = xml.starts_with(b"\xff\xfe") || xml.starts_with(b"\xfe\xff");
+    if xml.is_ascii() || is_wide {
+        return bytes.into();
+    }
+    if !says_latin1(xml) {
+        if std::str::from_utf8(xml).is_ok() {
+            return bytes.into();
+        }
+        notes.push("the XML is not UTF-8; read as Latin-1");
+    }
+    let text: String = xml.iter().copied().map(char::from).collect();
+    let mut bytes = text.into_bytes();
+    bytes.extend_from_slice(data);
+    bytes.into()
+}
+
+/// Whether the declaration at the start names Latin-1.
+fn says_latin1(xml: &[u8]) -> bool {
+    let head = xml.trim_ascii_start();
+    let end = memchr::memmem::find(head, b"?>").filter(|_| head.starts_with(b"<?xml"));
+    let head = head[..end.unwrap_or(0)].to_ascii_lowercase();
+    let names: [&[u8]; 2] = [b"iso-8859-1", b"latin1"];
+    let mut names = names.iter();
+    names.any(|name| memchr::memmem::find(&head, name).is_some())
+}
+
 /// A place in the XML.
 pub(in crate::formats) struct Parser<'a> {
     reader: Reader<&'a [u8]>,
@@ -111,11 +146,11 @@ pub(in crate::formats) enum Child<'a> {
 impl<'a> Parser<'a> {
     /// At the start of a file.
     pub fn open(bytes: &'a [u8]) -> Result<Self> {
-        let start = memchr::memmem::find(bytes, b"<AppendedData");
+        let start = memchr::memmem::find(bytes, APPENDED);
         let xml = &bytes[..start.unwrap_or(bytes.len())];
         let text = std::str::from_utf8(xml).map_err(|error| {
             let at = error.valid_up_to();
-            Error::input("the XML is not UTF-8 text").byte(at as u64)
+            Error::input("the XML is neither UTF-8 nor Latin-1 text").byte(at as u64)
         })?;
         let appended = start
             .map(|start| appended_section(bytes, start))

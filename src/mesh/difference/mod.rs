@@ -13,7 +13,7 @@ mod partners;
 mod position;
 
 use super::Mesh;
-use crate::error::Result;
+use crate::error::{Result, one_line};
 use partners::Partners;
 use std::fmt;
 
@@ -199,7 +199,8 @@ impl Difference {
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.is_same() {
-            return write!(f, "different: {}", self.what_differs().join("; "));
+            let what = self.what_differs().join("; ");
+            return write!(f, "different: {}", one_line(&what));
         }
         let [n_nodes, n_cells] = [self.n_nodes[0], self.n_cells[0]];
         write!(f, "same: {n_nodes} nodes, {n_cells} cells")?;

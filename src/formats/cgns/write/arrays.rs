@@ -2,7 +2,7 @@
 
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Make, Place};
-use super::names::Names;
+use super::names::{Names, RULE};
 use crate::mesh::{CellKind, DataArray, Mesh, Values};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -34,8 +34,6 @@ pub(super) fn scalars<'a>(
     tuples: &[Range<usize>],
     notes: &mut Vec<String>,
 ) -> Vec<Scalar<'a>> {
-    let mut names = Names::default();
-    names.give("GridLocation");
     let mut scalars = Vec::new();
     for array in arrays {
         if matches!(array.values, Values::Text(_)) {
@@ -58,10 +56,9 @@ pub(super) fn scalars<'a>(
                 3 => format!("{}{}", array.name, ["X", "Y", "Z"][component]),
                 _ => format!("{}_{}", array.name, component + 1),
             };
-            let name = names.give(&full_name);
             scalars.push(Scalar {
-                full_name: (name != full_name).then_some(full_name),
-                name,
+                full_name: None,
+                name: full_name,
                 kind: kind(&array.values),
                 n: tuples.iter().map(Range::len).sum(),
                 array,
@@ -69,6 +66,13 @@ pub(super) fn scalars<'a>(
                 tuples: tuples.to_vec(),
             });
         }
+    }
+    let names: Vec<&str> = scalars.iter().map(|scalar| scalar.name.as_str()).collect();
+    let names = Names::with(["GridLocation"]).give_all(&names);
+    for (scalar, name) in scalars.iter_mut().zip(names) {
+        let full_name = std::mem::replace(&mut scalar.name, name);
+        notes.extend(RULE.note("array", &full_name, &scalar.name));
+        scalar.full_name = (scalar.name != full_name).then_some(full_name);
     }
     scalars
 }

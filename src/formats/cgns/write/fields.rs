@@ -4,7 +4,7 @@
 use super::super::{FIELD_ARRAYS, FULL_NAME};
 use super::arrays::{fits, too_large};
 use super::draft::{Draft, Kind, Place};
-use super::names::Names;
+use super::names::{Names, RULE};
 use crate::mesh::{DataArray, Values};
 
 /// An array as it is written.
@@ -37,7 +37,6 @@ pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[DataArray], notes: &
 
 /// The arrays that CGNS can hold; a sentence for each other.
 pub(super) fn fields(arrays: &[DataArray], notes: &mut Vec<String>) -> Vec<Field> {
-    let mut names = Names::default();
     let mut fields = Vec::new();
     for array in arrays {
         if array.n_components == 0 || array.n_tuples() == 0 {
@@ -51,11 +50,10 @@ pub(super) fn fields(arrays: &[DataArray], notes: &mut Vec<String>) -> Vec<Field
             notes.push(too_large(&array.name));
             continue;
         }
-        let name = names.give(&array.name);
         let (kind, bytes) = bytes_of(&array.values);
         fields.push(Field {
-            full_name: (name != array.name).then(|| array.name.clone()),
-            name,
+            full_name: None,
+            name: array.name.clone(),
             sizes: match kind {
                 Kind::C1 => vec![bytes.len() as u64],
                 _ => vec![array.n_components as u64, array.n_tuples() as u64],
@@ -63,6 +61,13 @@ pub(super) fn fields(arrays: &[DataArray], notes: &mut Vec<String>) -> Vec<Field
             kind,
             bytes,
         });
+    }
+    let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+    let names = Names::default().give_all(&names);
+    for (field, name) in fields.iter_mut().zip(names) {
+        let full_name = std::mem::replace(&mut field.name, name);
+        notes.extend(RULE.note("array", &full_name, &field.name));
+        field.full_name = (field.name != full_name).then_some(full_name);
     }
     fields
 }

@@ -3,7 +3,7 @@
 
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Place};
-use super::names::Names;
+use super::names::{Names, RULE};
 use crate::formats::records::shared_names;
 use crate::mesh::{CellSet, Group, Mesh};
 use std::collections::{BTreeMap, BTreeSet};
@@ -47,10 +47,13 @@ pub(super) fn add(
     notes: &mut Vec<String>,
 ) {
     let dimension = mesh.dimension();
-    let mut families = Families::new(base);
+    let mut families = Families::new(base, mesh);
     let mut conditions = None;
     let mut condition_names = Names::default();
-    notes.extend(shared_names(mesh));
+    for of in 0..=dimension {
+        let groups = mesh.groups.iter();
+        notes.extend(shared_names(groups.filter(|group| group.dimension == of)));
+    }
     for group in &mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
@@ -122,50 +125,45 @@ fn nodes_of(group: &Group, mesh: &Mesh) -> CellSet {
 }
 
 /// Families of a base, one for each name of a group.
-struct Families {
+struct Families<'a> {
     base: Place,
-    names: Names,
-    by_name: BTreeMap<String, (String, Place)>,
+    /// Name in the file of each.
+    names: BTreeMap<&'a str, String>,
+    places: BTreeMap<String, Place>,
     with_condition: BTreeSet<Place>,
 }
 
-impl Families {
-    fn new(base: Place) -> Self {
-        let mut names = Names::default();
-        for taken in [
+impl<'a> Families<'a> {
+    fn new(base: Place, mesh: &'a Mesh) -> Self {
+        let mut seen = BTreeSet::new();
+        let names = mesh.groups.iter().map(|group| group.name.as_str());
+        let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
+        let mut taken = Names::with([
             super::ZONE,
             super::TIMES,
             super::SIMULATION,
             "DataClass",
             super::super::FIELD_ARRAYS,
-        ] {
-            names.give(taken);
-        }
+        ]);
+        let written = taken.give_all(&names);
         Self {
             base,
-            names,
-            by_name: BTreeMap::new(),
+            names: names.into_iter().zip(written).collect(),
+            places: BTreeMap::new(),
             with_condition: BTreeSet::new(),
         }
     }
 
     /// The name of the family of a group.
     fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Vec<String>) -> String {
-        let base = self.base;
-        if !self.by_name.contains_key(&group.name) {
-            let name = self.names.give(&group.name);
+        let (base, name) = (self.base, self.names[group.name.as_str()].clone());
+        let family = *self.places.entry(name.clone()).or_insert_with(|| {
             let family = draft.group(base, &name, "Family_t");
             // VTK's reader complains of a family without children.
             draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
-            if name != group.name {
-                notes.push(format!(
-                    "the name \"{}\" is \"{name}\" in CGNS, which takes 32 bytes, no slash and each name once",
-                    group.name
-                ));
-            }
-            self.by_name.insert(group.name.clone(), (name, family));
-        }
-        let (name, family) = self.by_name[&group.name].clone();
+            notes.extend(RULE.note("group", &group.name, &name));
+            family
+        });
         match (&group.condition, known_condition(group)) {
             (Some(_), Some(condition)) if self.with_condition.insert(family) => {
                 draft.text(family, "FamilyBC", "FamilyBC_t", condition);

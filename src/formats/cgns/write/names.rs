@@ -1,22 +1,30 @@
 //! Names that CGNS takes: 1 to 32 bytes, no slash, unique among their siblings.
 
-use std::collections::{BTreeMap, BTreeSet};
+use crate::formats::names::{Given, Rule, cut};
 
 /// Bytes of the longest name.
 pub(super) const LONGEST: usize = 32;
 
+/// What CGNS takes.
+pub(super) const RULE: Rule = Rule {
+    longest: LONGEST,
+    fit: fitting,
+    why: "names in CGNS have 32 bytes at most and no slash",
+};
+
 /// Names given to children of one node.
 #[derive(Default)]
-pub(super) struct Names {
-    given: BTreeSet<String>,
-    /// The number that a name which is taken gets next.
-    next: BTreeMap<String, usize>,
-}
+pub(super) struct Names(Given);
 
 impl Names {
+    /// With names that CGNS, or azimesh, gives to other children.
+    pub fn with<'a>(taken: impl IntoIterator<Item = &'a str>) -> Self {
+        Self(Given::with(taken))
+    }
+
     /// The names that CGNS itself gives to children of a zone.
     pub fn of_zone() -> Self {
-        let given = [
+        Self::with([
             "ZoneType",
             "GridCoordinates",
             "ZoneBC",
@@ -25,38 +33,25 @@ impl Names {
             "ArbitraryGridMotion",
             super::arrays::AT_NODES,
             super::arrays::AT_CELLS,
-        ];
-        Self {
-            given: given.map(str::to_owned).into(),
-            next: BTreeMap::new(),
-        }
+        ])
     }
 
     /// The name itself or, where CGNS would not take it, one like it.
     pub fn give(&mut self, name: &str) -> String {
-        let first = fitting(name, LONGEST);
-        if self.given.insert(first.clone()) {
-            return first;
-        }
-        let next = self.next.entry(first).or_insert(2);
-        loop {
-            let end = format!("_{next}");
-            let wanted = fitting(name, LONGEST - end.len()) + &end;
-            *next += 1;
-            if self.given.insert(wanted.clone()) {
-                return wanted;
-            }
-        }
+        self.0.give(name, &RULE)
+    }
+
+    /// The same for several names; those that can stay as they are come first.
+    pub fn give_all(&mut self, names: &[&str]) -> Vec<String> {
+        self.0.give_all(names, &RULE)
     }
 }
 
 /// The start of a name, without what CGNS does not take.
 fn fitting(name: &str, longest: usize) -> String {
     let allowed = |c: char| if c == '/' || c.is_control() { '_' } else { c };
-    let mut fitting: String = name.trim().chars().map(allowed).collect();
-    while fitting.len() > longest {
-        fitting.pop();
-    }
+    let fitting: String = name.trim().chars().map(allowed).collect();
+    let fitting = cut(&fitting, longest);
     let fitting = fitting.trim_end();
     match fitting {
         "" => "unnamed".to_owned(),

@@ -53,9 +53,9 @@ struct First {
 
 impl Sequence {
     /// A file, which takes its name with the first mesh unless it has it.
-    pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin, sync: bool) -> Result<Self> {
         Ok(Self {
-            file: Growing::create(path, begin)?,
+            file: Growing::create(path, begin, sync)?,
             options: options.clone(),
             notes: Vec::new(),
             first: None,
@@ -234,6 +234,10 @@ impl SequenceFile for Sequence {
         let zone = first.zone.add_to(&mut tree, base);
         pointers.add_to(&mut tree, zone);
         file.finish_step(&tree)
+    }
+
+    fn commit(&mut self) -> Result<()> {
+        self.file.commit()
     }
 
     fn notes(&self) -> &[String] {

@@ -1,0 +1,161 @@
+//! How much memory the program holds, how much it may hold, and its end where there is no more. The program's
+//! allocator counts here and ends here; nothing in this file takes memory once the end has begun.
+
+use crate::formats::end_hidden_soon;
+use std::fmt;
+use std::io::{Cursor, Write};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// Arrays of fewer bytes are not counted: all of them together are little, and counting takes time.
+const COUNTED: usize = 64 << 10;
+
+/// Bytes in arrays that are counted.
+static HELD: AtomicUsize = AtomicUsize::new(0);
+/// The most that there may be, by `--max-memory`.
+static ALLOWED: AtomicUsize = AtomicUsize::new(usize::MAX);
+/// What is being done, for the sentence at the end.
+static STAGE: Mutex<String> = Mutex::new(String::new());
+/// Before the name of a stage that is over.
+const AFTER: &str = "after ";
+/// The thread that ends the program; 0 as long as there is none.
+static ENDING: AtomicUsize = AtomicUsize::new(0);
+
+/// From here on an array with which the program would hold more than `limit` bytes ends it.
+pub(super) fn allow(limit: u64) {
+    ALLOWED.store(
+        usize::try_from(limit).unwrap_or(usize::MAX),
+        Ordering::Relaxed,
+    );
+}
+
+/// What is done from here on, and with which file.
+pub(super) fn set_stage(stage: &str, path: Option<&Path>) {
+    let path = path.map(|path| format!(" {}", path.display()));
+    let text = format!("{stage}{}", path.unwrap_or_default());
+    *STAGE.lock().unwrap_or_else(PoisonError::into_inner) = text;
+}
+
+/// The stage is over; until the next one begins, the program is behind it.
+pub(super) fn end_stage() {
+    let mut text = STAGE.lock().unwrap_or_else(PoisonError::into_inner);
+    if !text.is_empty() && !text.starts_with(AFTER) {
+        text.insert_str(0, AFTER);
+    }
+}
+
+/// Counts an array that grows or shrinks from `before` to `after` bytes, 0 for one that is not there. Ends
+/// the program where it grows beyond what `--max-memory` allows.
+pub fn count(before: usize, after: usize) {
+    let counted = |size: usize| if size < COUNTED { 0 } else { size };
+    let (before, after) = (counted(before), counted(after));
+    if after <= before {
+        if after < before {
+            HELD.fetch_sub(before - after, Ordering::Relaxed);
+        }
+        return;
+    }
+    let more = after - before;
+    let held = HELD.fetch_add(more, Ordering::Relaxed);
+    let allowed = ALLOWED.load(Ordering::Relaxed);
+    if held.saturating_add(more) > allowed {
+        end(format_args!(
+            "{more} bytes more than the {held} that are held are too many for --max-memory, {allowed} bytes"
+        ));
+    }
+}
+
+/// Ends the program, which asked the system for `size` bytes and did not get them.
+pub fn end_without(size: usize) -> ! {
+    end(format_args!("{size} bytes could not be had"))
+}
+
+/// From here on a thread that cannot be started for want of memory ends the program like that: the standard
+/// library panics where it finds no room for the stack of signals, and so does whoever asks it for a thread
+/// without a look at the answer.
+pub(super) fn end_where_threads_fail() {
+    const ITS_WORDS: [&str; 3] = [
+        "failed to spawn thread",
+        "failed to allocate an alternative stack",
+        "failed to set up alternative stack",
+    ];
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let text = panic.payload().downcast_ref::<String>();
+        if text.is_some_and(|text| ITS_WORDS.iter().any(|words| text.starts_with(words))) {
+            end(format_args!("a thread could not be started"));
+        }
+        usual(panic);
+    }));
+}
+
+/// Says why in one line, removes hidden files and ends the program with the exit code of a system that
+/// failed. No destructor runs and no other thread is waited for: they may want memory too.
+fn end(reason: fmt::Arguments<'_>) -> ! {
+    thread_local!(static MARK: u8 = const { 0 });
+    let me = MARK.with(|mark| std::ptr::from_ref(mark).addr());
+    match ENDING.compare_exchange(0, me, Ordering::SeqCst, Ordering::SeqCst) {
+        Ok(_) => {
+            say(reason);
+            end_hidden_soon();
+        }
+        // What ends the program wants memory itself.
+        Err(ending) if ending == me => {}
+        Err(_) => std::thread::sleep(Duration::from_secs(60)),
+    }
+    exit()
+}
+
+fn say(reason: fmt::Arguments<'_>) {
+    let mut line = Cursor::new([0_u8; 4096]);
+    let stage = STAGE.try_lock();
+    let stage = stage.as_ref().map_or("", |stage| stage.as_str());
+    // The line has room for it: a character takes four bytes at the most.
+    let _ = match stage.is_empty() {
+        true => writeln!(line, "error: out of memory: {reason}"),
+        false => writeln!(line, "error: out of memory: {reason} ({stage:.800})"),
+    };
+    let length = line.position() as usize;
+    to_stderr(&line.get_ref()[..length]);
+}
+
+/// Writes past the lock of `std::io::stderr`, which a thread may have that waits for memory.
+#[cfg(unix)]
+fn to_stderr(line: &[u8]) {
+    // SAFETY: the bytes are there; nobody is left to tell when they cannot be written.
+    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
+}
+
+#[cfg(not(unix))]
+fn to_stderr(line: &[u8]) {
+    let _ = std::io::stderr().write_all(line);
+}
+
+fn exit() -> ! {
+    #[cfg(unix)]
+    // SAFETY: ends the process as it is.
+    unsafe {
+        libc::_exit(super::SYSTEM_FAILED.into())
+    }
+    #[cfg(not(unix))]
+    std::process::exit(super::SYSTEM_FAILED.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_counted_as_they_grow_and_shrink() {
+        count(0, COUNTED - 1);
+        assert_eq!(HELD.load(Ordering::Relaxed), 0);
+        count(COUNTED - 1, 2 * COUNTED);
+        count(2 * COUNTED, 3 * COUNTED);
+        assert_eq!(HELD.load(Ordering::Relaxed), 3 * COUNTED);
+        count(3 * COUNTED, COUNTED);
+        count(COUNTED, 0);
+        assert_eq!(HELD.load(Ordering::Relaxed), 0);
+    }
+}

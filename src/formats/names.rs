@@ -1,0 +1,266 @@
+//! Names: read from the bytes of a file whatever they are, and written as a format takes them, each
+//! another.
+//!
+//! What must be different in a file is made so here: names that are the same once they are cleaned, and
+//! arrays of one name.
+
+use super::Notes;
+use crate::error::counted;
+use crate::mesh::{Group, Mesh};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Names that a sentence lists before the rest is counted.
+const LISTED: usize = 5;
+
+/// Text of a file: UTF-8 or else Latin-1, of which the notes tell.
+pub fn text_of(bytes: &[u8], notes: &mut Notes) -> String {
+    match decoded(bytes) {
+        Cow::Borrowed(text) => text.to_owned(),
+        Cow::Owned(text) => {
+            notes.latin1(&text);
+            text
+        }
+    }
+}
+
+/// Text of a file: UTF-8, borrowed, or else Latin-1, in which every byte is a character.
+pub fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().copied().map(char::from).collect(),
+    }
+}
+
+/// Names in a sentence, those beyond the first few counted.
+pub fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let more = match names.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    let names: Vec<_> = names.take(LISTED).map(|n| format!("\"{n}\"")).collect();
+    names.join(", ") + &more
+}
+
+/// The start of a name, of at most so many bytes.
+pub fn cut(name: &str, longest: usize) -> String {
+    let mut end = longest.min(name.len());
+    while !name.is_char_boundary(end) {
+        end -= 1;
+    }
+    name[..end].to_owned()
+}
+
+/// What a format makes of names.
+pub struct Rule {
+    /// Bytes that a name may have.
+    pub longest: usize,
+    /// The name as the format takes it, in so many bytes.
+    pub fit: fn(&str, usize) -> String,
+    /// What the format demands, for a sentence.
+    pub why: &'static str,
+}
+
+/// Names that are given in one place of a file.
+#[derive(Default)]
+pub struct Given {
+    names: BTreeSet<String>,
+    /// The number that a name which is taken gets next.
+    next: BTreeMap<String, usize>,
+}
+
+impl Given {
+    /// With names that nothing else may have.
+    pub fn with<'a>(taken: impl IntoIterator<Item = &'a str>) -> Self {
+        Self {
+            names: taken.into_iter().map(str::to_owned).collect(),
+            next: BTreeMap::new(),
+        }
+    }
+
+    /// The name as the rule has it or, where that is taken, with the first number behind it that makes
+    /// it free.
+    pub fn give(&mut self, name: &str, rule: &Rule) -> String {
+        let first = (rule.fit)(name, rule.longest);
+        if self.names.insert(first.clone()) {
+            return first;
+        }
+        let next = self.next.entry(first).or_insert(2);
+        loop {
+            let end = format!("_{next}");
+            let wanted = (rule.fit)(name, rule.longest - end.len()) + &end;
+            *next += 1;
+            if self.names.insert(wanted.clone()) {
+                return wanted;
+            }
+        }
+    }
+
+    /// A name for each: first come those that can stay as they are.
+    pub fn give_all(&mut self, names: &[&str], rule: &Rule) -> Vec<String> {
+        let stays = |name: &&str| (rule.fit)(name, rule.longest) == **name;
+        let staying: Vec<bool> = names
+            .iter()
+            .map(|name| stays(name) && self.names.insert((*name).to_owned()))
+            .collect();
+        let names = names.iter().zip(staying);
+        names
+            .map(|(name, stays)| match stays {
+                true => (*name).to_owned(),
+                false => self.give(name, rule),
+            })
+            .collect()
+    }
+}
+
+impl Rule {
+    /// Names by what they are written as: one for each name, however often it comes.
+    pub fn by_name<'a>(
+        &self,
+        names: impl IntoIterator<Item = &'a str>,
+    ) -> BTreeMap<&'a str, String> {
+        let mut seen = BTreeSet::new();
+        let names: Vec<&str> = names
+            .into_iter()
+            .filter(|name| seen.insert(*name))
+            .collect();
+        let written = Given::default().give_all(&names, self);
+        names.into_iter().zip(written).collect()
+    }
+
+    /// A sentence for a name that is written as another.
+    pub fn note(&self, what: &str, name: &str, written: &str) -> Option<String> {
+        let why = match (self.fit)(name, self.longest) == written {
+            true => self.why.to_owned(),
+            false => format!("{}, and that name is taken", self.why),
+        };
+        (name != written).then(|| format!("{what} {name:?} is written as \"{written}\": {why}"))
+    }
+}
+
+/// Gives arrays of one name a number behind it, from the second on, and says so.
+pub fn tell_apart<'n>(
+    what: &str,
+    names: impl IntoIterator<Item = &'n mut String>,
+    notes: &mut Notes,
+) {
+    const AS_IT_IS: Rule = Rule {
+        longest: usize::MAX,
+        fit: |name, _| name.to_owned(),
+        why: "",
+    };
+    let mut names: Vec<&mut String> = names.into_iter().collect();
+    let before: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
+    let apart = Given::default().give_all(&before, &AS_IT_IS);
+    for (name, apart) in names.iter_mut().zip(apart) {
+        if **name != apart {
+            notes.push(format!(
+                "several {what} arrays are called \"{name}\"; one of them is \"{apart}\" here"
+            ));
+            **name = apart;
+        }
+    }
+}
+
+/// Tells arrays of one name apart; notes groups that share a name, which are meant together by it.
+pub fn check(mesh: &mut Mesh, notes: &mut Notes) {
+    for (what, arrays) in [
+        ("point", &mut mesh.point_arrays),
+        ("cell", &mut mesh.cell_arrays),
+        ("field", &mut mesh.field_arrays),
+    ] {
+        tell_apart(what, arrays.iter_mut().map(|array| &mut array.name), notes);
+    }
+    let dimension = mesh.dimension();
+    let repeated = repeated(&mesh.groups);
+    for (of, what) in [
+        (dimension, "zones"),
+        (dimension.wrapping_sub(1), "boundary tags"),
+    ] {
+        let here = repeated.iter().filter(|((d, _), _)| *d == of);
+        note_repeated(what, here.collect(), notes);
+    }
+    let lower = repeated.iter().filter(|((d, _), _)| d + 1 < dimension);
+    note_repeated("groups", lower.collect(), notes);
+}
+
+fn note_repeated(what: &str, found: Vec<(&(u8, &str), &usize)>, notes: &mut Notes) {
+    if found.is_empty() {
+        return;
+    }
+    let each: Vec<String> = found
+        .iter()
+        .take(LISTED)
+        .map(|((_, name), n)| format!("{n} are called \"{name}\""))
+        .collect();
+    let more = match found.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        n => format!(", and {} more are shared", counted(n, "name")),
+    };
+    notes.push(format!(
+        "of the {what}, {}{more}; by its name all of them are meant",
+        each.join(", ")
+    ));
+}
+
+/// Dimension and name that several groups share, with their number.
+pub fn repeated(groups: &[Group]) -> BTreeMap<(u8, &str), usize> {
+    let mut counts: BTreeMap<(u8, &str), usize> = BTreeMap::new();
+    for group in groups {
+        *counts.entry((group.dimension, &group.name)).or_default() += 1;
+    }
+    counts.retain(|_, n| *n > 1);
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RULE: Rule = Rule {
+        longest: 8,
+        fit: |name, longest| cut(&name.replace(' ', "_"), longest),
+        why: "no spaces",
+    };
+
+    fn written(names: &[&str]) -> Vec<String> {
+        Given::with(["taken"]).give_all(names, &RULE)
+    }
+
+    #[test]
+    fn names_that_become_the_same_are_numbered_and_good_ones_stay() {
+        assert_eq!(written(&["a b", "a_b", "a_b_2"]), ["a_b_3", "a_b", "a_b_2"]);
+        assert_eq!(written(&["a b", "a\u{20}b"]), ["a_b", "a_b_2"]);
+        assert_eq!(written(&["taken", "x"]), ["taken_2", "x"]);
+        assert_eq!(
+            written(&["a long one", "a long two"]),
+            ["a_long_o", "a_long_t"]
+        );
+        assert_eq!(
+            written(&["a longer 1", "a longer 2"]),
+            ["a_longer", "a_long_2"]
+        );
+        assert_eq!(written(&["ééééé", "éééééé"]), ["éééé", "ééé_2"]);
+    }
+
+    #[test]
+    fn a_name_that_changes_is_told() {
+        assert_eq!(RULE.note("tag", "a", "a"), None);
+        let note = |written| RULE.note("tag", "a b", written).expect("it changes");
+        assert_eq!(note("a_b"), "tag \"a b\" is written as \"a_b\": no spaces");
+        assert!(note("a_b_2").ends_with("no spaces, and that name is taken"));
+    }
+
+    #[test]
+    fn bytes_that_are_not_utf8_are_latin1() {
+        let mut notes = Notes::default();
+        assert_eq!(text_of("é".as_bytes(), &mut notes), "é");
+        notes.close();
+        assert!(notes.is_empty());
+        assert_eq!(text_of(b"Fl\xfcgel", &mut notes), "Flügel");
+        assert_eq!(text_of(b"H\xe4user", &mut notes), "Häuser");
+        notes.close();
+        let expected = ["not UTF-8; read as Latin-1: \"Flügel\", \"Häuser\""];
+        assert!(notes.iter().eq(expected), "{notes:?}");
+    }
+}
