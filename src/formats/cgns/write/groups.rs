@@ -50,10 +50,7 @@ pub(super) fn add(
     let mut families = Families::new(base, mesh);
     let mut conditions = None;
     let mut condition_names = Names::default();
-    for of in 0..=dimension {
-        let groups = mesh.groups.iter();
-        notes.extend(shared_names(groups.filter(|group| group.dimension == of)));
-    }
+    notes.extend(shared_names(&mesh.groups));
     for group in &mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
