@@ -204,7 +204,7 @@ fn note_repeated(what: &str, found: Vec<(&(u8, &str), &usize)>, notes: &mut Note
 }
 
 /// Dimension and name that several groups share, with their number.
-pub fn repeated(groups: &[Group]) -> BTreeMap<(u8, &str), usize> {
+pub fn repeated<'a>(groups: impl IntoIterator<Item = &'a Group>) -> BTreeMap<(u8, &'a str), usize> {
     let mut counts: BTreeMap<(u8, &str), usize> = BTreeMap::new();
     for group in groups {
         *counts.entry((group.dimension, &group.name)).or_default() += 1;

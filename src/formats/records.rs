@@ -1,11 +1,11 @@
 //! Writing many records: formatted on all threads, written in order; and the sentences about what
 //! a format without arrays leaves out.
 
+use super::names::repeated;
 use super::{Precision, WriteOptions};
 use crate::error::{Error, Result};
 use crate::mesh::{Group, Mesh};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 
@@ -119,15 +119,11 @@ pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions, kept: &[&str]
     notes
 }
 
-/// Sentences on groups of one name, for formats that know them by their names alone.
-pub fn shared_names<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<String> {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for group in groups {
-        *counts.entry(&group.name).or_default() += 1;
-    }
-    let several = counts.into_iter().filter(|(_, n)| *n > 1);
+/// Sentences on groups of one dimension and name, for formats that know them by their names alone.
+pub fn shared_names<'a>(groups: impl IntoIterator<Item = &'a Group>) -> Vec<String> {
+    let several = repeated(groups).into_iter();
     several
-        .map(|(name, n)| format!("{n} tags are called \"{name}\" and become one"))
+        .map(|((_, name), n)| format!("{n} tags are called \"{name}\" and become one"))
         .collect()
 }
 

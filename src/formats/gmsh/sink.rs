@@ -147,7 +147,7 @@ pub(super) fn push_point_binary(buffer: &mut Vec<u8>, point: &[f64; 3]) {
 const NAME: Rule = Rule {
     longest: 127,
     fit: |name, longest| cut(&plain(name), longest),
-    why: "names in MSH have no quotes or line ends, and 127 bytes at most",
+    why: "names in MSH have no quotes or line ends and 127 bytes at most",
 };
 
 /// Names of arrays.

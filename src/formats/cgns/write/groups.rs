@@ -49,11 +49,8 @@ pub(super) fn add(
     let dimension = mesh.dimension();
     let mut families = Families::new(base, mesh);
     let mut conditions = None;
-    let mut condition_names = Names::default();
-    for of in 0..=dimension {
-        let groups = mesh.groups.iter();
-        notes.extend(shared_names(groups.filter(|group| group.dimension == of)));
-    }
+    let mut condition_names = condition_names(mesh).into_iter();
+    notes.extend(shared_names(&mesh.groups));
     for group in &mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
@@ -65,7 +62,7 @@ pub(super) fn add(
         }
         let node = if group.dimension + 1 == dimension {
             let parent = *conditions.get_or_insert_with(|| draft.group(zone, "ZoneBC", "ZoneBC_t"));
-            let name = condition_names.give(&group.name);
+            let name = condition_names.next().expect("each condition has one");
             let condition = known_condition(group).unwrap_or("FamilySpecified");
             draft.text(parent, &name, "BC_t", condition)
         } else {
@@ -75,6 +72,13 @@ pub(super) fn add(
         add_points(draft, node, group, mesh, kind);
         draft.text(node, "FamilyName", "FamilyName_t", &family);
     }
+}
+
+/// Names of the boundary conditions, in order.
+fn condition_names(mesh: &Mesh) -> Vec<String> {
+    let tags = mesh.boundary_tags().filter(|tag| !tag.cells.is_empty());
+    let names: Vec<&str> = tags.map(|tag| tag.name.as_str()).collect();
+    Names::default().give_all(&names)
 }
 
 /// Cells are subregions. Nodes, and edges in space, would be too, but for the CGNS library's own checker,
