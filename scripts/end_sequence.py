@@ -1,13 +1,15 @@
-"""The checks that end `azimesh deform` and `azimesh finish` at random moments, as often as asked.
+"""The checks that end `azimesh deform`, `finish` and `convert` at random moments, as often as asked.
 
     .venv/bin/python scripts/end_sequence.py killed --times 50
     .venv/bin/python scripts/end_sequence.py interrupted --times 100
     .venv/bin/python scripts/end_sequence.py joined --times 50
+    .venv/bin/python scripts/end_sequence.py converted --times 50
+    .venv/bin/python scripts/end_sequence.py power_cut --times 34
 
 For each format: files of one step each, and whole sequences in one file. `killed` looks at what SIGKILL leaves;
-`interrupted` resumes runs that SIGINT, SIGTERM and SIGKILL ended until they are done, and compares byte for byte;
-`joined` does so with the joining of parts. The checks themselves are scripts/verify/killed.py, interrupted.py and
-joined.py.
+`interrupted` resumes runs that SIGINT, SIGTERM, SIGHUP and SIGKILL ended until they are done, and compares byte for byte;
+`joined` does so with the joining of parts, `converted` with conversions; `power_cut` loses what was not synced. The checks
+themselves are in scripts/verify.
 """
 
 import argparse
@@ -16,11 +18,15 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "verify"))
 
+import converted  # noqa: E402
 import interrupted  # noqa: E402
 import joined  # noqa: E402
 import killed  # noqa: E402
+import power_cut  # noqa: E402
 
-CHECKS = {"killed": killed, "interrupted": interrupted, "joined": joined}
+CHECKS = {
+    "killed": killed, "interrupted": interrupted, "joined": joined, "converted": converted, "power_cut": power_cut,
+}
 
 
 def main():

@@ -1,4 +1,4 @@
-"""A run of 36 steps ended by SIGINT, SIGTERM and SIGKILL at random moments and resumed until it is done:
+"""A run of 36 steps ended by SIGINT, SIGTERM, SIGHUP and SIGKILL at random moments and resumed until it is done:
 the same bytes as without, and whole files all along.
 
 Formats: files of one step each, and whole sequences in one file.
@@ -16,7 +16,7 @@ from killed import FORMATS, SEED, finished, steps_of
 from program import AZIMESH, azimesh, report, scratch
 
 NODES = 8_000
-SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL]
 # The longest that a run may take to end when it is asked to, with the step it is writing.
 PATIENCE = 20.0
 

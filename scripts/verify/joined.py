@@ -1,4 +1,4 @@
-"""`finish` ended by SIGINT, SIGTERM and SIGKILL at random moments and said again: what is under a final name is
+"""`finish` ended by SIGINT, SIGTERM, SIGHUP and SIGKILL at random moments and said again: what is under a final name is
 whole, and the last time leaves the files of one run.
 """
 
@@ -13,7 +13,7 @@ from killed import FORMATS, SEED, SEQUENCES
 from program import AZIMESH, report, scratch
 
 NODES = 8_000
-SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL]
 PARTS = ["0..12", "12..13", "13..36"]
 
 
