@@ -95,17 +95,19 @@ fn records(folder: &Path) -> Result<Vec<(PathBuf, Value)>> {
         )
         .file(folder));
     }
-    let read = |((start, end), path): (_, PathBuf)| {
-        match record::read(&path)? {
+    let read = |(steps, path): (_, PathBuf)| match record::read(&path)? {
         Some(record) => Ok((path, record)),
-        None => Err(Error::input(format!(
-            "is empty, cut or no record of a part; `azimesh deform --steps {start}..{end} --resume`, with the mesh and \
-             the schedule of the part, verifies its steps and writes it again"
-        ))
-        .file(&path)),
-    }
+        None => Err(lost(&path, steps)),
     };
     found.into_iter().map(read).collect()
+}
+
+fn lost(record: &Path, (start, end): (usize, usize)) -> Error {
+    Error::input(format!(
+        "is empty, cut or no record of a part; `azimesh deform --steps {start}..{end} --resume`, \
+         with the mesh and the schedule of the part, verifies its steps and writes it again"
+    ))
+    .file(record)
 }
 
 /// What all parts have in common: a record, and the names of the whole sequence.

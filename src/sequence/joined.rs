@@ -117,16 +117,12 @@ fn rows_there(
         (false, true) => &["file", "blake3", "seconds"],
         (false, false) => &["seconds"],
     };
-    let mut columns = COLUMNS.iter().filter(|column| !other.contains(column));
     let wanted = rows(parts);
-    let is_same = there.keys().eq(wanted.keys())
-        && columns.all(|column| {
-            let texts = |rows: &Rows| {
-                rows.values()
-                    .map(|row| row.text(column).to_owned())
-                    .collect::<Vec<_>>()
-            };
-            texts(&there) == texts(&wanted)
+    let mut pairs = there.iter().zip(&wanted);
+    let is_same = there.len() == wanted.len()
+        && pairs.all(|((step, row), (other_step, wanted))| {
+            let mut columns = COLUMNS.iter().filter(|column| !other.contains(column));
+            step == other_step && columns.all(|column| row.text(column) == wanted.text(column))
         });
     if !is_same {
         return None;
@@ -159,12 +155,8 @@ fn is_file_of(
         step: Some(rows.len() - 1),
         tag_array: None,
     };
-    let is_readable = || {
-        Source::open(&path)
-            .and_then(|file| formats::read_as(format, &file, &options))
-            .is_ok()
-    };
-    is_as_written && is_readable()
+    let read = || formats::read_as(format, &Source::open(&path)?, &options);
+    is_as_written && read().is_ok()
 }
 
 /// Where each step ends in a file of all, by the record of its run.
