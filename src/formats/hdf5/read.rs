@@ -393,8 +393,8 @@ fn unknown(datatype: &Datatype) -> Error {
 fn refused(error: Refused) -> Error {
     match error {
         Refused::Io(error) => Error::system(error.to_string()),
-        Refused::InvalidData(message) if message.contains("UTF-8") => Error::input(format!(
-            "HDF5: the name of a group, of a dataset or of an attribute is not UTF-8, which it must be ({message})"
+        other if other.to_string().contains("invalid UTF-8 string") => Error::input(format!(
+            "HDF5: the name of a group, of a dataset or of an attribute is not UTF-8, as it must be ({other})"
         )),
         other => Error::input(format!("HDF5: {other}")),
     }
