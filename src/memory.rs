@@ -20,10 +20,27 @@ pub fn prepare() {
     #[cfg(unix)]
     reserve::set_aside();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: a setting; a value that is refused changes nothing.
+    // SAFETY: settings; a value that is refused changes nothing.
     unsafe {
-        libc::mallopt(libc::M_MMAP_THRESHOLD, RETURNED)
+        libc::mallopt(libc::M_MMAP_THRESHOLD, RETURNED);
+        if are_addresses_few() {
+            libc::mallopt(libc::M_ARENA_MAX, 1);
+        }
     };
+}
+
+/// Whether `ulimit -v` leaves no room for the 64 MB of addresses that the system's allocator would set aside
+/// for each thread.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+fn are_addresses_few() -> bool {
+    const FEW: libc::rlim_t = 8 << 30;
+    let mut limit = libc::rlimit {
+        rlim_cur: libc::RLIM_INFINITY,
+        rlim_max: libc::RLIM_INFINITY,
+    };
+    // SAFETY: the call only fills in the limit.
+    let asked = unsafe { libc::getrlimit(libc::RLIMIT_AS, &mut limit) };
+    asked == 0 && limit.rlim_cur < FEW
 }
 
 /// The system's allocator with huge pages for large arrays, where the system has them to give.

@@ -200,6 +200,7 @@ fn a_signal_ends_a_conversion_and_leaves_no_hidden_file() {
     for (signal, code, out, kept) in [
         ("-TERM", 143, &["all.vtkhdf"][..], &[][..]),
         ("-INT", 130, &["all.cgns"], &[]),
+        ("-HUP", 129, &["all.vtkhdf"], &[]),
         ("-TERM", 143, &["all.pvd"], &["all_0000.vtu"]),
     ] {
         let mut child = Command::new(env!("CARGO_BIN_EXE_azimesh"))

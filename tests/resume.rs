@@ -574,7 +574,13 @@ fn long() -> tempfile::TempDir {
 /// A run under way that has finished a step or two.
 #[cfg(unix)]
 fn begun(folder: &Path, out: &str) -> std::process::Child {
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("azimesh"));
+    let program = std::process::Command::new(assert_cmd::cargo::cargo_bin("azimesh"));
+    begun_by(program, folder, out)
+}
+
+/// The same by a command that goes before the arguments.
+#[cfg(unix)]
+fn begun_by(mut command: std::process::Command, folder: &Path, out: &str) -> std::process::Child {
     let args = ["deform", "n.vtu", "case.toml", "-q", "-o", out];
     let child = command.current_dir(folder).args(args).spawn().unwrap();
     let table = folder.join(out).join("steps.csv");
@@ -591,7 +597,7 @@ fn a_signal_ends_a_run_between_two_steps() {
     let folder = long();
     let folder = folder.path();
     assert_eq!(deform(folder, "whole", &["-q"]).code, 0);
-    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
         let mut child = begun(folder, "out");
         let asked = std::process::Command::new("kill")
             .args([&format!("-{signal}"), &child.id().to_string()])
@@ -613,6 +619,24 @@ fn a_signal_ends_a_run_between_two_steps() {
         assert_same(&out, &folder.join("whole"), signal);
         std::fs::remove_dir_all(out).unwrap();
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_under_nohup_outlives_its_terminal() {
+    let folder = airfoil();
+    let folder = folder.path();
+    rewrite(folder, "n.toml", "case.toml", &[]);
+    let mut nohup = std::process::Command::new("sh");
+    nohup.args(["-c", "trap '' HUP; exec \"$0\" \"$@\""]);
+    nohup.arg(assert_cmd::cargo::cargo_bin("azimesh"));
+    let mut child = begun_by(nohup, folder, "out");
+    let asked = std::process::Command::new("kill")
+        .args(["-HUP", &child.id().to_string()])
+        .status();
+    assert!(asked.unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(folder.join("out/n_0036.vtu").is_file());
 }
 
 #[cfg(unix)]

@@ -62,7 +62,7 @@ pub fn count(before: usize, after: usize) {
     let allowed = ALLOWED.load(Ordering::Relaxed);
     if held.saturating_add(more) > allowed {
         end(format_args!(
-            "{more} bytes more than the {held} that are held are too many for --max-memory, {allowed} bytes"
+            "--max-memory allows {allowed} bytes; {held} are held, and {more} more are needed"
         ));
     }
 }

@@ -318,7 +318,8 @@ mod tests {
                 .map(|name| name.to_string_lossy().into()),
         );
         let mut found = names(folder.path());
-        (expected.sort(), found.sort());
+        expected.sort();
+        found.sort();
         assert_eq!(found, expected);
         drop(written);
         assert_eq!(names(folder.path()).len(), others.len());

@@ -42,6 +42,7 @@ pub(super) fn unpack(bytes: &[u8], room: Room) -> Option<Result<Vec<u8>>> {
         [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] => Packing::Zstd,
         _ => return None,
     };
+    let room = room.of_packed(bytes.len());
     let mut unpacked = Vec::new();
     let result = match packing {
         Packing::Gzip => {
@@ -68,7 +69,7 @@ fn refusal(packing: Packing, n_unpacked: usize, error: &io::Error) -> Error {
         Packing::Zstd => "zstd",
     };
     match error.kind() {
-        ErrorKind::FileTooLarge => Error::system(format!("the {name} data is, unpacked, {error}")),
+        ErrorKind::FileTooLarge => Error::system(format!("the {name} data is unpacked to {error}")),
         ErrorKind::OutOfMemory => Error::system(format!(
             "no memory is left after {n_unpacked} bytes of {name} data are unpacked"
         )),

@@ -8,6 +8,9 @@ use std::path::Path;
 const FIRST: usize = 64 << 10;
 /// From here on it grows by an eighth, so that little is taken in vain.
 const DOUBLED: usize = 64 << 20;
+/// Without being asked, a packed file is unpacked to this, or to so many times its size.
+const PACKED: usize = 1 << 30;
+const RATIO: usize = 100;
 /// Half of this where the system does not tell what is free.
 const UNKNOWN: u64 = 16 << 30;
 
@@ -15,7 +18,15 @@ const UNKNOWN: u64 = 16 << 30;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
     bytes: usize,
-    is_asked: bool,
+    reason: Reason,
+}
+
+/// Why it is no more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Reason {
+    Asked,
+    Free,
+    Ratio,
 }
 
 impl Room {
@@ -24,7 +35,19 @@ impl Room {
         let bytes = max_memory.unwrap_or_else(|| free() / 2);
         Self {
             bytes: usize::try_from(bytes).unwrap_or(usize::MAX),
-            is_asked: max_memory.is_some(),
+            reason: max_memory.map_or(Reason::Free, |_| Reason::Asked),
+        }
+    }
+
+    /// For a packed file of `n` bytes: a mesh does not pack to a hundredth, a bomb does.
+    pub fn of_packed(self, n: usize) -> Self {
+        let bytes = n.saturating_mul(RATIO).max(PACKED);
+        match self.reason == Reason::Asked || bytes >= self.bytes {
+            true => self,
+            false => Self {
+                bytes,
+                reason: Reason::Ratio,
+            },
         }
     }
 
@@ -54,9 +77,12 @@ impl Room {
     }
 
     fn exceeded(&self) -> Error {
-        let which = match self.is_asked {
-            true => "what --max-memory allows",
-            false => "half of the memory that is free; --max-memory allows more",
+        let which = match self.reason {
+            Reason::Asked => "what --max-memory allows",
+            Reason::Free => "half of the memory that is free; --max-memory allows more",
+            Reason::Ratio => {
+                "more than meshes have that are packed to so little; --max-memory allows more"
+            }
         };
         let message = format!("more than {} bytes, {which}", self.bytes);
         Error::new(ErrorKind::FileTooLarge, message)
@@ -122,6 +148,19 @@ mod tests {
             assert!(error.to_string().contains("--max-memory"), "{error}");
             assert!(out.capacity() <= room.bytes);
         }
+    }
+
+    #[test]
+    fn a_small_packed_file_may_have_a_gigabyte_and_a_large_one_a_hundred_times_its_size() {
+        let unasked = Room {
+            bytes: 16 << 30,
+            reason: Reason::Free,
+        };
+        assert_eq!(unasked.of_packed(6 << 20).bytes, 1 << 30);
+        assert_eq!(unasked.of_packed(100 << 20).bytes, 10_000 << 20);
+        assert_eq!(unasked.of_packed(1 << 30).bytes, 16 << 30);
+        let asked = Room::new(Some(8 << 30));
+        assert_eq!(asked.of_packed(6 << 20).bytes, 8 << 30);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::output::Names;
 use super::plan::Plan;
 use super::run::Request;
 use crate::error::{Error, Result};
-use crate::formats::{Commit, Precision, check_file, save_text};
+use crate::formats::{Commit, Precision, check_file, check_no_device, save_text};
 use crate::rbf::select::Selection;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -218,6 +218,7 @@ pub(super) fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
 
 /// The hash of some bytes of a file.
 pub(super) fn hash_of_range(path: &Path, bytes: Range<u64>) -> std::io::Result<blake3::Hash> {
+    check_no_device(path)?;
     let mut file = File::open(path)?;
     file.seek(SeekFrom::Start(bytes.start))?;
     let mut file = file.take(bytes.end.saturating_sub(bytes.start));
