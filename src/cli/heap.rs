@@ -48,7 +48,14 @@ pub(super) fn end_stage() {
 
 /// Counts an array that grows or shrinks from `before` to `after` bytes, 0 for one that is not there. Ends
 /// the program where it grows beyond what `--max-memory` allows.
+#[inline]
 pub fn count(before: usize, after: usize) {
+    if before >= COUNTED || after >= COUNTED {
+        count_large(before, after);
+    }
+}
+
+fn count_large(before: usize, after: usize) {
     let counted = |size: usize| if size < COUNTED { 0 } else { size };
     let (before, after) = (counted(before), counted(after));
     if after <= before {
