@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use support::{azimesh, succeed};
+use support::{azimesh, short, succeed};
 
 const PLANE: &str = "NDIME= 2\nNELEM= 2\n5 0 1 2 0\n5 1 3 2 1\nNPOIN= 4\n0.0 0.0 0\n1.0 0.0 1\n\
                      0.0 1.0 2\n1.0 1.0 3\nNMARK= 1\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\n";
@@ -165,4 +165,34 @@ fn names_beside_a_mesh_are_replaced_only_by_force() {
     succeed(folder, &["convert", "--force", "in.ugrid", "out.b8.ugrid"]);
     let text = fs::read_to_string(folder.join("out.mapbc")).unwrap();
     assert_eq!(text, "1\n1 4000 wing\n");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_takes_its_inputs_from_pipes_and_is_not_resumed_without_their_hashes() {
+    let folder = short();
+    let bash = |line: &str| {
+        let path = Path::new(env!("CARGO_BIN_EXE_azimesh")).parent().unwrap();
+        let line = format!("PATH={}:$PATH; timeout 120 {line}", path.display());
+        let output = Command::new("bash")
+            .args(["-c", &line])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        (output.status.code().unwrap(), err)
+    };
+    for (out, inputs) in [
+        ("a", "n.vtu <(cat few.toml)"),
+        ("b", "<(cat n.vtu) few.toml"),
+    ] {
+        let (code, err) = bash(&format!("azimesh -q deform {inputs} -o {out}"));
+        assert_eq!((code, err.as_str()), (0, ""), "{inputs}");
+        let (code, err) = bash(&format!("azimesh -q deform {inputs} -o {out} --resume"));
+        assert_eq!(code, 2, "{inputs}: {err}");
+        assert!(
+            err.contains("pipe, of which there is no hash"),
+            "{inputs}: {err}"
+        );
+    }
 }

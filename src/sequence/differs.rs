@@ -9,7 +9,7 @@ pub(super) enum Difference {
     Program(String, String),
     /// The kinds of input files, or their number.
     Inputs,
-    /// The mesh came from standard input, of which there is no hash.
+    /// An input came from standard input or another pipe, of which there is no hash.
     NoHash,
     /// The content of an input file: what it is, and its names in one run and the other.
     Content(String, String, String),
@@ -91,7 +91,7 @@ impl Difference {
     fn of_inputs(&self) -> String {
         match self {
             Self::NoHash => {
-                "its mesh came from standard input, of which there is no hash".to_owned()
+                "its mesh or schedule came from a pipe, of which there is no hash".to_owned()
             }
             _ => "it had more or fewer input files (base points of --base are one)".to_owned(),
         }

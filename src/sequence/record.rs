@@ -191,9 +191,11 @@ impl Record {
     }
 }
 
+/// An input and its hash; what came from a pipe is gone and has none.
 fn input(what: &str, path: &Path) -> Result<Value> {
-    if path.as_os_str() == "-" {
-        return Ok(json!({ "what": what, "file": "-" }));
+    let is_pipe = |found: std::fs::Metadata| !found.is_file();
+    if path.as_os_str() == "-" || path.metadata().is_ok_and(is_pipe) {
+        return Ok(json!({ "what": what, "file": path.display().to_string() }));
     }
     let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
     Ok(json!({
