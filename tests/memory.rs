@@ -80,7 +80,9 @@ fn remove_output(folder: &Path) {
     let out = folder.join("out");
     let _ = fs::remove_dir_all(&out);
     let _ = fs::remove_file(&out);
-    let _ = fs::remove_file(out.with_extension("toml"));
+    for ending in ["toml", "vtp"] {
+        let _ = fs::remove_file(out.with_extension(ending));
+    }
 }
 
 /// Nothing hidden is there, nor half of anything.
