@@ -176,6 +176,26 @@ fn in_a_folder_the_joined_file_is_the_sequence() {
     }
 }
 
+#[test]
+#[cfg(unix)]
+fn a_sequence_may_have_more_files_than_can_be_open() {
+    let folder = airfoil();
+    let path = folder.path();
+    succeed(path, &["deform", "n.vtu", "n.toml", "-o", "out"]);
+    let program = Path::new(env!("CARGO_BIN_EXE_azimesh"));
+    let line = format!(
+        "ulimit -n 24; {} convert out/n.pvd -o files --format vtk --threads 1",
+        program.display()
+    );
+    let run = Command::new("bash")
+        .args(["-c", &line])
+        .current_dir(path)
+        .output();
+    let run = run.unwrap();
+    assert!(run.status.success(), "{run:?}");
+    assert_eq!(names(&path.join("files")).len(), 37 + 2);
+}
+
 /// Waits until a hidden file is there.
 #[cfg(unix)]
 fn until_under_work(folder: &Path) {

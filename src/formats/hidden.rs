@@ -1,5 +1,9 @@
-//! Files under hidden names until they are whole: a list of them, so that a signal leaves none behind, and a
-//! lock on each, so that what a killed program has left is known and removed.
+//! Files under hidden names until they are whole: a list of them, so that a signal leaves none behind, and
+//! locks, so that what a killed program has left is known and removed.
+//!
+//! A file is locked until it is whole. Of those that are whole and wait for their names, of which there may be
+//! more than files can be open, the last one of each folder is: a program that has one file of a folder locked
+//! is at work on all that it has there.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
@@ -46,12 +50,15 @@ impl Commit {
 struct All {
     /// Every hidden file or folder there is, and the name that it waits for if it is whole.
     waiting: BTreeMap<PathBuf, Option<(PathBuf, Commit)>>,
+    /// By folder, the file that became whole there last: locked as long as it is open.
+    locked: BTreeMap<PathBuf, File>,
     /// Folders in which nothing is left of killed programs.
     cleared: BTreeSet<PathBuf>,
 }
 
 static ALL: Mutex<All> = Mutex::new(All {
     waiting: BTreeMap::new(),
+    locked: BTreeMap::new(),
     cleared: BTreeSet::new(),
 });
 /// Makes every hidden name of this process another one.
@@ -65,8 +72,8 @@ fn all() -> MutexGuard<'static, All> {
 #[must_use]
 pub(super) struct Hidden {
     path: PathBuf,
-    /// Locked as long as it is open.
-    file: File,
+    /// Locked as long as it is open: until it is whole.
+    file: Option<File>,
 }
 
 impl Hidden {
@@ -78,15 +85,17 @@ impl Hidden {
             options.read(true).write(true).create_new(true).open(path)
         };
         let hidden = Self::create(folder_of(target), create)?;
-        Ok((hidden.file.try_clone()?, hidden))
+        let file = hidden.file.as_ref().expect("it is not whole yet");
+        Ok((file.try_clone()?, hidden))
     }
 
     /// A new folder in that of `target`.
     pub fn folder_beside(target: &Path) -> io::Result<Self> {
-        Self::create(folder_of(target), |path| {
+        let create = |path: &Path| {
             fs::create_dir(path)?;
             File::open(path)
-        })
+        };
+        Self::create(folder_of(target), create)
     }
 
     fn create(folder: &Path, create: impl Fn(&Path) -> io::Result<File>) -> io::Result<Self> {
@@ -104,6 +113,7 @@ impl Hidden {
                 continue;
             }
             all.waiting.insert(path.clone(), None);
+            let file = Some(file);
             return Ok(Self { path, file });
         }
     }
@@ -114,15 +124,19 @@ impl Hidden {
     }
 
     /// It is whole: a signal gives it its name.
-    pub fn is_whole(&self, target: &Path, commit: Commit) {
+    pub fn is_whole(&mut self, target: &Path, commit: Commit) {
+        let mut all = all();
         let wanted = Some((target.to_path_buf(), commit));
-        all().waiting.insert(self.path.clone(), wanted);
+        all.waiting.insert(self.path.clone(), wanted);
+        if let Some(file) = self.file.take() {
+            all.locked.insert(folder_of(&self.path).to_path_buf(), file);
+        }
     }
 
     /// Gives it its name. Its folder has to be synced after that.
     pub fn take_name(self, target: &Path, commit: Commit) -> io::Result<()> {
         if commit.sync {
-            self.file.sync_all()?;
+            sync_file(&self.path)?;
         }
         let mut all = all();
         give_name(&self.path, target, commit)?;
@@ -160,6 +174,16 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
+fn sync_file(path: &Path) -> io::Result<()> {
+    let mut options = OpenOptions::new();
+    // Windows syncs what may be written only.
+    options
+        .read(true)
+        .write(cfg!(windows))
+        .open(path)?
+        .sync_all()
+}
+
 /// Puts the names in a folder on the disk.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     // Folders are files on Unix only, and one that may not be read cannot be synced.
@@ -180,21 +204,29 @@ fn remove(path: &Path) {
     };
 }
 
-/// Removes what killed programs have left in a folder: hidden files that nobody has locked.
+/// Removes what killed programs have left in a folder: the hidden files of those that have none of them locked.
 pub fn clear_left(folder: &Path) {
+    let mut of_processes: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        if !entry.file_name().to_str().is_some_and(is_hidden_name) {
-            continue;
-        }
-        let path = entry.path();
-        let file = match path.is_dir() {
-            true => File::open(&path),
-            false => OpenOptions::new().read(true).write(true).open(&path),
-        };
-        if file.is_ok_and(|file| lock(&file) == Some(true) && is_same(&file, &path)) {
-            remove(&path);
+        if let Some(process) = entry.file_name().to_str().and_then(process_of) {
+            let files = of_processes.entry(process.to_owned()).or_default();
+            files.push(entry.path());
         }
     }
+    for files in of_processes.values() {
+        if files.iter().all(|path| is_unlocked(path)) {
+            files.iter().for_each(|path| remove(path));
+        }
+    }
+}
+
+/// Whether a hidden file could be locked, so that no program is at work on it.
+fn is_unlocked(path: &Path) -> bool {
+    let file = match path.is_dir() {
+        true => File::open(path),
+        false => OpenOptions::new().read(true).write(true).open(path),
+    };
+    file.is_ok_and(|file| lock(&file) == Some(true) && is_same(&file, path))
 }
 
 fn clear_once(folder: &Path) {
@@ -204,12 +236,12 @@ fn clear_once(folder: &Path) {
     }
 }
 
-fn is_hidden_name(name: &str) -> bool {
-    let numbers = name
-        .strip_prefix(START)
-        .and_then(|rest| rest.strip_suffix(END)?.split_once('-'));
+/// The process that a hidden name tells.
+fn process_of(name: &str) -> Option<&str> {
+    let numbers = name.strip_prefix(START)?.strip_suffix(END)?;
+    let (process, number) = numbers.split_once('-')?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    numbers.is_some_and(|(process, number)| is_number(process) && is_number(number))
+    (is_number(process) && is_number(number)).then_some(process)
 }
 
 /// Locks a file as long as it is open; tells whether nobody else has it locked, as far as the file system
@@ -272,7 +304,7 @@ fn end_all(mut all: MutexGuard<'static, All>) {
     for (hidden, wanted) in mem::take(&mut all.waiting) {
         let named = wanted.is_some_and(|(target, commit)| {
             let synced = match commit.sync {
-                true => File::open(&hidden).and_then(|file| file.sync_all()),
+                true => sync_file(&hidden),
                 false => Ok(()),
             };
             synced
@@ -323,6 +355,35 @@ mod tests {
         assert_eq!(found, expected);
         drop(written);
         assert_eq!(names(folder.path()).len(), others.len());
+    }
+
+    #[test]
+    fn files_that_wait_for_their_names_stay_however_many() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let whole: Vec<Hidden> = (0..5)
+            .map(|i| {
+                let target = folder.path().join(format!("mesh_{i}.vtu"));
+                let (_, mut hidden) = Hidden::beside(&target).expect("it is made");
+                hidden.is_whole(&target, Commit::REPLACE);
+                hidden
+            })
+            .collect();
+        assert!(whole.iter().all(|hidden| hidden.file.is_none()));
+        clear_left(folder.path());
+        assert_eq!(names(folder.path()).len(), 5);
+        for (i, hidden) in whole.into_iter().enumerate() {
+            let target = folder.path().join(format!("mesh_{i}.vtu"));
+            hidden
+                .take_name(&target, Commit::REPLACE)
+                .expect("it is named");
+            clear_left(folder.path());
+        }
+        assert!(
+            names(folder.path())
+                .iter()
+                .all(|name| name.starts_with("mesh_"))
+        );
+        assert_eq!(names(folder.path()).len(), 5);
     }
 
     #[test]

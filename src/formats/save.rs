@@ -161,7 +161,7 @@ pub fn stage_file<T>(
 }
 
 /// A whole file that waits for the name `target`, which the user knows as `path`.
-fn waiting(hidden: Hidden, path: &Path, target: PathBuf, commit: Commit) -> Waiting {
+fn waiting(mut hidden: Hidden, path: &Path, target: PathBuf, commit: Commit) -> Waiting {
     hidden.is_whole(&target, commit);
     let path = path.to_path_buf();
     Waiting::new(move || {
