@@ -6,12 +6,12 @@
 
 #![allow(clippy::print_stdout)] // a benchmark prints its table
 
+use azimesh::deform::Plan;
 use azimesh::geometry::closest::ClosestSurface;
 use azimesh::motion::Schedule;
 use azimesh::rbf::correct::{Correction, REACH};
 use azimesh::rbf::field::Field;
 use azimesh::sample::{BladeOptions, SizeOptions, blade};
-use azimesh::sequence::Plan;
 use std::path::Path;
 use std::time::Instant;
 

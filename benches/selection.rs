@@ -6,10 +6,10 @@
 
 #![allow(clippy::print_stdout)] // a benchmark prints its table
 
+use azimesh::deform::Plan;
 use azimesh::motion::Schedule;
 use azimesh::rbf::select::{Limits, Selection, select};
 use azimesh::sample::{BladeOptions, SizeOptions, blade};
-use azimesh::sequence::Plan;
 use std::path::Path;
 use std::time::Instant;
 

@@ -10,12 +10,13 @@
 //!                          rbf: base points, weights W (n, r), field M (N_v, r) = Phi_vb W,
 //!                               corrected so that the surface is exact
 //!                                         │
-//!                          sequence: x_k = x + M C_k, quality, one file a step
+//!                            deform: x_k = x + M C_k, quality; run: one file a step
 //! ```
 //!
 //! | module | owns |
 //! |---|---|
 //! | [`error`] | the one error type, with its place in a file |
+//! | [`progress`] | how far a run is, and how it is asked to end |
 //! | [`geometry`] | vectors, transforms, boxes, space-filling order, closest points |
 //! | [`linear`] | factors and products of dense matrices |
 //! | [`mesh`] | nodes, cells, groups, arrays; how two meshes differ |
@@ -25,13 +26,17 @@
 //! | [`rbf`] | kernels, base points, evaluation, correction |
 //! | [`quality`] | cell metrics and their summary |
 //! | [`sample`] | meshes to try things on |
-//! | [`sequence`] | a run from plan to files |
+//! | [`deform`] | a mesh and a schedule to positions at every step |
+//! | [`preflight`] | warnings, memory and disk, before work starts |
+//! | [`record`] | what a run leaves behind besides meshes |
+//! | [`run`] | a deformation written to a folder |
 //! | [`report`] | one page of a sequence |
 //! | [`cli`] | the commands; the only module that prints |
 //!
 //! Further reading in the repository: `ARCHITECTURE.md`, and `docs/method.md` for the equations.
 
 pub mod cli;
+pub mod deform;
 pub mod error;
 pub mod formats;
 pub mod geometry;
@@ -39,8 +44,11 @@ pub mod linear;
 pub mod mesh;
 pub mod modes;
 pub mod motion;
+pub mod preflight;
+pub mod progress;
 pub mod quality;
 pub mod rbf;
+pub mod record;
 pub mod report;
+pub mod run;
 pub mod sample;
-pub mod sequence;

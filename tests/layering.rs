@@ -6,11 +6,14 @@ use std::path::{Path, PathBuf};
 /// The floors, top to bottom.
 const FLOORS: &[&[&str]] = &[
     &["cli"],
-    &["sequence", "report"],
+    &["run", "report"],
+    &["preflight"],
+    &["deform"],
     &["motion", "rbf", "quality", "sample"],
-    &["modes", "formats"],
+    &["modes", "formats", "record"],
     &["mesh"],
     &["linear", "geometry"],
+    &["progress"],
     &["error"],
 ];
 

@@ -1,10 +1,11 @@
 //! What the selection promises, by brute force on random schedules: with `sequence` and a tolerance
 //! the interpolant is within it at every surface node at every step.
 
+use azimesh::deform::{Plan, choose};
 use azimesh::geometry::vector::{distance, sub};
 use azimesh::motion::{Role, Schedule};
+use azimesh::progress::Silent;
 use azimesh::sample::{BladeOptions, Naca0012Options, SizeOptions, blade, naca0012};
-use azimesh::sequence::{Plan, Silent, choose};
 use proptest::prelude::*;
 use std::path::Path;
 

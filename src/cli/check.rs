@@ -1,10 +1,11 @@
 //! `azimesh check`: a dry run that says what `deform` would do.
 
 use super::{Context, Outcome, memory};
+use crate::deform::Plan;
 use crate::error::{Result, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
-use crate::sequence::{
-    BodyAtStep, Extremes, Plan, bodies_at, conflicts, estimate_bytes, estimate_memory,
+use crate::preflight::{
+    self, BodyAtStep, Extremes, bodies_at, conflicts, estimate_bytes, estimate_memory,
 };
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -29,7 +30,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let mut plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
     let n_bytes = estimate_bytes(&mut plan)?;
-    let mut warnings = plan.warnings();
+    let mut warnings = preflight::warnings(&plan);
     let extremes = Extremes::new(&plan);
     warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT), &extremes));
     for warning in &warnings {

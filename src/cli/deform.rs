@@ -1,11 +1,14 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::{Context, Outcome, memory};
+use crate::deform::Plan;
 use crate::error::{Result, path_in_line};
 use crate::formats;
 use crate::motion::Schedule;
+use crate::preflight::check_memory;
+use crate::progress::Stop;
 use crate::quality::Criterion;
-use crate::sequence::{Finished, Plan, Request, Stop, check_memory, run};
+use crate::run::{Finished, Request, run};
 use serde_json::json;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

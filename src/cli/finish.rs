@@ -3,7 +3,7 @@
 use super::deform::report;
 use super::{Context, Outcome};
 use crate::error::Result;
-use crate::sequence::finish;
+use crate::run::finish;
 use std::path::PathBuf;
 
 /// Arguments of `azimesh finish`.

@@ -1,7 +1,7 @@
 //! Progress: bars, on a terminal only, and the stage that is named where memory runs out.
 
 use super::{Context, heap};
-use crate::sequence::Progress;
+use crate::progress::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;

@@ -1,11 +1,12 @@
 //! `azimesh select`: base points chosen once and saved.
 
 use super::{Context, Outcome};
+use crate::deform::{Kind, Layer, Plan, check_tolerance, choose};
 use crate::error::{Error, Result, path_in_line};
 use crate::formats::Commit;
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
-use crate::sequence::{Kind, Layer, Plan, base, check_tolerance, choose};
+use crate::run::base;
 use serde_json::json;
 use std::path::PathBuf;
 

@@ -5,7 +5,7 @@
 
 use crate::error::{Error, Result};
 use crate::formats::end_hidden;
-use crate::sequence::Stop;
+use crate::progress::Stop;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::io::Write;

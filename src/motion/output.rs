@@ -2,7 +2,7 @@
 
 use super::reader::{Entry, Keys};
 use crate::error::Result;
-use crate::formats::{self, Compression, Encoding, Precision};
+use crate::formats::{self, Compression, Encoding, Precision, WriteOptions};
 
 const OUTPUT: Keys = Keys {
     known: &[
@@ -77,6 +77,21 @@ impl Default for OutputOptions {
 }
 
 impl OutputOptions {
+    /// How meshes are written.
+    pub fn write_options(&self) -> WriteOptions {
+        WriteOptions {
+            encoding: self.encoding,
+            compression: self.compression,
+            precision: self.precision,
+            tag_names: true,
+        }
+    }
+
+    /// Whether coordinates are written in 32 bits.
+    pub fn rounds(&self) -> Result<bool> {
+        Ok(formats::by_name(&self.format)?.rounds(self.precision))
+    }
+
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
         let section = entry.section("[output]", &OUTPUT)?;
         let mut options = Self::default();

@@ -1,0 +1,301 @@
+//! Base points for a stretch of steps, by the method of the schedule: what they are to reproduce,
+//! and when there are enough.
+//!
+//! | method | targets | ends |
+//! |---|---|---|
+//! | `sequence` | the modes over all steps | at the tolerance |
+//! | `real` | the modes at the first step of the stretch that moves anything (Algorithm 1 of the paper) | at the tolerance |
+//! | `constant` | one vector on all that moves (Algorithm 2) | at the tolerance or at `max_points` |
+//! | `all` | none: every surface node | |
+
+use super::layer::Layer;
+use super::plan::{Plan, SELECTED};
+use crate::error::{Error, Result};
+use crate::geometry::vector::{Vector, norm};
+use crate::motion::{SelectionCriterion, SelectionMethod, Step};
+use crate::progress::Progress;
+use crate::rbf::criterion::Criterion;
+use crate::rbf::distinct::distinct;
+use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
+use crate::rbf::space::Space;
+use std::ops::Range;
+
+/// Base points nearer to each other than this part of the support radius are one to working
+/// precision.
+const DISTINCT: f64 = 1e-7;
+
+/// The base points of every layer for the steps of a stretch.
+pub fn choose(
+    plan: &Plan,
+    stretch: &Range<usize>,
+    progress: &dyn Progress,
+) -> Result<Vec<Selection>> {
+    progress.start("selection", None);
+    let layers = plan.layers.iter();
+    let selections = layers
+        .map(|layer| choose_for(plan, layer, stretch, progress))
+        .collect::<Result<Vec<_>>>();
+    progress.finish();
+    selections.map_err(|error| error.file(&plan.schedule.path))
+}
+
+/// The selections that base points chosen before make, for the steps of a stretch.
+pub(crate) fn with_bases(
+    plan: &Plan,
+    stretch: &Range<usize>,
+    bases: Vec<Vec<usize>>,
+) -> Result<Vec<Selection>> {
+    plan.layers
+        .iter()
+        .zip(bases)
+        .map(|(layer, base)| {
+            let constant = match plan.schedule.selection.method {
+                SelectionMethod::Constant => Some(constant_error(plan, layer, base.clone())?),
+                _ => None,
+            };
+            let criterion = criterion_of(plan, layer, stretch)?;
+            let targets = Targets {
+                criterion: criterion.as_ref().unwrap_or(&layer.criterion),
+                ..plan.targets(layer)
+            };
+            let own = select::from_base(&layer.space, targets, base, measure(plan))?;
+            Ok(Selection {
+                measured: constant.unwrap_or(own.measured),
+                ..own
+            })
+        })
+        .collect()
+}
+
+/// The error over one step, which method `real` measures.
+fn criterion_of(plan: &Plan, layer: &Layer, stretch: &Range<usize>) -> Result<Option<Criterion>> {
+    match plan.schedule.selection.method {
+        SelectionMethod::Real => {
+            let step = first_that_moves(plan, stretch);
+            Ok(Some(layer.criterion.of_step(step)?))
+        }
+        _ => Ok(None),
+    }
+}
+
+fn choose_for(
+    plan: &Plan,
+    layer: &Layer,
+    stretch: &Range<usize>,
+    progress: &dyn Progress,
+) -> Result<Selection> {
+    let targets = plan.targets(layer);
+    let wanted = &plan.schedule.selection;
+    match wanted.method {
+        SelectionMethod::Sequence | SelectionMethod::Real => {
+            let criterion = criterion_of(plan, layer, stretch)?;
+            let targets = Targets {
+                criterion: criterion.as_ref().unwrap_or(&layer.criterion),
+                ..targets
+            };
+            in_rounds(plan, layer, targets, progress)
+        }
+        SelectionMethod::Constant => by_constant(plan, layer, targets, progress),
+        SelectionMethod::All => {
+            let radius = layer.space.basis.radius;
+            let base = match layer.modes.n_modes {
+                0 => Vec::new(),
+                _ => distinct(&plan.surface.points, DISTINCT * radius, targets.images),
+            };
+            let skipped = plan.surface.nodes.len() - base.len();
+            let mut selection = select::from_base(&layer.space, targets, base, Measure::Max)?;
+            selection.skipped = skipped;
+            Ok(selection)
+        }
+    }
+}
+
+/// The first step of a stretch, or the first at which anything moves: base points for nothing would
+/// serve no other step.
+fn first_that_moves(plan: &Plan, stretch: &Range<usize>) -> usize {
+    let mut steps = stretch.clone();
+    steps
+        .find(|&step| plan.largest_displacement(step) > 0.0)
+        .unwrap_or(stretch.start)
+}
+
+fn measure(plan: &Plan) -> Measure {
+    match plan.schedule.selection.criterion {
+        SelectionCriterion::Max => Measure::Max,
+        SelectionCriterion::Mean => Measure::Mean,
+    }
+}
+
+fn limits(plan: &Plan, layer: &Layer) -> Limits {
+    let most = plan.schedule.selection.max_points;
+    Limits {
+        measure: measure(plan),
+        ..Limits::in_rounds(layer.tolerance, most, plan.surface.nodes.len())
+    }
+}
+
+fn in_rounds(
+    plan: &Plan,
+    layer: &Layer,
+    targets: Targets<'_>,
+    progress: &dyn Progress,
+) -> Result<Selection> {
+    let limits = limits(plan, layer);
+    select::select(&layer.space, targets, limits, &mut |n, error| {
+        progress.say(&format!(
+            "{n} base points, error {error:.2e} of {:.2e}",
+            plan.tolerance
+        ));
+    })
+}
+
+/// Algorithm 2: base points that reproduce one vector on all that moves, zero elsewhere; then the
+/// layer's own modes from them.
+fn by_constant(
+    plan: &Plan,
+    layer: &Layer,
+    targets: Targets<'_>,
+    progress: &dyn Progress,
+) -> Result<Selection> {
+    let Some(field) = constant_field(plan, layer)? else {
+        return select::from_base(&layer.space, targets, Vec::new(), measure(plan));
+    };
+    let limits = limits(plan, layer);
+    let chosen = select::select(
+        &field.space,
+        field.targets(targets),
+        limits,
+        &mut |n, error| {
+            progress.say(&format!(
+                "{n} base points, error {error:.2e} of the constant"
+            ));
+        },
+    )?;
+    let own = select::from_base(&layer.space, targets, chosen.base, measure(plan))?;
+    Ok(Selection {
+        measured: chosen.measured,
+        history: chosen.history,
+        picked: chosen.picked,
+        skipped: chosen.skipped,
+        ..own
+    })
+}
+
+/// The target of Algorithm 2.
+struct ConstantField {
+    space: Space,
+    values: Vec<f64>,
+    criterion: Criterion,
+}
+
+impl ConstantField {
+    /// This field at the points of other targets.
+    fn targets<'a>(&'a self, of: Targets<'a>) -> Targets<'a> {
+        Targets {
+            values: &self.values,
+            criterion: &self.criterion,
+            ..of
+        }
+    }
+}
+
+/// The constant vector on all that moves, zero elsewhere; `None` where there is nothing to choose for.
+/// It has one direction, so a scalar field of its length serves, but for periodic images, which turn
+/// it.
+fn constant_field(plan: &Plan, layer: &Layer) -> Result<Option<ConstantField>> {
+    let vector = constant(plan, layer);
+    let size = norm(vector);
+    if size == 0.0 || layer.modes.n_modes == 0 {
+        return Ok(None);
+    }
+    let moving = plan.surface.body.iter().map(Option::is_some);
+    if layer.space.images.is_empty() {
+        return Ok(Some(ConstantField {
+            space: layer.space.scalar(),
+            values: moving.map(|moves| if moves { size } else { 0.0 }).collect(),
+            criterion: Criterion::new(1, &[1.0, 0.0, 0.0])?,
+        }));
+    }
+    Ok(Some(ConstantField {
+        space: layer.space.clone(),
+        values: moving
+            .flat_map(|moves| if moves { vector } else { [0.0; 3] })
+            .collect(),
+        criterion: Criterion::new(3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])?,
+    }))
+}
+
+/// What the selection of Algorithm 2 measures, of base points chosen before.
+fn constant_error(plan: &Plan, layer: &Layer, base: Vec<usize>) -> Result<f64> {
+    let Some(field) = constant_field(plan, layer)? else {
+        return Ok(0.0);
+    };
+    let targets = field.targets(plan.targets(layer));
+    Ok(select::from_base(&field.space, targets, base, measure(plan))?.measured)
+}
+
+/// The vector of Algorithm 2: that of the schedule, or the largest component of the layer's data over
+/// moving points and steps in each direction.
+pub fn constant(plan: &Plan, layer: &Layer) -> Vector {
+    if let Some(constant) = plan.schedule.selection.constant {
+        return constant;
+    }
+    layer.modes.largest_components()
+}
+
+/// Fails a run whose base points miss the tolerance; they are saved, no mesh is written.
+pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
+    let wanted = &plan.schedule.selection;
+    for (layer, selection) in plan.layers.iter().zip(selections) {
+        let full = selection.base.len() >= wanted.max_points;
+        let ends_there = wanted.method == SelectionMethod::Constant && full;
+        if wanted.method == SelectionMethod::All
+            || ends_there
+            || selection.measured <= layer.tolerance / SELECTED
+        {
+            continue;
+        }
+        let reason = match full {
+            true => "max_points is reached",
+            false => "no further surface node can be added",
+        };
+        return Err(Error::check(format!(
+            "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
+             no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
+            plan.tolerance,
+            selection.base.len(),
+            selection.measured,
+            layer.space.basis.radius
+        ))
+        .file(&plan.schedule.path));
+    }
+    Ok(())
+}
+
+/// A sentence where a step misses the tolerance that its base points were chosen by, and whether that
+/// fails the run: not where the correction of every substep has put the surface in its place, nor where
+/// `constant` has ended at `max_points`; `n_base` are the base points of the step.
+pub(crate) fn missed(
+    plan: &Plan,
+    step: &Step,
+    n_base: usize,
+    error: f64,
+) -> Option<(String, bool)> {
+    let wanted = &plan.schedule.selection;
+    let cut = plan.schedule.rbf.substeps > 1;
+    let by_largest = wanted.criterion == SelectionCriterion::Max;
+    let is_held = match wanted.method {
+        SelectionMethod::Sequence => by_largest,
+        SelectionMethod::All => cut,
+        // The base points serve steps that they were not chosen for, which matters where that is written.
+        SelectionMethod::Real | SelectionMethod::Constant => by_largest && !wanted.correction,
+    };
+    let ended = wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points;
+    (is_held && error > plan.tolerance).then(|| {
+        let sentence = format!(
+            "step {}: the base points leave {error:.3e}, more than the tolerance {}",
+            step.index, plan.tolerance
+        );
+        (sentence, !(ended || cut && wanted.correction))
+    })
+}

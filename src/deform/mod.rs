@@ -1,0 +1,39 @@
+//! A mesh and a schedule to node positions at every step: base points once, mode fields once.
+//!
+//! ```text
+//! Plan ──> Selection ──> Deformer ──> points at a step
+//! ```
+//!
+//! Owns what is refused of a mesh or a motion, what is interpolated and where nodes are at a step. Knows
+//! no clock, prints nothing and writes nothing.
+
+mod checks;
+mod choose;
+mod deformer;
+mod fields;
+mod first_cells;
+mod layer;
+mod periodic;
+mod plan;
+mod repair;
+mod sections;
+mod sliding;
+mod substeps;
+mod surface;
+mod surface_displacements;
+mod velocity;
+mod wall_angles;
+mod zone;
+
+pub use choose::{check_tolerance, choose, constant};
+pub(crate) use choose::{missed, with_bases};
+pub use deformer::Deformer;
+pub use first_cells::FirstCells;
+pub use layer::{Centre, Kind, Layer};
+pub use plan::Plan;
+pub(crate) use repair::{Repair, repair, wants_repair};
+pub use surface::SurfacePoints;
+pub use wall_angles::WallAngles;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,87 @@
+//! `on_inverted = "substeps"`: a step with inverted cells is taken again in 2, 4 and 8 substeps, from
+//! the same base points.
+
+use super::plan::Plan;
+use crate::error::{Kind, Result};
+use crate::geometry::vector::Vector;
+use crate::motion::{OnInverted, Step};
+use crate::quality::Summary;
+use serde_json::{Value, json};
+
+/// Substeps that are tried, one after the other.
+const TRIES: [usize; 3] = [2, 4, 8];
+
+/// What became of a step with inverted cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Repair {
+    /// Substeps that were taken at last; none where they did not help.
+    pub substeps: Option<usize>,
+    /// Inverted cells without them.
+    before: usize,
+    /// Inverted cells with them.
+    after: usize,
+}
+
+/// Whether a step is to be repaired.
+pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
+    plan.schedule.output.on_inverted == OnInverted::Substeps && summary.inverted > 0
+}
+
+/// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
+/// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
+/// step in so many parts.
+pub(crate) fn repair(
+    plan: &Plan,
+    points: &mut [Vector],
+    summary: &mut Summary,
+    error: &mut f64,
+    attempt: impl Fn(usize, &mut [Vector]) -> Result<(f64, Summary)>,
+) -> Result<Repair> {
+    let before = summary.inverted;
+    let mut substeps = None;
+    let mut trial = points.to_vec();
+    for n in TRIES {
+        if n <= plan.schedule.rbf.substeps || summary.inverted == 0 {
+            continue;
+        }
+        let (found_error, found) = match attempt(n, &mut trial) {
+            Ok(found) => found,
+            Err(error) if error.kind == Kind::System => return Err(error),
+            // A part that cannot be interpolated repairs nothing.
+            Err(_) => continue,
+        };
+        if found.inverted < summary.inverted {
+            points.copy_from_slice(&trial);
+            (*error, *summary, substeps) = (found_error, found, Some(n));
+        }
+    }
+    Ok(Repair {
+        substeps,
+        before,
+        after: summary.inverted,
+    })
+}
+
+impl Repair {
+    /// What the user is told.
+    pub fn sentence(&self, step: &Step) -> String {
+        let (index, azimuth, before) = (step.index, step.azimuth_deg, self.before);
+        let outcome = match (self.substeps, self.after) {
+            (None, _) => "substeps leave no fewer".to_owned(),
+            (Some(n), 0) => format!("{n} substeps leave none"),
+            (Some(n), after) => format!("{n} substeps leave {after}"),
+        };
+        format!("step {index} (azimuth {azimuth} degrees) had {before} inverted cells: {outcome}")
+    }
+
+    /// What run.json holds.
+    pub fn record(&self, step: &Step) -> Value {
+        json!({
+            "step": step.index,
+            "substeps": self.substeps,
+            "inverted_before": self.before,
+            "inverted": self.after,
+            "sentence": self.sentence(step),
+        })
+    }
+}

@@ -1,0 +1,99 @@
+//! A step by way of several meshes: its motion cut into parts, each interpolated on the mesh that the
+//! part before has left.
+
+use super::deformer::Deformer;
+use super::fields::{Chosen, Fields, Frame};
+use super::layer;
+use super::sliding;
+use crate::error::Result;
+use crate::geometry::vector::Vector;
+use crate::modes::RigidSurface;
+use crate::motion::Step;
+use crate::progress::Silent;
+use crate::rbf::select::{self, Measure};
+use rayon::prelude::*;
+
+impl Deformer<'_> {
+    /// A step in `n` parts, each interpolated on the mesh left by the one before; gives the largest
+    /// error of a part before its correction, or without the correction that of the positions.
+    pub(super) fn through_substeps(
+        &self,
+        step: &Step,
+        n: usize,
+        out: &mut [Vector],
+    ) -> Result<f64> {
+        let plan = self.plan;
+        let mut nodes = plan.reference.clone();
+        let mut worst: f64 = 0.0;
+        for part in 1..=n {
+            let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
+            let error = self.substep(step, (from, to), &nodes, out)?;
+            worst = worst.max(error);
+            plan.periodic
+                .follow(&plan.motion, &plan.reference, None, out);
+            nodes.copy_from_slice(out);
+        }
+        // What the correction does not take off adds up from part to part.
+        Ok(match plan.schedule.selection.correction {
+            true => worst,
+            false => self.off_place(&plan.motion.poses(step, 1.0), None, out).0,
+        })
+    }
+
+    fn substep(
+        &self,
+        step: &Step,
+        (from, to): (f64, f64),
+        nodes: &[Vector],
+        out: &mut [Vector],
+    ) -> Result<f64> {
+        let plan = self.plan;
+        let surface: Vec<Vector> = plan
+            .surface
+            .nodes
+            .par_iter()
+            .map(|&node| nodes[node as usize])
+            .collect();
+        let rigid = RigidSurface {
+            points: &surface,
+            body: &plan.surface.body,
+        };
+        let given = plan.given_between(std::slice::from_ref(step), from, to);
+        let mut method = plan.method.clone();
+        if let Some(sliding) = sliding::on_moved_surface(&plan.motion, &plan.surface, &surface) {
+            method.displacement.constraints = plan.surface.constraints(Some(&sliding));
+        }
+        let layers = layer::layers(rigid, &given, &method)?;
+        let selections = layers
+            .iter()
+            .zip(&self.bases)
+            .map(|(layer, base)| {
+                let targets = select::Targets {
+                    points: &surface,
+                    values: &layer.modes.values,
+                    criterion: &layer.criterion,
+                    images: &plan.periodic.is_image,
+                    arms: &layer.arms,
+                };
+                select::from_base(&layer.space, targets, base.clone(), Measure::Max)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let chosen: Vec<Chosen<'_>> = selections
+            .iter()
+            .map(|selection| Chosen {
+                selection,
+                error: selection.error,
+            })
+            .collect();
+        let frame = Frame {
+            nodes,
+            surface: &surface,
+            ..self.reference()
+        };
+        let correct = plan.schedule.selection.correction;
+        let fields = Fields::new(frame, &layers, &chosen, correct, &Silent);
+        fields.displace(&layers, 0, frame, out);
+        self.set_surface(step, to, frame, out);
+        Ok(selections.iter().map(|selection| selection.error).sum())
+    }
+}

@@ -1,0 +1,243 @@
+//! Node velocities: those of the surface by differentiating the motion, those of the volume by the
+//! interpolant of the displacements, which is linear in its data.
+//!
+//! ```text
+//! x = X + Phi_vb Phi_bb^-1 d(t),   v = Phi_vb Phi_bb^-1 d'(t)
+//! ```
+//!
+//! The base points are those of the displacements; where these do not serve the velocities, as those of
+//! a body on its way through its place of rest, further ones are added.
+
+use super::fields::{Chosen, Fields, Frame};
+use super::layer::{Free, Layer, Method};
+use super::plan::Plan;
+use crate::error::Result;
+use crate::geometry::vector::{Vector, norm};
+use crate::motion::{Pace, Role, Step};
+use crate::progress::Silent;
+use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Part of the largest velocity that the modes of velocities may be off by.
+const ACCURACY: f64 = 1e-6;
+/// Part of the largest velocity of a stretch that its base points may be off by, before the correction.
+const SERVES: f64 = 2e-3;
+
+/// Velocities of the surface points at every step as a layer.
+pub(super) fn layer(plan: &Plan) -> Result<Layer> {
+    let steps = &plan.motion.steps;
+    let paces: Vec<Vec<Pace<'_>>> = steps.iter().map(|step| plan.motion.paces(step)).collect();
+    let surface = &plan.surface;
+    let velocity = |step: usize, at: usize| match surface.body[at] {
+        Some(body) => {
+            let pace = &paces[step][usize::from(body)];
+            pace.velocity(surface.nodes[at], surface.points[at])
+        }
+        None => [0.0; 3],
+    };
+    let points = (0..surface.nodes.len()).into_par_iter();
+    let largest = |at: usize| {
+        let sizes = (0..steps.len()).map(|step| norm(velocity(step, at)));
+        sizes.fold(0.0, f64::max)
+    };
+    let largest = points.map(largest).reduce(|| 0.0, f64::max);
+    let fill = |step: usize, points: Range<usize>, out: &mut [Vector]| {
+        for (at, out) in points.zip(out) {
+            *out = velocity(step, at);
+        }
+    };
+    let free = Free {
+        n_steps: steps.len(),
+        rigid: (Vec::new(), Vec::new()),
+        fill: Box::new(fill),
+    };
+    let method = Method {
+        truncation: ACCURACY * largest,
+        ..plan.method.clone()
+    };
+    free.layer(&surface.points, &method)
+}
+
+/// Velocities of the nodes of a mesh at the steps of a stretch.
+pub(super) struct Velocities<'a> {
+    layer: &'a Layer,
+    fields: Fields,
+    /// A sentence where base points do not serve and no more may be added.
+    pub warning: Option<String>,
+}
+
+impl<'a> Velocities<'a> {
+    /// From the base points of the displacements of a stretch, whose largest error says how far the
+    /// correction of the surface reaches.
+    pub fn new(
+        plan: &'a Plan,
+        layer: &'a Layer,
+        frame: Frame<'_>,
+        displacements: &Chosen<'_>,
+        stretch: &Range<usize>,
+    ) -> Result<Self> {
+        let base = displacements.selection.base.clone();
+        let (own, warning) = select_for(plan, layer, base, stretch)?;
+        let chosen = [Chosen {
+            selection: &own,
+            ..*displacements
+        }];
+        let layers = std::slice::from_ref(layer);
+        let correct = plan.schedule.selection.correction;
+        let fields = Fields::new(frame, layers, &chosen, correct, &Silent);
+        Ok(Self {
+            layer,
+            fields,
+            warning,
+        })
+    }
+
+    /// Velocities at a step in mesh units a second; `points` are the nodes at that step.
+    pub fn at(&self, plan: &Plan, step: &Step, frame: Frame<'_>, points: &[Vector]) -> Vec<Vector> {
+        let still = vec![[0.0; 3]; points.len()];
+        let mut out = still.clone();
+        let layers = std::slice::from_ref(self.layer);
+        let at_rest = Frame {
+            nodes: &still,
+            ..frame
+        };
+        self.fields.displace(layers, step.index, at_rest, &mut out);
+        if plan.schedule.selection.correction {
+            set_surface(plan, step, &mut out);
+        }
+        plan.periodic.follow_directions(&mut out);
+        if plan.motion.rotor.in_plane {
+            out.par_iter_mut().for_each(|v| v[2] = 0.0);
+        }
+        let Some(carry) = plan.motion.carry_moving(step) else {
+            return out;
+        };
+        let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
+        let back = carry.map.inverse();
+        out.par_iter_mut().enumerate().for_each(|(node, v)| {
+            if inside.is_none_or(|inside| inside[node]) {
+                *v = carry.velocity(back.apply(points[node]), *v);
+            }
+        });
+        out
+    }
+}
+
+/// The interpolant of the velocities of a stretch from base points that are there, and from further ones
+/// where these do not serve.
+fn select_for(
+    plan: &Plan,
+    layer: &Layer,
+    base: Vec<usize>,
+    stretch: &Range<usize>,
+) -> Result<(Selection, Option<String>)> {
+    let (space, targets) = (&layer.space, plan.targets(layer));
+    if layer.modes.n_modes == 0 {
+        return Ok((select::from_base(space, targets, base, Measure::Max)?, None));
+    }
+    let by_step = layer
+        .criterion
+        .largest_by_step(&layer.modes.values, &layer.arms);
+    let largest = |speeds: &[f64]| speeds.iter().copied().fold(0.0, f64::max);
+    let speed = largest(&by_step[stretch.clone()]);
+    let allowed = f64::max(SERVES * speed, 2.0 * ACCURACY * largest(&by_step));
+    let criterion = layer.criterion.of_steps(stretch.clone())?;
+    let targets = Targets {
+        criterion: &criterion,
+        ..targets
+    };
+    let most = plan.schedule.selection.max_points.max(base.len());
+    let limits = Limits::in_rounds(allowed, most, plan.surface.nodes.len());
+    let given = select::from_base(space, targets, base, Measure::Max)?;
+    if given.error <= allowed {
+        return Ok((given, None));
+    }
+    let own = select::extend(space, targets, given.base, limits)?;
+    let warning = (own.error > allowed).then(|| {
+        format!(
+            "{} base points leave {:.1e} of the velocities of the surface, which are up to {speed:.1e}, before the \
+             correction; those of the volume are as far off",
+            own.base.len(),
+            own.error
+        )
+    });
+    Ok((own, warning))
+}
+
+/// Surface nodes with the velocities of the motion itself, fixed ones at rest.
+fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
+    let paces = plan.motion.paces(step);
+    let surface = &plan.motion.surface.nodes;
+    let nodes = surface.nodes.par_iter().zip(&surface.roles);
+    let exact = nodes.map(|(&node, role)| match role {
+        Role::Moving(body) => {
+            let pace = &paces[usize::from(*body)];
+            Some(pace.velocity(node, plan.reference[node as usize]))
+        }
+        Role::Fixed => Some([0.0; 3]),
+        Role::Sliding => None,
+    });
+    let exact: Vec<Option<Vector>> = exact.collect();
+    for (&node, exact) in surface.nodes.iter().zip(exact) {
+        if let Some(v) = exact {
+            out[node as usize] = v;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::deform::{Deformer, Plan, choose};
+    use crate::formats::{self, ReadOptions, Source};
+    use crate::geometry::vector::{Vector, distance, norm};
+    use crate::motion::Schedule;
+    use crate::progress::Silent;
+    use std::path::Path;
+
+    /// Velocities of all nodes at the first of some times, by a method, of an airfoil that pitches.
+    fn at_first(times: &str, selection: &str) -> Vec<Vector> {
+        let source = Source::open(Path::new("testdata/naca0012.vtu")).expect("it is there");
+        let mesh = formats::read(&source, &ReadOptions::default()).expect("it is good");
+        let text = format!(
+            "time = {{ values = {times}, frequency = 1.0 }}\noutput.velocity = true\n\
+             selection = {{ {selection} }}\nboundaries.fixed = [\"farfield\"]\nrbf.support_radius = 10.0\n\
+             body = [ {{ name = \"a\", tags = [\"airfoil\"], cyclic = {{ pitch = [ {{ sin = 5.0 }} ] }} }} ]\n"
+        );
+        let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
+        let plan = Plan::new(mesh.mesh, schedule).expect("they fit");
+        let stretch = plan.stretches()[0].clone();
+        let selections = choose(&plan, &stretch, &Silent).expect("there are base points");
+        let deformer = Deformer::new(&plan, selections, &stretch, &Silent).expect("it can be made");
+        let step = &plan.motion.steps[0];
+        let mut points = plan.reference.clone();
+        deformer.points_at(step, &mut points).expect("it deforms");
+        let velocities = deformer.velocities_at(step, &points);
+        velocities.expect("they are asked for")
+    }
+
+    #[test]
+    fn a_body_that_passes_its_place_of_rest_takes_the_mesh_along() {
+        let expected = at_first("[0, 0.1, 0.25]", "");
+        let largest = expected.iter().copied().map(norm).fold(0.0, f64::max);
+        assert!(largest > 0.2);
+        for (times, selection) in [
+            ("[0]", ""),
+            ("[0.5]", ""),
+            ("[0, 0.25]", "method = \"real\""),
+            ("[0]", "method = \"all\""),
+            ("[0]", "method = \"constant\""),
+        ] {
+            let found = at_first(times, selection);
+            let sign = if times == "[0.5]" { -1.0 } else { 1.0 };
+            let off = |(found, expected): (&Vector, &Vector)| {
+                distance(*found, expected.map(|v| sign * v))
+            };
+            let off = found.iter().zip(&expected).map(off).fold(0.0, f64::max);
+            assert!(
+                off < 0.03 * largest,
+                "{times} {selection}: {off} of {largest}"
+            );
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! What the motion does on the mesh, before anything is interpolated: where each body is at a step, and
+//! whether surfaces meet.
+
+use super::extremes::Extremes;
+use crate::deform::Plan;
+use crate::geometry::Bounds;
+use crate::geometry::crossing::{segments_cross, triangles_cross};
+use crate::geometry::vector::{Vector, dot, norm, sub};
+use crate::motion::{Role, Step};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A body at a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyAtStep {
+    /// Its place in the schedule.
+    pub body: usize,
+    /// The step.
+    pub step: usize,
+    /// Pitch, flap and lag in radians, where it has a cyclic motion.
+    pub angles: Option<[f64; 3]>,
+    /// Displacement of its outermost point along its span, in mesh units; `None` in 2D.
+    pub tip: Option<Vector>,
+    /// Largest displacement of one of its points, in mesh units.
+    pub largest: f64,
+}
+
+/// Every body at some steps, in the order of the steps.
+pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
+    let bodies = 0..plan.motion.bodies.len();
+    let points: Vec<Vec<usize>> = bodies.map(|body| points_of(plan, body)).collect();
+    let tips: Vec<Option<usize>> = (0..)
+        .zip(&points)
+        .map(|(b, p)| tip_of(plan, b, p))
+        .collect();
+    let mut found = Vec::new();
+    for step in steps {
+        let places = places_at(plan, step);
+        let moved = |at: usize| sub(places[at], plan.surface.points[at]);
+        for (body, points) in points.iter().enumerate() {
+            let sizes = points.par_iter().map(|&at| norm(moved(at)));
+            found.push(BodyAtStep {
+                body,
+                step: step.index,
+                angles: plan.motion.cyclic_angles(body, step),
+                tip: tips[body].map(moved),
+                largest: sizes.reduce(|| 0.0, f64::max),
+            });
+        }
+    }
+    found
+}
+
+/// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
+/// steps or where they have gone farthest.
+pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &Extremes) -> Vec<String> {
+    let facets = Facets::new(plan);
+    let mut meeting: BTreeMap<(Owner, Owner), Vec<(usize, Vector)>> = BTreeMap::new();
+    let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index))
+        .chain(extremes.farthest.iter().map(|(step, _)| *step))
+        .collect();
+    for &step in &steps {
+        let step = &plan.motion.steps[step];
+        let places = places_at(plan, step);
+        for (pair, place) in facets.meeting(&places) {
+            meeting.entry(pair).or_default().push((step.index, place));
+        }
+    }
+    let name = |owner: Owner| match owner {
+        Some(body) => format!("body \"{}\"", plan.motion.bodies[usize::from(body)].name),
+        None => "a fixed boundary".to_owned(),
+    };
+    let all = steps.len();
+    let mut sentences = Vec::new();
+    for (&body, steps) in &extremes.leaving {
+        let body = &plan.motion.bodies[body].name;
+        sentences.push(format!(
+            "body \"{body}\" leaves the box around the mesh at {} of {} steps looked at, step {} first",
+            steps.len(),
+            extremes.n_steps,
+            steps[0]
+        ));
+    }
+    for ((one, other), steps) in meeting {
+        let (first, place) = steps[0];
+        sentences.push(format!(
+            "the surfaces of {} and {} cut through each other at {} of {all} steps looked at, step {first} first, near {place:?}",
+            name(other),
+            name(one),
+            steps.len()
+        ));
+    }
+    sentences
+}
+
+/// The surface points that move with a body.
+pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
+    let bodies = plan.surface.body.iter().enumerate();
+    let own = bodies.filter(|(_, of)| of.map(usize::from) == Some(body));
+    own.map(|(at, _)| at).collect()
+}
+
+/// The outermost of some points along the span of a body's blade.
+pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
+    let rotor = &plan.motion.rotor;
+    if plan.motion.rotor.in_plane {
+        return None;
+    }
+    let offset = plan.motion.bodies[body].azimuth_offset;
+    let span = rotor.turn(offset).turn(rotor.e_x);
+    let station = |at: usize| dot(sub(plan.surface.points[at], rotor.hub), span);
+    let points = points.iter().copied();
+    points.reduce(|tip, at| if station(at) > station(tip) { at } else { tip })
+}
+
+/// Where the surface points are at a step, in the rotating frame.
+pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
+    let poses = plan.motion.poses(step, 1.0);
+    let surface = &plan.surface;
+    let points = surface.points.par_iter().enumerate();
+    let place = |(at, x): (usize, &Vector)| match surface.body[at] {
+        Some(body) => poses[usize::from(body)].place(surface.nodes[at], *x),
+        None => *x,
+    };
+    points.map(place).collect()
+}
+
+/// The body that a facet moves with; `None` is fixed.
+type Owner = Option<u16>;
+
+/// Facets by their owner. Those between two owners and those that slide are left out.
+struct Facets {
+    by_owner: BTreeMap<Owner, Vec<[u32; 3]>>,
+}
+
+/// A facet at a step with its box.
+struct Placed {
+    facet: [u32; 3],
+    bounds: Bounds,
+}
+
+impl Facets {
+    fn new(plan: &Plan) -> Self {
+        let surface = &plan.surface;
+        let mut slides = vec![false; surface.points.len()];
+        let roles = plan.motion.surface.nodes.roles.iter();
+        for (role, &point) in roles.zip(&surface.point_of) {
+            slides[point as usize] |= *role == Role::Sliding;
+        }
+        let mut by_owner: BTreeMap<Owner, Vec<[u32; 3]>> = BTreeMap::new();
+        for facet in &surface.facets {
+            let owner = surface.body[facet[0] as usize];
+            let alike =
+                |&point: &u32| surface.body[point as usize] == owner && !slides[point as usize];
+            if facet.iter().all(alike) {
+                by_owner.entry(owner).or_default().push(*facet);
+            }
+        }
+        Self { by_owner }
+    }
+
+    /// Pairs of owners whose facets cut through each other, with a place of that.
+    fn meeting(&self, places: &[Vector]) -> Vec<((Owner, Owner), Vector)> {
+        let boxes: BTreeMap<Owner, Bounds> = self
+            .by_owner
+            .iter()
+            .map(|(owner, facets)| {
+                let points = facets.iter().flatten();
+                let bounds = Bounds::around(points.map(|&point| &places[point as usize]));
+                (*owner, bounds)
+            })
+            .collect();
+        let owners: Vec<Owner> = self.by_owner.keys().copied().collect();
+        let mut found = Vec::new();
+        for (i, one) in owners.iter().enumerate() {
+            for other in &owners[i + 1..] {
+                let a = placed(&self.by_owner[one], places, &boxes[other]);
+                let b = placed(&self.by_owner[other], places, &boxes[one]);
+                if let Some(place) = crossing(&a, &b, places) {
+                    found.push(((*one, *other), place));
+                }
+            }
+        }
+        found
+    }
+}
+
+/// The facets that reach into a box, by their lowest x.
+fn placed(facets: &[[u32; 3]], places: &[Vector], inside: &Bounds) -> Vec<Placed> {
+    let facets = facets.iter().map(|facet| Placed {
+        facet: *facet,
+        bounds: Bounds::around(facet.iter().map(|&point| &places[point as usize])),
+    });
+    let mut found: Vec<Placed> = facets
+        .filter(|facet| overlap(&facet.bounds, inside))
+        .collect();
+    found.sort_by(|a, b| a.bounds.low[0].total_cmp(&b.bounds.low[0]));
+    found
+}
+
+fn overlap(a: &Bounds, b: &Bounds) -> bool {
+    (0..3).all(|i| a.low[i] <= b.high[i] && b.low[i] <= a.high[i])
+}
+
+/// A corner of the first facet of `a` that cuts through one of `b`.
+fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
+    let longest = b.iter().map(|b| b.bounds.high[0] - b.bounds.low[0]);
+    let longest = longest.fold(0.0, f64::max);
+    for one in a {
+        let from = b.partition_point(|b| b.bounds.low[0] < one.bounds.low[0] - longest);
+        let near = b[from..]
+            .iter()
+            .take_while(|b| b.bounds.low[0] <= one.bounds.high[0]);
+        for other in near.filter(|b| overlap(&b.bounds, &one.bounds)) {
+            let shared = one.facet.iter().any(|point| other.facet.contains(point));
+            let at = |facet: &[u32; 3]| facet.map(|point| places[point as usize]);
+            let (p, q) = (at(&one.facet), at(&other.facet));
+            // An edge has its second corner twice.
+            let cut = match one.facet[1] == one.facet[2] {
+                true => segments_cross(&[p[0], p[1]], &[q[0], q[1]]),
+                false => triangles_cross(&p, &q),
+            };
+            if cut && !shared {
+                return Some(p[0]);
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{self, ReadOptions, Source};
+    use crate::motion::Schedule;
+    use std::path::Path;
+
+    fn plan(mesh: &str, schedule: &str) -> Plan {
+        let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
+        let source = Source::open(Path::new(mesh)).expect("it is there");
+        let mesh = formats::read(&source, &ReadOptions::default()).expect("it is good");
+        Plan::new(mesh.mesh, schedule).expect("they fit")
+    }
+
+    fn told(mesh: &str, tag: &str, by: &str) -> Vec<String> {
+        let plan = plan(
+            mesh,
+            &format!(
+                "time = {{ stop = 1, step = 0.5 }}\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nbody = [ {{ name = \"it\", tags = [\"{tag}\"], rigid = {{ translate = {by}, ramp = true }} }} ]\n"
+            ),
+        );
+        let steps: Vec<&Step> = plan.motion.steps.iter().collect();
+        conflicts(&plan, &steps, &Extremes::new(&plan))
+    }
+
+    #[test]
+    fn a_body_that_stays_clear_is_not_warned_of() {
+        for (mesh, tag) in [
+            ("testdata/body_in_duct.vtu", "body"),
+            ("testdata/naca0012.vtu", "airfoil"),
+        ] {
+            assert_eq!(told(mesh, tag, "[0.05, 0.05, 0]"), [""; 0]);
+        }
+    }
+
+    #[test]
+    fn a_single_step_far_out_is_found_among_many() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let rows =
+            (0..=360).map(|step| format!("{step},{}\n", if step == 100 { 5.0 } else { 0.01 }));
+        let table = format!("step,dx\n{}", rows.collect::<String>());
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, table).expect("it can be written");
+        let text = format!(
+            "azimuth = {{ stop = 360, step = 1 }}\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nbody = [ {{ name = \"it\", tags = [\"airfoil\"], table = {{ file = {path:?} }} }} ]\n"
+        );
+        let plan = plan("testdata/naca0012.vtu", &text);
+        let extremes = Extremes::new(&plan);
+        assert_eq!((extremes.n_steps, extremes.farthest[0]), (361, (100, 5.0)));
+        let steps: Vec<&Step> = plan.motion.steps.iter().step_by(6).collect();
+        let told = conflicts(&plan, &steps, &extremes);
+        assert!(
+            told[0].ends_with(
+                "leaves the box around the mesh at 1 of 361 steps looked at, step 100 first"
+            ),
+            "{told:?}"
+        );
+    }
+
+    #[test]
+    fn a_body_that_runs_into_a_wall_or_out_of_the_mesh_is_warned_of() {
+        let duct = told("testdata/body_in_duct.vtu", "body", "[0, 1.2, 0]");
+        assert!(
+            duct.iter().any(|told| told.starts_with(
+                "the surfaces of body \"it\" and a fixed boundary cut through each other at "
+            )),
+            "{duct:?}"
+        );
+        let airfoil = told("testdata/naca0012.vtu", "airfoil", "[2.0, 0, 0]");
+        assert!(
+            airfoil[0].starts_with(
+                "body \"it\" leaves the box around the mesh at 1 of 3 steps looked at, step 2 first"
+            ),
+            "{airfoil:?}"
+        );
+        assert!(
+            airfoil[1]
+                .contains("cut through each other at 1 of 3 steps looked at, step 2 first, near ["),
+            "{airfoil:?}"
+        );
+    }
+
+    #[test]
+    fn the_angles_and_the_tip_of_a_blade_are_those_of_its_motion() {
+        let plan = plan(
+            "testdata/wing_on_plane.vtu",
+            "azimuth.values = [90]\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nrotor = { span_axis = [0, 0, 1], shaft_axis = [0, 1, 0] }\nbody = [ { name = \"wing\", tags = [\"wing\"], cyclic = { collective = 2, flap = [ { sin = 5 } ] } } ]\n",
+        );
+        let found = &bodies_at(&plan, &[&plan.motion.steps[0]])[0];
+        let angles = found.angles.expect("it is cyclic").map(f64::to_degrees);
+        assert!((angles[0] - 2.0).abs() < 1e-12 && (angles[1] - 5.0).abs() < 1e-12);
+        let tip = found.tip.expect("it is in space");
+        let root = Bounds::around(&plan.surface.points_of(0));
+        let length = root.high[2];
+        let (sin, cos) = 5f64.to_radians().sin_cos();
+        assert!((tip[1] - length * sin).abs() < 0.02 * length, "{tip:?}");
+        assert!(
+            (tip[2] - length * (cos - 1.0)).abs() < 0.02 * length,
+            "{tip:?}"
+        );
+        assert!(found.largest >= norm(tip) * 0.999);
+    }
+}

@@ -1,0 +1,171 @@
+//! Whether the disk has room for what a run will write.
+
+use crate::deform::Plan;
+use crate::error::{Error, Result};
+use crate::formats::{Compression, Format, Precision, StepSize};
+use crate::motion::QualityOutput;
+use std::path::{Path, PathBuf};
+
+/// The cell arrays of `quality = "cells"`, fifteen of numbers and a flag, and their bytes for one cell.
+const QUALITY: (u64, u64) = (16, 15 * 8 + 4);
+/// Bytes of the description of an array in a file of one mesh, at the most.
+const DESCRIPTION: u64 = 600;
+/// Text of numbers may come out longer than that of the mesh which was counted: by this part.
+const TEXT: u64 = 50;
+
+/// What a run will write.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Demand {
+    /// Steps still to be written.
+    pub n_steps: u64,
+    /// Bytes of the first of them.
+    pub first: u64,
+    /// Bytes of each of the others.
+    pub others: u64,
+}
+
+impl Demand {
+    /// Of `n_steps`, without the `n_kept` of an earlier run, where one mesh alone takes `mesh_bytes`
+    /// without the arrays that are added. Where one file holds all steps, what does not change is
+    /// written once.
+    pub fn of(
+        plan: &Plan,
+        format: &dyn Format,
+        (n_steps, n_kept): (usize, usize),
+        mesh_bytes: u64,
+    ) -> Self {
+        let step = step_size(plan, format, n_steps);
+        let whole = mesh_bytes + (step.n_vectors + step.at_cells.0) * DESCRIPTION;
+        let (first, others) = match (format.sequence(), format.holds_arrays()) {
+            (Some(_), _) => {
+                let bytes = format.sequence_bytes(&step);
+                let added = bytes.arrays + bytes.rest;
+                (whole + added, bytes.coordinates + added)
+            }
+            (None, true) => {
+                let arrays = step.n_vectors * step.n_nodes * 24 + step.n_cells.0 * step.at_cells.1;
+                (whole + arrays, whole + arrays)
+            }
+            (None, false) => (whole + whole / TEXT, whole + whole / TEXT),
+        };
+        Self {
+            n_steps: (n_steps - n_kept) as u64,
+            first: if n_kept == 0 { first } else { others },
+            others,
+        }
+    }
+
+    /// Bytes of all of them.
+    pub fn bytes(&self) -> u64 {
+        match self.n_steps.checked_sub(1) {
+            None => 0,
+            Some(others) => others
+                .saturating_mul(self.others)
+                .saturating_add(self.first),
+        }
+    }
+}
+
+/// What each mesh has of its own.
+fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
+    let (output, mesh) = (&plan.schedule.output, &plan.mesh);
+    let at_nodes = u64::from(output.displacement) + u64::from(output.velocity);
+    let (n_vectors, at_cells) = match (format.holds_arrays(), output.quality) {
+        (true, QualityOutput::Cells) => (at_nodes, QUALITY),
+        (true, _) => (at_nodes, (0, 0)),
+        (false, _) => (0, (0, 0)),
+    };
+    let n_volume: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
+    StepSize {
+        n_nodes: plan.reference.len() as u64,
+        is_plane: plan.reference.iter().all(|x| x[2] == 0.0),
+        number: match output.precision {
+            Precision::F64 => 8,
+            Precision::F32 => 4,
+        },
+        n_vectors,
+        at_cells,
+        n_cells: (mesh.cells.len() as u64, n_volume as u64),
+        n_still: (mesh.point_arrays.len() + mesh.cell_arrays.len()) as u64,
+        n_steps: n_steps as u64,
+    }
+}
+
+/// Refuses a run whose meshes do not fit on the disk, or warns where packing may make them fit;
+/// `freed` are the bytes of files that it replaces.
+pub(crate) fn check_disk(
+    plan: &Plan,
+    folder: &Path,
+    demand: &Demand,
+    freed: u64,
+) -> Result<Option<String>> {
+    let Ok(free) = fs4::available_space(existing(folder)) else {
+        return Ok(None);
+    };
+    let (needed, free) = (demand.bytes(), free.saturating_add(freed));
+    if needed <= free {
+        return Ok(None);
+    }
+    let figures = format!(
+        "{} steps take {} ({} each), and {} are free",
+        demand.n_steps,
+        size(needed),
+        size(demand.others),
+        size(free)
+    );
+    if plan.schedule.output.compression != Compression::None {
+        return Ok(Some(format!("{}: unpacked, {figures}", folder.display())));
+    }
+    Err(Error::system(format!(
+        "{figures}; free some, write fewer with --steps, or go on until the disk is full with --no-space-check"
+    ))
+    .file(folder))
+}
+
+/// The folder, or the nearest one above it that is there.
+fn existing(folder: &Path) -> PathBuf {
+    let here = PathBuf::from(".");
+    let mut above = folder.ancestors().filter(|path| path.is_dir());
+    above.next().map_or(here, Path::to_path_buf)
+}
+
+/// Bytes as people read them.
+pub(super) fn size(bytes: u64) -> String {
+    const UNITS: [&str; 5] = ["B", "kB", "MB", "GB", "TB"];
+    let mut value = bytes as f64;
+    let mut unit = 0;
+    while value >= 999.5 && unit + 1 < UNITS.len() {
+        value /= 1000.0;
+        unit += 1;
+    }
+    match unit {
+        0 => format!("{bytes} B"),
+        _ => format!("{value:.3} {}", UNITS[unit]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_told_in_units_that_fit() {
+        assert_eq!(size(12), "12 B");
+        assert_eq!(size(1_500), "1.500 kB");
+        assert_eq!(size(999_600), "1.000 MB");
+        assert_eq!(size(7_654_000_000_000_000), "7654.000 TB");
+    }
+
+    #[test]
+    fn one_file_of_all_steps_takes_the_cells_once() {
+        let of = |n_steps, others| Demand {
+            n_steps,
+            first: 100,
+            others,
+        };
+        assert_eq!(of(0, 24).bytes(), 0);
+        assert_eq!(of(1, 24).bytes(), 100);
+        assert_eq!(of(10, 24).bytes(), 316);
+        assert_eq!(of(10, 100).bytes(), 1000);
+    }
+}

@@ -1,0 +1,292 @@
+//! What the user should know of bodies beside boundaries: those that leave a plane that they lie in, those
+//! that stay, and a zone that turns out of the rest of the mesh.
+
+use crate::deform::Plan;
+use crate::geometry::Bounds;
+use crate::geometry::closest::ClosestSurface;
+use crate::geometry::vector::{Vector, distance, dot, norm, scale, sub};
+use crate::mesh::facets::facets;
+use crate::motion::{DeformingZone, Step};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Parts of a displacement, and of the extent of the mesh, by which a node may leave its plane.
+const ROUND_OFF: [f64; 2] = [1e-5, 1e-9];
+/// Steps and nodes at which a turned interface is looked at, at most.
+const TURNS: usize = 8;
+const NODES: usize = 2000;
+
+/// Bodies with nodes in a sliding plane that are moved out of it.
+pub(super) fn leaving_planes(plan: &Plan) -> Vec<String> {
+    let Some(sliding) = &plan.surface.sliding else {
+        return Vec::new();
+    };
+    let surface = &plan.surface;
+    let rims = sliding.rims().iter();
+    let held: Vec<(usize, u16, Vector)> = rims
+        .filter_map(|&(at, normal)| Some((at as usize, surface.body[at as usize]?, normal)))
+        .collect();
+    let [of_way, of_mesh] = ROUND_OFF;
+    let least = of_mesh * Bounds::around(&plan.reference).diagonal();
+    // For each body the points that leave, how far at most, and the step of that.
+    let mut left: BTreeMap<u16, (BTreeSet<usize>, f64, usize)> = BTreeMap::new();
+    for step in plan.motion.steps.iter().filter(|_| !held.is_empty()) {
+        let poses = plan.motion.poses(step, 1.0);
+        for &(at, body, normal) in &held {
+            let x = surface.points[at];
+            let by = sub(poses[usize::from(body)].place(surface.nodes[at], x), x);
+            let out = dot(by, normal).abs();
+            if out > least + of_way * norm(by) {
+                let (points, most, worst) = left.entry(body).or_default();
+                points.insert(at);
+                if out > *most {
+                    (*most, *worst) = (out, step.index);
+                }
+            }
+        }
+    }
+    let sentence = |(body, (points, most, step)): (u16, (BTreeSet<usize>, f64, usize))| {
+        format!(
+            "{} nodes of body \"{}\" lie in a plane that slides and are moved out of it, by up to {most:.3e} at step \
+             {step}; that boundary does not stay plane",
+            points.len(),
+            plan.motion.bodies[usize::from(body)].name
+        )
+    };
+    left.into_iter().map(sentence).collect()
+}
+
+/// Bodies that no step moves.
+pub(super) fn staying(plan: &Plan) -> Vec<String> {
+    let bodies = &plan.motion.bodies;
+    let mut points = vec![0; bodies.len()];
+    let mut moves = vec![false; bodies.len()];
+    for (at, body) in plan.surface.body.iter().enumerate() {
+        let Some(body) = body.map(usize::from) else {
+            continue;
+        };
+        points[body] += 1;
+        moves[body] |= plan.layers.iter().any(|layer| {
+            let values = &layer.modes.values[at * layer.modes.n_modes..];
+            values
+                .iter()
+                .take(layer.modes.n_modes)
+                .any(|value| *value != 0.0)
+        });
+    }
+    let still = (0..bodies.len()).filter(|&body| points[body] > 0 && !moves[body]);
+    still
+        .map(|body| {
+            format!(
+                "body \"{}\" stays where it is at every step of the schedule",
+                bodies[body].name
+            )
+        })
+        .collect()
+}
+
+/// A zone that is carried round although its interface to the rest is no surface of revolution: turned,
+/// its nodes do not lie on it.
+pub(super) fn turning_out(plan: &Plan) -> Option<String> {
+    let zone = plan.motion.zone.as_ref()?;
+    // A sector meets its own images there.
+    let is_whole = plan.motion.periodic.is_empty();
+    let is_turned = |step: &&Step| {
+        is_whole && plan.motion.carry(step).is_some() && step.azimuth_deg % 360.0 != 0.0
+    };
+    let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
+    let nodes = zone.interface_nodes.iter();
+    let points: Vec<Vector> = nodes.map(|&node| plan.reference[node as usize]).collect();
+    if turned.is_empty() || points.is_empty() {
+        return None;
+    }
+    let surface = ClosestSurface::new(points.as_slice(), &interface_facets(zone));
+    let mut worst = (0, 0.0);
+    for step in turned.iter().step_by(turned.len().div_ceil(TURNS)) {
+        let turn = plan.motion.rotor.turn(step.azimuth);
+        for point in points.iter().step_by(points.len().div_ceil(NODES)) {
+            let off = off_surface(plan, &points, &surface, turn.apply(*point));
+            if off > worst.1 {
+                worst = (step.index, off);
+            }
+        }
+    }
+    let (step, off) = worst;
+    (off > ROUND_OFF[1] * Bounds::around(&points).diagonal()).then(|| {
+        format!(
+            "the zones that are carried round meet the rest of the mesh in a surface that is none of revolution about \
+             the shaft: at step {step} its nodes are up to {off:.3e} off where it was, so cells overlap there or \
+             leave holes"
+        )
+    })
+}
+
+/// Facets of the interface of a zone between its nodes, by their positions among these.
+fn interface_facets(zone: &DeformingZone) -> Vec<[u32; 3]> {
+    let mut found = Vec::new();
+    for face in zone.interface_faces.iter() {
+        for split in facets(face.kind, face.nodes.len()) {
+            let corners = split.map(|i| zone.interface_nodes.binary_search(&face.nodes[i]));
+            if let [Ok(a), Ok(b), Ok(c)] = corners {
+                found.push([a as u32, b as u32, c as u32]);
+            }
+        }
+    }
+    found
+}
+
+/// How far `x` is off the interface between `points`; 0 where that is twice what the flat facets of a
+/// surface of revolution are off it at most.
+fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: Vector) -> f64 {
+    let Some(foot) = surface.nearest(&x, f64::INFINITY) else {
+        return 0.0;
+    };
+    let [a, b, c] = foot.corners.map(|corner| points[corner as usize]);
+    let edge = distance(a, b).max(distance(b, c)).max(distance(c, a));
+    let rotor = &plan.motion.rotor;
+    let out = sub(x, rotor.hub);
+    let from_shaft = norm(sub(out, scale(rotor.e_z, dot(out, rotor.e_z))));
+    let allowed = edge * f64::min(1.0, edge / (4.0 * from_shaft.max(f64::MIN_POSITIVE)));
+    let off = foot.distance_squared.sqrt();
+    if off > allowed { off } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{self, ReadOptions, Source};
+    use crate::mesh::{CellKind, Group, Mesh};
+    use crate::motion::Schedule;
+    use std::path::Path;
+
+    fn plan(mesh: Mesh, schedule: &str) -> Plan {
+        let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
+        Plan::new(mesh, schedule).expect("they fit")
+    }
+
+    /// The wing with a motion, its root in a plane that slides.
+    fn wing(motion: &str) -> Plan {
+        let source = Source::open(Path::new("testdata/wing_on_plane.vtu")).expect("it is there");
+        let mesh = formats::read(&source, &ReadOptions::default()).expect("it is good");
+        let schedule = format!(
+            "azimuth.values = [0, 90]\nboundaries = {{ fixed = [\"farfield\"], slide = [\"symmetry\"] }}\n\
+             rbf.support_radius = 8.0\nselection.tolerance = 1e-2\n\
+             body = [ {{ name = \"wing\", tags = [\"wing\"], {motion} }} ]\n"
+        );
+        plan(mesh.mesh, &schedule)
+    }
+
+    #[test]
+    fn nodes_that_are_moved_out_of_a_sliding_plane_are_told_of() {
+        for (motion, out) in [
+            ("rigid.translate = [0.1, -0.2, 0]", None),
+            (
+                "rigid.rotate = { axis = [0, 0, 1], origin = [0.3, 0, 0], angle = 30 }",
+                None,
+            ),
+            ("rigid.translate = [0, 0, -0.001]", Some("1.000e-3")),
+            ("rigid.translate = [0.5, 0, 4]", Some("4.000e0")),
+        ] {
+            let told = leaving_planes(&wing(motion));
+            assert_eq!(told.len(), usize::from(out.is_some()), "{motion} {told:?}");
+            let by = out.map(|out| format!("moved out of it, by up to {out} at step 0"));
+            assert!(
+                by.is_none_or(|by| told[0].contains(&by)),
+                "{motion} {told:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_body_that_stays_is_told_of() {
+        for (motion, stays) in [
+            ("cyclic = {}", true),
+            ("cyclic = { pitch = [] }", true),
+            ("rigid.translate = [0, 0, 0]", true),
+            ("rigid.translate = [0, 1e-6, 0]", false),
+        ] {
+            let told = staying(&wing(motion));
+            let sentence = "body \"wing\" stays where it is at every step of the schedule";
+            assert_eq!(told == [sentence], stays, "{motion} {told:?}");
+        }
+    }
+
+    /// Rings of cells around z with radii from 1 to 4, the inner two of zone \"rotor\".
+    fn rings() -> Mesh {
+        const AROUND: u32 = 16;
+        let mut mesh = Mesh::default();
+        for radius in 1..=4 {
+            for around in 0..AROUND {
+                let angle = std::f64::consts::TAU * f64::from(around) / f64::from(AROUND);
+                let (sin, cos) = angle.sin_cos();
+                let r = f64::from(radius);
+                mesh.points
+                    .extend([0.0, 1.0].map(|z| [r * cos, r * sin, z]));
+            }
+        }
+        let node = |ring: u32, around: u32, up: u32| 2 * (ring * AROUND + around % AROUND) + up;
+        let corners = |ring: u32, at: u32, up: u32| {
+            [
+                node(ring, at, up),
+                node(ring + 1, at, up),
+                node(ring + 1, at + 1, up),
+                node(ring, at + 1, up),
+            ]
+        };
+        for ring in 0..3 {
+            for at in 0..AROUND {
+                let hexahedron = [corners(ring, at, 0), corners(ring, at, 1)].concat();
+                mesh.cells.push(CellKind::Hexahedron, &hexahedron);
+            }
+        }
+        for ring in [0, 3] {
+            for at in 0..AROUND {
+                let face = [
+                    node(ring, at, 0),
+                    node(ring, at + 1, 0),
+                    node(ring, at + 1, 1),
+                    node(ring, at, 1),
+                ];
+                mesh.cells.push(CellKind::Quadrilateral, &face);
+            }
+        }
+        let n = AROUND as usize;
+        let group = |dimension, name: &str, cells: std::ops::Range<usize>| Group {
+            dimension,
+            name: name.into(),
+            number: None,
+            condition: None,
+            cells: cells.collect(),
+        };
+        mesh.groups = vec![
+            group(3, "rotor", 0..2 * n),
+            group(3, "background", 2 * n..3 * n),
+            group(2, "hub", 3 * n..4 * n),
+            group(2, "far", 4 * n..5 * n),
+        ];
+        mesh
+    }
+
+    #[test]
+    fn a_zone_that_turns_out_of_the_mesh_is_told_of() {
+        for (frame, hub, is_told) in [
+            ("inertial", "[0, 0, 0]", false),
+            ("inertial", "[0, 0, 7]", false),
+            ("inertial", "[0, 0.7, 0]", true),
+            ("rotating", "[0, 0.7, 0]", false),
+        ] {
+            let schedule = format!(
+                "azimuth.values = [0, 11, 45]\nrotor = {{ frame = \"{frame}\", hub = {hub} }}\n\
+                 boundaries = {{ zones = [\"rotor\"], fixed = [\"far\"] }}\nrbf.support_radius = 5.0\n\
+                 body = [ {{ name = \"b\", tags = [\"hub\"], rigid.translate = [0, 0, 0.01] }} ]\n"
+            );
+            let told = turning_out(&plan(rings(), &schedule));
+            assert_eq!(told.is_some(), is_told, "{frame} {hub} {told:?}");
+        }
+        let sample = crate::sample::rotor(&crate::sample::BladeOptions::default());
+        let sample = sample.expect("it can be made");
+        let turning = sample
+            .schedule
+            .replace("frame = \"rotating\"", "frame = \"inertial\"");
+        assert!(turning_out(&plan(sample.mesh, &turning)).is_some());
+    }
+}

@@ -1,0 +1,109 @@
+//! How far each body goes over the steps of a schedule, and whether it leaves the region that deforms.
+
+use super::bodies::{places_at, points_of};
+use crate::deform::Plan;
+use crate::geometry::Bounds;
+use crate::geometry::vector::{Vector, distance};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Part of the extent of the region by which a point may lie outside of it.
+const OUTSIDE: f64 = 1e-9;
+/// Surface points times steps that are looked at, at most.
+const MOST: usize = 300_000_000;
+
+/// How far bodies go.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extremes {
+    /// Steps that were looked at: all, or of very many some evenly spaced.
+    pub n_steps: usize,
+    /// For each body the step at which one of its points is farthest from its place, and how far that
+    /// is, in mesh units; the first step and 0 where it has no points.
+    pub farthest: Vec<(usize, f64)>,
+    /// The steps at which bodies leave the region that deforms.
+    pub leaving: BTreeMap<usize, Vec<usize>>,
+}
+
+impl Extremes {
+    /// Of a plan. Surface points x steps poses.
+    pub fn new(plan: &Plan) -> Self {
+        let region = Region::new(plan);
+        let all = &plan.motion.steps;
+        let stride = (all.len() * plan.surface.points.len())
+            .div_ceil(MOST)
+            .max(1);
+        let bodies = 0..plan.motion.bodies.len();
+        let points: Vec<Vec<usize>> = bodies.map(|body| points_of(plan, body)).collect();
+        let mut extremes = Self {
+            n_steps: all.len().div_ceil(stride),
+            farthest: vec![(0, 0.0); points.len()],
+            leaving: BTreeMap::new(),
+        };
+        for step in all.iter().step_by(stride) {
+            let places = places_at(plan, step);
+            for (points, farthest) in points.iter().zip(&mut extremes.farthest) {
+                let off = |&at: &usize| distance(places[at], plan.surface.points[at]);
+                let off = points.par_iter().map(off).reduce(|| 0.0, f64::max);
+                if off > farthest.1 {
+                    *farthest = (step.index, off);
+                }
+            }
+            for body in region.left_by(plan, &places) {
+                extremes.leaving.entry(body).or_default().push(step.index);
+            }
+        }
+        extremes
+    }
+
+    /// The step at which a point of any body is farthest from its place, and how far that is.
+    pub fn largest(&self) -> (usize, f64) {
+        let bodies = self.farthest.iter().copied();
+        bodies.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+    }
+}
+
+/// The box around the nodes that deform.
+struct Region {
+    bounds: Bounds,
+    /// For each body the sides, low then high, that it does not touch.
+    held: Vec<[[bool; 3]; 2]>,
+}
+
+impl Region {
+    fn new(plan: &Plan) -> Self {
+        let bounds = match plan.deforming_nodes() {
+            Some(nodes) => Bounds::around(nodes.iter().map(|&node| &plan.reference[node as usize])),
+            None => Bounds::around(&plan.reference),
+        };
+        let slack = OUTSIDE * bounds.diagonal();
+        let held = |body: usize| {
+            let points = points_of(plan, body);
+            let own = Bounds::around(points.iter().map(|&at| &plan.surface.points[at]));
+            [
+                std::array::from_fn(|i| own.low[i] > bounds.low[i] + slack),
+                std::array::from_fn(|i| own.high[i] < bounds.high[i] - slack),
+            ]
+        };
+        Self {
+            held: (0..plan.motion.bodies.len()).map(held).collect(),
+            bounds,
+        }
+    }
+
+    /// The bodies that have a point past a side that they do not touch in the reference mesh.
+    fn left_by(&self, plan: &Plan, places: &[Vector]) -> Vec<usize> {
+        let slack = OUTSIDE * self.bounds.diagonal();
+        let mut left = vec![false; self.held.len()];
+        for (place, body) in places.iter().zip(&plan.surface.body) {
+            let Some(body) = body.map(usize::from) else {
+                continue;
+            };
+            let [low, high] = &self.held[body];
+            left[body] |= (0..3).any(|i| {
+                low[i] && place[i] < self.bounds.low[i] - slack
+                    || high[i] && place[i] > self.bounds.high[i] + slack
+            });
+        }
+        (0..left.len()).filter(|&body| left[body]).collect()
+    }
+}

@@ -1,0 +1,118 @@
+//! The memory that a run needs at its peak, from a plan.
+//!
+//! Sums of the table in ARCHITECTURE.md. What a run holds changes with its stages: base points are
+//! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
+
+use super::disk::size;
+use crate::deform::Plan;
+use crate::error::{Error, Result};
+use crate::formats::Compression;
+use crate::motion::{QualityOutput, Step};
+use crate::quality::Judge;
+
+/// Base points that are reckoned with where none are chosen yet.
+const N_BASE: usize = 1000;
+/// Rows of the Newton basis that the selection holds.
+const BASIS: usize = 2048;
+/// The program itself, its threads and what the system's allocator keeps.
+const PROGRAM: usize = 24 << 20;
+
+/// Bytes of memory that a run takes from the system, beside the mapped input: the sum and a tenth, for
+/// what comes and goes within a stage.
+pub fn estimate_memory(plan: &Plan) -> u64 {
+    let stages = [selecting(plan), evaluating(plan), writing(plan)];
+    let largest = stages.into_iter().max().unwrap_or(0);
+    let sum = PROGRAM + held(plan) + largest;
+    (sum + sum / 10) as u64
+}
+
+/// Refuses a run that would take more than `limit` bytes; `mapped` is the size of the mapped input,
+/// which the system takes back as it needs to and which does not count.
+pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
+    let needed = estimate_memory(plan);
+    if needed <= limit {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "this run needs about {} of memory, and --max-memory allows {}; the mapped input, {}, does not count. \
+         boundaries.zones and fewer added arrays need less",
+        size(needed),
+        size(limit),
+        size(mapped)
+    )))
+}
+
+/// What is there from the plan to the end: cells, groups, arrays, the reference, the surface, modes.
+fn held(plan: &Plan) -> usize {
+    let (n, n_surface) = (plan.reference.len(), plan.surface.nodes.len());
+    let layers = plan.layers.iter().chain(&plan.velocity);
+    let modes: usize = layers
+        .map(|layer| 8 * n_surface * layer.modes.n_modes)
+        .sum();
+    // Coefficients of the modes, in the modes and in their criterion; each step twice.
+    let coefficients = plan.motion.steps.len() * (48 * plan.n_modes() + 2 * size_of::<Step>());
+    plan.mesh.memory_bytes() + 24 * n + 80 * n_surface + modes + coefficients
+}
+
+fn n_deforming(plan: &Plan) -> usize {
+    match &plan.motion.zone {
+        Some(zone) => zone.nodes.iter().filter(|inside| **inside).count(),
+        None => plan.reference.len(),
+    }
+}
+
+/// Residuals, Newton basis and factors.
+fn selecting(plan: &Plan) -> usize {
+    let n_surface = plan.surface.nodes.len();
+    let n_base = n_surface
+        .min(plan.schedule.selection.max_points)
+        .min(N_BASE);
+    residuals(plan) + 8 * BASIS * n_base + 24 * n_base * n_base
+}
+
+fn residuals(plan: &Plan) -> usize {
+    8 * plan.surface.nodes.len() * plan.n_modes()
+}
+
+fn fields(plan: &Plan) -> usize {
+    let n = n_deforming(plan);
+    let numbers = if plan.motion.zone.is_some() { 4 * n } else { 0 };
+    plan.layers
+        .iter()
+        .map(|layer| 8 * n * layer.modes.n_modes + numbers)
+        .sum()
+}
+
+/// Fields, the order of their nodes, and the tree of the correction.
+fn evaluating(plan: &Plan) -> usize {
+    let tree = match plan.schedule.selection.correction {
+        true => 110 * plan.surface.nodes.len(),
+        false => 0,
+    };
+    residuals(plan) + fields(plan) + 12 * n_deforming(plan) + tree
+}
+
+/// Fields, positions of this step and the next, orientations of cells, arrays that are added, and
+/// what is packed before it is written.
+fn writing(plan: &Plan) -> usize {
+    let output = &plan.schedule.output;
+    let (n, n_cells) = (plan.reference.len(), plan.mesh.cells.len());
+    let velocity = plan.velocity.as_ref().map_or(0, |layer| {
+        48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
+    });
+    let displacement = if output.displacement { 24 * n } else { 0 };
+    let judge = match output.quality {
+        QualityOutput::None => 0,
+        QualityOutput::Summary | QualityOutput::Cells => Judge::estimate_bytes(&plan.mesh),
+    };
+    // Those of the step that is written, and of the next beside it.
+    let metrics = match output.quality {
+        QualityOutput::Cells => 2 * Judge::ARRAY_BYTES * n_cells,
+        QualityOutput::Summary | QualityOutput::None => 0,
+    };
+    let packed = match output.compression {
+        Compression::None => 0,
+        _ => 24 * n + plan.mesh.cells.memory_bytes() + displacement + metrics / 2,
+    };
+    fields(plan) + 48 * n + judge + velocity + displacement + metrics + packed
+}

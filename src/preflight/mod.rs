@@ -1,0 +1,38 @@
+//! What is told before work starts: warnings, and the memory and disk that a run needs.
+//!
+//! Owns what the motion does on the mesh as far as the user should know of it. Leaves to `deform` what
+//! is refused, and to `run` whose files are written.
+
+mod bodies;
+mod body_motion;
+mod disk;
+mod edges;
+mod extremes;
+mod memory;
+mod output;
+
+pub use bodies::{BodyAtStep, bodies_at, conflicts};
+pub(crate) use body_motion::body_motion;
+pub(crate) use disk::{Demand, check_disk};
+pub use extremes::Extremes;
+pub use memory::{check_memory, estimate_memory};
+pub(crate) use output::before_work;
+pub use output::estimate_bytes;
+
+use crate::deform::{Layer, Plan};
+use crate::geometry::Bounds;
+
+/// What the user should know of the motion before it is interpolated, as sentences.
+pub fn warnings(plan: &Plan) -> Vec<String> {
+    let diagonal = Bounds::around(&plan.reference).diagonal();
+    let mut warnings = plan.motion.seams(&plan.reference, diagonal);
+    warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
+    warnings.extend(edges::staying(plan));
+    warnings.extend(edges::leaving_planes(plan));
+    warnings.extend(edges::turning_out(plan));
+    let no_velocity = |layer: &Layer| layer.modes.n_modes == 0;
+    if plan.velocity.as_ref().is_some_and(no_velocity) {
+        warnings.push("the velocities of all bodies are 0 at every step".to_owned());
+    }
+    warnings
+}

@@ -1,0 +1,183 @@
+//! What is refused before any file is written, and what is known to be lost.
+
+use super::disk::Demand;
+use crate::deform::Plan;
+use crate::error::{Error, Kind, Result};
+use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
+use crate::geometry::Bounds;
+use crate::geometry::vector::Vector;
+use crate::motion::{QualityOutput, SelectionMethod};
+use crate::quality::{Criterion, Quality};
+use crate::record::COLUMNS;
+use rayon::prelude::*;
+use std::io::Write;
+
+/// A first-cell height may change by this much when coordinates are rounded to 32 bits.
+const F32_CHANGE: f64 = 0.01;
+/// Base points for which the dense matrix still fits a workstation: 12.8 GB.
+const MOST_DENSE: usize = 40_000;
+/// Columns of steps.csv that hold no number.
+const NO_NUMBERS: [&str; 2] = ["file", "blake3"];
+
+/// All that a run can be refused for before it starts; returns what the format cannot hold, and the
+/// bytes of one mesh in it, neither packed nor as text.
+pub(crate) fn before_work(
+    plan: &mut Plan,
+    format: &dyn Format,
+    fail_on: &[Criterion],
+) -> Result<(Vec<String>, u64)> {
+    check_precision(plan)?;
+    check_columns(plan, fail_on)?;
+    check_dense(plan)?;
+    format_holds(plan, format)
+}
+
+/// Bytes that the meshes of a sequence take before they are packed.
+///
+/// # Errors
+/// Where the format cannot hold the mesh.
+pub fn estimate_bytes(plan: &mut Plan) -> Result<u64> {
+    let format = formats::by_name(&plan.schedule.output.format)?;
+    let (_, mesh_bytes) = format_holds(plan, format)?;
+    let n_steps = plan.motion.steps.len();
+    Ok(Demand::of(plan, format, (n_steps, 0), mesh_bytes).bytes())
+}
+
+/// Refuses a dense matrix that no workstation holds.
+fn check_dense(plan: &Plan) -> Result<()> {
+    let n = plan.surface.nodes.len();
+    if plan.schedule.selection.method != SelectionMethod::All || n <= MOST_DENSE {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "method = \"all\" with {n} surface nodes needs a dense matrix of {:.0} GB; it is for at most \
+         {MOST_DENSE} nodes, method = \"sequence\" serves any number",
+        (n * n * 8) as f64 / 1e9
+    ))
+    .file(&plan.schedule.path))
+}
+
+/// Refuses conditions on columns of steps.csv that have no value in this run.
+fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
+    let quality = Quality::default().columns();
+    let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
+    let skipped = plan.schedule.output.quality == QualityOutput::None;
+    let numbers = COLUMNS
+        .into_iter()
+        .filter(|column| !NO_NUMBERS.contains(column));
+    for criterion in fail_on {
+        criterion.check_column(numbers.clone())?;
+        let reason = match criterion.column() {
+            "time_s" if plan.motion.steps[0].time_s.is_none() => {
+                "the schedule has neither [time] nor rotor.rpm"
+            }
+            "min_first_cell_ratio" if plan.first_cells.smallest().is_none() => {
+                "no moving wall has first cells of known height"
+            }
+            column if skipped && (column == "max_normal_change_deg" || is_quality(column)) => {
+                "output.quality = \"none\" judges no cell"
+            }
+            _ => continue,
+        };
+        return Err(Error::input(format!(
+            "\"{criterion}\": the column {} has no values in this run, since {reason}",
+            criterion.column()
+        )));
+    }
+    Ok(())
+}
+
+/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
+/// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
+/// step then, however few digits those of the mesh have.
+fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
+    let described = |error: Error, plan: &Plan| match error.kind {
+        Kind::Input => Error::input(format!(
+            "output.format = \"{}\" cannot hold this mesh: {}",
+            format.name(),
+            error.message
+        ))
+        .file(&plan.schedule.path),
+        _ => error,
+    };
+    let options = WriteOptions {
+        encoding: Encoding::Raw,
+        compression: Compression::None,
+        ..plan.schedule.output.write_options()
+    };
+    plan.mesh.points = moved_a_little(&plan.reference);
+    let mut sink = Counter(0);
+    let dropped = format.write(&plan.mesh, &mut sink, &options);
+    plan.mesh.points = Vec::new();
+    let mut dropped = dropped.map_err(|error| described(error, plan))?;
+    dropped.extend(dropped_arrays(plan, format));
+    dropped.extend(dropped_packing(plan, format));
+    Ok((dropped, sink.0))
+}
+
+/// Nodes moved by so little that they stay in their plane where they have one.
+fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
+    const FACTOR: f64 = 1.0 + 1e-7 / 3.0;
+    let bounds = Bounds::around(points);
+    let shift = bounds.diagonal() * 1e-3 / 3.0;
+    let is_plane = bounds.low[2] == bounds.high[2];
+    let moved = |x: &Vector| {
+        let moved = x.map(|x| (x + shift) * FACTOR);
+        match is_plane {
+            true => [moved[0], moved[1], x[2]],
+            false => moved,
+        }
+    };
+    points.par_iter().map(moved).collect()
+}
+
+/// Counts bytes that go nowhere.
+struct Counter(u64);
+
+impl Write for Counter {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Sentences where numbers are to be stored in a way that the format does not have.
+fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<String> {
+    let dropped = plan.schedule.output.write_options().without_effect(format);
+    let name = format.name();
+    dropped
+        .iter()
+        .map(|key| format!("output.{key} has no effect on files of format = \"{name}\""))
+        .collect()
+}
+
+/// A sentence where arrays are asked for that the format does not hold.
+fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
+    let output = &plan.schedule.output;
+    let asked = output.displacement || output.velocity || output.quality == QualityOutput::Cells;
+    (asked && !format.holds_arrays()).then(|| {
+        format!(
+            "output.format = \"{}\" holds no arrays: displacement, velocity and cell quality are left out",
+            format.name()
+        )
+    })
+}
+
+fn check_precision(plan: &Plan) -> Result<()> {
+    let change = plan.first_cells.change_in_f32(&plan.reference);
+    if plan.schedule.output.precision == Precision::F32
+        && plan.schedule.output.rounds()?
+        && change > F32_CHANGE
+    {
+        return Err(Error::input(format!(
+            "output.precision = \"f32\" would change a first-cell height by {:.1}%; use \"f64\"",
+            100.0 * change
+        ))
+        .file(&plan.schedule.path));
+    }
+    Ok(())
+}

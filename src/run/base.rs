@@ -1,0 +1,231 @@
+//! Base points on disk: base.toml to go on from, base.vtp to look at.
+
+use crate::deform::Kind;
+use crate::deform::Plan;
+use crate::deform::with_bases;
+use crate::error::{Error, Result};
+use crate::formats::{Commit, check_no_device, save_text};
+use crate::geometry::vector::Vector;
+use crate::rbf::select::Selection;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// What base.toml holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BaseFile {
+    /// Version of this layout.
+    pub version: u32,
+    /// Kernel of the interpolation.
+    pub kernel: String,
+    /// Support radius, in mesh units.
+    pub support_radius: f64,
+    /// Tolerance that was asked for, in mesh units.
+    pub tolerance: f64,
+    /// Largest error at any surface node and step that was reached, in mesh units.
+    pub error: f64,
+    /// Number of nodes of the mesh.
+    pub mesh_nodes: usize,
+    /// Hash of the node positions of the mesh.
+    pub mesh_points_blake3: String,
+    /// Mesh nodes that are base points, in the order chosen; with `twist` those of the translations.
+    pub nodes: Vec<u32>,
+    /// With `twist`, those of the rotations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation_nodes: Option<Vec<u32>>,
+    /// Support radius of the rotations where it is another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation_radius: Option<f64>,
+}
+
+/// Writes `path` and the .vtp beside it.
+pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) -> Result<()> {
+    let nodes_of = |selection: &Selection| {
+        let base = selection.base.iter();
+        base.map(|&i| plan.surface.nodes[i]).collect::<Vec<u32>>()
+    };
+    let of = |wanted: &str| {
+        let mut layers = plan.layers.iter().zip(selections);
+        layers
+            .find(|(layer, _)| layer.name() == wanted)
+            .map(|(_, selection)| nodes_of(selection))
+    };
+    let file = BaseFile {
+        version: 1,
+        kernel: plan.basis.kernel.name().to_owned(),
+        support_radius: plan.basis.radius,
+        tolerance: plan.tolerance,
+        error: selections
+            .iter()
+            .map(|selection| selection.error)
+            .fold(0.0, f64::max),
+        mesh_nodes: plan.reference.len(),
+        mesh_points_blake3: hash_of(&plan.reference),
+        nodes: of("nodes").unwrap_or_default(),
+        rotation_nodes: of("rotation_nodes"),
+        rotation_radius: plan.schedule.rbf.rotation_radius,
+    };
+    let text = toml::to_string(&file)
+        .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))?;
+    save_text(&text, path, commit)?;
+    save_picture(plan, selections, &picture_of(path), commit)
+}
+
+/// Writes the .vtp alone.
+pub(super) fn save_picture(
+    plan: &Plan,
+    selections: &[Selection],
+    path: &Path,
+    commit: Commit,
+) -> Result<()> {
+    save_text(&polydata(plan, selections), path, commit)
+}
+
+/// The .vtp beside a base file.
+pub fn picture_of(path: &Path) -> PathBuf {
+    path.with_extension("vtp")
+}
+
+/// Base points read from `path`, with weights for the plan's motion.
+pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
+    let stretches = plan.stretches();
+    let [stretch] = stretches.as_slice() else {
+        return Err(Error::input(
+            "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
+        )
+        .file(path));
+    };
+    load_for(plan, stretch, path)
+}
+
+/// Base points that were chosen for a stretch of the same plan.
+pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Result<Vec<Selection>> {
+    let file = read(path)?;
+    check(plan, &file).map_err(|error| error.file(path))?;
+    let bases = plan.layers.iter().map(|layer| match layer.kind {
+        Kind::Displacement => plan.surface.find(&file.nodes),
+        Kind::Rotation(_) => plan
+            .surface
+            .find(file.rotation_nodes.as_deref().unwrap_or_default()),
+    });
+    let bases = bases.collect::<Result<Vec<_>>>();
+    let bases = bases.map_err(|error| error.file(path))?;
+    with_bases(plan, stretch, bases)
+}
+
+fn read(path: &Path) -> Result<BaseFile> {
+    let no_base = |reason: &str| {
+        Error::input(format!(
+            "this is no file of base points, as `azimesh select -o` and `azimesh deform` write them: {reason}"
+        ))
+        .file(path)
+    };
+    let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
+    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+    let text = std::str::from_utf8(&bytes).map_err(|_| no_base("it is not text"))?;
+    toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start);
+        let line = text[..start].bytes().filter(|b| *b == b'\n').count() + 1;
+        no_base(error.message()).line(line as u64)
+    })
+}
+
+fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
+    if file.version != 1 {
+        return Err(Error::input(format!(
+            "version = {}; this program reads version 1",
+            file.version
+        )));
+    }
+    if file.mesh_nodes != plan.reference.len()
+        || file.mesh_points_blake3 != hash_of(&plan.reference)
+    {
+        return Err(Error::input(format!(
+            "the base points were chosen on another mesh: one of {} nodes, this has {}",
+            file.mesh_nodes,
+            plan.reference.len()
+        )));
+    }
+    let (kernel, radius) = (plan.basis.kernel.name(), plan.basis.radius);
+    if file.kernel != kernel || file.support_radius != radius {
+        return Err(Error::input(format!(
+            "the base points were chosen with {} and support radius {}, the schedule has {kernel} and {radius}",
+            file.kernel, file.support_radius
+        )));
+    }
+    let twist = plan
+        .layers
+        .iter()
+        .any(|layer| layer.kind != Kind::Displacement);
+    if twist != file.rotation_nodes.is_some()
+        || file.rotation_radius != plan.schedule.rbf.rotation_radius
+    {
+        return Err(Error::input(
+            "the base points were chosen with another `interpolate` or `rotation_radius` than the schedule has",
+        ));
+    }
+    for nodes in [Some(&file.nodes), file.rotation_nodes.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        check_distinct(nodes)?;
+    }
+    Ok(())
+}
+
+fn check_distinct(nodes: &[u32]) -> Result<()> {
+    let mut sorted = nodes.to_vec();
+    sorted.sort_unstable();
+    if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(Error::input(format!("node {} is listed twice", pair[0])));
+    }
+    Ok(())
+}
+
+fn hash_of(points: &[Vector]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_rayon(bytemuck::cast_slice(points));
+    hasher.finalize().to_string()
+}
+
+/// The base points as VTK polydata: vertices in the order chosen, with that order, the mesh node and
+/// the body (-1 where the point stays).
+fn polydata(plan: &Plan, selections: &[Selection]) -> String {
+    let mut seen = vec![false; plan.surface.nodes.len()];
+    let all = selections.iter().flat_map(|selection| &selection.base);
+    let base: Vec<usize> = all
+        .copied()
+        .filter(|&i| !std::mem::replace(&mut seen[i], true))
+        .collect();
+    let join = |values: Vec<String>| values.join(" ");
+    let surface = &plan.surface;
+    let points = join(
+        base.iter()
+            .map(|&i| surface.points[i].map(|x| x.to_string()).join(" "))
+            .collect(),
+    );
+    let order = join((0..base.len()).map(|i| i.to_string()).collect());
+    let after = join((1..=base.len()).map(|i| i.to_string()).collect());
+    let nodes = join(base.iter().map(|&i| surface.nodes[i].to_string()).collect());
+    let body = |i: usize| surface.body[i].map_or("-1".to_owned(), |b| b.to_string());
+    let bodies = join(base.iter().map(|&i| body(i)).collect());
+    let n = base.len();
+    let array = |kind: &str, name: &str, values: &str| {
+        format!(
+            "        <DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>\n"
+        )
+    };
+    format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n  \
+         <PolyData>\n    <Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"{n}\" NumberOfLines=\"0\" \
+         NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n      <PointData>\n{}{}{}      </PointData>\n      \
+         <Points>\n        <DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">{points}</DataArray>\n      \
+         </Points>\n      <Verts>\n{}{}      </Verts>\n    </Piece>\n  </PolyData>\n</VTKFile>\n",
+        array("Int32", "Order", &order),
+        array("Int32", "Node", &nodes),
+        array("Int32", "Body", &bodies),
+        array("Int32", "connectivity", &order),
+        array("Int32", "offsets", &after),
+    )
+}

@@ -1,0 +1,199 @@
+//! Base points and fields for the step at hand: chosen when a step enters a new stretch, kept while
+//! it lasts.
+
+use super::base;
+use super::names::Names;
+use super::record::{Clock, hash_of, selection_record};
+use crate::deform::Deformer;
+use crate::deform::Plan;
+use crate::deform::{check_tolerance, choose};
+use crate::error::{Error, Result};
+use crate::motion::Step;
+use crate::progress::{Progress, Silent};
+use crate::rbf::select::Selection;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// The stretches of a run, with the deformer of the one that it is in.
+pub(super) struct Stretches<'a> {
+    plan: &'a Plan,
+    names: &'a Names,
+    ranges: Vec<Range<usize>>,
+    /// Base points chosen before the run.
+    loaded: Option<Vec<Selection>>,
+    /// Files of base points that this run or an earlier one has chosen, and their hashes.
+    pub base_files: BTreeMap<String, String>,
+    progress: &'a dyn Progress,
+    current: Option<(Range<usize>, Deformer<'a>)>,
+    /// What each selection came to, for run.json.
+    pub selections: Vec<Value>,
+    /// Sentences about what the user should know.
+    pub warnings: Vec<String>,
+    /// Seconds of choosing base points.
+    pub seconds_selection: f64,
+    /// Seconds of evaluating them at the nodes.
+    pub seconds_modes: f64,
+}
+
+impl<'a> Stretches<'a> {
+    pub fn new(
+        plan: &'a Plan,
+        names: &'a Names,
+        loaded: Option<Vec<Selection>>,
+        base_files: BTreeMap<String, String>,
+        progress: &'a dyn Progress,
+    ) -> Self {
+        Self {
+            plan,
+            names,
+            ranges: plan.stretches(),
+            loaded,
+            base_files,
+            progress,
+            current: None,
+            selections: Vec::new(),
+            warnings: Vec::new(),
+            seconds_selection: 0.0,
+            seconds_modes: 0.0,
+        }
+    }
+
+    /// The deformer of a step.
+    pub fn enter(&mut self, step: &Step) -> Result<&Deformer<'a>> {
+        let inside = |(range, _): &(Range<usize>, Deformer<'_>)| range.contains(&step.index);
+        if !self.current.as_ref().is_some_and(inside) {
+            self.current = None;
+            let deformer = self.prepare(step)?;
+            self.current = Some(deformer);
+        }
+        let (_, deformer) = self.current.as_ref().expect("it has been prepared");
+        Ok(deformer)
+    }
+
+    /// Base points for the stretch of a step, saved, and their fields.
+    fn prepare(&mut self, step: &Step) -> Result<(Range<usize>, Deformer<'a>)> {
+        let clock = Clock::start();
+        let plan = self.plan;
+        let stretch = self
+            .ranges
+            .iter()
+            .find(|range| range.contains(&step.index))
+            .expect("every step is in a stretch")
+            .clone();
+        let progress = self.progress();
+        let selections = self.base_points(&stretch)?;
+        check_tolerance(plan, &selections)?;
+        self.seconds_selection += clock.seconds();
+        let clock = Clock::start();
+        let deformer = Deformer::new(plan, selections, &stretch, progress)?;
+        self.warnings.extend(deformer.warnings.iter().cloned());
+        let selected = self.selections.last_mut();
+        if let Some(own) = selected.filter(|own| own["first_step"] == stretch.start) {
+            own["warnings"] = json!(deformer.warnings);
+        }
+        self.seconds_modes += clock.seconds();
+        Ok((stretch, deformer))
+    }
+
+    /// Base points for a stretch: given, as the file has them, or chosen and saved.
+    fn base_points(&mut self, stretch: &Range<usize>) -> Result<Vec<Selection>> {
+        let plan = self.plan;
+        let path = self.path_of(stretch);
+        let progress = self.progress();
+        match (self.loaded.take(), self.has_noted(&path)) {
+            (Some(loaded), _) => self.note(stretch, loaded, &path),
+            (None, true) => {
+                let selections = base::load_for(plan, stretch, &path)?;
+                let picture = base::picture_of(&path);
+                if !self.has_noted(&picture) {
+                    base::save_picture(plan, &selections, &picture, self.names.commit)?;
+                    self.note_file(&picture)?;
+                }
+                Ok(selections)
+            }
+            (None, false) => {
+                let chosen = choose(plan, stretch, progress)?;
+                self.note(stretch, chosen, &path)
+            }
+        }
+    }
+
+    /// Writes the files of base points again that an earlier run wrote and that are not what they were;
+    /// says so of each.
+    pub fn restore(&mut self) -> Result<Vec<String>> {
+        let steps = self.names.steps();
+        let mut sentences = Vec::new();
+        for stretch in self.ranges.clone() {
+            let path = self.path_of(&stretch);
+            let is_ours = stretch.start < steps.end && steps.start < stretch.end;
+            if !is_ours || !self.base_files.contains_key(&name_of(&path)) {
+                continue;
+            }
+            let files = [base::picture_of(&path), path];
+            let wrong: Vec<_> = files.iter().filter(|path| !self.has_noted(path)).collect();
+            let told = wrong.into_iter().map(|path| {
+                let reason = match path.is_file() {
+                    true => "has another hash than run.json says",
+                    false => "is missing",
+                };
+                format!("{} {reason}; it is written again", name_of(path))
+            });
+            sentences.extend(told);
+            if !files.iter().all(|path| self.has_noted(path)) {
+                let clock = Clock::start();
+                self.base_points(&stretch)?;
+                self.seconds_selection += clock.seconds();
+            }
+        }
+        Ok(sentences)
+    }
+
+    /// The steps have a line of their own once they run.
+    fn progress(&self) -> &'a dyn Progress {
+        match self.selections.is_empty() {
+            true => self.progress,
+            false => &Silent,
+        }
+    }
+
+    fn path_of(&self, stretch: &Range<usize>) -> PathBuf {
+        let first = (self.ranges.len() > 1).then_some(stretch.start);
+        self.names.base(first)
+    }
+
+    /// Whether a file is the one that was written for this plan.
+    fn has_noted(&self, path: &Path) -> bool {
+        let noted = self.base_files.get(&name_of(path));
+        let found = || hash_of(path).ok().map(|hash| hash.to_string());
+        noted.is_some_and(|noted| found().as_ref() == Some(noted))
+    }
+
+    /// Keeps in mind what was written.
+    fn note_file(&mut self, path: &Path) -> Result<()> {
+        let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
+        self.base_files.insert(name_of(path), hash.to_string());
+        Ok(())
+    }
+
+    /// Writes base points, and keeps in mind what they came to.
+    fn note(
+        &mut self,
+        stretch: &Range<usize>,
+        selections: Vec<Selection>,
+        path: &Path,
+    ) -> Result<Vec<Selection>> {
+        self.selections
+            .push(selection_record(self.plan, stretch, &selections));
+        base::save(self.plan, &selections, path, self.names.commit)?;
+        self.note_file(path)?;
+        self.note_file(&base::picture_of(path))?;
+        Ok(selections)
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}

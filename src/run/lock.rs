@@ -1,0 +1,211 @@
+//! Keeps two runs from writing the same steps of a folder: a hidden file a run, locked by the
+//! system, which lets go of it when the process ends, however it ends.
+
+use super::names::Names;
+use crate::error::{Error, Result};
+use crate::formats::{folder_of, is_same, list_hidden, sync_folder, unlist_hidden};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::ErrorKind;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+const START: &str = ".azimesh_";
+const END: &str = ".lock";
+
+/// The steps of a folder, held by this process until it is dropped.
+pub(super) struct Lock {
+    /// Locked as long as it is open.
+    _file: File,
+    path: PathBuf,
+    /// The folder, where it was made for this run.
+    made: Option<PathBuf>,
+    /// What the user should know.
+    pub warning: Option<String>,
+}
+
+impl Lock {
+    /// Locks the steps of a run; makes its folder where there is none.
+    pub fn take(names: &Names) -> Result<Self> {
+        let folder = &names.folder;
+        if folder.is_file() {
+            return Err(Error::input("this is a file, not a folder").file(folder));
+        }
+        let made = (!folder.exists()).then(|| folder.clone());
+        make_folder(folder).map_err(|error| Error::io(folder, &error))?;
+        let steps = names.steps();
+        let path = folder.join(format!("{START}{}-{}{END}", steps.start, steps.end));
+        let (file, warning) = own(&path, folder, &steps)?;
+        list_hidden(&path);
+        let lock = Self {
+            _file: file,
+            path,
+            made,
+            warning,
+        };
+        for (path, other) in others(folder) {
+            let overlaps = other.start < steps.end && steps.start < other.end;
+            if path != lock.path && overlaps && is_locked(&path)? {
+                return Err(busy(folder, &other));
+            }
+        }
+        Ok(lock)
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // An unlocked file left behind stops nobody, and a folder with something in it is kept.
+        let _ = fs::remove_file(&self.path);
+        unlist_hidden(&self.path);
+        if let Some(folder) = &self.made {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// Makes a folder where there is none, on the disk too.
+fn make_folder(folder: &Path) -> std::io::Result<()> {
+    let is_new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+    let new: Vec<&Path> = folder.ancestors().take_while(is_new).collect();
+    fs::create_dir_all(folder)?;
+    let above = |path: &&Path| sync_folder(folder_of(path));
+    new.iter().try_for_each(above)
+}
+
+/// Removes the lock files of killed runs.
+pub(super) fn remove_left(folder: &Path) -> Result<()> {
+    for (path, _) in others(folder) {
+        if !is_locked(&path)? {
+            fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
+        }
+    }
+    Ok(())
+}
+
+fn busy(folder: &Path, steps: &Range<usize>) -> Error {
+    Error::input(format!(
+        "another run is writing steps {}..{} here; wait for its end, or give --steps that are not among them",
+        steps.start, steps.end
+    ))
+    .file(folder)
+}
+
+/// Opens and locks the file of this run; gives a sentence where the file system has no locks.
+fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<String>)> {
+    loop {
+        let mut options = OpenOptions::new();
+        let file = options.create(true).truncate(false).write(true).open(path);
+        let file = file.map_err(|error| Error::io(path, &error))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(busy(folder, steps)),
+            Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
+                let sentence =
+                    "this file system has no locks: nothing keeps another run from the same steps";
+                return Ok((file, Some(format!("{}: {sentence}", folder.display()))));
+            }
+            Err(TryLockError::Error(error)) => return Err(refused(path, &error)),
+        }
+        // A run that ended between the two has removed the file that is locked now.
+        if is_same(&file, path) {
+            return Ok((file, None));
+        }
+    }
+}
+
+/// The lock files of a folder and their steps, in order.
+fn others(folder: &Path) -> Vec<(PathBuf, Range<usize>)> {
+    let entries = fs::read_dir(folder).into_iter().flatten();
+    let steps = |path: PathBuf| {
+        let name = path.file_name()?.to_str()?;
+        let (start, end) = name
+            .strip_prefix(START)?
+            .strip_suffix(END)?
+            .split_once('-')?;
+        let steps = start.parse().ok()?..end.parse().ok()?;
+        Some((path, steps))
+    };
+    let mut found: Vec<_> = entries
+        .filter_map(|entry| steps(entry.ok()?.path()))
+        .collect();
+    found.sort_by_key(|(_, steps)| (steps.start, steps.end));
+    found
+}
+
+/// Whether a run holds this file; none does when it is gone.
+fn is_locked(path: &Path) -> Result<bool> {
+    let Ok(file) = OpenOptions::new().read(true).write(true).open(path) else {
+        return Ok(false);
+    };
+    match file.try_lock_shared() {
+        Ok(()) => Ok(false),
+        Err(TryLockError::WouldBlock) => Ok(true),
+        Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => Ok(false),
+        Err(TryLockError::Error(error)) => Err(refused(path, &error)),
+    }
+}
+
+fn refused(path: &Path, error: &std::io::Error) -> Error {
+    Error::system(format!("cannot be locked: {error}")).file(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::names::Part;
+    use super::*;
+
+    fn names(folder: &Path, steps: Option<Range<usize>>) -> Names {
+        let format = crate::formats::by_name("vtu").expect("it is known");
+        let part = Part::new(steps, 10).expect("there are ten steps");
+        Names::new(folder, Path::new("wing.su2"), format, 10, part)
+    }
+
+    #[test]
+    fn steps_are_held_by_one_run_at_a_time() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let take = |steps| Lock::take(&names(folder.path(), steps));
+        let first = take(Some(0..4)).expect("nobody holds them");
+        let second = take(Some(4..6)).expect("nobody holds them");
+        for (steps, by) in [
+            (Some(0..4), "0..4"),
+            (Some(3..5), "0..4"),
+            (Some(5..6), "4..6"),
+            (None, "0..4"),
+        ] {
+            let message = take(steps.clone())
+                .err()
+                .expect("they are held")
+                .to_string();
+            assert!(
+                message.contains(&format!("steps {by} here")),
+                "{steps:?}: {message}"
+            );
+        }
+        drop(first);
+        take(Some(0..4)).expect("they are free again");
+        drop(second);
+        take(None).expect("all are free again");
+        let left = fs::read_dir(folder.path()).expect("it is there").count();
+        assert_eq!(left, 0);
+    }
+
+    #[test]
+    fn a_file_that_a_killed_run_left_stops_nobody() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let left = folder.path().join(".azimesh_0-10.lock");
+        fs::write(&left, "").expect("it can be written");
+        let lock = Lock::take(&names(folder.path(), Some(2..3))).expect("nobody holds them");
+        drop(lock);
+        assert!(left.exists());
+        remove_left(folder.path()).expect("it can be removed");
+        assert!(!left.exists());
+    }
+
+    #[test]
+    fn a_folder_made_for_nothing_goes_away() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let inner = folder.path().join("out");
+        drop(Lock::take(&names(&inner, None)).expect("it can be made"));
+        assert!(!inner.exists());
+    }
+}

@@ -1,0 +1,338 @@
+//! Joins the parts of a sequence: checks that every step is there once and as it was written, then
+//! leaves what a run in one go would have left. What is there already and whole is left as it is.
+
+use super::compatibility::difference;
+use super::finished::Finished;
+use super::lock::{self, Lock};
+use super::merged::{self, Standing};
+use super::names::{self, Names, Part};
+use super::parts;
+use super::record::{self, Clock, Timings, hash_of, hash_of_range};
+use super::table;
+use crate::error::{Error, Result};
+use crate::formats::{self, Format, clear_left, save_text};
+use crate::progress::Progress;
+use crate::record::Rows;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Steps or parts that are named one by one in a sentence.
+const MOST_NAMED: usize = 12;
+/// Bytes at the start of a file of all steps that belong to none of them.
+const SUPERBLOCK: u64 = 48;
+
+/// A part of a sequence as its run has left it.
+pub(super) struct Written {
+    pub steps: Range<usize>,
+    pub names: Names,
+    pub record: Value,
+    pub rows: Rows,
+}
+
+/// Joins the parts in `folder`. What an earlier join has left is completed; `force` replaces it, and what
+/// another run has left.
+///
+/// # Errors
+/// Where a step is missing, written twice or another than its row says, where parts come from
+/// different inputs, where one is being written, and where the folder holds another run.
+pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Finished> {
+    let clock = Clock::start();
+    let records = records(folder)?;
+    let (first, names, format) = sequence(folder, &records)?;
+    let _lock = Lock::take(&names)?;
+    let parts: Vec<Written> = records
+        .iter()
+        .map(|(path, content)| part(&names, &first, path, content))
+        .collect::<Result<_>>()?;
+    check_steps(&names, &parts)?;
+    check_files(&names, &parts, progress)?;
+    let standing = match force {
+        true => Standing::default(),
+        false => Standing::find(&names, format, &parts, progress)?,
+    };
+    clear_left(&names.folder);
+    let (rows, ends) = match &standing.rows {
+        Some(kept) => kept.clone(),
+        None if names.is_in_one() => merged::join_meshes(&names, format, &parts, progress)?,
+        None => (merged::rows(&parts), Vec::new()),
+    };
+    let mut finished = merged::finished(&names, &parts, &rows)?;
+    finished.timings.total = clock.seconds();
+    let record = merged::record(&names, &parts, &ends, &finished);
+    let mut texts = vec![(names.table(), crate::record::text(&rows))];
+    texts.extend(names::series(&names, &rows));
+    if standing.is_whole(&record, &texts) {
+        finished.n_kept = finished.n_steps;
+        finished.timings = standing
+            .record
+            .as_ref()
+            .map_or(finished.timings, Timings::of);
+    } else {
+        merged::remove_record(&names)?;
+        let mut texts = texts.iter();
+        texts.try_for_each(|(path, text)| save_text(text, path, names.commit))?;
+        record.save()?;
+        finished.timings = record.timings();
+    }
+    lock::remove_left(folder)?;
+    Ok(finished)
+}
+
+/// The records of all parts, by their first step.
+fn records(folder: &Path) -> Result<Vec<(PathBuf, Value)>> {
+    let entries = fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
+    let found = entries.filter_map(|entry| {
+        let path = entry.ok()?.path();
+        let steps = parts::steps_of(&path)?;
+        Some(((steps.start, steps.end), path))
+    });
+    let found: BTreeMap<(usize, usize), PathBuf> = found.collect();
+    if found.is_empty() {
+        return Err(Error::input(
+            "holds no parts of a sequence: `azimesh deform --steps A..B` leaves a run_A-B.json for each",
+        )
+        .file(folder));
+    }
+    let read = |(steps, path): (_, PathBuf)| match record::read(&path)? {
+        Some(record) => Ok((path, record)),
+        None => Err(lost(&path, steps)),
+    };
+    found.into_iter().map(read).collect()
+}
+
+fn lost(record: &Path, (start, end): (usize, usize)) -> Error {
+    Error::input(format!(
+        "is empty, cut or no record of a part; `azimesh deform --steps {start}..{end} --resume`, \
+         with the mesh and the schedule of the part, verifies its steps and writes it again"
+    ))
+    .file(record)
+}
+
+/// What all parts have in common: a record, and the names of the whole sequence.
+fn sequence(
+    folder: &Path,
+    records: &[(PathBuf, Value)],
+) -> Result<(Value, Names, &'static dyn Format)> {
+    let (path, first) = &records[0];
+    let wrong = || Error::input("this is no record of a part of a sequence").file(path);
+    let mesh = first["inputs"][0]["file"].as_str().ok_or_else(wrong)?;
+    let format = first["options"]["format"].as_str().ok_or_else(wrong)?;
+    let n_steps = first["steps"].as_u64().ok_or_else(wrong)? as usize;
+    let format = formats::by_name(format).map_err(|error| error.file(path))?;
+    let whole = Part::new(None, n_steps).map_err(|error| error.file(path))?;
+    let names = Names::new(folder, Path::new(mesh), format, n_steps, whole);
+    Ok((first.clone(), names, format))
+}
+
+fn part(names: &Names, first: &Value, path: &Path, content: &Value) -> Result<Written> {
+    let steps = parts::steps_of(path).expect("it was found by its name");
+    if let Some(difference) = difference(first, content) {
+        return Err(Error::input(format!(
+            "this part does not belong to the first one: {}",
+            difference.beside()
+        ))
+        .file(path));
+    }
+    let n_steps = names.steps().len();
+    let part = Part::new(Some(steps.clone()), n_steps).map_err(|error| error.file(path))?;
+    let names = names.part(part);
+    let table = names.table();
+    let rows = match table.exists() {
+        true => table::read(&table)?,
+        false => Rows::new(),
+    };
+    if let Some(step) = rows.keys().find(|step| !steps.contains(step)) {
+        return Err(Error::input(format!("step {step} is not one of this part")).file(&table));
+    }
+    Ok(Written {
+        steps,
+        names,
+        record: content.clone(),
+        rows,
+    })
+}
+
+/// Every step is in one part.
+fn check_steps(names: &Names, parts: &[Written]) -> Result<()> {
+    let mut count = vec![0; names.steps().len()];
+    for step in parts.iter().flat_map(|part| part.rows.keys()) {
+        count[*step] += 1;
+    }
+    let with = |wanted: fn(usize) -> bool| -> Vec<usize> {
+        let all = count.iter().enumerate();
+        all.filter(|(_, n)| wanted(**n))
+            .map(|(step, _)| step)
+            .collect()
+    };
+    let (missing, twice) = (with(|n| n == 0), with(|n| n > 1));
+    let message = match (missing.as_slice(), twice.as_slice()) {
+        ([], []) => return Ok(()),
+        ([], twice) => format!(
+            "{} in more than one part: {}; remove the files of one of them (run_A-B.json, steps_A-B.csv, and \
+             its meshes where they are in one file) and write what is missing then by `azimesh deform --steps A..B`",
+            told(twice),
+            ranges(
+                parts
+                    .iter()
+                    .filter(|part| twice.iter().any(|step| part.rows.contains_key(step)))
+            )
+        ),
+        (missing, _) => format!("{} missing: {}", told(missing), lacking(missing, parts)),
+    };
+    Err(Error::input(message).file(&names.folder))
+}
+
+/// Parts as they are asked for.
+fn ranges<'a>(parts: impl Iterator<Item = &'a Written>) -> String {
+    let range = |part: &Written| format!("{}..{}", part.steps.start, part.steps.end);
+    parts.map(range).collect::<Vec<_>>().join(", ")
+}
+
+/// Where steps are missing, in which parts or in none, and what writes them.
+fn lacking(missing: &[usize], parts: &[Written]) -> String {
+    let record = |part: &Written| format!("run_{}-{}.json", part.steps.start, part.steps.end);
+    let mut rest = missing.to_vec();
+    let mut sentences = Vec::new();
+    for part in parts {
+        let own: Vec<usize> = rest
+            .extract_if(.., |step| part.steps.contains(step))
+            .collect();
+        if !own.is_empty() {
+            let Range { start, end } = part.steps;
+            let (record, own) = (record(part), runs(&own));
+            sentences.push(format!(
+                "the run of {record} has not written {own}, `azimesh deform --steps {start}..{end} --resume` does"
+            ));
+        }
+    }
+    if !rest.is_empty() {
+        let all = some(parts.iter().map(record).collect(), "parts");
+        let rest = runs(&rest);
+        sentences.push(format!(
+            "no part has {rest} (there are {all}), `azimesh deform --steps A..B --resume` writes one"
+        ));
+    }
+    sentences.truncate(MOST_NAMED);
+    sentences.join("; ")
+}
+
+/// Steps as a subject: runs of them where there are several in a row.
+fn told(steps: &[usize]) -> String {
+    match steps {
+        [step] => format!("step {step} is"),
+        _ => format!("steps {} are", runs(steps)),
+    }
+}
+
+/// Steps as a list of runs.
+fn runs(steps: &[usize]) -> String {
+    let runs = steps.chunk_by(|a, b| a + 1 == *b);
+    let names = runs.map(|run| match run {
+        [step] => step.to_string(),
+        [first, .., last] => format!("{first} to {last}"),
+        [] => String::new(),
+    });
+    some(names.collect(), "ranges")
+}
+
+/// A list of which the first are named.
+fn some(mut names: Vec<String>, what: &str) -> String {
+    if names.len() > MOST_NAMED {
+        let more = names.len() - MOST_NAMED;
+        names.truncate(MOST_NAMED);
+        names.push(format!("and {more} more {what}"));
+    }
+    names.join(", ")
+}
+
+/// Every mesh has the hash that its row says.
+fn check_files(names: &Names, parts: &[Written], progress: &dyn Progress) -> Result<()> {
+    progress.start("verifying", Some(names.steps().len() as u64));
+    let mut wrong = Vec::new();
+    for part in parts {
+        wrong.extend(damaged(names, &part.rows, &ends(part)?, progress));
+    }
+    progress.finish();
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "{} not there as written (no file, or another hash than the table says); --resume of their part writes \
+         them again",
+        told(&wrong)
+    ))
+    .file(&names.folder))
+}
+
+/// Steps whose mesh is not what its row says; `ends` tells where each ends where one file holds all.
+pub(super) fn damaged(
+    names: &Names,
+    rows: &Rows,
+    ends: &[u64],
+    progress: &dyn Progress,
+) -> Vec<usize> {
+    let mut wrong = Vec::new();
+    let mut from = SUPERBLOCK;
+    for (at, (step, row)) in rows.iter().enumerate() {
+        let path = names.path(row.text("file"));
+        let found = match ends.get(at) {
+            Some(end) => hash_of_range(&path, from..*end),
+            None => hash_of(&path),
+        };
+        from = ends.get(at).copied().unwrap_or(from);
+        if !found.is_ok_and(|hash| hash.to_string() == row.text("blake3")) {
+            wrong.push(*step);
+        }
+        progress.advance(1);
+    }
+    wrong
+}
+
+/// Where each step ends in the file of a part; empty where each step has a file of its own.
+fn ends(part: &Written) -> Result<Vec<u64>> {
+    if !part.names.is_in_one() {
+        return Ok(Vec::new());
+    }
+    let ends = merged::step_ends(&part.record);
+    match ends.len() == part.rows.len() {
+        true => Ok(ends),
+        false => Err(Error::input(format!(
+            "the run of this part did not come to its end; `azimesh deform --steps {}..{} --resume` brings it there",
+            part.steps.start, part.steps.end
+        ))
+        .file(&part.names.record())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_told_as_ranges() {
+        assert_eq!(told(&[4]), "step 4 is");
+        assert_eq!(told(&[0, 1, 2, 5, 7, 8]), "steps 0 to 2, 5, 7 to 8 are");
+        let many: Vec<usize> = (0..40).step_by(2).collect();
+        assert!(
+            told(&many).ends_with("22, and 8 more ranges are"),
+            "{}",
+            told(&many)
+        );
+    }
+
+    #[test]
+    fn a_part_is_known_by_the_name_of_its_record() {
+        assert_eq!(parts::steps_of(Path::new("d/run_0-12.json")), Some(0..12));
+        for other in [
+            "run.json",
+            "run_0-12.csv",
+            "steps_0-12.json",
+            "run_a-b.json",
+        ] {
+            assert_eq!(parts::steps_of(Path::new(other)), None, "{other}");
+        }
+    }
+}

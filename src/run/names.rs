@@ -1,0 +1,301 @@
+//! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
+
+use crate::error::{Error, Result};
+use crate::formats::{Commit, Format, case_name, pvd, vtk_series};
+use crate::record::{Row, Rows};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// The steps that a run writes: all, or one part of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    steps: Range<usize>,
+    whole: bool,
+}
+
+impl Part {
+    /// The part of a sequence of `n_steps` that was asked for; all of it when none was.
+    pub fn new(steps: Option<Range<usize>>, n_steps: usize) -> Result<Self> {
+        let whole = steps.is_none();
+        let steps = steps.unwrap_or(0..n_steps);
+        if steps.is_empty() || steps.end > n_steps {
+            return Err(Error::input(format!(
+                "--steps {}..{}: the schedule has steps 0 to {}; A..B needs A < B and B at most {n_steps}",
+                steps.start,
+                steps.end,
+                n_steps.saturating_sub(1)
+            )));
+        }
+        Ok(Self { steps, whole })
+    }
+}
+
+/// Names of the files of one sequence.
+#[derive(Debug, Clone)]
+pub struct Names {
+    /// The folder.
+    pub folder: PathBuf,
+    stem: String,
+    extension: &'static str,
+    /// Whether one file holds all steps.
+    in_one: bool,
+    digits: usize,
+    part: Part,
+    /// How files take these names.
+    pub commit: Commit,
+}
+
+impl Names {
+    /// For a mesh of this name, in a format, with so many steps.
+    pub fn new(
+        folder: &Path,
+        mesh: &Path,
+        format: &dyn Format,
+        n_steps: usize,
+        part: Part,
+    ) -> Self {
+        // "wing.b8.ugrid.gz" gives wing_0000.
+        let name = mesh.file_name().filter(|name| *name != "-");
+        let name = name.map_or("mesh".into(), |name| name.to_string_lossy());
+        let stem = match case_name(&name) {
+            case if case.len() < name.len() => case.to_owned(),
+            _ => {
+                let stem = Path::new(&*name).file_stem().unwrap_or_default();
+                stem.to_string_lossy().into_owned()
+            }
+        };
+        // Lists of files are XML and lines of text.
+        let stem = stem.replace(char::is_control, "_");
+        Self {
+            folder: folder.to_path_buf(),
+            stem,
+            extension: format.extensions()[0],
+            in_one: format.sequence().is_some(),
+            digits: n_steps.saturating_sub(1).to_string().len().max(4),
+            part,
+            commit: Commit::REPLACE,
+        }
+    }
+
+    /// Name of the file that holds the mesh of a step.
+    pub fn mesh(&self, step: usize) -> String {
+        if self.in_one {
+            return self.of_part(&self.stem, self.extension);
+        }
+        format!(
+            "{}_{step:0digits$}.{}",
+            self.stem,
+            self.extension,
+            digits = self.digits
+        )
+    }
+
+    /// Whether one file holds all steps.
+    pub fn is_in_one(&self) -> bool {
+        self.in_one
+    }
+
+    /// The same sequence, another part of it.
+    pub fn part(&self, part: Part) -> Self {
+        Self {
+            part,
+            ..self.clone()
+        }
+    }
+
+    /// Path of the time series over files; `None` where one file is that itself, and for a part.
+    pub fn series(&self) -> Option<PathBuf> {
+        let wanted = !self.in_one && !self.is_part();
+        wanted.then(|| self.folder.join(format!("{}.pvd", self.stem)))
+    }
+
+    /// Path of a file of the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The steps that this run writes.
+    pub fn steps(&self) -> Range<usize> {
+        self.part.steps.clone()
+    }
+
+    /// Whether it writes some of the steps only.
+    pub fn is_part(&self) -> bool {
+        !self.part.whole
+    }
+
+    /// Path of the table of steps.
+    pub fn table(&self) -> PathBuf {
+        self.path(&self.of_part("steps", "csv"))
+    }
+
+    /// Path of the record of the run.
+    pub fn record(&self) -> PathBuf {
+        self.path(&self.of_part("run", "json"))
+    }
+
+    /// Path of the base points; of those chosen at a step where there are several choices.
+    pub fn base(&self, step: Option<usize>) -> PathBuf {
+        self.path(&match step {
+            None => "base.toml".to_owned(),
+            Some(step) => format!("base_{step:0digits$}.toml", digits = self.digits),
+        })
+    }
+
+    fn of_part(&self, stem: &str, extension: &str) -> String {
+        match self.part.whole {
+            true => format!("{stem}.{extension}"),
+            false => {
+                let Range { start, end } = &self.part.steps;
+                format!("{stem}_{start}-{end}.{extension}")
+            }
+        }
+    }
+
+    /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
+    fn is_ours(&self, name: &str) -> bool {
+        let parts = |stem: &str, extension: &str| {
+            let rest = name.strip_prefix(stem)?.strip_suffix(extension)?;
+            let rest = rest.strip_suffix('.')?;
+            let numbers = rest.is_empty()
+                || rest.starts_with('_')
+                    && rest
+                        .bytes()
+                        .all(|b| b.is_ascii_digit() || matches!(b, b'_' | b'-'));
+            numbers.then_some(())
+        };
+        let numbered = |stem: &str, extension: &str| {
+            let rest = name.strip_prefix(stem)?.strip_prefix('_')?;
+            let digits = rest.strip_suffix(extension)?.strip_suffix('.')?;
+            let is_number = digits.len() >= 4 && digits.bytes().all(|b| b.is_ascii_digit());
+            is_number.then(|| digits.parse::<usize>().ok()).flatten()
+        };
+        let mesh = numbered(&self.stem, self.extension);
+        if self.is_part() {
+            return mesh.is_some_and(|step| self.part.steps.contains(&step))
+                || self.in_one && name == self.mesh(self.part.steps.start)
+                || name == self.of_part("steps", "csv")
+                || name == self.of_part("run", "json");
+        }
+        let whole = [
+            ("steps", "csv"),
+            ("run", "json"),
+            ("base", "toml"),
+            ("base", "vtp"),
+        ];
+        mesh.is_some()
+            || self.in_one && parts(&self.stem, self.extension).is_some()
+            || name == format!("{}.pvd", self.stem)
+            || name == format!("{}.vtk.series", self.stem)
+            || whole
+                .iter()
+                .any(|(stem, extension)| parts(stem, extension).is_some())
+    }
+}
+
+/// Files of an earlier run that stand in the folder.
+pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
+    files(names, |name| names.is_ours(name))
+}
+
+pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(&names.folder) else {
+        return Vec::new();
+    };
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| {
+            path.file_name()
+                .is_some_and(|n| wanted(&n.to_string_lossy()))
+        })
+        .collect();
+    found.sort();
+    found
+}
+
+/// Bytes of the files of an earlier run.
+pub fn bytes_of_existing(names: &Names) -> u64 {
+    let files = existing_outputs(names).into_iter();
+    let sizes = files.filter_map(|path| Some(std::fs::metadata(path).ok()?.len()));
+    sizes.sum()
+}
+
+/// Refuses a folder that holds files of an earlier run.
+pub fn refuse_existing(names: &Names) -> Result<()> {
+    let existing = existing_outputs(names);
+    let Some(first) = existing.first() else {
+        return Ok(());
+    };
+    Err(Error::input(format!(
+        "holds {} files of an earlier run, {} among them; --resume goes on with it, --force replaces them",
+        existing.len(),
+        first.file_name().unwrap_or_default().display()
+    ))
+    .file(&names.folder))
+}
+
+/// Removes every file of an earlier run.
+pub fn remove_existing(names: &Names) -> Result<()> {
+    remove(existing_outputs(names))
+}
+
+fn remove(files: Vec<PathBuf>) -> Result<()> {
+    let mut files = files.iter();
+    files.try_for_each(|path| std::fs::remove_file(path).map_err(|error| Error::io(path, &error)))
+}
+
+/// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
+/// azimuth. Legacy VTK files have a list of their own besides the .pvd.
+pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
+    let entry = |row| Some((time(row)?, row.text("file")));
+    let entries = || rows.values().filter_map(entry);
+    let Some(path) = names.series().filter(|_| !rows.is_empty()) else {
+        return Vec::new();
+    };
+    let mut lists = vec![(path, pvd(entries()))];
+    if names.extension == "vtk" {
+        let path = names.path(&format!("{}.vtk.series", names.stem));
+        lists.push((path, vtk_series(entries())));
+    }
+    lists
+}
+
+/// The time that a step has in a time series.
+pub(super) fn time(row: &Row) -> Option<f64> {
+    row.number("time_s").or_else(|| row.number("azimuth_deg"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_is_named_without_its_endings() {
+        let vtu = crate::formats::by_name("vtu").expect("it is known");
+        let name = |mesh: &str, n| {
+            let part = Part::new(None, n).expect("all of it");
+            Names::new(Path::new("d"), Path::new(mesh), vtu, n, part).mesh(7)
+        };
+        assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
+        assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
+        assert_eq!(name("-", 1), "mesh_0007.vtu");
+    }
+
+    fn names(steps: Option<Range<usize>>, format: &str) -> Names {
+        let format = crate::formats::by_name(format).expect("it is known");
+        let part = Part::new(steps, 10).expect("there are ten steps");
+        Names::new(Path::new("d"), Path::new("wing.su2"), format, 10, part)
+    }
+
+    #[test]
+    fn one_file_of_all_steps_is_named_after_the_mesh_and_the_part() {
+        let (all, some) = (names(None, "vtkhdf"), names(Some(2..4), "vtkhdf"));
+        assert_eq!(all.mesh(7), "wing.vtkhdf");
+        assert_eq!(some.mesh(3), "wing_2-4.vtkhdf");
+        assert!(all.is_ours("wing.vtkhdf") && all.is_ours("wing_2-4.vtkhdf"));
+        assert!(!all.is_ours("wing_two.vtkhdf") && !all.is_ours("wing.vtkhdf.old"));
+        assert!(some.is_ours("wing_2-4.vtkhdf") && !some.is_ours("wing.vtkhdf"));
+        assert_eq!((all.series(), some.series()), (None, None));
+        assert!(names(None, "vtu").series().is_some());
+    }
+}

@@ -1,0 +1,107 @@
+//! Finished steps of a run whose record is lost: they are computed again, and kept where that gives the
+//! bytes that they have. So neither other inputs nor another version slips in. Where one file holds all
+//! steps, going over it ([`super::step_loop`]) does that.
+
+use super::intervals::Stretches;
+use super::meshes::hash_of;
+use super::run::Run;
+use super::step::{Measures, add_arrays, compute};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::motion::Step;
+use crate::progress::Progress;
+
+impl Run<'_> {
+    /// Leaves out the finished steps that this run would write otherwise.
+    ///
+    /// # Errors
+    /// Where the first of them that moves anything is such a one: its file is whole, so that its run had
+    /// other inputs.
+    pub(super) fn prove(
+        &mut self,
+        stretches: &mut Stretches<'_>,
+        mesh: &mut Mesh,
+        measures: Option<&Measures>,
+        progress: &dyn Progress,
+    ) -> Result<()> {
+        let kept: Vec<usize> = self.earlier.rows.keys().copied().collect();
+        progress.start("verifying", Some(kept.len() as u64));
+        let mut is_ours = false;
+        for index in kept {
+            self.stop.check()?;
+            let step = self.plan.motion.steps[index];
+            let moves = self.plan.largest_displacement(index) > 0.0;
+            match self.is_same(&step, stretches, mesh, measures)? {
+                true => is_ours |= moves,
+                false if moves && !is_ours => return Err(self.not_ours(index)),
+                false => self.leave_out(index),
+            }
+            progress.advance(1);
+        }
+        progress.finish();
+        self.rows.clone_from(&self.earlier.rows);
+        self.n_kept = self.rows.len();
+        self.vouch()
+    }
+
+    /// Whether a step, computed again, gives the bytes of its row.
+    fn is_same(
+        &mut self,
+        step: &Step,
+        stretches: &mut Stretches<'_>,
+        mesh: &mut Mesh,
+        measures: Option<&Measures>,
+    ) -> Result<bool> {
+        let mut points = vec![[0.0; 3]; mesh.points.len()];
+        let computed = compute(stretches, measures, mesh, step, &mut points)?;
+        mesh.points = points;
+        let mut computed = self.judge(step, computed)?;
+        if self.format.holds_arrays() {
+            add_arrays(self.plan, mesh, &mut computed, measures);
+        }
+        let hash = hash_of(
+            mesh,
+            self.format,
+            &self.plan.schedule.output.write_options(),
+        )?;
+        Ok(self.earlier.rows[&step.index].text("blake3") == hash.to_string())
+    }
+
+    fn leave_out(&mut self, index: usize) {
+        self.earlier.rows.remove(&index);
+        self.warnings.push(format!(
+            "step {index} is done again: {} is not what this run writes",
+            self.names.mesh(index)
+        ));
+    }
+
+    fn not_ours(&self, index: usize) -> Error {
+        let record = self.names.record();
+        Error::input(format!(
+            "this run cannot be gone on with: {} is whole, and not what the mesh and the schedule give for step \
+             {index}, so that they, the options or the version of azimesh were others (what they were is lost with {}); \
+             --force starts anew",
+            self.names.mesh(index),
+            record.file_name().unwrap_or_default().display()
+        ))
+        .file(&self.names.folder)
+    }
+
+    /// Writes run.json, now that the rows are proven.
+    pub(super) fn vouch(&mut self) -> Result<()> {
+        if !self.earlier.is_unproven {
+            return Ok(());
+        }
+        self.earlier.is_unproven = false;
+        self.record.set("steps_kept", self.n_kept.into());
+        self.record.save()
+    }
+
+    /// Writes run.json, unless it would vouch for rows that are not proven.
+    pub(super) fn save_record(&self) -> Result<()> {
+        match self.earlier.is_unproven {
+            true => Ok(()),
+            false => self.record.save(),
+        }
+    }
+}

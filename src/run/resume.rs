@@ -1,0 +1,319 @@
+//! What an earlier run left in the folder, as far as it holds: its inputs are those of this run, and
+//! its files have the hashes that it noted.
+
+use super::compatibility::difference;
+use super::names::{Names, existing_outputs};
+use super::parts;
+use super::record::{self, Record, Timings, hash_of};
+use super::table;
+use crate::deform::Plan;
+use crate::error::{Error, Result};
+use crate::formats::Format;
+use crate::progress::Progress;
+use crate::quality::Criterion;
+use crate::record::{Row, Rows};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Sentences of one sort that are given one by one.
+const MOST_NOTES: usize = 10;
+
+/// An earlier run.
+#[derive(Debug, Default)]
+pub(super) struct Earlier {
+    /// Rows of the steps that need not be done again; where one file holds all steps, those that are
+    /// to be retraced in it.
+    pub rows: Rows,
+    /// Files of base points that it chose, and their hashes.
+    pub bases: BTreeMap<String, String>,
+    /// What it noted of each selection.
+    selections: Vec<Value>,
+    /// Steps that it took in substeps, as it had inverted cells.
+    pub repairs: BTreeMap<usize, Value>,
+    /// Conditions that it was to fail by.
+    fail_on: Vec<Criterion>,
+    /// Where its time went.
+    timings: Timings,
+    /// How often it was gone on with.
+    n_before: u64,
+    /// Sentences on what has to be done again.
+    pub notes: Vec<String>,
+    /// Parts that were joined to it.
+    parts: Value,
+    /// Whether its record is lost: rows count then where the same step gives the same bytes.
+    pub is_unproven: bool,
+}
+
+impl Earlier {
+    /// The run that is to be gone on with; empty where the folder holds none.
+    ///
+    /// # Errors
+    /// Where another mesh, schedule or program was used, or it left no record of itself.
+    pub fn find(
+        plan: &Plan,
+        names: &Names,
+        format: &dyn Format,
+        now: &Record,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let path = names.record();
+        let then = match path.exists() {
+            true => record::read(&path)?,
+            false => None,
+        };
+        let mut earlier = match &then {
+            Some(then) => {
+                check_same(now, then, &path)?;
+                Self::of(then)
+            }
+            None if existing_outputs(names).is_empty() => return Ok(Self::default()),
+            None => Self::without_record(names)?,
+        };
+        if names.table().exists() {
+            earlier.rows = table::read(&names.table())?;
+        }
+        check_names(&earlier.rows, then.as_ref(), names)?;
+        if then.is_none() {
+            check_azimuths(&earlier.rows, plan, names)?;
+        }
+        earlier.check_rows(plan, names);
+        if !names.is_in_one() {
+            earlier.check_files(plan, names, format, progress);
+        }
+        earlier.is_unproven = then.is_none() && !earlier.rows.is_empty();
+        Ok(earlier)
+    }
+
+    /// A run whose record a power cut has taken: a file of it is left, or its table.
+    fn without_record(names: &Names) -> Result<Self> {
+        let record = names.record();
+        if !record.exists() && !names.table().exists() || has_parts(names) {
+            return Err(no_record(names));
+        }
+        let state = match record.exists() {
+            true => "is empty, cut or no record of a run",
+            false => "is missing",
+        };
+        let sentence = format!(
+            "{} {state}: finished steps are computed again and kept where that gives the same bytes; conditions of \
+             --fail-on that the run had are not known any more",
+            record.file_name().unwrap_or_default().display()
+        );
+        Ok(Self {
+            n_before: 1,
+            notes: vec![sentence],
+            ..Self::default()
+        })
+    }
+
+    /// What a record tells.
+    fn of(then: &Value) -> Self {
+        let bases = then["base_files"].as_object().into_iter().flatten();
+        let base =
+            |(name, hash): (&String, &Value)| Some((name.clone(), hash.as_str()?.to_owned()));
+        let repairs = then["repairs"].as_array().into_iter().flatten();
+        let repair = |repair: &Value| Some((repair["step"].as_u64()? as usize, repair.clone()));
+        let fail_on = then["fail_on"].as_array().into_iter().flatten();
+        Self {
+            bases: bases.filter_map(base).collect(),
+            selections: then["selections"].as_array().cloned().unwrap_or_default(),
+            repairs: repairs.filter_map(repair).collect(),
+            fail_on: fail_on
+                .filter_map(|text| text.as_str()?.parse().ok())
+                .collect(),
+            timings: Timings::of(then),
+            n_before: then["resumed"].as_u64().unwrap_or(0) + 1,
+            parts: then["parts"].clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Writes what is known of the earlier run into the record of this one.
+    pub fn note_in(&self, record: &mut Record) {
+        record.set("resumed", json!(self.n_before));
+        record.set("steps_kept", json!(self.rows.len()));
+        record.set("base_files", json!(self.bases));
+        record.set("selections", json!(self.selections));
+        let fail_on = self.fail_on.iter().map(Criterion::to_string);
+        record.set("fail_on", json!(fail_on.collect::<Vec<_>>()));
+        record.set_timings(self.timings);
+        if !self.parts.is_null() {
+            record.set("parts", self.parts.clone());
+        }
+        if !self.repairs.is_empty() {
+            record.set("repairs", self.all_repairs());
+        }
+    }
+
+    /// Repairs in the order of their steps.
+    pub fn all_repairs(&self) -> Value {
+        json!(self.repairs.values().collect::<Vec<_>>())
+    }
+
+    /// Conditions of a run that goes on with this one: its own, or else those that this one had.
+    pub fn take_conditions(&mut self, own: &[Criterion]) -> Vec<Criterion> {
+        if !own.is_empty() {
+            self.fail_on = own.to_vec();
+        }
+        self.fail_on.clone()
+    }
+
+    /// The selections of both runs by their first step; those of this one count.
+    pub fn with_selections(&self, new: &[Value]) -> Vec<Value> {
+        let first = |selection: &Value| selection["first_step"].as_u64();
+        let all = self.selections.iter().chain(new);
+        let by_step: BTreeMap<_, &Value> =
+            all.map(|selection| (first(selection), selection)).collect();
+        by_step.into_values().cloned().collect()
+    }
+
+    /// What its selections gave rise to.
+    pub fn selection_warnings(&self) -> Vec<String> {
+        let lists = self.selections.iter().map(|own| own["warnings"].as_array());
+        let warnings = lists.flatten().flatten().filter_map(Value::as_str);
+        warnings.map(str::to_owned).collect()
+    }
+
+    /// Leaves out rows that are none of this run's steps.
+    fn check_rows(&mut self, plan: &Plan, names: &Names) {
+        let steps = &plan.motion.steps;
+        self.rows.retain(|&index, row| {
+            names.steps().contains(&index)
+                && row.text("file") == names.mesh(index)
+                && row.text("azimuth_deg") == steps[index].azimuth_deg.to_string()
+        });
+    }
+
+    /// Leaves out steps whose file is missing or another.
+    fn check_files(
+        &mut self,
+        plan: &Plan,
+        names: &Names,
+        format: &dyn Format,
+        progress: &dyn Progress,
+    ) {
+        progress.start("verifying", Some(self.rows.len() as u64));
+        let mut wrong = Vec::new();
+        self.rows.retain(|step, row| {
+            let found = check_file(plan, names, format, row);
+            progress.advance(1);
+            found
+                .map_err(|reason| {
+                    wrong.push(format!(
+                        "step {step} is done again: {} {reason}",
+                        row.text("file")
+                    ))
+                })
+                .is_ok()
+        });
+        progress.finish();
+        let more = wrong.len().saturating_sub(MOST_NOTES);
+        self.notes.extend(wrong.into_iter().take(MOST_NOTES));
+        if more > 0 {
+            self.notes
+                .push(format!("and {more} more steps are done again"));
+        }
+    }
+}
+
+/// Whether the file of a row, and what belongs beside it, is there as it was written.
+fn check_file(
+    plan: &Plan,
+    names: &Names,
+    format: &dyn Format,
+    row: &Row,
+) -> std::result::Result<(), String> {
+    let path = names.path(row.text("file"));
+    if !path.is_file() {
+        return Err("is missing".to_owned());
+    }
+    match hash_of(&path) {
+        Ok(hash) if hash.to_string() == row.text("blake3") => {}
+        Ok(_) => return Err("has another hash than steps.csv says".to_owned()),
+        Err(error) => return Err(format!("cannot be read ({error})")),
+    }
+    let beside = format.companions(&plan.mesh, &path);
+    let differs =
+        |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
+    match beside.iter().any(differs) {
+        true => Err("lacks the file that belongs beside it".to_owned()),
+        false => Ok(()),
+    }
+}
+
+/// Refuses a run with other inputs.
+fn check_same(now: &Record, then: &Value, path: &Path) -> Result<()> {
+    match difference(now.content(), then) {
+        None => Ok(()),
+        Some(difference) => Err(Error::input(format!(
+            "this run cannot be gone on with: {}; --force starts anew",
+            difference.since()
+        ))
+        .file(path)),
+    }
+}
+
+/// Refuses rows of meshes that are there and would have another name now: they would be written again
+/// beside the ones that are there.
+fn check_names(rows: &Rows, then: Option<&Value>, names: &Names) -> Result<()> {
+    let is_other = |(step, row): &(&usize, &Row)| {
+        let file = row.text("file");
+        names.steps().contains(step) && file != names.mesh(**step) && names.path(file).is_file()
+    };
+    let Some((step, row)) = rows.iter().find(is_other) else {
+        return Ok(());
+    };
+    let (old, new) = (row.text("file"), names.mesh(*step));
+    let way_out = "start anew in another folder";
+    Err(Error::input(match then.and_then(|then| then["inputs"][0]["file"].as_str()) {
+        Some(mesh) => format!(
+            "the mesh of this run was called {mesh}, and its files are named after that: step {step} is {old} and \
+             would be {new} now. Give the mesh (or a link to it) that name again to go on, or {way_out}"
+        ),
+        None => format!(
+            "step {step} of the earlier run is {old} and would be {new} now: the mesh had another name, or the run \
+             another format. Give it the same again to go on, or {way_out}"
+        ),
+    })
+    .file(&names.table()))
+}
+
+/// Refuses rows of a run whose record is lost that are of other steps than those of the schedule.
+fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
+    let steps = &plan.motion.steps[names.steps()];
+    let other = steps.iter().find_map(|step| {
+        let row = rows.get(&step.index)?;
+        let (then, now) = (row.text("azimuth_deg"), step.azimuth_deg.to_string());
+        let is_other = row.text("file") == names.mesh(step.index) && then != now;
+        is_other.then_some((step.index, then, now))
+    });
+    match other {
+        None => Ok(()),
+        Some((step, then, now)) => Err(Error::input(format!(
+            "this run cannot be gone on with: step {step} was at azimuth {then}, it is at {now} now; --force starts anew"
+        ))
+        .file(&names.table())),
+    }
+}
+
+/// Whether there are parts in the folder of a whole sequence.
+fn has_parts(names: &Names) -> bool {
+    let is_part = |path: &PathBuf| parts::steps_of(path).is_some();
+    !names.is_part() && existing_outputs(names).iter().any(is_part)
+}
+
+fn no_record(names: &Names) -> Error {
+    let record = names.record();
+    let record = record.file_name().unwrap_or_default().display();
+    let hint = match has_parts(names) {
+        false => "",
+        true => {
+            " (parts are gone on with by their own --steps, and `azimesh finish` joins them, also again)"
+        }
+    };
+    Error::input(format!(
+        "holds files of an earlier run but no whole {record}, so that nothing can be verified; --force starts anew{hint}"
+    ))
+    .file(&names.folder)
+}

@@ -1,0 +1,257 @@
+//! A pass over the steps of a run: each is computed while the one before is written, or, where an
+//! earlier run has put it into the file of all steps, gone over there.
+
+use super::finished::inverted;
+use super::intervals::Stretches;
+use super::run::Run;
+use super::step::{Computed, Measures, add_arrays, compute, compute_again, row};
+use super::writer::Writer;
+use crate::error::{Error, Kind, Result};
+use crate::formats::{self, ReadOptions, Source};
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use crate::motion::{OnInverted, Step};
+use crate::progress::Progress;
+
+/// How a pass over the steps ended.
+#[derive(PartialEq, Eq)]
+pub(super) enum Pass {
+    /// All are finished.
+    Done,
+    /// The file of all steps is not what the rows say: fewer of them count from now on.
+    Again,
+}
+
+/// What is to be done for a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Task {
+    /// All of it.
+    New,
+    /// Its positions, which the file of all steps should hold.
+    Again,
+    /// The same, with what may be done about inverted cells: nothing is known of that any more.
+    Prove,
+    /// Its positions as the file of all steps holds them: to compute them again would take as long as
+    /// the first time.
+    ReadBack,
+}
+
+impl Run<'_> {
+    /// Goes over all steps that have to be gone over.
+    pub(super) fn pass(
+        &mut self,
+        writer: &mut Writer<'_>,
+        stretches: &mut Stretches<'_>,
+        mesh: &mut Mesh,
+        measures: Option<&Measures>,
+        progress: &dyn Progress,
+    ) -> Result<Pass> {
+        let todo = self.todo();
+        let Some(first) = todo.first() else {
+            return Ok(Pass::Done);
+        };
+        progress.start("steps", Some(todo.len() as u64));
+        let mut next = vec![[0.0; 3]; mesh.points.len()];
+        let mut task = self.task(first);
+        let mut computed = task.run(stretches, measures, mesh, first, &mut next);
+        for (i, step) in todo.iter().enumerate() {
+            self.stop.check()?;
+            if task == Task::New {
+                self.vouch()?;
+            }
+            std::mem::swap(&mut mesh.points, &mut next);
+            if task == Task::ReadBack && !self.read_back(writer, step, &mut mesh.points) {
+                return Ok(self.again_from(step));
+            }
+            let mut ready = self.accept(step, computed, task)?;
+            // A format without arrays would say of each that it is left out: that is known already.
+            if let Some(ready) = ready.as_mut().filter(|_| self.format.holds_arrays()) {
+                add_arrays(self.plan, mesh, ready, measures);
+            }
+            let following = todo.get(i + 1).map(|step| (step, self.task(step)));
+            let was_retracing = writer.is_retracing();
+            let (written, then) = rayon::join(
+                || write(writer, mesh, step, ready, task),
+                || {
+                    let (step, task) = following?;
+                    Some(task.run(stretches, measures, mesh, step, &mut next))
+                },
+            );
+            let is_same = written?;
+            self.note_choices(stretches)?;
+            if !is_same {
+                return Ok(self.again_from(step));
+            }
+            if task != Task::New && was_retracing && !writer.is_retracing() {
+                self.warn_of_damage(step);
+            }
+            progress.advance(1);
+            if let (Some((_, next_task)), Some(then)) = (following, then) {
+                (task, computed) = (next_task, then);
+            } else {
+                break;
+            }
+        }
+        Ok(Pass::Done)
+    }
+
+    /// What is to be done for a step.
+    fn task(&self, step: &Step) -> Task {
+        let is_kept = self.earlier.rows.contains_key(&step.index);
+        let has_substeps =
+            self.plan.schedule.rbf.substeps > 1 || self.earlier.repairs.contains_key(&step.index);
+        match (is_kept, self.earlier.is_unproven, has_substeps) {
+            (false, _, _) => Task::New,
+            (true, true, _) => Task::Prove,
+            (true, false, false) => Task::Again,
+            (true, false, true) => Task::ReadBack,
+        }
+    }
+
+    /// Takes the positions of a step from the file of all steps; tells whether they are there.
+    fn read_back(&self, writer: &Writer<'_>, step: &Step, points: &mut Vec<Vector>) -> bool {
+        let path = self.names.path(&self.names.mesh(step.index));
+        let options = ReadOptions {
+            step: Some(writer.ends().len()),
+            ..ReadOptions::default()
+        };
+        let read =
+            Source::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
+        match read {
+            Ok(read) if read.mesh.points.len() == points.len() => {
+                *points = read.mesh.points;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Rows of the earlier run from a step on do not count any more.
+    fn again_from(&mut self, step: &Step) -> Pass {
+        self.warn_of_damage(step);
+        self.earlier.rows.split_off(&step.index);
+        self.n_kept = self.earlier.rows.len();
+        Pass::Again
+    }
+
+    pub(super) fn warn_of_more(&mut self) {
+        let file = self.names.mesh(self.names.steps().start);
+        let sentence = format!("{file} did not end with its last step; what came after is cut off");
+        self.warnings.push(sentence);
+    }
+
+    fn warn_of_damage(&mut self, step: &Step) {
+        let sentence = format!(
+            "{} is not at step {} what steps.csv says; it is written again from there",
+            self.names.mesh(step.index),
+            step.index
+        );
+        if !self.warnings.contains(&sentence) {
+            self.warnings.push(sentence);
+        }
+    }
+
+    /// A step that can be written; `None` where it is passed over.
+    fn accept(
+        &mut self,
+        step: &Step,
+        computed: Result<Computed>,
+        task: Task,
+    ) -> Result<Option<Computed>> {
+        let judged =
+            computed
+                .map_err(|error| at_step(step, error))
+                .and_then(|computed| match task {
+                    Task::New | Task::Prove => self.judge(step, computed),
+                    Task::Again | Task::ReadBack => Ok(computed),
+                });
+        match judged {
+            Ok(computed) => Ok(Some(computed)),
+            Err(error) if self.passes_over(&error) => {
+                let sentence = format!("{}; passed over", error.message);
+                self.passed_over.push(sentence);
+                Ok(None)
+            }
+            Err(mut error) => {
+                if is_of_the_step(&error) {
+                    error.message += "; stopped before writing it";
+                }
+                Err(error)
+            }
+        }
+    }
+
+    pub(super) fn passes_over(&self, error: &Error) -> bool {
+        self.request.keep_going && is_of_the_step(error)
+    }
+
+    /// Keeps in mind what is wrong with a step; refuses it where the schedule says so.
+    pub(super) fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
+        self.seconds.0 += computed.seconds;
+        if let Some(repair) = &computed.repair {
+            self.earlier.repairs.insert(step.index, repair.record(step));
+            self.note_repairs()?;
+        }
+        let Some(first) = computed.first_inverted() else {
+            return Ok(computed);
+        };
+        self.first_inverted.insert(step.index, first);
+        if self.plan.schedule.output.on_inverted == OnInverted::Stop {
+            return Err(Error::check(inverted(&row(step, &computed), Some(first))));
+        }
+        Ok(computed)
+    }
+}
+
+/// Whether another step may go well where this one failed.
+fn is_of_the_step(error: &Error) -> bool {
+    matches!(error.kind, Kind::Check | Kind::Input)
+}
+
+/// Says at which step a computation failed.
+fn at_step(step: &Step, mut error: Error) -> Error {
+    if is_of_the_step(&error) {
+        let (index, azimuth) = (step.index, step.azimuth_deg);
+        error.message = format!(
+            "step {index} (azimuth {azimuth} degrees): {}",
+            error.message
+        );
+    }
+    error
+}
+
+impl Task {
+    fn run(
+        self,
+        stretches: &mut Stretches<'_>,
+        measures: Option<&Measures>,
+        mesh: &Mesh,
+        step: &Step,
+        points: &mut [Vector],
+    ) -> Result<Computed> {
+        match self {
+            Task::New | Task::Prove => compute(stretches, measures, mesh, step, points),
+            Task::Again => compute_again(stretches, step, points),
+            Task::ReadBack => Ok(Computed::default()),
+        }
+    }
+}
+
+/// Writes a step, or goes over it; tells whether it is what the rows say.
+fn write(
+    writer: &mut Writer<'_>,
+    mesh: &Mesh,
+    step: &Step,
+    ready: Option<Computed>,
+    task: Task,
+) -> Result<bool> {
+    match (ready, task) {
+        (None, _) => Ok(true),
+        (Some(_), Task::Again | Task::Prove | Task::ReadBack) => writer.retrace(mesh, step),
+        (Some(computed), Task::New) => {
+            let row = row(step, &computed);
+            writer.write(mesh, step, row, computed.seconds)?;
+            Ok(true)
+        }
+    }
+}
