@@ -1,0 +1,259 @@
+//! `convert` and `info` from outside: what is done to a mesh, folders of meshes, sequences.
+
+use crate::support::sequence::{read, testdata};
+use crate::support::{airfoil, azimesh, json, names, succeed};
+use serde_json::json as value;
+use std::path::Path;
+
+fn mesh_of_testdata(name: &str) -> String {
+    testdata(name).to_str().unwrap().to_owned()
+}
+
+/// Two squares of two triangles, apart, without boundary elements; node 8 is no cell's.
+const BARE: &str = "NDIME= 2\nNELEM= 4\n5 0 1 2 0\n5 0 2 3 1\n5 4 5 6 2\n5 4 6 7 3\nNPOIN= 9\n0 0 0\n\
+1 0 1\n1 1 2\n0 1 3\n5 0 4\n6 0 5\n6 1 6\n5 1 7\n5 1 8\nNMARK= 0\n";
+
+fn bare() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bare.su2"), BARE).unwrap();
+    folder
+}
+
+#[test]
+fn a_mesh_without_boundary_elements_gets_a_tag_for_each_connected_part() {
+    let folder = bare();
+    let before = json(folder.path(), &["info", "bare.su2"]);
+    assert_eq!(before["open_faces"], 8);
+    let tag = [
+        "convert",
+        "bare.su2",
+        "t.vtu",
+        "--tag-boundary",
+        "connected",
+    ];
+    let run = succeed(folder.path(), &tag);
+    assert!(
+        run.err.contains("2 new tags, 8 new boundary faces"),
+        "{run:?}"
+    );
+    let found = json(folder.path(), &["info", "t.vtu"]);
+    let tags = found["boundary_tags"].as_array().unwrap();
+    let told: Vec<_> = tags
+        .iter()
+        .map(|tag| (&tag["name"], &tag["faces"]))
+        .collect();
+    let [one, two] = [value!("boundary_1"), value!("boundary_2")];
+    assert_eq!(told, [(&one, &value!(4)), (&two, &value!(4))]);
+    assert_eq!(found["open_faces"], 0);
+}
+
+#[test]
+fn info_tells_of_nodes_without_a_cell_and_at_one_place() {
+    let folder = bare();
+    let found = json(folder.path(), &["info", "bare.su2"]);
+    assert_eq!(
+        (&found["orphan_nodes"], &found["repeated_nodes"]),
+        (&value!(1), &value!(1))
+    );
+    let text = succeed(folder.path(), &["info", "bare.su2"]).out;
+    assert!(
+        text.contains("8 faces of one cell that no tag holds"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_turn_and_the_turn_back_leave_the_mesh_as_it_was() {
+    let folder = airfoil();
+    succeed(
+        folder.path(),
+        &["convert", "n.vtu", "a.vtu", "--rotate", "z,90,1,0,0"],
+    );
+    assert_eq!(azimesh(folder.path(), &["diff", "n.vtu", "a.vtu"]).code, 1);
+    succeed(
+        folder.path(),
+        &["convert", "a.vtu", "b.vtu", "--rotate", "0,0,1,-90,1,0,0"],
+    );
+    let near = ["diff", "n.vtu", "b.vtu", "--tolerance", "1e-15"];
+    succeed(folder.path(), &near);
+    let wrong = azimesh(
+        folder.path(),
+        &["convert", "n.vtu", "c.vtu", "--rotate", "w,90"],
+    );
+    assert_eq!(wrong.code, 2);
+}
+
+#[test]
+fn a_curved_mesh_becomes_linear_and_keeps_its_tags() {
+    let folder = tempfile::tempdir().unwrap();
+    let curved = mesh_of_testdata("curved_solids_complete_v22.msh");
+    succeed(folder.path(), &["convert", &curved, "l.vtu", "--linearize"]);
+    let found = json(folder.path(), &["info", "l.vtu"]);
+    assert_eq!(
+        (&found["curved_cells"], &found["orphan_nodes"]),
+        (&value!(0), &value!(0))
+    );
+    let before = json(folder.path(), &["info", &curved]);
+    assert_eq!(found["cells"], before["cells"]);
+    let faces = |info: &serde_json::Value| {
+        let tags = info["boundary_tags"].as_array().unwrap();
+        tags.iter()
+            .map(|tag| tag["faces"].as_u64().unwrap())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(faces(&found), faces(&before));
+}
+
+#[test]
+fn many_meshes_go_into_a_folder_under_their_names() {
+    let folder = airfoil();
+    let block = mesh_of_testdata("block.vtu");
+    let into = ["convert", "n.vtu", &block, "-o", "out"];
+    assert_eq!(azimesh(folder.path(), &into).code, 2);
+    let into = [&into[..], &["--format", "su2"]].concat();
+    succeed(folder.path(), &into);
+    let out = folder.path().join("out");
+    assert_eq!(names(&out), ["block.su2", "n.su2"]);
+    succeed(folder.path(), &["diff", "n.vtu", "out/n.su2"]);
+    assert_eq!(azimesh(folder.path(), &into).code, 2);
+    let twice = [
+        "convert",
+        "n.vtu",
+        "out/n.su2",
+        "-o",
+        "o2",
+        "--format",
+        "vtu",
+    ];
+    let run = azimesh(folder.path(), &twice);
+    assert!(
+        run.code == 2 && run.err.contains("another input is called n"),
+        "{run:?}"
+    );
+}
+
+/// Three meshes of a sequence: `n.vtu` scaled by 1, 2 and 3.
+fn parts(folder: &Path) {
+    for step in ["1", "2", "3"] {
+        let name = format!("p_{step}.vtu");
+        succeed(folder, &["convert", "n.vtu", &name, "--scale", step]);
+    }
+}
+
+#[test]
+fn part_files_go_into_one_file_and_back() {
+    let folder = airfoil();
+    let path = folder.path();
+    parts(path);
+    for one in ["all.vtkhdf", "all.cgns"] {
+        succeed(path, &["convert", "p_1.vtu", "p_2.vtu", "p_3.vtu", one]);
+        let times = &json(path, &["info", one])["times"];
+        assert_eq!(*times, value!([0.0, 1.0, 2.0]), "{one}");
+        let back = format!("{one}_back");
+        succeed(path, &["convert", one, "-o", &back, "--format", "vtu"]);
+        for (i, part) in ["p_1.vtu", "p_2.vtu", "p_3.vtu"].into_iter().enumerate() {
+            let expected = read(&path.join(part)).points;
+            let found = read(&path.join(&back).join(format!("all_000{i}.vtu"))).points;
+            assert!(expected == found, "{one} step {i}");
+        }
+        assert!(names(&path.join(&back)).contains(&"all.pvd".to_owned()));
+        succeed(path, &["convert", one, "two.vtu", "--step", "1", "--force"]);
+        succeed(path, &["diff", "p_2.vtu", "two.vtu"]);
+    }
+}
+
+#[test]
+fn a_list_of_meshes_is_a_sequence() {
+    let folder = airfoil();
+    let path = folder.path();
+    parts(path);
+    succeed(path, &["convert", "p_1.vtu", "p_2.vtu", "p_3.vtu", "s.pvd"]);
+    assert_eq!(
+        json(path, &["info", "s.pvd"])["times"],
+        value!([0.0, 1.0, 2.0])
+    );
+    succeed(path, &["convert", "s.pvd", "s.vtkhdf"]);
+    assert_eq!(
+        json(path, &["info", "s.vtkhdf"])["times"],
+        value!([0.0, 1.0, 2.0])
+    );
+    succeed(
+        path,
+        &["convert", "s.pvd", "-o", "legacy", "--format", "vtk"],
+    );
+    let left = names(&path.join("legacy"));
+    let expected = [
+        "s.pvd",
+        "s.vtk.series",
+        "s_0000.vtk",
+        "s_0001.vtk",
+        "s_0002.vtk",
+    ];
+    assert_eq!(left, expected);
+    let last = ["convert", "legacy/s.vtk.series", "last.vtu"];
+    assert!(succeed(path, &last).err.contains("the last is written"));
+    succeed(path, &["diff", "p_3.vtu", "last.vtu"]);
+}
+
+#[test]
+fn what_an_output_cannot_hold_is_told_once_for_a_whole_sequence() {
+    let folder = airfoil();
+    let path = folder.path();
+    succeed(path, &["quality", "n.vtu", "-o", "q_0.vtu"]);
+    std::fs::copy(path.join("q_0.vtu"), path.join("q_1.vtu")).unwrap();
+    succeed(path, &["convert", "q_0.vtu", "q_1.vtu", "q.pvd"]);
+    let run = succeed(path, &["convert", "q.pvd", "-o", "out", "--format", "su2"]);
+    assert_eq!(run.err.matches("note: ").count(), 1, "{run:?}");
+}
+
+#[test]
+fn pieces_are_read_back_as_the_mesh_they_were() {
+    let folder = airfoil();
+    let path = folder.path();
+    let cut = |out| ["convert", "n.vtu", out, "--pieces", "3"];
+    assert_eq!(azimesh(path, &cut("p.vtu")).code, 2);
+    succeed(path, &cut("p.pvtu"));
+    assert_eq!(names(&path.join("p")).len(), 3);
+    succeed(path, &["diff", "n.vtu", "p.pvtu"]);
+}
+
+#[test]
+fn what_a_killed_conversion_left_goes_with_the_next_one() {
+    let folder = bare();
+    for left in [".azimesh_77-0.part", ".azimesh_78-12.part"] {
+        std::fs::write(folder.path().join(left), "half").unwrap();
+    }
+    succeed(folder.path(), &["convert", "bare.su2", "out.vtu"]);
+    assert_eq!(names(folder.path()), ["bare.su2", "out.vtu"]);
+}
+
+#[test]
+fn of_conversions_to_one_new_name_at_once_one_succeeds() {
+    let folder = bare();
+    let convert = |scale: &str| {
+        azimesh(
+            folder.path(),
+            &["convert", "bare.su2", "out.vtu", "--scale", scale],
+        )
+    };
+    for _ in 0..10 {
+        let runs = std::thread::scope(|scope| {
+            let threads = ["2", "3", "4", "5"].map(|scale| (scale, scope.spawn(|| convert(scale))));
+            threads.map(|(scale, thread)| (scale, thread.join().unwrap()))
+        });
+        let (won, lost): (Vec<_>, Vec<_>) = runs.iter().partition(|(_, run)| run.code == 0);
+        assert_eq!(won.len(), 1, "{runs:?}");
+        for (_, run) in lost {
+            assert_eq!(run.code, 2, "{run:?}");
+            assert!(run.err.contains("out.vtu: exists already"), "{run:?}");
+        }
+        let found = json(folder.path(), &["info", "out.vtu"]);
+        let scale: f64 = won[0].0.parse().unwrap();
+        assert_eq!(
+            found["bounds"][1][0].as_f64().unwrap(),
+            6.0 * scale,
+            "{found}"
+        );
+        std::fs::remove_file(folder.path().join("out.vtu")).unwrap();
+    }
+}

@@ -1,0 +1,47 @@
+//! The library and the program from outside, as one program of tests: a module a subject.
+
+#![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
+
+#[cfg(unix)]
+mod batch_scripts;
+#[cfg(target_os = "linux")]
+mod bounded_memory;
+mod choices;
+mod convert;
+mod convert_sequences;
+mod diff;
+mod exit_codes;
+mod finish;
+mod format_pairs;
+mod inertial;
+mod layering;
+mod manners;
+#[cfg(target_os = "linux")]
+mod memory;
+mod mesh_commands;
+mod msh_bad_input;
+mod names;
+mod parts;
+mod periodic;
+#[cfg(unix)]
+mod pipelines;
+mod real_meshes;
+mod real_msh_su2;
+mod records;
+mod refusals;
+mod report;
+mod resume;
+mod same_bytes;
+mod selection;
+mod sliding;
+mod space;
+mod streams;
+mod su2_bad_input;
+mod support;
+mod system;
+mod twist;
+mod ugrid_bad_input;
+mod vtk_files;
+#[cfg(feature = "vtkio")]
+mod vtkio;
+mod vtu_bad_input;

@@ -1,0 +1,300 @@
+//! `info`, `convert`, `quality` and `diff` from outside, on a mesh of two triangles.
+
+use assert_cmd::Command;
+use std::path::Path;
+use tempfile::TempDir;
+
+const SQUARE: &str = "NDIME= 2\nNELEM= 2\n5 0 1 2 0\n5 0 2 3 1\nNPOIN= 4\n0 0 0\n1 0 1\n1 1 2\n\
+0 1 3\nNMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= far\nMARKER_ELEMS= 3\n\
+3 1 2\n3 2 3\n3 3 0\n";
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("square.su2"), SQUARE).unwrap();
+    let bent = SQUARE.replace("1 1 2\n", "-1 -0.5 2\n");
+    std::fs::write(folder.path().join("bent.su2"), bent).unwrap();
+    folder
+}
+
+/// Runs the program; gives exit code, stdout and stderr.
+fn azimesh(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("azimesh")
+        .unwrap()
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    let code = output.status.code().unwrap();
+    (code, text(output.stdout), text(output.stderr))
+}
+
+fn json(folder: &Path, args: &[&str]) -> serde_json::Value {
+    let (_, out, _) = azimesh(folder, &[args, &["--json"]].concat());
+    serde_json::from_str(&out).unwrap()
+}
+
+#[test]
+fn info_tells_nodes_cells_and_tags() {
+    let folder = folder();
+    let found = json(folder.path(), &["info", "square.su2"]);
+    assert_eq!(found["version"], 1);
+    assert_eq!((&found["nodes"], &found["cells"]), (&4.into(), &6.into()));
+    assert_eq!(found["cells_by_kind"]["triangle"], 2);
+    assert_eq!(found["boundary_tags"][1]["name"], "far");
+    assert_eq!(found["boundary_tags"][1]["faces"], 3);
+    assert_eq!(found["faces_without_tag"], 0);
+    let (code, text, _) = azimesh(folder.path(), &["info", "square.su2"]);
+    assert_eq!(code, 0);
+    assert!(text.contains("boundary tags  2"), "{text}");
+}
+
+#[test]
+fn a_converted_mesh_is_the_same_mesh() {
+    let folder = folder();
+    for name in ["copy.vtu", "copy.msh", "copy.su2"] {
+        assert_eq!(
+            azimesh(folder.path(), &["convert", "square.su2", name]).0,
+            0,
+            "{name}"
+        );
+        let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", name, "-v"]);
+        assert_eq!(
+            (code, out.as_str()),
+            (0, "same: 4 nodes, 6 cells\n"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn convert_keeps_an_existing_file_unless_forced() {
+    let folder = folder();
+    let (code, _, error) = azimesh(folder.path(), &["convert", "bent.su2", "square.su2"]);
+    assert_eq!(code, 2);
+    assert!(error.contains("--force"), "{error}");
+    let kept = std::fs::read_to_string(folder.path().join("square.su2")).unwrap();
+    assert_eq!(kept, SQUARE);
+    let forced = ["convert", "bent.su2", "square.su2", "--force"];
+    assert_eq!(azimesh(folder.path(), &forced).0, 0);
+    assert_eq!(
+        azimesh(folder.path(), &["diff", "bent.su2", "square.su2"]).0,
+        0
+    );
+}
+
+#[test]
+fn convert_scales_and_renames() {
+    let folder = folder();
+    let options = [
+        "--scale",
+        "10",
+        "--rename-tag",
+        "wall=far",
+        "--rename-tag",
+        "far=wall",
+    ];
+    let convert = ["convert", "square.su2", "big.su2"];
+    assert_eq!(
+        azimesh(folder.path(), &[&convert[..], &options].concat()).0,
+        0
+    );
+    let found = json(folder.path(), &["info", "big.su2"]);
+    assert_eq!(found["bounds"][1][0], 10.0);
+    assert_eq!(found["boundary_tags"][0]["name"], "far");
+    let wrong = ["convert", "square.su2", "x.su2", "--rename-tag", "wal=w"];
+    let (code, _, error) = azimesh(folder.path(), &wrong);
+    assert_eq!(code, 2);
+    assert!(error.contains("did you mean \"wall\"?"), "{error}");
+    assert!(!folder.path().join("x.su2").exists());
+}
+
+#[test]
+fn a_factor_that_would_turn_cells_inside_out_is_refused() {
+    let folder = folder();
+    for factor in ["-1", "0", "nan", "inf"] {
+        let convert = ["convert", "square.su2", "x.su2", "--scale", factor];
+        let (code, _, error) = azimesh(folder.path(), &convert);
+        assert_eq!(code, 2, "{error}");
+        assert!(error.contains("finite number above 0"), "{error}");
+    }
+}
+
+/// A square of two triangles whose sides are two physical groups of one name.
+const TWINS: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 1 \"wall\"\n1 2 \"wall\"\n\
+$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$Elements\n4\n\
+1 1 2 1 1 1 2\n2 1 2 2 2 2 3\n3 2 2 7 1 1 2 3\n4 2 2 7 1 1 3 4\n$EndElements\n";
+
+#[test]
+fn tags_of_one_name_are_renamed_together_and_merged_with_a_note() {
+    let folder = folder();
+    std::fs::write(folder.path().join("twins.msh"), TWINS).unwrap();
+    let convert = ["convert", "twins.msh", "x.su2", "--rename-tag", "wall=hub"];
+    let (code, _, notes) = azimesh(folder.path(), &convert);
+    assert_eq!(code, 0, "{notes}");
+    let note = "2 tags are called \"hub\" and become one";
+    assert!(notes.contains(note), "{notes}");
+    let found = json(folder.path(), &["info", "x.su2"]);
+    assert_eq!(found["boundary_tags"][0]["faces"], 2);
+    let (_, text, _) = azimesh(folder.path(), &["info", "twins.msh"]);
+    let first = "format         Gmsh MSH, text (.msh), version 2.2";
+    assert!(text.starts_with(first), "{text}");
+    assert!(text.contains("wall         1 face\n"), "{text}");
+}
+
+#[test]
+fn options_without_effect_are_noted() {
+    let folder = folder();
+    let packed = ["--encoding", "base64", "--compression", "zlib"];
+    for (name, expected) in [("x.vtu", 0), ("x.vtk", 2), ("x.msh", 2), ("x.vtkhdf", 2)] {
+        let convert = [&["convert", "square.su2", name][..], &packed].concat();
+        let (code, _, notes) = azimesh(folder.path(), &convert);
+        assert_eq!(code, 0, "{notes}");
+        let n = notes.matches("has no effect on files of format").count();
+        assert_eq!(n, expected, "{name}: {notes}");
+    }
+}
+
+#[test]
+fn quality_writes_to_standard_output_in_the_format_that_is_named() {
+    let folder = folder();
+    let piped = ["quality", "square.su2", "-o", "-", "--format", "vtu"];
+    let piped = [&piped[..], &["--encoding", "ascii"]].concat();
+    let (code, mesh, table) = azimesh(folder.path(), &piped);
+    assert_eq!(code, 0, "{table}");
+    assert!(
+        mesh.starts_with("<?xml") && mesh.ends_with("</VTKFile>\n"),
+        "{mesh}"
+    );
+    assert!(table.contains("min_scaled_jacobian"), "{table}");
+    let named = ["quality", "square.su2", "-o", "x.dat", "--format", "vtu"];
+    assert_eq!(azimesh(folder.path(), &named).0, 0);
+    assert_eq!(json(folder.path(), &["info", "x.dat"])["nodes"], 4);
+    let (code, _, error) = azimesh(folder.path(), &["quality", "square.su2", "-o", "-"]);
+    assert_eq!(
+        (code, error.contains("give --format")),
+        (2, true),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_unknown_sample_is_answered_with_those_there_are() {
+    let folder = folder();
+    for (sample, told) in [
+        (&["cylinder"][..], "naca0012, blade, rotor, block"),
+        (
+            &["naca0012", "-o", "x.vtu", "--first-cell", "-1"],
+            "from 1e-9 to 0.02, found -1",
+        ),
+        (
+            &["rotor", "-o", "x.vtu", "--blades", "4", "--nodes", "900"],
+            "for each of 4 blades",
+        ),
+    ] {
+        let (code, _, error) = azimesh(folder.path(), &[&["sample"], sample].concat());
+        assert_eq!(code, 2, "{error}");
+        assert!(error.contains(told), "{error}");
+    }
+}
+
+#[test]
+fn diff_finds_a_moved_node_with_exit_code_1() {
+    let folder = folder();
+    let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", "bent.su2"]);
+    assert_eq!(code, 1);
+    assert!(out.contains("node 2 most, by 2.5e0"), "{out}");
+    assert_eq!(out.lines().count(), 1);
+    let lenient = ["diff", "square.su2", "bent.su2", "--tolerance", "2.5"];
+    assert_eq!(azimesh(folder.path(), &lenient).0, 0);
+}
+
+#[test]
+fn quality_names_inverted_cells_and_fails_on_request() {
+    let folder = folder();
+    let judge = ["quality", "bent.su2", "--reference", "square.su2"];
+    let found = json(folder.path(), &[&judge[..], &["--worst", "1"]].concat());
+    assert_eq!(found["inverted"], 2);
+    assert_eq!(found["inverted_cells"], serde_json::json!([0, 1]));
+    assert_eq!(
+        found["worst"][0]["tags"],
+        serde_json::json!(["wall", "far"])
+    );
+    assert_eq!(azimesh(folder.path(), &judge).0, 0);
+    let failing = [&judge[..], &["--fail-on", "inverted>0"]].concat();
+    assert_eq!(azimesh(folder.path(), &failing).0, 1);
+    let unknown = ["quality", "square.su2", "--fail-on", "invertd>0"];
+    let (code, _, error) = azimesh(folder.path(), &unknown);
+    assert_eq!(code, 2);
+    assert!(
+        error.contains("there are: inverted, inverted_reference, min_volume"),
+        "{error}"
+    );
+}
+
+#[test]
+fn quality_writes_cell_arrays() {
+    let folder = folder();
+    let write = ["quality", "square.su2", "-o", "judged.vtu"];
+    assert_eq!(azimesh(folder.path(), &write).0, 0);
+    let found = json(folder.path(), &["info", "judged.vtu"]);
+    let arrays = found["arrays"].as_array().unwrap();
+    for name in [
+        "ScaledJacobian",
+        "Inverted",
+        "Condition",
+        "MinAngle",
+        "Skew",
+    ] {
+        assert!(arrays.iter().any(|array| array["name"] == name), "{name}");
+    }
+    assert_eq!(azimesh(folder.path(), &write).0, 2);
+}
+
+#[test]
+fn quality_tells_the_smallest_mean_and_largest_of_every_metric() {
+    let folder = folder();
+    let found = json(folder.path(), &["quality", "square.su2"]);
+    let metrics = found["metrics"].as_object().unwrap();
+    assert_eq!(metrics.len(), 11);
+    assert_eq!(metrics["min_angle"]["min"], 45.0);
+    assert_eq!(metrics["volume"]["mean"], 0.5);
+    let (_, text, _) = azimesh(folder.path(), &["quality", "square.su2"]);
+    assert!(text.contains("\nmin_angle "), "{text}");
+    // No triangle has it.
+    assert!(!text.contains("\nskew "), "{text}");
+}
+
+#[test]
+fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("run")).unwrap();
+    let join = "convert square.su2 bent.su2 square.su2 run/all.pvd --format vtu";
+    let join: Vec<&str> = join.split(' ').collect();
+    assert_eq!(azimesh(folder.path(), &join).0, 0);
+    let judge = ["quality", "run", "--worst", "3", "--fail-on", "inverted>0"];
+    let found = json(folder.path(), &judge);
+    let steps = found["steps"].as_array().unwrap().iter();
+    let inverted: Vec<_> = steps.map(|step| &step["inverted"]).collect();
+    assert_eq!(inverted, [0, 2, 0]);
+    assert_eq!(found["failed_steps"]["inverted>0"], serde_json::json!([1]));
+    let worst = found["worst"].as_array().unwrap();
+    let steps: Vec<_> = worst.iter().map(|cell| &cell["step"]).collect();
+    assert_eq!(steps, [1, 1, 0]);
+    assert_eq!(worst[0]["nearest_tag"], "far");
+    let (code, text, error) = azimesh(folder.path(), &judge);
+    assert_eq!((code, text.lines().count()), (1, 1 + 3 + 3));
+    assert!(error.contains("inverted>0 holds at step 1"), "{error}");
+    let (code, _, error) = azimesh(folder.path(), &["quality", "run", "-o", "x.vtu"]);
+    assert_eq!(code, 2);
+    assert!(error.contains("-o writes one mesh"), "{error}");
+}
+
+#[test]
+fn quality_of_a_folder_without_a_sequence_says_what_is_missing() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let (code, _, error) = azimesh(folder.path(), &["quality", "empty"]);
+    assert_eq!(code, 2);
+    assert!(error.contains("it holds no sequence: no .pvd"), "{error}");
+}

@@ -1,0 +1,329 @@
+//! Periodic pairs: paired nodes move identically, and the field is that of the whole mesh.
+
+use crate::support::sequence::{
+    Sequence, Vector, diagonal, distance, nodes_of, read, same, testdata, write,
+};
+use crate::support::{rewrite, succeed};
+use azimesh::mesh::Mesh;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Pairs of nodes of two tags of which the second is the image of the first, by the reference mesh.
+fn pairs(mesh: &Mesh, [a, b]: [&str; 2], image: impl Fn(Vector) -> Vector) -> Vec<(usize, usize)> {
+    let key = |x: Vector| x.map(|c| (c + 0.0).to_bits()); // no negative zero
+    let at: BTreeMap<_, _> = nodes_of(mesh, &[b])
+        .into_iter()
+        .map(|node| (key(mesh.points[node]), node))
+        .collect();
+    let nodes = nodes_of(mesh, &[a]).into_iter();
+    nodes
+        .map(|node| (node, at[&key(image(mesh.points[node]))]))
+        .collect()
+}
+
+/// Paired nodes are images of each other to the last bit at every step; gives the farthest that one
+/// has come.
+fn assert_paired(
+    sequence: &Sequence,
+    pairs: &[(usize, usize)],
+    image: impl Fn(Vector) -> Vector,
+) -> f64 {
+    assert!(pairs.len() > 10);
+    let mut largest: f64 = 0.0;
+    for step in 0..sequence.n_steps() {
+        let points = sequence.points(step);
+        for &(a, b) in pairs {
+            // Equal to the last bit, but for the sign of a zero.
+            assert_eq!(
+                points[b],
+                image(points[a]),
+                "step {step}, nodes {a} and {b}"
+            );
+            largest = largest.max(distance(points[a], sequence.reference.points[a]));
+        }
+    }
+    largest
+}
+
+/// A quarter turn about z.
+fn quarter([x, y, z]: Vector) -> Vector {
+    [-y, x, z]
+}
+
+#[test]
+fn paired_nodes_of_a_sector_are_turned_by_90_degrees_to_the_last_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for schedule in ["rotor_sector", "rotor_sector_sliding"] {
+        let sector = Sequence::of_testdata(folder.path(), "rotor_sector", schedule);
+        sector.assert_sound();
+        let pairs = pairs(&sector.reference, ["side_a", "side_b"], quarter);
+        let farthest = assert_paired(&sector, &pairs, quarter);
+        assert!(farthest > 0.01, "the sides follow, by {farthest}");
+    }
+}
+
+#[test]
+fn sliding_planes_between_periodic_sides_keep_their_nodes_to_the_last_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let sector = Sequence::of_testdata(folder.path(), "rotor_sector", "rotor_sector_sliding");
+    let mut largest: f64 = 0.0;
+    for step in 0..sector.n_steps() {
+        let points = sector.points(step);
+        for node in nodes_of(&sector.reference, &["bottom", "top"]) {
+            let x = sector.reference.points[node];
+            assert_eq!(points[node][2].to_bits(), x[2].to_bits(), "node {node}");
+            largest = largest.max(distance(points[node], x));
+        }
+        for node in nodes_of(&sector.reference, &["hub_wall", "outer"]) {
+            assert!(same(points[node], sector.reference.points[node]));
+        }
+    }
+    assert!(largest > 0.01, "they slide, by {largest}");
+}
+
+#[test]
+fn every_way_of_choosing_base_points_keeps_pairs_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::copy(testdata("rotor_sector.toml"), path.join("s.toml")).unwrap();
+    let mesh = testdata("rotor_sector.vtu");
+    for method in ["constant", "real", "all"] {
+        let method = format!("[selection]\nmethod = \"{method}\"");
+        rewrite(path, "s.toml", "case.toml", &[("[selection]", &method)]);
+        let sector = Sequence::of(path, &mesh, &path.join("case.toml"), "out");
+        sector.assert_sound();
+        let pairs = pairs(&sector.reference, ["side_a", "side_b"], quarter);
+        assert!(assert_paired(&sector, &pairs, quarter) > 0.01);
+    }
+    let substeps = ("[rbf]", "[rbf]\nsubsteps = 2");
+    rewrite(path, "s.toml", "case.toml", &[substeps]);
+    let sector = Sequence::of(path, &mesh, &path.join("case.toml"), "out");
+    sector.assert_sound();
+    let pairs = pairs(&sector.reference, ["side_a", "side_b"], quarter);
+    assert!(assert_paired(&sector, &pairs, quarter) > 0.01);
+}
+
+#[test]
+fn in_the_inertial_frame_a_sector_is_carried_round_with_its_pairs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::copy(testdata("rotor_sector_sliding.toml"), path.join("s.toml")).unwrap();
+    let frame = ("[[body]]", "[rotor]\nframe = \"inertial\"\n\n[[body]]");
+    rewrite(path, "s.toml", "inertial.toml", &[frame]);
+    let mesh = testdata("rotor_sector.vtu");
+    let inertial = Sequence::of(path, &mesh, &path.join("inertial.toml"), "inertial");
+    inertial.assert_sound();
+    let rotating = Sequence::of(path, &mesh, &path.join("s.toml"), "rotating");
+    for (step, azimuth) in rotating.numbers("azimuth_deg").into_iter().enumerate() {
+        let (sin, cos) = azimuth.to_radians().sin_cos();
+        for ([x, y, z], found) in rotating.points(step).into_iter().zip(inertial.points(step)) {
+            let carried = [cos * x - sin * y, sin * x + cos * y, z];
+            assert!(distance(found, carried) < 1e-14);
+        }
+    }
+}
+
+const BLOCK: &str = r#"
+[azimuth]
+stop = 3.0
+step = 1.0
+
+[[body]]
+name = "block"
+tags = ["block"]
+
+[body.rigid]
+rotate = { axis = [0.0, 0.0, 1.0], origin = [0.5, 0.5, 0.0], angle = 30.0 }
+translate = [0.11, -0.07, 0.0]
+ramp = true
+
+[rbf]
+support_radius = 0.8
+
+[selection]
+tolerance = 1e-4
+
+[boundaries]
+"#;
+
+/// The block of testdata/ moves between boundaries of these roles.
+fn block(folder: &Path, boundaries: &str) -> Sequence {
+    let schedule = folder.join("block.toml");
+    std::fs::write(&schedule, format!("{BLOCK}{boundaries}\n")).unwrap();
+    Sequence::of(folder, &testdata("block.vtu"), &schedule, "out")
+}
+
+#[test]
+fn paired_edges_of_a_square_are_one_apart_to_the_last_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let across = |[x, y, z]: Vector| [x + 1.0, y, z];
+    let up = |[x, y, z]: Vector| [x, y + 1.0, z];
+    let left_right = "periodic = [ { pair = [\"left\", \"right\"] } ]";
+    for others in [
+        "fixed = [\"bottom\", \"top\"]",
+        "slide = [\"bottom\", \"top\"]",
+    ] {
+        let channel = block(folder.path(), &format!("{left_right}\n{others}"));
+        channel.assert_sound();
+        let sides = pairs(&channel.reference, ["left", "right"], across);
+        assert!(assert_paired(&channel, &sides, across) > 0.01);
+    }
+    let both = "periodic = [ { pair = [\"left\", \"right\"] }, { pair = [\"bottom\", \"top\"] } ]";
+    let torus = block(folder.path(), both);
+    torus.assert_sound();
+    let sides = pairs(&torus.reference, ["left", "right"], across);
+    assert!(assert_paired(&torus, &sides, across) > 0.01);
+    let ends = pairs(&torus.reference, ["bottom", "top"], up);
+    assert!(assert_paired(&torus, &ends, up) > 0.01);
+}
+
+#[test]
+fn the_order_of_a_pair_does_not_matter() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |a: &str, b: &str| {
+        let pair = format!(
+            "periodic = [ {{ pair = [\"{a}\", \"{b}\"] }} ]\nslide = [\"bottom\", \"top\"]"
+        );
+        block(folder.path(), &pair).points(3)
+    };
+    let (forth, back) = (run("left", "right"), run("right", "left"));
+    for (a, b) in forth.into_iter().zip(back) {
+        assert!(distance(a, b) < 1e-12);
+    }
+}
+
+const PITCH: &str = r#"
+[azimuth]
+values = [0.0]
+
+[boundaries]
+fixed = ["hub_wall", "outer", "bottom", "top"]
+PERIODIC
+
+[rbf]
+support_radius = 3.0
+
+[selection]
+method = "all"
+"#;
+
+/// A blade with the same pitch and flap wherever it is.
+fn body(tag: &str, azimuth: f64) -> String {
+    format!(
+        "[[body]]\nname = \"{tag}\"\ntags = [\"{tag}\"]\nazimuth_offset = {azimuth:?}\n\
+         cyclic = {{ collective = 12.0, coning = 3.0 }}\n"
+    )
+}
+
+/// Four sectors, their common nodes once; the blades have tags of their own. Gives the node of each
+/// sector's node too.
+fn annulus(sector: &Mesh) -> (Mesh, Vec<Vec<u32>>) {
+    let images: [fn(Vector) -> Vector; 4] = [
+        |x| x,
+        quarter,
+        |[x, y, z]| [-x, -y, z],
+        |[x, y, z]| [y, -x, z],
+    ];
+    let mut whole = Mesh::default();
+    let mut at: BTreeMap<[u64; 3], u32> = BTreeMap::new();
+    let mut nodes = Vec::new();
+    let mut cells_of = BTreeMap::new();
+    for (copy, image) in images.iter().enumerate() {
+        let node = |x: &Vector| {
+            let x = image(*x).map(|c| c + 0.0);
+            *at.entry(x.map(f64::to_bits)).or_insert_with(|| {
+                whole.points.push(x);
+                whole.points.len() as u32 - 1
+            })
+        };
+        let own: Vec<u32> = sector.points.iter().map(node).collect();
+        for group in &sector.groups {
+            let name = match group.name.as_str() {
+                "side_a" | "side_b" => continue,
+                "blade" => format!("blade_{copy}"),
+                name => name.to_owned(),
+            };
+            let entry = cells_of
+                .entry(name)
+                .or_insert_with(|| (group.clone(), Vec::new()));
+            for cell in group.cells.iter() {
+                let cell = sector.cells.get(cell);
+                let corners: Vec<u32> = cell.nodes.iter().map(|&n| own[n as usize]).collect();
+                entry.1.push((cell.kind, corners));
+            }
+        }
+        nodes.push(own);
+    }
+    for (name, (mut group, cells)) in cells_of {
+        let first = whole.cells.len();
+        for (kind, corners) in cells {
+            whole.cells.push(kind, &corners);
+        }
+        group.name = name;
+        group.cells = (first..whole.cells.len()).collect();
+        whole.groups.push(group);
+    }
+    (whole, nodes)
+}
+
+#[test]
+fn a_sector_with_periodic_sides_moves_as_in_the_whole_annulus() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let sector_mesh = testdata("rotor_sector.vtu");
+    let sides = "periodic = [ { pair = [\"side_a\", \"side_b\"] } ]";
+    let text = body("blade", 0.0) + &PITCH.replace("PERIODIC", sides);
+    std::fs::write(path.join("sector.toml"), text).unwrap();
+    let sector = Sequence::of(path, &sector_mesh, &path.join("sector.toml"), "sector");
+
+    let (whole, nodes) = annulus(&read(&sector_mesh));
+    write(&whole, &path.join("whole.vtu"));
+    let mut text = String::new();
+    for copy in 0..4 {
+        let _ = write!(
+            text,
+            "{}",
+            body(&format!("blade_{copy}"), 90.0 * f64::from(copy))
+        );
+    }
+    text += &PITCH.replace("PERIODIC", "");
+    std::fs::write(path.join("whole.toml"), text).unwrap();
+    let annulus = Sequence::of(
+        path,
+        &path.join("whole.vtu"),
+        &path.join("whole.toml"),
+        "whole",
+    );
+
+    let (part, whole) = (sector.points(0), annulus.points(0));
+    let limit = 1e-9 * diagonal(&whole);
+    let mut largest: f64 = 0.0;
+    for (node, x) in part.iter().enumerate() {
+        let off = distance(*x, whole[nodes[0][node] as usize]);
+        assert!(off < limit, "node {node} is off by {off:e}");
+        largest = largest.max(distance(*x, sector.reference.points[node]));
+    }
+    assert!(largest > 0.05);
+}
+
+#[test]
+fn sides_that_do_not_match_are_refused_with_the_node() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mut mesh = read(&testdata("block.vtu"));
+    let moved = *nodes_of(&mesh, &["right"]).iter().nth(7).unwrap();
+    mesh.points[moved][1] += 1e-3;
+    write(&mesh, &path.join("b.vtu"));
+    let sides = "periodic = [ { pair = [\"left\", \"right\"] } ]\nfixed = [\"bottom\", \"top\"]";
+    std::fs::write(path.join("b.toml"), format!("{BLOCK}{sides}\n")).unwrap();
+    let run = crate::support::azimesh(path, &["deform", "b.vtu", "b.toml", "-o", "out"]);
+    assert_eq!(run.code, 2, "{run:?}");
+    assert!(
+        run.err.contains("left") && run.err.contains("right"),
+        "{}",
+        run.err
+    );
+    assert!(!path.join("out").exists(), "nothing is written");
+    succeed(path, &["-q", "info", "b.vtu"]);
+}

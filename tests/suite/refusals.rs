@@ -1,0 +1,395 @@
+//! Bad input and failed checks from outside: one clear sentence, the right exit code, and no output
+//! file left behind.
+
+use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
+use azimesh::formats::{self, Commit, WriteOptions};
+use azimesh::mesh::{CellKind, Group, Mesh};
+use std::path::Path;
+
+/// The run is refused with exit code 2 and one sentence that says all of `parts`; no file is left.
+fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
+    let before = names(folder);
+    let run = azimesh(folder, args);
+    assert_eq!(run.code, 2, "{args:?}: {run:?}");
+    assert_eq!(run.out, "", "{args:?}");
+    assert!(run.err.starts_with("error: "), "{}", run.err);
+    assert_eq!(run.err.lines().count(), 1, "{}", run.err);
+    for part in parts {
+        assert!(run.err.contains(part), "{part:?} is not in {}", run.err);
+    }
+    assert_eq!(names(folder), before, "{args:?}");
+}
+
+/// `deform` with the schedule's text `old` replaced is refused.
+fn schedule_refused(folder: &Path, old: &str, new: &str, parts: &[&str]) {
+    rewrite(folder, "n.toml", "s.toml", &[(old, new)]);
+    for command in ["deform", "select"] {
+        let args = [command, "n.vtu", "s.toml", "-q", "-o", "out"];
+        refused(folder, &args, parts);
+    }
+    refused(folder, &["check", "n.vtu", "s.toml"], parts);
+}
+
+#[test]
+fn a_wrong_schedule_is_refused_at_its_line() {
+    let folder = airfoil();
+    let folder = folder.path();
+    schedule_refused(
+        folder,
+        "tags = [\"airfoil\"]",
+        "tags = [\"airfoi\"]",
+        &["s.toml:14: ", "\"airfoi\"", "airfoil, farfield"],
+    );
+    schedule_refused(
+        folder,
+        "kernel =",
+        "kernal =",
+        &["s.toml:23: ", "`kernal`", "did you mean `kernel`?"],
+    );
+    schedule_refused(
+        folder,
+        "wendland-c2",
+        "wendlnd-c2",
+        &["s.toml:23: ", "\"wendlnd-c2\"", "`wendland-c2`"],
+    );
+    schedule_refused(
+        folder,
+        "step = 10.0",
+        "step = 0.0",
+        &["s.toml:8: ", "`step` is 0", "other than 0"],
+    );
+    schedule_refused(folder, "[rbf]", "[rbf", &["s.toml:22: ", "not TOML"]);
+    schedule_refused(
+        folder,
+        "fixed = [\"farfield\"]",
+        "",
+        &["s.toml:", "farfield", "others"],
+    );
+}
+
+#[test]
+fn a_key_of_a_later_version_is_refused_and_not_ignored() {
+    let folder = airfoil();
+    let parent = "tags = [\"airfoil\"]\nparent = \"wing\"";
+    let old = "tags = [\"airfoil\"]";
+    schedule_refused(folder.path(), old, parent, &["s.toml:15: ", "parent"]);
+}
+
+#[test]
+fn a_tag_with_two_roles_is_refused() {
+    let folder = airfoil();
+    let old = "fixed = [\"farfield\"]";
+    let slide = "fixed = [\"farfield\"]\nslide = [\"farfield\"]";
+    let parts = ["s.toml:21: ", "\"farfield\" is fixed and sliding"];
+    schedule_refused(folder.path(), old, slide, &parts);
+    let periodic = "others = \"slide\"\nperiodic = [ { pair = [\"far*\", \"farfield\"] } ]";
+    let parts = ["s.toml:21: ", "both sides of a periodic pair"];
+    schedule_refused(folder.path(), old, periodic, &parts);
+}
+
+#[test]
+fn a_mesh_without_tags_is_refused() {
+    let folder = airfoil();
+    let triangle = "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 0\n";
+    std::fs::write(folder.path().join("bare.su2"), triangle).unwrap();
+    let args = ["deform", "bare.su2", "n.toml", "-o", "out"];
+    refused(folder.path(), &args, &["no boundary tags", "tag its"]);
+}
+
+#[test]
+fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
+    let folder = airfoil();
+    let folder = folder.path();
+    std::fs::create_dir(folder.join("folder")).unwrap();
+    std::fs::write(folder.join("empty.vtu"), "").unwrap();
+    std::fs::write(folder.join("empty.xyz"), "").unwrap();
+    std::fs::write(folder.join("note.dat"), "hello\n").unwrap();
+    for (mesh, parts) in [
+        ("no.vtu", ["no.vtu: ", "no such file"]),
+        ("folder", ["folder: ", "a folder, not a mesh"]),
+        ("empty.vtu", ["empty.vtu: ", "empty"]),
+        ("empty.xyz", ["empty.xyz: ", "empty"]),
+        ("note.dat", ["\"hello\\n\"", "SU2 mesh (.su2)"]),
+    ] {
+        refused(folder, &["deform", mesh, "n.toml", "-o", "out"], &parts);
+        refused(folder, &["info", mesh], &parts);
+        refused(folder, &["convert", mesh, "out.vtu"], &parts);
+        refused(folder, &["quality", mesh], &parts);
+        refused(folder, &["diff", "n.vtu", mesh], &parts);
+    }
+    let deform = |schedule| ["deform", "n.vtu", schedule, "-o", "out"];
+    refused(folder, &deform("no.toml"), &["no.toml: ", "no such file"]);
+    refused(folder, &deform("folder"), &["folder: ", "directory"]);
+    refused(
+        folder,
+        &["convert", "n.vtu", "out.xyz"],
+        &[
+            "out.xyz: ",
+            "known endings: .pvtu, .vtu, .vtkhdf, .vtk, .msh,",
+        ],
+    );
+    refused(
+        folder,
+        &["info", "n.vtu", "--format", "vut"],
+        &["\"vut\"", "vtu, "],
+    );
+}
+
+#[test]
+fn a_truncated_mesh_is_refused_at_its_place() {
+    let folder = airfoil();
+    let folder = folder.path();
+    for (name, place) in [
+        ("n.vtu", "connectivity"),
+        ("n.msh", ": byte "),
+        ("n.msh2", ": byte "),
+        ("n.su2", "cut_n.su2:"),
+    ] {
+        if name != "n.vtu" {
+            succeed(folder, &["convert", "n.vtu", name]);
+        }
+        let whole = std::fs::read(folder.join(name)).unwrap();
+        let cut = format!("cut_{name}");
+        std::fs::write(folder.join(&cut), &whole[..whole.len() / 2]).unwrap();
+        let args = ["deform", &cut, "n.toml", "-o", "out"];
+        refused(folder, &args, &[&cut, place]);
+        refused(folder, &["convert", &cut, "out.vtu"], &[&cut, place]);
+    }
+}
+
+#[test]
+fn a_folder_of_an_earlier_run_is_kept_unless_forced() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let deform = ["deform", "n.vtu", "n.toml", "-q", "-o", "out"];
+    succeed(folder, &deform);
+    std::fs::write(folder.join("out/notes.txt"), "mine").unwrap();
+    refused(folder, &deform, &["out: ", "earlier run", "--force"]);
+    assert!(folder.join("out/n_0036.vtu").is_file());
+    rewrite(
+        folder,
+        "n.toml",
+        "n.toml",
+        &[("stop = 360.0", "stop = 20.0")],
+    );
+    succeed(folder, &[&deform[..], &["--force"]].concat());
+    let expected = [
+        "base.toml",
+        "base.vtp",
+        "n.pvd",
+        "n_0000.vtu",
+        "n_0001.vtu",
+        "n_0002.vtu",
+        "notes.txt",
+        "run.json",
+        "steps.csv",
+    ];
+    assert_eq!(names(&folder.join("out")), expected);
+}
+
+#[test]
+fn outputs_are_kept_unless_forced() {
+    let folder = airfoil();
+    let folder = folder.path();
+    succeed(folder, &["select", "n.vtu", "n.toml", "-q", "-o", "b.toml"]);
+    for args in [
+        &["select", "n.vtu", "n.toml", "-o", "b.toml"][..],
+        &["convert", "n.vtu", "n.vtu"],
+        &["sample", "block", "-o", "n.vtu"],
+    ] {
+        refused(folder, args, &["exists", "--force"]);
+        succeed(folder, &[args, &["--force"]].concat());
+    }
+}
+
+/// Two tetrahedra as polyhedra, the faces of one tagged wall, of the other far.
+fn polyhedra() -> Mesh {
+    let mut mesh = Mesh::default();
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+    for part in 0..2u32 {
+        let shift = 5.0 * f64::from(part);
+        mesh.points
+            .extend(corners.map(|[x, y, z]| [x + shift, y, z]));
+        let of_face = |face: [u32; 3]| [3, face[0], face[1], face[2]];
+        let numbered = faces.map(|face| face.map(|node| node + 4 * part));
+        let stream = [&[4][..], &numbered.map(of_face).concat()].concat();
+        mesh.cells.push_polyhedron(&stream).unwrap();
+    }
+    for (part, name) in [(0, "airfoil"), (4, "farfield")] {
+        let first = mesh.cells.len();
+        for face in faces {
+            let nodes = face.map(|node| node + part);
+            mesh.cells.push(CellKind::Triangle, &nodes);
+        }
+        mesh.groups.push(Group {
+            dimension: 2,
+            name: name.into(),
+            number: None,
+            condition: None,
+            cells: (first..first + 4).collect(),
+        });
+    }
+    mesh
+}
+
+#[test]
+fn a_format_that_cannot_hold_the_mesh_is_refused_before_work_starts() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let vtu = formats::by_name("vtu").unwrap();
+    let path = folder.join("p.vtu");
+    formats::save(
+        &polyhedra(),
+        &path,
+        vtu,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    )
+    .unwrap();
+    for output in ["out.su2", "out.msh", "out.msh2"] {
+        let parts = [output, "polyhedr"];
+        refused(folder, &["convert", "p.vtu", output], &parts);
+    }
+    let su2 = "fixed = [\"farfield\"]\n[output]\nformat = \"su2\"";
+    let changes = [("fixed = [\"farfield\"]", su2), ("sin = 10.0", "sin = 1.0")];
+    rewrite(folder, "n.toml", "s.toml", &changes);
+    let args = ["deform", "p.vtu", "s.toml", "-q", "-o", "out"];
+    refused(folder, &args, &["s.toml", "\"su2\"", "polyhedr"]);
+}
+
+#[test]
+fn f32_is_refused_where_it_would_change_a_first_cell() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let fine = [
+        "-q",
+        "sample",
+        "naca0012",
+        "--nodes",
+        "1500",
+        "--first-cell",
+    ];
+    succeed(folder, &[&fine[..], &["2e-7", "-o", "fine.vtu"]].concat());
+    let single = "[boundaries]\nfixed";
+    let text = std::fs::read_to_string(folder.join("fine.toml")).unwrap();
+    assert!(text.contains(single));
+    std::fs::write(
+        folder.join("s.toml"),
+        text + "\n[output]\nprecision = \"f32\"\n",
+    )
+    .unwrap();
+    let args = ["deform", "fine.vtu", "s.toml", "-q", "-o", "out"];
+    refused(folder, &args, &["\"f32\"", "first-cell height", "\"f64\""]);
+    succeed(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "coarse"]);
+}
+
+#[test]
+fn an_unreachable_tolerance_saves_the_base_points_and_writes_no_mesh() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let few = ("tolerance = 1e-4", "max_points = 3\ntolerance = 1e-4");
+    rewrite(folder, "n.toml", "s.toml", &[few]);
+    let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "out"]);
+    assert_eq!((run.code, run.out.as_str()), (1, ""), "{run:?}");
+    assert_eq!(run.err.lines().count(), 1, "{}", run.err);
+    for part in ["s.toml", "0.0001 is not met", "3 base points", "max_points"] {
+        assert!(run.err.contains(part), "{part:?} is not in {}", run.err);
+    }
+    let left = ["base.toml", "base.vtp", "run.json"];
+    assert_eq!(names(&folder.join("out")), left);
+    let record = std::fs::read_to_string(folder.join("out/run.json")).unwrap();
+    assert!(record.contains("is not met"), "{record}");
+}
+
+#[test]
+fn inverted_cells_give_exit_code_1_and_stop_where_asked() {
+    let folder = airfoil();
+    let folder = folder.path();
+    rewrite(folder, "n.toml", "s.toml", &[("sin = 10.0", "sin = 170.0")]);
+    let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-o", "out"]);
+    assert_eq!(run.code, 1, "{run:?}");
+    assert!(run.err.contains("azimuth 30 degrees) has "), "{}", run.err);
+    assert!(
+        run.err.contains("more like these; -v shows them"),
+        "{}",
+        run.err
+    );
+    assert!(run.out.contains("steps with inverted cells"), "{}", run.out);
+    assert!(folder.join("out/n_0036.vtu").is_file());
+    let stop = ("[rbf]", "[output]\non_inverted = \"stop\"\n[rbf]");
+    rewrite(folder, "s.toml", "s.toml", &[stop]);
+    let run = azimesh(
+        folder,
+        &["deform", "n.vtu", "s.toml", "-q", "-o", "stopped"],
+    );
+    assert_eq!((run.code, run.err.lines().count()), (1, 1), "{run:?}");
+    assert!(run.err.contains("stopped before writing it"), "{}", run.err);
+    let rows = std::fs::read_to_string(folder.join("stopped/steps.csv")).unwrap();
+    let meshes = names(&folder.join("stopped"));
+    let meshes = meshes.iter().filter(|name| name.ends_with(".vtu")).count();
+    assert_eq!(rows.lines().count(), 1 + meshes);
+    assert!(meshes < 37);
+}
+
+#[test]
+fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let deform = ["deform", "n.vtu", "n.toml", "-q", "--fail-on"];
+    let unknown = [&deform[..], &["invertd>0", "-o", "out"]].concat();
+    refused(folder, &unknown, &["\"invertd\"", "did you mean inverted?"]);
+    let none = ("[rbf]", "[output]\nquality = \"none\"\n[rbf]");
+    rewrite(folder, "n.toml", "none.toml", &[none]);
+    for (schedule, condition, reason) in [
+        ("n.toml", "time_s>0", "has neither [time] nor rotor.rpm"),
+        ("none.toml", "inverted>0", "output.quality = \"none\""),
+        (
+            "none.toml",
+            "max_normal_change_deg>1",
+            "output.quality = \"none\"",
+        ),
+    ] {
+        let args = [
+            "deform",
+            "n.vtu",
+            schedule,
+            "-q",
+            "-o",
+            "out",
+            "--fail-on",
+            condition,
+        ];
+        refused(folder, &args, &["has no values in this run, since", reason]);
+    }
+    let met = [&deform[..], &["min_scaled_jacobian<0.9", "-o", "met"]].concat();
+    assert_eq!(azimesh(folder, &met).code, 1);
+    let not_met = [&deform[..], &["inverted>0", "-o", "not"]].concat();
+    succeed(folder, &not_met);
+    let args = [&met[..], &["--force"]].concat();
+    let failures = json(folder, &args)["failures"].clone();
+    assert_eq!(failures.as_array().unwrap().len(), 37);
+}
+
+#[test]
+fn what_is_no_file_of_base_points_is_refused_with_what_it_should_be() {
+    let folder = airfoil();
+    let folder = folder.path();
+    for file in ["n.vtu", "n.toml"] {
+        let args = [
+            "deform", "n.vtu", "n.toml", "-q", "-o", "out", "--base", file,
+        ];
+        refused(folder, &args, &[file, "this is no file of base points"]);
+    }
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_is_refused_in_a_sentence() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let deform = |out| ["deform", "n.vtu", "n.toml", "-q", "-o", out];
+    refused(folder, &deform("n.vtu"), &["n.vtu: ", "not a folder"]);
+    refused(folder, &deform("n.vtu/out"), &["n.vtu/out: "]);
+    refused(folder, &["convert", "n.vtu", "n.vtu/o.vtu"], &["o.vtu: "]);
+    refused(folder, &["convert", "n.vtu", "no/o.vtu"], &["no/o.vtu: "]);
+}

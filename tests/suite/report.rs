@@ -1,0 +1,206 @@
+//! `azimesh report` from outside: what is on the page, and what is said when something is missing.
+
+use crate::support::{airfoil, azimesh, json, rewrite, succeed};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A folder with `n.vtu`, and its sequence of seven steps in `out`.
+fn sequence() -> TempDir {
+    let folder = airfoil();
+    let steps = [("step = 10", "step = 60")];
+    rewrite(folder.path(), "n.toml", "s.toml", &steps);
+    succeed(
+        folder.path(),
+        &["-q", "deform", "n.vtu", "s.toml", "-o", "out"],
+    );
+    folder
+}
+
+fn page(folder: &Path, args: &[&str]) -> String {
+    succeed(
+        folder,
+        &[&["-q", "report", "out", "-o", "-"], args].concat(),
+    )
+    .out
+}
+
+#[test]
+fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
+    let folder = sequence();
+    let one = page(folder.path(), &["--threads", "1"]);
+    assert!(one == page(folder.path(), &["--threads", "3"]));
+    for outside in ["http:", "https:", "//", "url(", "@import", "src=", "href="] {
+        // The comment of the script has two strokes.
+        let n = one.matches(outside).count();
+        assert_eq!(n, usize::from(outside == "//"), "{outside}");
+    }
+    assert!(one.len() < 3_000_000, "{}", one.len());
+    for part in [
+        "Motion",
+        "Pitch",
+        "Base points",
+        "Errors at the surface",
+        "Choice of base points",
+        "Scaled Jacobian of the cells",
+        "Cuts through the mesh",
+        "Reference mesh",
+        "the worst",
+        "Seconds for each step",
+        "BLAKE3",
+        "support radius",
+    ] {
+        assert!(one.contains(part), "{part}");
+    }
+    assert_eq!(
+        one.matches("class=\"slice\"").count(),
+        5,
+        "the reference and four steps, of which one is the worst"
+    );
+    assert!(!one.contains("class=\"notes\""), "nothing is missing");
+}
+
+#[test]
+fn a_page_is_replaced_only_with_force() {
+    let folder = sequence();
+    let said = succeed(folder.path(), &["report", "out"]);
+    assert!(
+        said.out.starts_with("out/report.html: 7 steps, "),
+        "{said:?}"
+    );
+    let again = azimesh(folder.path(), &["report", "out"]);
+    assert_eq!(again.code, 2);
+    assert!(
+        again
+            .err
+            .contains("out/report.html: exists already; --force replaces it"),
+        "{again:?}"
+    );
+    let told = json(folder.path(), &["report", "out", "--force"]);
+    assert_eq!(
+        (told["version"].clone(), told["steps"].clone()),
+        (1.into(), 7.into())
+    );
+    let bytes = fs::metadata(folder.path().join("out/report.html"))
+        .unwrap()
+        .len();
+    assert_eq!(told["bytes"], bytes);
+    assert_eq!(told["file"], "out/report.html");
+}
+
+#[test]
+fn what_is_missing_is_noted_and_nothing_more() {
+    let folder = sequence();
+    fs::remove_file(folder.path().join("out/n_0003.vtu")).unwrap();
+    fs::remove_file(folder.path().join("n.vtu")).unwrap();
+    let told = json(folder.path(), &["report", "out"]);
+    let notes: Vec<&str> = told["notes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|note| note.as_str().unwrap())
+        .collect();
+    assert_eq!(notes.len(), 2, "{notes:?}");
+    assert!(
+        notes[0].starts_with("The reference mesh is not shown: n.vtu: it is not there any more."),
+        "{notes:?}"
+    );
+    assert!(
+        notes[1].starts_with("The mesh of step 3 is not shown: out/n_0003.vtu: "),
+        "{notes:?}"
+    );
+    let html = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert_eq!(html.matches("class=\"slice\"").count(), 3);
+}
+
+#[test]
+fn a_mesh_that_has_changed_is_no_reference() {
+    let folder = sequence();
+    fs::copy(
+        folder.path().join("out/n_0001.vtu"),
+        folder.path().join("n.vtu"),
+    )
+    .unwrap();
+    let html = page(folder.path(), &[]);
+    assert!(html.contains("The reference mesh is not shown: n.vtu: it has changed since the run"));
+}
+
+#[test]
+fn a_sequence_in_one_file_and_one_in_parts_show_the_same_cuts() {
+    let folder = sequence();
+    let slices = |html: &str| -> Vec<String> {
+        html.split("<svg class=\"slice\"")
+            .skip(1)
+            .map(|rest| rest.split("</svg>").next().unwrap().to_owned())
+            .collect()
+    };
+    let whole = slices(&page(folder.path(), &[]));
+    for format in ["vtkhdf", "cgns"] {
+        for parts in [vec![], vec!["0..4", "4..7"]] {
+            fs::remove_dir_all(folder.path().join("out")).unwrap();
+            let deform = [
+                "-q", "deform", "n.vtu", "s.toml", "-o", "out", "--format", format,
+            ];
+            match parts.is_empty() {
+                true => drop(succeed(folder.path(), &deform)),
+                false => parts.iter().for_each(|part| {
+                    succeed(folder.path(), &[&deform[..], &["--steps", part]].concat());
+                }),
+            }
+            assert!(
+                slices(&page(folder.path(), &[])) == whole,
+                "{format} {parts:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_blade_is_cut_across_its_span_in_either_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeed(
+        folder,
+        &["-q", "sample", "blade", "--nodes", "8000", "-o", "b.vtu"],
+    );
+    let steps = [("step = 10", "step = 120")];
+    rewrite(folder, "b.toml", "rotating.toml", &steps);
+    rewrite(
+        folder,
+        "b.toml",
+        "inertial.toml",
+        &[steps[0], ("frame = \"rotating\"", "frame = \"inertial\"")],
+    );
+    let mut pictures = Vec::new();
+    for frame in ["rotating", "inertial"] {
+        let schedule = format!("{frame}.toml");
+        let args = ["-q", "deform", "b.vtu", &schedule, "-o", "out", "--force"];
+        succeed(folder, &args);
+        let html = page(folder, &[]);
+        assert!(html.contains("The plane x = "), "{frame}");
+        assert!(
+            html.contains("Flap") && html.contains("Displacement of the tip of blade"),
+            "{frame}"
+        );
+        pictures.push(html.matches("class=\"q").count());
+    }
+    assert!(pictures[0] > 30, "{pictures:?}");
+    assert_eq!(
+        pictures[0], pictures[1],
+        "carried round, the cut is the same"
+    );
+}
+
+#[test]
+fn a_folder_that_holds_no_sequence_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let said = azimesh(folder.path(), &["report", "empty"]);
+    assert_eq!(said.code, 2);
+    assert!(
+        said.err
+            .contains("empty: holds neither steps.csv nor run.json"),
+        "{said:?}"
+    );
+    assert_eq!(azimesh(folder.path(), &["report", "nowhere"]).code, 2);
+}

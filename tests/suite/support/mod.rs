@@ -1,0 +1,91 @@
+//! What the tests from outside share: running the program in a folder of its own, and sample meshes.
+
+pub mod sequence;
+
+use assert_cmd::Command;
+use std::collections::BTreeMap;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// What a run of the program gave.
+#[derive(Debug)]
+pub struct Run {
+    pub code: i32,
+    pub out: String,
+    pub err: String,
+}
+
+/// Runs the program in a folder.
+pub fn azimesh(folder: &Path, args: &[&str]) -> Run {
+    let output = Command::cargo_bin("azimesh")
+        .unwrap()
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .unwrap();
+    Run {
+        code: output.status.code().expect("no signal ended it"),
+        out: String::from_utf8(output.stdout).unwrap(),
+        err: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// Runs the program; it must end well.
+pub fn succeed(folder: &Path, args: &[&str]) -> Run {
+    let run = azimesh(folder, args);
+    assert_eq!(run.code, 0, "{args:?}: {run:?}");
+    run
+}
+
+/// The JSON a command prints.
+pub fn json(folder: &Path, args: &[&str]) -> serde_json::Value {
+    let run = azimesh(folder, &[args, &["--json"]].concat());
+    serde_json::from_str(&run.out).unwrap_or_else(|error| panic!("{args:?}: {error}: {run:?}"))
+}
+
+/// A folder with a small NACA 0012, `n.vtu` and `n.toml`.
+pub fn airfoil() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let sample = ["-q", "sample", "naca0012", "--nodes", "800", "-o", "n.vtu"];
+    succeed(folder.path(), &sample);
+    folder
+}
+
+/// The same with `few.toml`, its schedule in five steps.
+pub fn short() -> TempDir {
+    let folder = airfoil();
+    let few = [("step = 10.0", "step = 90.0")];
+    rewrite(folder.path(), "n.toml", "few.toml", &few);
+    folder
+}
+
+/// Writes `to` as `from` with each pair's first text replaced by its second; each must be there.
+pub fn rewrite(folder: &Path, from: &str, to: &str, changes: &[(&str, &str)]) {
+    let mut text = std::fs::read_to_string(folder.join(from)).unwrap();
+    for (old, new) in changes {
+        assert!(text.contains(old), "{from} has no {old:?}");
+        text = text.replace(old, new);
+    }
+    std::fs::write(folder.join(to), text).unwrap();
+}
+
+/// Names of the files in a folder, hidden ones too.
+pub fn names(folder: &Path) -> Vec<String> {
+    files(folder).into_keys().collect()
+}
+
+/// Files of a folder by name.
+pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .map(|path| {
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+            let content = match path.is_file() {
+                true => std::fs::read(&path).unwrap(),
+                false => Vec::new(),
+            };
+            (name, content)
+        })
+        .collect()
+}

@@ -1,0 +1,230 @@
+//! A system that refuses, and how the program talks: full disks, closed pipes, standard input and
+//! output, quiet runs, JSON.
+
+use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
+use assert_cmd::Command;
+use azimesh::error::Kind;
+use azimesh::formats::{Compression, Encoding, FORMATS, WriteOptions};
+use azimesh::sample::{self, BlockOptions};
+use std::io::{Error, ErrorKind, Read, Write};
+use std::path::Path;
+use std::process::Stdio;
+
+/// A disk with room for so many bytes.
+struct Disk(usize);
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.0 == 0 {
+            return Err(Error::from(ErrorKind::StorageFull));
+        }
+        let n = bytes.len().min(self.0);
+        self.0 -= n;
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
+    let mesh = sample::block(&BlockOptions { refine: 1 }).unwrap().mesh;
+    let encodings = [Encoding::Raw, Encoding::Base64, Encoding::Ascii];
+    let compressions = [
+        Compression::None,
+        Compression::Zlib,
+        Compression::Lz4,
+        Compression::Lzma,
+    ];
+    for format in FORMATS {
+        for (encoding, compression) in encodings.iter().flat_map(|e| compressions.map(|c| (*e, c)))
+        {
+            let options = WriteOptions {
+                encoding,
+                compression,
+                ..WriteOptions::default()
+            };
+            let mut whole = Vec::new();
+            if format.write(&mesh, &mut whole, &options).is_err() {
+                continue; // an encoding the format does not have is refused elsewhere
+            }
+            let room = (0..whole.len()).step_by(whole.len() / 50 + 1);
+            for room in room.chain([whole.len() - 1]) {
+                let written = format.write(&mesh, &mut Disk(room), &options);
+                let error = written.expect_err("the disk is full");
+                let what = format!("{} {encoding:?} {compression:?} {room}", format.name());
+                assert_eq!(error.kind, Kind::System, "{what}: {error}");
+                assert!(
+                    error.to_string().contains("no storage space"),
+                    "{what}: {error}"
+                );
+            }
+            let exact = format.write(&mesh, &mut Disk(whole.len()), &options);
+            exact.expect("all of it fits");
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_gives_exit_code_3() {
+    let folder = airfoil();
+    for format in FORMATS {
+        // Written in pieces, or without a place for plane meshes: refused before the disk is met.
+        if format.name() == "pvtu" || format.name().starts_with("ugrid") {
+            continue;
+        }
+        let convert = ["convert", "n.vtu", "/dev/full", "--format", format.name()];
+        let run = azimesh(folder.path(), &convert);
+        assert_eq!((run.code, run.out.as_str()), (3, ""), "{run:?}");
+        assert!(run.err.starts_with("error: /dev/full: "), "{}", run.err);
+        assert!(run.err.contains("No space left on device"), "{}", run.err);
+        assert_eq!(run.err.lines().count(), 1, "{}", run.err);
+    }
+    for args in [
+        &["info", "n.vtu"][..],
+        &["convert", "n.vtu", "-", "--format", "su2"],
+    ] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+        let mut program = program(folder.path(), args);
+        let status = program.stdout(full.unwrap()).stderr(Stdio::null()).status();
+        assert_eq!(status.unwrap().code(), Some(3), "{args:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_where_nothing_may_be_made_gives_exit_code_3() {
+    let folder = airfoil();
+    // The kernel's own file systems refuse folders of anyone, root too.
+    let run = azimesh(
+        folder.path(),
+        &["deform", "n.vtu", "n.toml", "-q", "-o", "/sys/out"],
+    );
+    assert_eq!((run.code, run.out.as_str()), (3, ""), "{run:?}");
+    assert!(run.err.starts_with("error: /sys/out: "), "{}", run.err);
+    assert_eq!(run.err.lines().count(), 1, "{}", run.err);
+}
+
+fn program(folder: &Path, args: &[&str]) -> std::process::Command {
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("azimesh"));
+    command.current_dir(folder).args(args);
+    command
+}
+
+#[test]
+fn a_closed_pipe_ends_the_program_quietly() {
+    let folder = airfoil();
+    let folder = folder.path();
+    for args in [
+        &["info", "n.vtu"][..],
+        &["info", "n.vtu", "--json"],
+        &["quality", "n.vtu"],
+        &["convert", "n.vtu", "-", "--format", "vtu"],
+        &["convert", "n.vtu", "-", "--format", "su2"],
+        &["sample", "naca0012", "-o", "-", "--format", "vtu", "-q"],
+    ] {
+        let mut child = program(folder, args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let mut said = String::new();
+        child
+            .stderr
+            .take()
+            .unwrap()
+            .read_to_string(&mut said)
+            .unwrap();
+        assert_eq!(said, "", "{args:?}");
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{args:?}");
+    }
+}
+
+#[test]
+fn a_mesh_goes_through_standard_input_and_output() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let mut bytes = std::fs::read(folder.join("n.vtu")).unwrap();
+    for format in ["msh", "msh22", "su2", "vtu"] {
+        let output = Command::cargo_bin("azimesh")
+            .unwrap()
+            .args(["convert", "-", "-", "--format", format])
+            .write_stdin(bytes)
+            .output()
+            .unwrap();
+        assert!(
+            output.status.success() && output.stderr.is_empty(),
+            "{output:?}"
+        );
+        bytes = output.stdout;
+    }
+    std::fs::write(folder.join("back.vtu"), bytes).unwrap();
+    succeed(folder, &["diff", "n.vtu", "back.vtu"]);
+}
+
+#[test]
+fn a_quiet_run_prints_nothing() {
+    let folder = airfoil();
+    for args in [
+        &["sample", "block", "-o", "b.vtu"][..],
+        &["convert", "n.vtu", "n.msh"],
+        &["select", "n.vtu", "n.toml", "-o", "base.toml"],
+        &["deform", "n.vtu", "n.toml", "-o", "out"],
+        &[
+            "deform",
+            "n.vtu",
+            "n.toml",
+            "--base",
+            "base.toml",
+            "-o",
+            "again",
+        ],
+    ] {
+        let run = succeed(folder.path(), &[args, &["-q"]].concat());
+        assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""), "{args:?}");
+    }
+    let same = ["out/n_0009.vtu", "again/n_0009.vtu"].map(|name| folder.path().join(name));
+    assert!(std::fs::read(&same[0]).unwrap() == std::fs::read(&same[1]).unwrap());
+}
+
+#[test]
+fn json_of_every_command_has_a_version() {
+    let folder = airfoil();
+    rewrite(
+        folder.path(),
+        "n.toml",
+        "s.toml",
+        &[("sin = 10.0", "sin = 170.0")],
+    );
+    for args in [
+        &["sample", "block", "-o", "b.vtu"][..],
+        &["info", "n.vtu"],
+        &["convert", "n.vtu", "n.msh"],
+        &["quality", "n.vtu", "--worst", "3"],
+        &["check", "n.vtu", "n.toml"],
+        &["select", "n.vtu", "n.toml", "-o", "base.toml"],
+        &["deform", "n.vtu", "n.toml", "-o", "out"],
+        &["deform", "n.vtu", "s.toml", "-o", "inverted"],
+        &["diff", "n.vtu", "n.msh"],
+        &["diff", "n.vtu", "out/n_0009.vtu"],
+    ] {
+        let value = json(folder.path(), args);
+        assert_eq!(value["version"], 1, "{args:?}");
+        assert!(value.as_object().unwrap().len() > 1, "{args:?}");
+    }
+    let run = std::fs::read_to_string(folder.path().join("out/run.json")).unwrap();
+    let run: serde_json::Value = serde_json::from_str(&run).unwrap();
+    assert_eq!(
+        (&run["version"], &run["outcome"]),
+        (&1.into(), &"complete".into())
+    );
+    assert!(
+        !names(folder.path())
+            .iter()
+            .any(|name| name.ends_with(".part"))
+    );
+}
