@@ -16,6 +16,7 @@
 //! | module | owns |
 //! |---|---|
 //! | [`error`] | the one error type, with its place in a file |
+//! | [`diagnostic`] | what a user should know, as kinds with numbers |
 //! | [`progress`] | how far a run is, and how it is asked to end |
 //! | [`geometry`] | vectors, transforms, boxes, space-filling order, closest points |
 //! | [`linear`] | factors and products of dense matrices |
@@ -37,6 +38,7 @@
 
 pub mod cli;
 pub mod deform;
+pub mod diagnostic;
 pub mod error;
 pub mod formats;
 pub mod geometry;

@@ -13,7 +13,7 @@ const FLOORS: &[&[&str]] = &[
     &["modes", "formats", "record"],
     &["mesh"],
     &["linear", "geometry"],
-    &["progress"],
+    &["diagnostic", "progress"],
     &["error"],
 ];
 
