@@ -2,14 +2,13 @@
 //! bytes that they have. So neither other inputs nor another version slips in. Where one file holds all
 //! steps, going over it ([`super::step_loop`]) does that.
 
-use super::intervals::Stretches;
+use super::intervals::Intervals;
 use super::meshes::hash_of;
 use super::run::Run;
-use super::step::{Measures, add_arrays, compute};
+use super::step::{add_arrays, compute};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::motion::Step;
-use crate::progress::Progress;
 
 impl Run<'_> {
     /// Leaves out the finished steps that this run would write otherwise.
@@ -17,21 +16,16 @@ impl Run<'_> {
     /// # Errors
     /// Where the first of them that moves anything is such a one: its file is whole, so that its run had
     /// other inputs.
-    pub(super) fn prove(
-        &mut self,
-        stretches: &mut Stretches<'_>,
-        mesh: &mut Mesh,
-        measures: Option<&Measures>,
-        progress: &dyn Progress,
-    ) -> Result<()> {
+    pub(super) fn prove(&mut self, intervals: &mut Intervals<'_>, mesh: &mut Mesh) -> Result<()> {
         let kept: Vec<usize> = self.earlier.rows.keys().copied().collect();
+        let progress = self.deformation.progress();
         progress.start("verifying", Some(kept.len() as u64));
         let mut is_ours = false;
         for index in kept {
-            self.stop.check()?;
+            self.deformation.stop().check()?;
             let step = self.plan.motion.steps[index];
             let moves = self.plan.largest_displacement(index) > 0.0;
-            match self.is_same(&step, stretches, mesh, measures)? {
+            match self.is_same(&step, intervals, mesh)? {
                 true => is_ours |= moves,
                 false if moves && !is_ours => return Err(self.not_ours(index)),
                 false => self.leave_out(index),
@@ -48,16 +42,15 @@ impl Run<'_> {
     fn is_same(
         &mut self,
         step: &Step,
-        stretches: &mut Stretches<'_>,
+        intervals: &mut Intervals<'_>,
         mesh: &mut Mesh,
-        measures: Option<&Measures>,
     ) -> Result<bool> {
         let mut points = vec![[0.0; 3]; mesh.points.len()];
-        let computed = compute(stretches, measures, mesh, step, &mut points)?;
+        let computed = compute(intervals, step, &mut points)?;
         mesh.points = points;
         let mut computed = self.judge(step, computed)?;
         if self.format.holds_arrays() {
-            add_arrays(self.plan, mesh, &mut computed, measures);
+            add_arrays(self.deformation, mesh, &mut computed);
         }
         let hash = hash_of(
             mesh,

@@ -113,7 +113,7 @@ impl Record {
             },
             "chosen": plan.choices,
             "dimension": plan.mesh.dimension(),
-            "nodes": plan.reference.len(),
+            "nodes": plan.mesh.points.len(),
             "cells": plan.mesh.cells.len(),
             "surface_points": plan.surface.nodes.len(),
             "coincident_surface_nodes": plan.surface.n_coincident,
