@@ -107,7 +107,7 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u6
     };
     plan.mesh.points = moved_a_little(&plan.reference);
     let mut sink = Counter(0);
-    let dropped = format.write(&plan.mesh, &mut sink, &options);
+    let dropped = format.write(&plan.mesh.view(), &mut sink, &options);
     plan.mesh.points = Vec::new();
     let mut dropped = dropped.map_err(|error| described(error, plan))?;
     dropped.extend(dropped_arrays(plan, format));

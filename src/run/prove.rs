@@ -60,7 +60,7 @@ impl Run<'_> {
             add_arrays(self.plan, mesh, &mut computed, measures);
         }
         let hash = hash_of(
-            mesh,
+            &mesh.view(),
             self.format,
             &self.plan.schedule.output.write_options(),
         )?;

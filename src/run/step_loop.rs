@@ -245,12 +245,13 @@ fn write(
     ready: Option<Computed>,
     task: Task,
 ) -> Result<bool> {
+    let mesh = mesh.view();
     match (ready, task) {
         (None, _) => Ok(true),
-        (Some(_), Task::Again | Task::Prove | Task::ReadBack) => writer.retrace(mesh, step),
+        (Some(_), Task::Again | Task::Prove | Task::ReadBack) => writer.retrace(&mesh, step),
         (Some(computed), Task::New) => {
             let row = row(step, &computed);
-            writer.write(mesh, step, row, computed.seconds)?;
+            writer.write(&mesh, step, row, computed.seconds)?;
             Ok(true)
         }
     }
