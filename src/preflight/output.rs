@@ -6,7 +6,6 @@ use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::quality::{Assessment, Criterion};
 use crate::record::COLUMNS;
@@ -106,10 +105,8 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> 
         compression: Compression::None,
         ..plan.schedule.output.write_options()
     };
-    let mesh = Mesh {
-        points: moved_a_little(&plan.mesh.points),
-        ..Mesh::clone(&plan.mesh)
-    };
+    let points = moved_a_little(&plan.mesh.points);
+    let mesh = plan.mesh.view().with_points(&points);
     let mut sink = Counter(0);
     let dropped = format.write(&mesh, &mut sink, &options);
     let mut dropped = dropped.map_err(|error| described(error, plan))?;

@@ -204,7 +204,7 @@ pub(super) fn join_meshes(
             };
             let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
             let time = names::time(row).unwrap_or(step as f64);
-            let hash = file.push(time, &loaded.mesh);
+            let hash = file.push(time, &loaded.mesh.view());
             let hash = hash.map_err(|error| error.file(hidden))?;
             let mut row = row.clone();
             row.set("file", names.mesh(step));

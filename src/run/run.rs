@@ -14,7 +14,6 @@ use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed};
 use crate::error::Result;
 use crate::formats::{self, Begin, Format};
-use crate::mesh::Mesh;
 use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk};
 use crate::quality::Criterion;
@@ -103,7 +102,6 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record);
-    let mut mesh = Mesh::clone(&plan.mesh);
     let base_files = earlier.bases.clone();
     let mut intervals = Intervals::new(deformation, &names, loaded, base_files);
     let mut run = Run {
@@ -123,7 +121,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         seconds: (0.0, 0.0),
     };
     run.save_record()?;
-    let result = run.steps(&mut intervals, &mut mesh);
+    let result = run.steps(&mut intervals);
     run.close(result, intervals, &clock)
 }
 
@@ -150,7 +148,7 @@ pub(super) struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn steps(&mut self, intervals: &mut Intervals<'_>, mesh: &mut Mesh) -> Result<()> {
+    fn steps(&mut self, intervals: &mut Intervals<'_>) -> Result<()> {
         let restored = intervals.restore();
         self.note_choices(intervals)?;
         self.warnings.extend(restored?);
@@ -158,14 +156,12 @@ impl Run<'_> {
             return Ok(());
         }
         self.choose_first(intervals)?;
-        mesh.points.clone_from(&self.plan.mesh.points);
         if self.earlier.is_unproven && !self.is_to_be_retraced() {
-            self.prove(intervals, mesh)?;
+            self.prove(intervals)?;
             self.note_choices(intervals)?;
             if self.is_complete() {
                 return Ok(());
             }
-            mesh.points.clone_from(&self.plan.mesh.points);
         }
         loop {
             let begin = match self.request.resume {
@@ -180,7 +176,7 @@ impl Run<'_> {
                 self.deformation.stop(),
                 begin,
             )?;
-            let pass = self.pass(&mut writer, intervals, mesh);
+            let pass = self.pass(&mut writer, intervals);
             let settled = writer.settle();
             self.seconds.1 += writer.seconds;
             if self.names.is_in_one() {

@@ -5,7 +5,7 @@ use super::record::Clock;
 use crate::deform::{Deformation, Evaluated, Plan};
 use crate::error::Result;
 use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{DataArray, Mesh, Values};
+use crate::mesh::{DataArray, Mesh, MeshView, Values};
 use crate::motion::{QualityOutput, Step};
 use crate::quality::Assessment;
 use crate::record::{COLUMNS, Row, number};
@@ -63,32 +63,41 @@ fn rounding(plan: &Plan) -> Result<&'static dyn Fn(&mut [Vector])> {
     })
 }
 
-/// Adds the arrays of a step that the schedule asks for, in place of the last step's.
-pub(super) fn add_arrays(deformation: &Deformation, mesh: &mut Mesh, computed: &mut Computed) {
-    let plan = deformation.plan();
-    if let Some(velocities) = computed.found.velocities.take() {
-        let values = Values::F64(velocities.into_flattened());
-        let array = DataArray::tuples("Velocity", 3, values);
-        replace(&mut mesh.point_arrays, array);
-    }
-    if plan.schedule.output.displacement {
-        let moved = mesh.points.par_iter().zip(&plan.mesh.points);
-        let moved: Vec<Vector> = moved.map(|(x, reference)| sub(*x, *reference)).collect();
-        let values = Values::F64(moved.into_flattened());
-        let array = DataArray::tuples("Displacement", 3, values);
-        replace(&mut mesh.point_arrays, array);
-    }
-    if plan.schedule.output.quality == QualityOutput::Cells {
-        for array in deformation.measures().arrays(plan, &mesh.points) {
-            replace(&mut mesh.cell_arrays, array);
-        }
-    }
+/// The arrays of a step that the schedule asks for.
+#[derive(Default)]
+pub(super) struct StepArrays {
+    at_points: Vec<DataArray>,
+    at_cells: Vec<DataArray>,
 }
 
-fn replace(arrays: &mut Vec<DataArray>, array: DataArray) {
-    match arrays.iter_mut().find(|old| old.name == array.name) {
-        Some(old) => *old = array,
-        None => arrays.push(array),
+impl StepArrays {
+    /// Of a step with its nodes at `points`; takes the velocities that were found.
+    pub fn of(deformation: &Deformation, points: &[Vector], found: &mut Evaluated) -> Self {
+        let plan = deformation.plan();
+        let vectors = |name: &str, values: Vec<Vector>| {
+            DataArray::tuples(name, 3, Values::F64(values.into_flattened()))
+        };
+        let velocities = found.velocities.take();
+        let displacement = plan.schedule.output.displacement.then(|| {
+            let moved = points.par_iter().zip(&plan.mesh.points);
+            moved.map(|(x, before)| sub(*x, *before)).collect()
+        });
+        let velocities = velocities.map(|values| vectors("Velocity", values));
+        let displacement = displacement.map(|values| vectors("Displacement", values));
+        Self {
+            at_points: velocities.into_iter().chain(displacement).collect(),
+            at_cells: match plan.schedule.output.quality {
+                QualityOutput::Cells => deformation.measures().arrays(plan, points),
+                QualityOutput::Summary | QualityOutput::None => Vec::new(),
+            },
+        }
+    }
+
+    /// The mesh of the step.
+    pub fn view<'a>(&'a self, mesh: &'a Mesh, points: &'a [Vector]) -> MeshView<'a> {
+        let view = mesh.view().with_points(points);
+        let view = self.at_points.iter().fold(view, MeshView::with_point_array);
+        self.at_cells.iter().fold(view, MeshView::with_cell_array)
     }
 }
 

@@ -4,12 +4,12 @@
 use super::finished::inverted;
 use super::intervals::Intervals;
 use super::run::Run;
-use super::step::{Computed, add_arrays, compute, compute_again, row};
+use super::step::{Computed, StepArrays, compute, compute_again, row};
 use super::writer::Writer;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, ReadOptions, Source};
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use crate::motion::{OnInverted, Step};
 
 /// How a pass over the steps ended.
@@ -41,7 +41,6 @@ impl Run<'_> {
         &mut self,
         writer: &mut Writer<'_>,
         intervals: &mut Intervals<'_>,
-        mesh: &mut Mesh,
     ) -> Result<Pass> {
         let todo = self.todo();
         let Some(first) = todo.first() else {
@@ -49,7 +48,8 @@ impl Run<'_> {
         };
         let progress = self.deformation.progress();
         progress.start("steps", Some(todo.len() as u64));
-        let mut next = vec![[0.0; 3]; mesh.points.len()];
+        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
+        let mut next = points.clone();
         let mut task = self.task(first);
         let mut computed = task.run(intervals, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
@@ -57,19 +57,23 @@ impl Run<'_> {
             if task == Task::New {
                 self.vouch()?;
             }
-            std::mem::swap(&mut mesh.points, &mut next);
-            if task == Task::ReadBack && !self.read_back(writer, step, &mut mesh.points) {
+            std::mem::swap(&mut points, &mut next);
+            if task == Task::ReadBack && !self.read_back(writer, step, &mut points) {
                 return Ok(self.again_from(step));
             }
             let mut ready = self.accept(step, computed, task)?;
             // A format without arrays would say of each that it is left out: that is known already.
-            if let Some(ready) = ready.as_mut().filter(|_| self.format.holds_arrays()) {
-                add_arrays(self.deformation, mesh, ready);
-            }
+            let holds_arrays = |_: &&mut Computed| self.format.holds_arrays();
+            let arrays = ready
+                .as_mut()
+                .filter(holds_arrays)
+                .map(|ready| StepArrays::of(self.deformation, &points, &mut ready.found));
+            let arrays = arrays.unwrap_or_default();
+            let mesh = arrays.view(&self.plan.mesh, &points);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_retracing = writer.is_retracing();
             let (written, then) = rayon::join(
-                || write(writer, mesh, step, ready, task),
+                || write(writer, &mesh, step, ready, task),
                 || {
                     let (step, task) = following?;
                     Some(task.run(intervals, step, &mut next))
@@ -239,7 +243,7 @@ impl Task {
 /// Writes a step, or goes over it; tells whether it is what the rows say.
 fn write(
     writer: &mut Writer<'_>,
-    mesh: &Mesh,
+    mesh: &MeshView<'_>,
     step: &Step,
     ready: Option<Computed>,
     task: Task,
