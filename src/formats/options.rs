@@ -80,7 +80,8 @@ impl Default for WriteOptions {
 }
 
 /// How numbers are stored in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Encoding {
     /// Binary, as in memory.
     Raw,
@@ -91,7 +92,8 @@ pub enum Encoding {
 }
 
 /// Compression of binary data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Compression {
     /// None.
     None,
@@ -104,7 +106,8 @@ pub enum Compression {
 }
 
 /// Precision of coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Precision {
     /// 64 bits.
     F64,
