@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::motion::Step;
 use crate::progress::{Progress, Silent};
 use crate::rbf::select::Selection;
-use serde_json::{Value, json};
+use crate::record::SelectionRecord;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub(super) struct Stretches<'a> {
     progress: &'a dyn Progress,
     current: Option<(Range<usize>, Deformer<'a>)>,
     /// What each selection came to, for run.json.
-    pub selections: Vec<Value>,
+    pub selections: Vec<SelectionRecord>,
     /// Sentences about what the user should know.
     pub warnings: Vec<String>,
     /// Seconds of choosing base points.
@@ -90,8 +90,8 @@ impl<'a> Stretches<'a> {
         let deformer = Deformer::new(plan, selections, &stretch, progress)?;
         self.warnings.extend(deformer.warnings.iter().cloned());
         let selected = self.selections.last_mut();
-        if let Some(own) = selected.filter(|own| own["first_step"] == stretch.start) {
-            own["warnings"] = json!(deformer.warnings);
+        if let Some(own) = selected.filter(|own| own.first_step == stretch.start) {
+            own.warnings = Some(deformer.warnings.clone());
         }
         self.seconds_modes += clock.seconds();
         Ok((stretch, deformer))
