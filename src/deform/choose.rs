@@ -8,7 +8,8 @@
 //! | `constant` | one vector on all that moves (Algorithm 2) | at the tolerance or at `max_points` |
 //! | `all` | none: every surface node | |
 
-use super::layer::Layer;
+use super::deformation::BasePoints;
+use super::layer::{Kind, Layer};
 use super::plan::{Plan, SELECTED};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
@@ -40,11 +41,20 @@ pub fn choose(
 }
 
 /// The selections that base points chosen before make, for the steps of a stretch.
-pub(crate) fn with_bases(
+pub(crate) fn from_nodes(
     plan: &Plan,
     stretch: &Range<usize>,
-    bases: Vec<Vec<usize>>,
+    base: &BasePoints,
 ) -> Result<Vec<Selection>> {
+    let points_of = |layer: &Layer| {
+        let nodes = match layer.kind {
+            Kind::Displacement => base.nodes.as_slice(),
+            Kind::Rotation(_) => base.rotation_nodes.as_deref().unwrap_or_default(),
+        };
+        check_distinct(nodes)?;
+        plan.surface.find(nodes)
+    };
+    let bases: Vec<Vec<usize>> = plan.layers.iter().map(points_of).collect::<Result<_>>()?;
     plan.layers
         .iter()
         .zip(bases)
@@ -65,6 +75,15 @@ pub(crate) fn with_bases(
             })
         })
         .collect()
+}
+
+fn check_distinct(nodes: &[u32]) -> Result<()> {
+    let mut sorted = nodes.to_vec();
+    sorted.sort_unstable();
+    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        None => Ok(()),
+        Some(pair) => Err(Error::input(format!("node {} is listed twice", pair[0]))),
+    }
 }
 
 /// The error over one step, which method `real` measures.

@@ -23,14 +23,14 @@ pub(crate) struct Repair {
 }
 
 /// Whether a step is to be repaired.
-pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
+pub(super) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     plan.schedule.output.on_inverted == OnInverted::Substeps && summary.inverted > 0
 }
 
 /// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
 /// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
 /// step in so many parts.
-pub(crate) fn repair(
+pub(super) fn repair(
     plan: &Plan,
     points: &mut [Vector],
     summary: &mut Summary,

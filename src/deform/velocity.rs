@@ -60,19 +60,18 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
 }
 
 /// Velocities of the nodes of a mesh at the steps of a stretch.
-pub(super) struct Velocities<'a> {
-    layer: &'a Layer,
+pub(super) struct Velocities {
     fields: Fields,
     /// A sentence where base points do not serve and no more may be added.
     pub warning: Option<String>,
 }
 
-impl<'a> Velocities<'a> {
+impl Velocities {
     /// From the base points of the displacements of a stretch, whose largest error says how far the
     /// correction of the surface reaches.
     pub fn new(
-        plan: &'a Plan,
-        layer: &'a Layer,
+        plan: &Plan,
+        layer: &Layer,
         frame: Frame<'_>,
         displacements: &Chosen<'_>,
         stretch: &Range<usize>,
@@ -86,18 +85,14 @@ impl<'a> Velocities<'a> {
         let layers = std::slice::from_ref(layer);
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(frame, layers, &chosen, correct, &Silent);
-        Ok(Self {
-            layer,
-            fields,
-            warning,
-        })
+        Ok(Self { fields, warning })
     }
 
     /// Velocities at a step in mesh units a second; `points` are the nodes at that step.
     pub fn at(&self, plan: &Plan, step: &Step, frame: Frame<'_>, points: &[Vector]) -> Vec<Vector> {
         let still = vec![[0.0; 3]; points.len()];
         let mut out = still.clone();
-        let layers = std::slice::from_ref(self.layer);
+        let layers = plan.velocity.as_slice();
         let at_rest = Frame {
             nodes: &still,
             ..frame
@@ -173,7 +168,7 @@ fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
     let exact = nodes.map(|(&node, role)| match role {
         Role::Moving(body) => {
             let pace = &paces[usize::from(*body)];
-            Some(pace.velocity(node, plan.reference[node as usize]))
+            Some(pace.velocity(node, plan.mesh.points[node as usize]))
         }
         Role::Fixed => Some([0.0; 3]),
         Role::Sliding => None,
@@ -188,12 +183,13 @@ fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
 
 #[cfg(test)]
 mod tests {
-    use crate::deform::{Deformer, Plan, choose};
+    use crate::deform::{Interval, Plan, choose};
     use crate::formats::{self, ReadOptions, Source};
     use crate::geometry::vector::{Vector, distance, norm};
     use crate::motion::Schedule;
     use crate::progress::Silent;
     use std::path::Path;
+    use std::sync::Arc;
 
     /// Velocities of all nodes at the first of some times, by a method, of an airfoil that pitches.
     fn at_first(times: &str, selection: &str) -> Vec<Vector> {
@@ -205,14 +201,14 @@ mod tests {
              body = [ {{ name = \"a\", tags = [\"airfoil\"], cyclic = {{ pitch = [ {{ sin = 5.0 }} ] }} }} ]\n"
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
-        let plan = Plan::new(mesh.mesh, schedule).expect("they fit");
+        let plan = Arc::new(Plan::new(mesh.mesh, schedule).expect("they fit"));
         let stretch = plan.stretches()[0].clone();
         let selections = choose(&plan, &stretch, &Silent).expect("there are base points");
-        let deformer = Deformer::new(&plan, selections, &stretch, &Silent).expect("it can be made");
+        let interval = Interval::new(&plan, selections, &stretch, &Silent).expect("it can be made");
         let step = &plan.motion.steps[0];
-        let mut points = plan.reference.clone();
-        deformer.points_at(step, &mut points).expect("it deforms");
-        let velocities = deformer.velocities_at(step, &points);
+        let mut points = plan.mesh.points.clone();
+        interval.points_at(step, &mut points).expect("it deforms");
+        let velocities = interval.velocities_at(step, &points);
         velocities.expect("they are asked for")
     }
 

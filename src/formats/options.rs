@@ -2,7 +2,7 @@
 
 use super::Format;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 
 /// What a reader is told.
 #[derive(Debug, Clone, Default)]
@@ -53,7 +53,7 @@ impl WriteOptions {
     }
 
     /// Refuses coordinates that the wanted precision cannot hold.
-    pub(super) fn check_coordinates(&self, mesh: &Mesh) -> Result<()> {
+    pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<()> {
         if self.precision == Precision::F64 {
             return Ok(());
         }

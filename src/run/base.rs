@@ -1,8 +1,6 @@
 //! Base points on disk: base.toml to go on from, base.vtp to look at.
 
-use crate::deform::Kind;
-use crate::deform::Plan;
-use crate::deform::with_bases;
+use crate::deform::{BasePoints, Kind, Plan, from_nodes};
 use crate::error::{Error, Result};
 use crate::formats::{Commit, check_no_device, save_text};
 use crate::geometry::vector::Vector;
@@ -32,8 +30,8 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
             .iter()
             .map(|selection| selection.error)
             .fold(0.0, f64::max),
-        mesh_nodes: plan.reference.len(),
-        mesh_points_blake3: hash_of(&plan.reference),
+        mesh_nodes: plan.mesh.points.len(),
+        mesh_points_blake3: hash_of(&plan.mesh.points),
         nodes: of("nodes").unwrap_or_default(),
         rotation_nodes: of("rotation_nodes"),
         rotation_radius: plan.schedule.rbf.rotation_radius,
@@ -73,15 +71,11 @@ pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
 pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Result<Vec<Selection>> {
     let file = read(path)?;
     check(plan, &file).map_err(|error| error.file(path))?;
-    let bases = plan.layers.iter().map(|layer| match layer.kind {
-        Kind::Displacement => plan.surface.find(&file.nodes),
-        Kind::Rotation(_) => plan
-            .surface
-            .find(file.rotation_nodes.as_deref().unwrap_or_default()),
-    });
-    let bases = bases.collect::<Result<Vec<_>>>();
-    let bases = bases.map_err(|error| error.file(path))?;
-    with_bases(plan, stretch, bases)
+    let base = BasePoints {
+        nodes: file.nodes,
+        rotation_nodes: file.rotation_nodes,
+    };
+    from_nodes(plan, stretch, &base).map_err(|error| error.file(path))
 }
 
 fn read(path: &Path) -> Result<BaseFile> {
@@ -97,13 +91,13 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.version
         )));
     }
-    if file.mesh_nodes != plan.reference.len()
-        || file.mesh_points_blake3 != hash_of(&plan.reference)
+    if file.mesh_nodes != plan.mesh.points.len()
+        || file.mesh_points_blake3 != hash_of(&plan.mesh.points)
     {
         return Err(Error::input(format!(
             "the base points were chosen on another mesh: one of {} nodes, this has {}",
             file.mesh_nodes,
-            plan.reference.len()
+            plan.mesh.points.len()
         )));
     }
     let (kernel, radius) = (plan.basis.kernel.name(), plan.basis.radius);
@@ -123,21 +117,6 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
         return Err(Error::input(
             "the base points were chosen with another `interpolate` or `rotation_radius` than the schedule has",
         ));
-    }
-    for nodes in [Some(&file.nodes), file.rotation_nodes.as_ref()]
-        .into_iter()
-        .flatten()
-    {
-        check_distinct(nodes)?;
-    }
-    Ok(())
-}
-
-fn check_distinct(nodes: &[u32]) -> Result<()> {
-    let mut sorted = nodes.to_vec();
-    sorted.sort_unstable();
-    if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(Error::input(format!("node {} is listed twice", pair[0])));
     }
     Ok(())
 }

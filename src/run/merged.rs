@@ -199,7 +199,7 @@ pub(super) fn join_meshes(
                 tag_array: None,
             };
             let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
-            let hash = file.push(names::time(row), &loaded.mesh);
+            let hash = file.push(names::time(row), &loaded.mesh.view());
             let hash = hash.map_err(|error| error.file(hidden))?;
             let mut row = row.clone();
             row.file = names.mesh(step);

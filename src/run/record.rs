@@ -64,7 +64,7 @@ impl RecordFile {
             options: options(plan, request),
             chosen: plan.choices.clone(),
             dimension: Some(plan.mesh.dimension().into()),
-            nodes: Some(plan.reference.len()),
+            nodes: Some(plan.mesh.points.len()),
             cells: Some(plan.mesh.cells.len()),
             surface_points: Some(plan.surface.nodes.len()),
             coincident_surface_nodes: Some(plan.surface.n_coincident),

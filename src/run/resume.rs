@@ -215,7 +215,7 @@ fn check_file(
         Ok(_) => return Err("has another hash than steps.csv says".to_owned()),
         Err(error) => return Err(format!("cannot be read ({error})")),
     }
-    let beside = format.companions(&plan.mesh, &path);
+    let beside = format.companions(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
     match beside.iter().any(differs) {

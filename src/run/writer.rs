@@ -7,7 +7,7 @@ use super::record::Clock;
 use super::table::Table;
 use crate::error::{Error, Result};
 use crate::formats::{Begin, Format, WriteOptions};
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use crate::motion::Step;
 use crate::progress::Stop;
 use crate::record::{Row, Rows};
@@ -50,7 +50,13 @@ impl<'a> Writer<'a> {
 
     /// Writes a mesh, then its row, which lacks what writing tells; `seconds` is what it took before. Both
     /// are on the disk when the next step is written, or after [`Writer::settle`].
-    pub fn write(&mut self, mesh: &Mesh, step: &Step, mut row: Row, seconds: f64) -> Result<()> {
+    pub fn write(
+        &mut self,
+        mesh: &MeshView,
+        step: &Step,
+        mut row: Row,
+        seconds: f64,
+    ) -> Result<()> {
         let held = self.stop.hold();
         let clock = Clock::start();
         if self.names.is_in_one() {
@@ -94,7 +100,7 @@ impl<'a> Writer<'a> {
 
     /// Goes over a mesh that an earlier run put into the file of all steps; tells whether it is the one
     /// that the row speaks of.
-    pub fn retrace(&mut self, mesh: &Mesh, step: &Step) -> Result<bool> {
+    pub fn retrace(&mut self, mesh: &MeshView, step: &Step) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
         let clock = Clock::start();

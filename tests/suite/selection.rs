@@ -18,7 +18,7 @@ fn true_error(plan: &Plan) -> (usize, f64) {
     let surface = &plan.motion.surface.nodes;
     let mut worst: f64 = 0.0;
     for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-        let x = plan.reference[node as usize];
+        let x = plan.mesh.points[node as usize];
         let mut modes = vec![0.0; r];
         for (j, &at) in selection.base.iter().enumerate() {
             let phi = plan.basis.between(&x, &plan.surface.points[at]);
