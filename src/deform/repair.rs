@@ -6,7 +6,7 @@ use crate::error::{Kind, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::{OnInverted, Step};
 use crate::quality::Summary;
-use serde_json::{Value, json};
+use crate::record::RepairRecord;
 
 /// Substeps that are tried, one after the other.
 const TRIES: [usize; 3] = [2, 4, 8];
@@ -75,13 +75,13 @@ impl Repair {
     }
 
     /// What run.json holds.
-    pub fn record(&self, step: &Step) -> Value {
-        json!({
-            "step": step.index,
-            "substeps": self.substeps,
-            "inverted_before": self.before,
-            "inverted": self.after,
-            "sentence": self.sentence(step),
-        })
+    pub fn record(&self, step: &Step) -> RepairRecord {
+        RepairRecord {
+            step: step.index,
+            substeps: self.substeps,
+            inverted_before: self.before,
+            inverted: self.after,
+            sentence: self.sentence(step),
+        }
     }
 }

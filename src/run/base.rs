@@ -5,37 +5,9 @@ use crate::error::{Error, Result};
 use crate::formats::{Commit, check_no_device, save_text};
 use crate::geometry::vector::Vector;
 use crate::rbf::select::Selection;
-use serde::{Deserialize, Serialize};
+use crate::record::BaseFile;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// What base.toml holds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BaseFile {
-    /// Version of this layout.
-    pub version: u32,
-    /// Kernel of the interpolation.
-    pub kernel: String,
-    /// Support radius, in mesh units.
-    pub support_radius: f64,
-    /// Tolerance that was asked for, in mesh units.
-    pub tolerance: f64,
-    /// Largest error at any surface node and step that was reached, in mesh units.
-    pub error: f64,
-    /// Number of nodes of the mesh.
-    pub mesh_nodes: usize,
-    /// Hash of the node positions of the mesh.
-    pub mesh_points_blake3: String,
-    /// Mesh nodes that are base points, in the order chosen; with `twist` those of the translations.
-    pub nodes: Vec<u32>,
-    /// With `twist`, those of the rotations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rotation_nodes: Option<Vec<u32>>,
-    /// Support radius of the rotations where it is another.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rotation_radius: Option<f64>,
-}
 
 /// Writes `path` and the .vtp beside it.
 pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) -> Result<()> {
@@ -64,9 +36,7 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
         rotation_nodes: of("rotation_nodes"),
         rotation_radius: plan.schedule.rbf.rotation_radius,
     };
-    let text = toml::to_string(&file)
-        .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))?;
-    save_text(&text, path, commit)?;
+    save_text(&file.text()?, path, commit)?;
     save_picture(plan, selections, &picture_of(path), commit)
 }
 
@@ -109,20 +79,9 @@ pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Resu
 }
 
 fn read(path: &Path) -> Result<BaseFile> {
-    let no_base = |reason: &str| {
-        Error::input(format!(
-            "this is no file of base points, as `azimesh select -o` and `azimesh deform` write them: {reason}"
-        ))
-        .file(path)
-    };
     let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;
-    let text = std::str::from_utf8(&bytes).map_err(|_| no_base("it is not text"))?;
-    toml::from_str(text).map_err(|error| {
-        let start = error.span().map_or(0, |span| span.start);
-        let line = text[..start].bytes().filter(|b| *b == b'\n').count() + 1;
-        no_base(error.message()).line(line as u64)
-    })
+    BaseFile::parse(&bytes).map_err(|error| error.file(path))
 }
 
 fn check(plan: &Plan, file: &BaseFile) -> Result<()> {

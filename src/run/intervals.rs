@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::motion::Step;
 use crate::progress::{Progress, Silent};
 use crate::rbf::select::Selection;
-use serde_json::{Value, json};
+use crate::record::SelectionRecord;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ pub(super) struct Intervals<'a> {
     /// Files of base points that this run or an earlier one has chosen, and their hashes.
     pub base_files: BTreeMap<String, String>,
     /// What each selection came to, for run.json.
-    pub selections: Vec<Value>,
+    pub selections: Vec<SelectionRecord>,
     /// Sentences about what the user should know.
     pub warnings: Vec<String>,
     /// Seconds of choosing base points.
@@ -71,8 +71,8 @@ impl<'a> Intervals<'a> {
         self.seconds_modes += clock.seconds() - selecting;
         self.warnings.extend(interval.warnings.iter().cloned());
         let selected = self.selections.last_mut();
-        if let Some(own) = selected.filter(|own| own["first_step"] == interval.steps().start) {
-            own["warnings"] = json!(interval.warnings);
+        if let Some(own) = selected.filter(|own| own.first_step == interval.steps().start) {
+            own.warnings = Some(interval.warnings.clone());
         }
         Ok(interval)
     }

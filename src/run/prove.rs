@@ -49,7 +49,7 @@ impl Run<'_> {
         let mesh = arrays.view(&self.plan.mesh, &points);
         let options = self.plan.schedule.output.write_options();
         let hash = hash_of(&mesh, self.format, &options)?;
-        Ok(self.earlier.rows[&step.index].text("blake3") == hash.to_string())
+        Ok(self.earlier.rows[&step.index].blake3 == hash.to_string())
     }
 
     fn leave_out(&mut self, index: usize) {
@@ -78,7 +78,7 @@ impl Run<'_> {
             return Ok(());
         }
         self.earlier.is_unproven = false;
-        self.record.set("steps_kept", self.n_kept.into());
+        self.record.content.steps_kept = Some(self.n_kept);
         self.record.save()
     }
 

@@ -7,7 +7,7 @@ use super::intervals::Intervals;
 use super::lock::Lock;
 use super::names::{self, Names, Part};
 use super::parts;
-use super::record::{Clock, Record};
+use super::record::{Clock, RecordFile};
 use super::resume::Earlier;
 use super::step_loop::Pass;
 use super::writer::Writer;
@@ -18,7 +18,6 @@ use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk};
 use crate::quality::Criterion;
 use crate::record::Rows;
-use serde_json::json;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -71,7 +70,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let part = Part::new(request.steps.clone(), n_steps)?;
     let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
     names.commit.sync = !request.no_sync;
-    let mut record = Record::new(&names, plan, request)?;
+    let mut record = RecordFile::new(&names, plan, request)?;
     let base = request.base.as_deref();
     let loaded = base.map(|path| base::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
@@ -80,7 +79,13 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         parts::refuse_overlap(&names)?;
     }
     let mut earlier = match request.resume {
-        true => Earlier::find(plan, &names, format, &record, deformation.progress())?,
+        true => Earlier::find(
+            plan,
+            &names,
+            format,
+            &record.content,
+            deformation.progress(),
+        )?,
         false => Earlier::default(),
     };
     if !request.resume && !request.force {
@@ -101,7 +106,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     }
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
-    earlier.note_in(&mut record);
+    earlier.note_in(&mut record.content);
     let base_files = earlier.bases.clone();
     let mut intervals = Intervals::new(deformation, &names, loaded, base_files);
     let mut run = Run {
@@ -134,7 +139,7 @@ pub(super) struct Run<'a> {
     pub format: &'static dyn Format,
     /// Conditions that fail the run.
     fail_on: Vec<Criterion>,
-    pub record: Record,
+    pub record: RecordFile,
     /// What is known of the run that is gone on with; its rows are those that still count.
     pub earlier: Earlier,
     pub n_kept: usize,
@@ -180,7 +185,7 @@ impl Run<'_> {
             let settled = writer.settle();
             self.seconds.1 += writer.seconds;
             if self.names.is_in_one() {
-                self.record.set("step_ends", json!(writer.ends()));
+                self.record.content.step_ends = Some(writer.ends().to_vec());
             }
             self.take_notes(writer.notes());
             let mended = match (&pass, &settled) {
@@ -245,19 +250,18 @@ impl Run<'_> {
 
     /// Puts into run.json what a resumed run must know of base points.
     pub(super) fn note_choices(&mut self, intervals: &Intervals<'_>) -> Result<()> {
-        let base_files = json!(intervals.base_files);
-        if self.record.content()["base_files"] == base_files {
+        let content = &mut self.record.content;
+        if content.base_files == intervals.base_files {
             return Ok(());
         }
-        let selections = self.earlier.with_selections(&intervals.selections);
-        self.record.set("base_files", base_files);
-        self.record.set("selections", json!(selections));
+        content.base_files.clone_from(&intervals.base_files);
+        content.selections = self.earlier.with_selections(&intervals.selections);
         self.save_record()
     }
 
     /// Puts into run.json which steps were taken in substeps; before they are written.
     pub(super) fn note_repairs(&mut self) -> Result<()> {
-        self.record.set("repairs", self.earlier.all_repairs());
+        self.record.content.repairs = self.earlier.all_repairs();
         self.save_record()
     }
 
@@ -265,16 +269,15 @@ impl Run<'_> {
     fn tell_repairs(&self, finished: &mut Finished) {
         let repairs = self.earlier.repairs.iter();
         let written = repairs.filter(|(step, _)| self.rows.contains_key(step));
-        let sentences = written.filter_map(|(_, repair)| repair["sentence"].as_str());
-        finished.warnings.extend(sentences.map(str::to_owned));
+        let sentences = written.map(|(_, repair)| repair.sentence.clone());
+        finished.warnings.extend(sentences);
     }
 
     /// Steps that miss the tolerance that their base points were chosen by.
     fn note_misses(&self, finished: &mut Finished) {
         for (index, row) in &self.rows {
-            let error = row.number("selection_error").unwrap_or(0.0);
-            let n_base = row.number("base_points").unwrap_or(0.0) as usize;
-            match missed(self.plan, &self.plan.motion.steps[*index], n_base, error) {
+            let (step, n_base) = (&self.plan.motion.steps[*index], row.base_points);
+            match missed(self.plan, step, n_base, row.selection_error) {
                 Some((sentence, true)) => finished.failures.push(sentence),
                 Some((sentence, false)) => finished.warnings.push(sentence),
                 None => {}

@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{DataArray, Mesh, MeshView, Values};
 use crate::motion::{QualityOutput, Step};
-use crate::quality::Assessment;
-use crate::record::{COLUMNS, Row, number};
+use crate::quality::{Assessment, Extreme};
+use crate::record::Row;
 use rayon::prelude::*;
 
 /// A step that is computed and waits to be written.
@@ -103,32 +103,37 @@ impl StepArrays {
 
 /// The row of a step but for what writing it tells.
 pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
-    let time = step.time_s.map_or(String::new(), |t| t.to_string());
-    let mut row = Row::new();
-    row.set("step", step.index.to_string());
-    row.set("azimuth_deg", step.azimuth_deg.to_string());
-    row.set("time_s", time);
-    row.set("base_points", computed.n_base.to_string());
-    let lengths = [
-        ("max_displacement", computed.largest_displacement),
-        ("selection_error", computed.selection_error),
-        ("max_surface_error", computed.surface_error.0),
-        ("rms_surface_error", computed.surface_error.1),
-    ];
-    for (column, length) in lengths {
-        row.set(column, number(length));
-    }
-    if let Some(ratio) = computed.first_cell_ratio {
-        row.set("min_first_cell_ratio", number(ratio));
-    }
-    if let Some(change) = computed.normal_change {
-        row.set("max_normal_change_deg", number(change));
-    }
-    let measured = computed.quality.iter().flat_map(Assessment::columns);
-    for (column, value) in measured.filter(|(column, _)| COLUMNS.contains(column)) {
-        if let Some(value) = value {
-            row.set(column, number(value));
-        }
+    let value = |extreme: Option<Extreme>| extreme.map(|found| found.value);
+    let mut row = Row {
+        step: step.index,
+        azimuth_deg: step.azimuth_deg,
+        time_s: step.time_s,
+        base_points: computed.n_base,
+        max_displacement: computed.largest_displacement,
+        selection_error: computed.selection_error,
+        max_surface_error: computed.surface_error.0,
+        rms_surface_error: computed.surface_error.1,
+        min_first_cell_ratio: computed.first_cell_ratio,
+        max_normal_change_deg: computed.normal_change,
+        ..Row::default()
+    };
+    if let Some(Assessment {
+        cells,
+        faces,
+        size_skew,
+    }) = &computed.quality
+    {
+        row.inverted = Some(cells.inverted);
+        row.inverted_reference = Some(cells.inverted_reference);
+        row.min_volume = value(cells.min_volume);
+        row.min_scaled_jacobian = value(cells.min_scaled_jacobian);
+        row.mean_scaled_jacobian = cells.mean_scaled_jacobian;
+        row.p01_scaled_jacobian = cells.p01_scaled_jacobian;
+        row.max_edge_ratio = value(cells.max_edge_ratio);
+        row.max_skew = value(cells.max_skew);
+        row.max_non_orthogonality = value(faces.max_non_orthogonality);
+        row.min_size_skew = value(size_skew.min);
+        row.mean_size_skew = size_skew.mean;
     }
     row
 }
