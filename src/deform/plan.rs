@@ -188,27 +188,27 @@ impl Plan {
 
     /// The steps that share base points, in order: all of them, or with method `real` those between
     /// two refreshes, counted from the start of the schedule.
-    pub fn stretches(&self) -> Vec<Range<usize>> {
+    pub fn intervals(&self) -> Vec<Range<usize>> {
         let steps = &self.motion.steps;
         let selection = &self.schedule.selection;
         let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
         let span = |step: &Step| match refresh {
             _ if selection.method != SelectionMethod::Real => 0,
-            // A step on the border belongs to the stretch that begins there.
+            // A step on the border belongs to the interval that begins there.
             Some(refresh) => {
                 let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
                 (turned / refresh + 1e-9).floor() as usize
             }
             None => step.index,
         };
-        let mut stretches: Vec<Range<usize>> = Vec::new();
+        let mut intervals: Vec<Range<usize>> = Vec::new();
         for step in steps {
-            match stretches.last_mut() {
+            match intervals.last_mut() {
                 Some(last) if span(&steps[last.start]) == span(step) => last.end += 1,
-                _ => stretches.push(step.index..step.index + 1),
+                _ => intervals.push(step.index..step.index + 1),
             }
         }
-        stretches
+        intervals
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.

@@ -1,4 +1,4 @@
-//! The run: plan, base points once a stretch, mode fields, then step after step; a step is written
+//! The run: plan, base points once an interval, mode fields, then step after step; a step is written
 //! while the next one is computed.
 
 use super::base;
@@ -243,7 +243,7 @@ impl Run<'_> {
         let entered = intervals.enter(first).map(|_| ());
         self.note_choices(intervals)?;
         match entered {
-            Err(error) if self.plan.stretches().len() > 1 && self.passes_over(&error) => Ok(()),
+            Err(error) if self.plan.intervals().len() > 1 && self.passes_over(&error) => Ok(()),
             entered => entered,
         }
     }
