@@ -2,6 +2,7 @@
 
 use super::disk::Demand;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
 use crate::geometry::Bounds;
@@ -109,7 +110,8 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u6
     let mut sink = Counter(0);
     let dropped = format.write(&plan.mesh.view(), &mut sink, &options);
     plan.mesh.points = Vec::new();
-    let mut dropped = dropped.map_err(|error| described(error, plan))?;
+    let dropped = dropped.map_err(|error| described(error, plan))?;
+    let mut dropped: Vec<String> = dropped.iter().map(Diagnostic::to_string).collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
     Ok((dropped, sink.0))

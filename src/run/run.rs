@@ -13,8 +13,9 @@ use super::step::Measures;
 use super::step_loop::Pass;
 use super::writer::Writer;
 use crate::deform::{Plan, missed};
+use crate::diagnostic::Diagnostic;
 use crate::error::Result;
-use crate::formats::{self, Begin, Format, su2};
+use crate::formats::{self, Begin, Format, Notes, su2};
 use crate::mesh::Mesh;
 use crate::motion::{QualityOutput, Step};
 use crate::preflight::{self, Demand, before_work, check_disk};
@@ -220,10 +221,10 @@ impl Run<'_> {
     }
 
     /// Keeps in mind what a format could not hold, once for all steps.
-    fn take_notes(&mut self, notes: &[String]) {
-        for note in notes {
-            if !self.warnings.contains(note) {
-                self.warnings.push(note.clone());
+    fn take_notes(&mut self, notes: &Notes) {
+        for note in notes.iter().map(Diagnostic::to_string) {
+            if !self.warnings.contains(&note) {
+                self.warnings.push(note);
             }
         }
     }
