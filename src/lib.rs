@@ -54,3 +54,5 @@ pub mod record;
 pub mod report;
 pub mod run;
 pub mod sample;
+
+pub use deform::{Morph, MorphOptions, MorphReport, Nodes};
