@@ -36,6 +36,7 @@
 //!
 //! Further reading in the repository: `ARCHITECTURE.md`, and `docs/method.md` for the equations.
 
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod deform;
 pub mod diagnostic;

@@ -35,16 +35,16 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     for choice in &plan.choices {
         context.note(choice);
     }
-    let stretches = plan.stretches();
-    if stretches.len() > 1 {
+    let intervals = plan.intervals();
+    if intervals.len() > 1 {
         return Err(Error::input(format!(
             "method = \"real\" chooses base points {} times along this schedule, and `deform` does it as it goes; \
              select is for methods that choose once",
-            stretches.len()
+            intervals.len()
         ))
         .file(&args.schedule));
     }
-    let selections = choose(&plan, &stretches[0], &*context.progress())?;
+    let selections = choose(&plan, &intervals[0], &*context.progress())?;
     base::save(&plan, &selections, &args.output, commit)?;
     report(args, &plan, &selections, context)
 }

@@ -42,7 +42,7 @@ pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub use source::{Source, check_file, check_no_device};
 
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 pub use packed::without_packing;
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -105,7 +105,7 @@ pub trait Format: Sync {
     /// Writes the mesh; returns a sentence for each thing that the format cannot hold.
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>>;
@@ -127,7 +127,7 @@ pub trait Format: Sync {
         StepBytes::default()
     }
     /// Small files that belong beside a mesh written to `path`, with their content.
-    fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fn companions(&self, _mesh: &MeshView, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         Vec::new()
     }
 }

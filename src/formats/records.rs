@@ -4,7 +4,7 @@
 use super::names::repeated;
 use super::{Precision, WriteOptions};
 use crate::error::{Error, Result};
-use crate::mesh::{Group, Mesh};
+use crate::mesh::{Group, MeshView};
 use rayon::prelude::*;
 use std::io::Write;
 use std::ops::Range;
@@ -95,7 +95,12 @@ pub fn push_real(buffer: &mut Vec<u8>, value: f64) {
 
 /// A sentence for each array and option that a format with f64 coordinates and without arrays
 /// leaves out; field arrays in `kept` it writes in a way of its own.
-pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions, kept: &[&str]) -> Vec<String> {
+pub fn left_out(
+    format: &str,
+    mesh: &MeshView,
+    options: &WriteOptions,
+    kept: &[&str],
+) -> Vec<String> {
     let kinds = [
         ("point", &mesh.point_arrays),
         ("cell", &mesh.cell_arrays),

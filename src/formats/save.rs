@@ -4,7 +4,7 @@ use super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::sink::{Sink, name_of};
 use super::{Format, WriteOptions};
 use crate::error::{Error, Kind, Result};
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -53,7 +53,7 @@ impl Waiting {
 /// removed when anything fails. `-` is standard output. A device or a pipe, which cannot be
 /// replaced, is written to directly; a symbolic link is followed.
 pub fn save(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     format: &dyn Format,
     options: &WriteOptions,
@@ -66,7 +66,7 @@ pub fn save(
 
 /// Does what [`save`] does, but leaves the mesh and the files beside it under hidden names.
 pub fn stage(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     format: &dyn Format,
     options: &WriteOptions,
@@ -87,7 +87,7 @@ pub fn stage(
 
 /// Writes the small files that belong beside a mesh written to `path`, under hidden names.
 pub fn stage_companions(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     format: &dyn Format,
     commit: Commit,

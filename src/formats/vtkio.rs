@@ -13,11 +13,11 @@ use super::vtk::tags;
 use super::vtu::NAMES;
 use super::{Notes, ReadOptions, WriteOptions};
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
+use crate::mesh::{CellKind, Cells, DataArray, Mesh, MeshView, Values};
 use ::vtkio::model;
 
 /// The mesh as an unstructured grid of vtkio's model; a note for each thing that it cannot hold.
-pub fn to_vtkio(mesh: &Mesh, notes: &mut Notes) -> Result<model::Vtk> {
+pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     if !mesh.field_arrays.is_empty() {
         let names = mesh.field_arrays.iter().map(|array| array.name.as_str());
         let names = names.collect::<Vec<_>>().join(", ");
@@ -35,7 +35,7 @@ pub fn to_vtkio(mesh: &Mesh, notes: &mut Notes) -> Result<model::Vtk> {
     };
     let piece = model::UnstructuredGridPiece {
         points: model::IOBuffer::F64(mesh.points.as_flattened().to_vec()),
-        cells: cells(&mesh.cells, &plan.repeated)?,
+        cells: cells(mesh.cells, &plan.repeated)?,
         data: model::Attributes {
             point: attributes(&sections.point_data)?,
             cell: attributes(&sections.cell_data)?,

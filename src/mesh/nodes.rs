@@ -33,11 +33,7 @@ impl Mesh {
 
     /// For each node, whether a cell has it.
     pub fn nodes_of_cells(&self) -> Vec<bool> {
-        let mut used = vec![false; self.points.len()];
-        for &node in self.cells.connectivity() {
-            used[node as usize] = true;
-        }
-        used
+        self.cells.used_nodes(self.points.len())
     }
 
     /// Number of nodes that no cell has.

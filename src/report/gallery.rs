@@ -7,13 +7,13 @@ use super::folder::Sequence;
 use super::html::short;
 use super::meshes::Meshes;
 use super::plot::Plot;
-use super::record::Motion;
 use super::slice::Slice;
 use super::view::View;
 use crate::error::{Error, Result};
 use crate::formats::ReadOptions;
 use crate::mesh::Mesh;
 use crate::quality::{Reference, per_cell};
+use crate::record::MotionRecord;
 
 /// Bars of the histogram.
 const BARS: usize = 40;
@@ -142,7 +142,7 @@ struct Studio<'a> {
     view: View,
     n_cells: usize,
     reference: Reference,
-    motion: Option<&'a Motion>,
+    motion: Option<&'a MotionRecord>,
 }
 
 impl Studio<'_> {

@@ -2,8 +2,8 @@
 
 use super::folder::Sequence;
 use super::plot::Plot;
-use super::record::Layer;
 use super::series::Series;
+use crate::record::LayerRecord;
 use std::collections::BTreeMap;
 
 /// Selections that are drawn in one plot.
@@ -11,7 +11,7 @@ const DRAWN: usize = 6;
 
 /// A plot for each kind of layer: residuals of every selection, or of some of them.
 pub fn plots(sequence: &Sequence) -> Vec<Plot> {
-    let mut by_layer: BTreeMap<&str, Vec<(usize, &Layer)>> = BTreeMap::new();
+    let mut by_layer: BTreeMap<&str, Vec<(usize, &LayerRecord)>> = BTreeMap::new();
     for selection in &sequence.record.selections {
         for layer in &selection.layers {
             let drawn = by_layer.entry(&layer.of).or_default();
@@ -24,7 +24,7 @@ pub fn plots(sequence: &Sequence) -> Vec<Plot> {
     plots.collect()
 }
 
-fn plot(of: &str, layers: &[(usize, &Layer)]) -> Option<Plot> {
+fn plot(of: &str, layers: &[(usize, &LayerRecord)]) -> Option<Plot> {
     let drawn = layers.len().min(DRAWN);
     let place = |i: usize| match drawn {
         1 => 0,

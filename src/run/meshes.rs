@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::formats::{
     Begin, Format, SequenceFile, Waiting, WriteOptions, stage_companions, stage_whole,
 };
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use crate::motion::Step;
 use std::io::Write;
 use std::path::PathBuf;
@@ -75,7 +75,7 @@ impl<'a> Meshes<'a> {
 
     /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
     /// steps. A mesh is kept before the next is appended.
-    pub fn write(&mut self, mesh: &Mesh, step: &Step) -> Result<(blake3::Hash, Written)> {
+    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Written)> {
         let path = self.names.path(&self.names.mesh(step.index));
         if let Some(sequence) = &self.sequence {
             let mut file = lock(sequence);
@@ -120,7 +120,7 @@ fn lock(sequence: &Shared) -> MutexGuard<'_, Box<dyn SequenceFile>> {
 
 /// The hash of the file that a mesh would have alone; it is written to nowhere.
 pub(super) fn hash_of(
-    mesh: &Mesh,
+    mesh: &MeshView,
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<blake3::Hash> {

@@ -113,14 +113,21 @@ fn save(mesh: &Mesh, path: &Path) -> Vec<String> {
     let options = WriteOptions::default();
     match format.name() {
         "pvtu" => formats::pvtu::write_pieces(
-            mesh,
+            &mesh.view(),
             path,
             3.min(mesh.cells.len() / 2),
             &options,
             formats::Commit::REPLACE,
         )
         .unwrap(),
-        _ => formats::save(mesh, path, format, &options, formats::Commit::REPLACE).unwrap(),
+        _ => formats::save(
+            &mesh.view(),
+            path,
+            format,
+            &options,
+            formats::Commit::REPLACE,
+        )
+        .unwrap(),
     }
 }
 

@@ -26,7 +26,7 @@ static GOOD_FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
                 tag_names: true,
             };
             let mut bytes = Vec::new();
-            Vtu.write(&mesh, &mut bytes, &options)
+            Vtu.write(&mesh.view(), &mut bytes, &options)
                 .expect("it can be written");
             files.push(bytes);
         }

@@ -33,7 +33,7 @@ use super::{
     CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// Name of the node that holds a name in full which is too long for CGNS.
@@ -81,7 +81,7 @@ impl Format for Cgns {
 
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {

@@ -30,7 +30,7 @@ fn load(name: &str, step: Option<usize>) -> (Mesh, Notes) {
 
 fn written(mesh: &Mesh) -> (Vec<u8>, Vec<String>) {
     let mut bytes = Vec::new();
-    let notes = Cgns.write(mesh, &mut bytes, &WriteOptions::default());
+    let notes = Cgns.write(&mesh.view(), &mut bytes, &WriteOptions::default());
     (bytes, notes.unwrap_or_else(|error| panic!("{error}")))
 }
 
@@ -305,7 +305,7 @@ fn cells_that_cgns_does_not_have_are_refused_with_the_remedy() {
     };
     let nodes: Vec<u32> = (0..12).collect();
     mesh.cells.push(CellKind::HexagonalPrism, &nodes);
-    let error = Cgns.write(&mesh, &mut Vec::new(), &WriteOptions::default());
+    let error = Cgns.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = error.expect_err("there is no such element").to_string();
     assert!(
         message.contains("hexagonal_prism") && message.contains("--linearize"),

@@ -264,7 +264,7 @@ fn what_gmsh_wrote_comes_back_from_both_versions() {
             };
             let mut file = Vec::new();
             format
-                .write(&mesh, &mut file, &options)
+                .write(&mesh.view(), &mut file, &options)
                 .expect("MSH holds it");
             let source = Source::from_bytes(Path::new("copy"), file);
             let mut back = Msh

@@ -235,7 +235,7 @@ const PARTITIONS: &str = "gmsh:partition";
 pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Vec<DataArray> {
     let mut arrays = Vec::new();
     let mut known = BTreeSet::new();
-    let segments = segments(mesh);
+    let segments = segments(&mesh.view());
     let tells_more = |(key, cells): (&(u8, i32), &CellSet)| {
         key.0 + 1 >= mesh.dimension() && !known.insert((key.0, groups_in(&segments, cells)))
     };

@@ -24,7 +24,7 @@ mod written;
 
 use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// Gmsh MSH 4.1 (.msh). Reads every version.
@@ -61,7 +61,7 @@ impl Format for Msh {
     }
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {
@@ -102,7 +102,7 @@ impl Format for Msh22 {
     }
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {

@@ -5,7 +5,7 @@ use super::super::records::{push_integer, push_real, write_all, write_records};
 use super::super::{Encoding, WriteOptions};
 use super::written::Plan;
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::io::Write;
 
 /// Most values in one record: the tags of an element and its nodes.
@@ -52,7 +52,7 @@ impl<'a> Sink<'a> {
 
     /// Writes `$PhysicalNames`. A nameless group goes without, unless it is empty: then the line is
     /// all that remains of it. Returns sentences about names that had to change.
-    pub fn physical_names(&mut self, mesh: &Mesh, plan: &Plan) -> Result<Vec<String>> {
+    pub fn physical_names(&mut self, mesh: &MeshView, plan: &Plan) -> Result<Vec<String>> {
         let mut notes = Vec::new();
         let mut lines = Vec::new();
         let names: [_; 4] = std::array::from_fn(|dimension| {

@@ -80,7 +80,7 @@ fn written(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
     };
     let mut file = Vec::new();
     format
-        .write(mesh, &mut file, &options)
+        .write(&mesh.view(), &mut file, &options)
         .expect("MSH holds it");
     file
 }
@@ -111,7 +111,7 @@ fn what_is_left_out_is_said() {
     mesh.point_arrays.push(DataArray::scalar("hash", large));
     mesh.groups[0].condition = Some("BCWall".into());
     let notes = Msh
-        .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+        .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
     assert_eq!(notes.len(), 4, "{notes:?}");
     for (note, word) in notes.iter().zip(["edge", "hash", "title", "conditions"]) {
@@ -120,7 +120,7 @@ fn what_is_left_out_is_said() {
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&Msh as &dyn Format, &Msh22] {
         let error = format
-            .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+            .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
             .expect_err("a polygon");
         assert!(error.to_string().contains("polygon"), "{error}");
     }
@@ -321,7 +321,7 @@ fn cells_that_msh_lacks_are_refused_with_the_way_out() {
     };
     mesh.cells.push(CellKind::Triangle7, &[0, 1, 2, 3, 4, 5, 6]);
     let refusal = |mesh: &Mesh| {
-        let refused = Msh.write(mesh, &mut Vec::new(), &WriteOptions::default());
+        let refused = Msh.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
         refused.expect_err("MSH has no such cell").to_string()
     };
     assert!(refusal(&mesh).contains("--linearize"));
@@ -366,7 +366,9 @@ fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
             ..WriteOptions::default()
         };
         let mut bytes = Vec::new();
-        let notes = Msh.write(&mesh, &mut bytes, &options).expect("written");
+        let notes = Msh
+            .write(&mesh.view(), &mut bytes, &options)
+            .expect("written");
         assert!(notes[0].contains("nodes are counted from 1"), "{notes:?}");
         let back = read(&bytes);
         let p = back.point_arrays.iter().find(|array| array.name == "p");
@@ -384,7 +386,7 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
         let mesh = triangle([1, 2, 3], wide);
         for format in [&Msh as &dyn Format, &Msh22] {
             let mut bytes = Vec::new();
-            let notes = format.write(&mesh, &mut bytes, &WriteOptions::default());
+            let notes = format.write(&mesh.view(), &mut bytes, &WriteOptions::default());
             let notes = notes.expect("it can be written");
             let said = notes.iter().any(|note| note.contains("101 components"));
             assert_eq!(said, !is_written, "{notes:?}");

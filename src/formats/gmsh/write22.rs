@@ -6,12 +6,12 @@ use super::sink::{Sink, push_point, push_point_binary};
 use super::write_data;
 use super::written::Plan;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::io::Write;
 
 /// Writes the mesh; returns a sentence for each thing that is left out.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
@@ -43,7 +43,7 @@ pub(super) fn write(
     Ok(notes)
 }
 
-fn write_nodes(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_nodes(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
     let n = mesh.points.len();
     sink.line(&format!("$Nodes\n{n}"))?;
     let text = sink.text;
@@ -129,7 +129,7 @@ impl<'a> Numbers<'a> {
     }
 }
 
-fn write_elements(mesh: &Mesh, plan: &Plan, numbers: &Numbers, sink: &mut Sink) -> Result<()> {
+fn write_elements(mesh: &MeshView, plan: &Plan, numbers: &Numbers, sink: &mut Sink) -> Result<()> {
     for block in &plan.blocks {
         let entity = &plan.entities[block.entity];
         let (type_number, of) = &plan.types[block.of];

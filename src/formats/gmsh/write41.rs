@@ -6,13 +6,13 @@ use super::sink::{Sink, push_point, push_point_binary};
 use super::write_data;
 use super::written::{Entity, Plan};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use rayon::prelude::*;
 use std::io::Write;
 
 /// Writes the mesh; returns a sentence for each thing that is left out.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
@@ -56,7 +56,7 @@ impl Sink<'_> {
     }
 }
 
-fn write_entities(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_entities(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
     let of = |dimension: u8| {
         let entities = plan.entities.iter().enumerate();
         entities.filter(move |(_, entity)| entity.dimension == dimension)
@@ -113,7 +113,7 @@ fn write_entity(entity: &Entity, place: &[f64], sink: &mut Sink) -> Result<()> {
 
 /// Smallest and largest coordinates of each entity's cells; of all nodes where it has none, or all
 /// cells of the mesh's own dimension.
-fn bounds(mesh: &Mesh, plan: &Plan) -> Vec<[[f64; 3]; 2]> {
+fn bounds(mesh: &MeshView, plan: &Plan) -> Vec<[[f64; 3]; 2]> {
     let whole = mesh.bounds().unwrap_or([[0.0; 3]; 2]);
     let alone = |entity: &Entity| {
         let same = plan
@@ -151,7 +151,7 @@ fn joined([low, high]: [[f64; 3]; 2], [l, h]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
     ]
 }
 
-fn write_nodes(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_nodes(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
     let n = mesh.points.len();
     sink.line("$Nodes")?;
     let [lowest, highest] = plan.node_tags(n);
@@ -178,7 +178,7 @@ fn write_nodes(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
 }
 
 fn write_elements(
-    mesh: &Mesh,
+    mesh: &MeshView,
     plan: &Plan,
     number: impl Fn(usize) -> u64 + Sync,
     sink: &mut Sink,

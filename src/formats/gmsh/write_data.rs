@@ -8,12 +8,12 @@ use super::sink::{ARRAY, Sink};
 use super::written::Plan;
 use crate::error::Result;
 use crate::mesh::arrays::with_numbers;
-use crate::mesh::{DataArray, Mesh, Values};
+use crate::mesh::{DataArray, MeshView, Values};
 
 /// Writes arrays of numbers as 64-bit reals; `number` gives the tag of a cell's element. Returns a
 /// sentence for each thing that is not as it was.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     plan: &Plan,
     number: impl Fn(usize) -> u64 + Sync,
     sink: &mut Sink,
@@ -113,7 +113,7 @@ fn all_are_exact(values: &Values) -> bool {
 }
 
 /// A sentence for each array and option that MSH has no place for.
-pub(super) fn left_out(mesh: &Mesh, options: &WriteOptions) -> Vec<String> {
+pub(super) fn left_out(mesh: &MeshView, options: &WriteOptions) -> Vec<String> {
     let mut notes = Vec::new();
     if !mesh.field_arrays.is_empty() {
         let names = mesh

@@ -20,7 +20,7 @@ mod write;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// VTK legacy file (.vtk), written in version 5.1.
@@ -63,7 +63,7 @@ impl Format for Legacy {
 
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {
@@ -98,7 +98,7 @@ impl Format for Legacy42 {
 
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {

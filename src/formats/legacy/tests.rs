@@ -106,7 +106,7 @@ fn everything_in_a_mesh_survives_both_versions_as_text_and_binary() {
                 };
                 let mut expected = rich_mesh();
                 let mut bytes = Vec::new();
-                let notes = format.write(&expected, &mut bytes, &options);
+                let notes = format.write(&expected.view(), &mut bytes, &options);
                 assert_eq!(notes.expect("it can be written"), [""; 0]);
                 if precision == Precision::F32 {
                     let coordinates = expected.points.as_flattened_mut().iter_mut();
@@ -140,7 +140,7 @@ fn a_large_text_is_read_in_parts() {
     for format in [&Legacy as &dyn Format, &Legacy42] {
         let mut bytes = Vec::new();
         format
-            .write(&mesh, &mut bytes, &options)
+            .write(&mesh.view(), &mut bytes, &options)
             .expect("it can be written");
         assert_eq!(read_with_notes(&bytes).0, mesh);
     }
@@ -316,7 +316,7 @@ fn errors_say_where_and_what() {
         assert!(message.contains(expected), "{message} / {expected}");
     }
     let mut bytes = Vec::new();
-    let written = Legacy.write(&rich_mesh(), &mut bytes, &WriteOptions::default());
+    let written = Legacy.write(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     assert!(
         error(&bytes[..500]).contains("byte "),
@@ -328,7 +328,7 @@ fn errors_say_where_and_what() {
 #[test]
 fn damaged_files_never_panic() {
     let mut bytes = Vec::new();
-    let written = Legacy.write(&rich_mesh(), &mut bytes, &WriteOptions::default());
+    let written = Legacy.write(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     for at in 0..bytes.len() {
         for change in [0xff, 0x80, b'9', b'\n'] {

@@ -28,7 +28,7 @@ pub(super) fn left_out(mut piece: Piece, notes: &mut Notes) -> Piece {
         let others: Vec<usize> = (0..of_ghosts.len())
             .filter(|node| !of_ghosts[*node])
             .collect();
-        piece.mesh = Subsets::of(&piece.mesh).take(&own, &others).0;
+        piece.mesh = Subsets::of(&piece.mesh.view()).take(&own, &others).0;
         notes.push("ghost cells of the pieces are left out");
     }
     let is_mark = |array: &DataArray| [TYPE, LEVELS].contains(&array.name.as_str());

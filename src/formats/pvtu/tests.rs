@@ -56,7 +56,13 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
     let mesh = bar(40);
     for n in [1, 2, 7, 40] {
         let path = folder.path().join(format!("bar{n}.pvtu"));
-        let notes = write_pieces(&mesh, &path, n, &WriteOptions::default(), Commit::REPLACE);
+        let notes = write_pieces(
+            &mesh.view(),
+            &path,
+            n,
+            &WriteOptions::default(),
+            Commit::REPLACE,
+        );
         assert_eq!(notes.expect("it can be written"), [""; 0]);
         let loaded = load(&path);
         assert_eq!(loaded.format.name(), "pvtu");
@@ -69,7 +75,13 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
         .count();
     assert_eq!(left, 8, "nothing hidden is left");
     let path = folder.path().join("many.pvtu");
-    let error = write_pieces(&mesh, &path, 41, &WriteOptions::default(), Commit::REPLACE);
+    let error = write_pieces(
+        &mesh.view(),
+        &path,
+        41,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    );
     assert!(
         error
             .expect_err("too many")
@@ -83,7 +95,7 @@ fn pieces_that_fail_to_take_their_places_leave_the_old_ones() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bar.pvtu");
     let options = WriteOptions::default();
-    write_pieces(&bar(4), &path, 3, &options, Commit::REPLACE).expect("it can be written");
+    write_pieces(&bar(4).view(), &path, 3, &options, Commit::REPLACE).expect("it can be written");
     let pieces = folder.path().join("bar");
     let contents = || {
         let entries = std::fs::read_dir(&pieces).expect("the pieces");
@@ -99,11 +111,11 @@ fn pieces_that_fail_to_take_their_places_leave_the_old_ones() {
     // The list, which comes last, cannot take the place of a folder.
     std::fs::remove_file(&path).expect("the list");
     std::fs::create_dir(&path).expect("a folder");
-    assert!(write_pieces(&bar(9), &path, 5, &options, Commit::REPLACE).is_err());
+    assert!(write_pieces(&bar(9).view(), &path, 5, &options, Commit::REPLACE).is_err());
     assert_eq!(contents(), before);
     let new = folder.path().join("new.pvtu");
     std::fs::create_dir(&new).expect("a folder");
-    assert!(write_pieces(&bar(9), &new, 3, &options, Commit::REPLACE).is_err());
+    assert!(write_pieces(&bar(9).view(), &new, 3, &options, Commit::REPLACE).is_err());
     assert!(!folder.path().join("new").exists());
 }
 

@@ -9,7 +9,7 @@ use super::super::{Waiting, WriteOptions, check_listed, save, save_text};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::error::{Error, Result};
-use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 /// between the renames, which no file system does at once for several files, leaves old and new
 /// pieces.
 pub fn write_pieces(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     n: usize,
     options: &WriteOptions,
@@ -36,7 +36,7 @@ pub fn write_pieces(
 
 /// Does what [`write_pieces`] does, but leaves the pieces in their hidden folder.
 pub fn stage_pieces(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     n: usize,
     options: &WriteOptions,
@@ -111,7 +111,7 @@ fn put_in_place(
 
 /// Writes the pieces; gives the notes and what a list says of their arrays.
 fn write_all(
-    mesh: &Mesh,
+    mesh: &MeshView,
     of_cells: &[u32],
     files: &[PathBuf],
     options: &WriteOptions,
@@ -123,7 +123,7 @@ fn write_all(
         index_in_piece[cell] = cells[piece as usize].len() as u32;
         cells[piece as usize].push(cell);
     }
-    let used = mesh.nodes_of_cells();
+    let used = mesh.cells.used_nodes(mesh.points.len());
     let alone: Vec<usize> = (0..used.len()).filter(|node| !used[*node]).collect();
     let mut group_cells = group_cells(mesh, of_cells, &index_in_piece, files.len());
     let mut subsets = Subsets::of(mesh);
@@ -136,13 +136,13 @@ fn write_all(
         part.groups = groups(mesh, std::mem::take(&mut group_cells[piece]));
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
-        for note in save(&part, file, &Vtu, options, commit)? {
+        for note in save(&part.view(), file, &Vtu, options, commit)? {
             if !notes.contains(&note) {
                 notes.push(note);
             }
         }
         if piece == 0 {
-            arrays = declared(&Plan::new(&part, options, &NAMES));
+            arrays = declared(&Plan::new(&part.view(), options, &NAMES));
         }
     }
     Ok((notes, arrays))
@@ -150,7 +150,7 @@ fn write_all(
 
 /// For each piece the cells that groups have in it, by the number of the group.
 fn group_cells(
-    mesh: &Mesh,
+    mesh: &MeshView,
     of_cells: &[u32],
     index_in_piece: &[u32],
     n_pieces: usize,
@@ -172,7 +172,7 @@ fn group_cells(
 
 /// All groups of the mesh, with those of their cells that are in a piece, so that each group has
 /// the same number in every piece.
-fn groups(mesh: &Mesh, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
+fn groups(mesh: &MeshView, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
     let empty = |group: &Group| Group {
         dimension: group.dimension,
         name: group.name.clone(),

@@ -15,7 +15,7 @@ pub use extra::{BOXES, PERIODIC};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{CellKind, Mesh, MeshView};
 use std::io::Write;
 
 /// SU2 mesh (.su2).
@@ -39,7 +39,7 @@ impl Format for Su2 {
     }
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {

@@ -25,7 +25,7 @@ fn read(text: &str) -> Mesh {
 fn write(mesh: &Mesh) -> (String, Vec<String>) {
     let mut file = Vec::new();
     let notes = Su2
-        .write(mesh, &mut file, &WriteOptions::default())
+        .write(&mesh.view(), &mut file, &WriteOptions::default())
         .expect("SU2 holds it");
     (String::from_utf8(file).expect("text"), notes)
 }
@@ -79,7 +79,7 @@ fn what_is_left_out_is_said() {
     assert_eq!(read(&file).groups[0].name, "upper_wall");
     mesh.cells.push(CellKind::Tetrahedron10, &[0; 10]);
     let error = Su2
-        .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+        .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect_err("second order");
     assert!(error.to_string().contains("tetrahedron10"), "{error}");
 }
@@ -95,7 +95,7 @@ fn a_plane_mesh_loses_no_shape() {
     assert!(file.starts_with("NDIME= 2\n"));
     assert_eq!(notes.len(), 1, "{notes:?}");
     mesh.points[2][2] = 2.1;
-    let refused = Su2.write(&mesh, &mut Vec::new(), &WriteOptions::default());
+    let refused = Su2.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     assert!(refused.is_err());
 }
 
@@ -228,7 +228,7 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
     assert_eq!(mesh.cells.get(1).kind, CellKind::LagrangeCurve);
     assert_eq!(mesh.cells.get(1).nodes, [0, 3, 1, 2]);
     assert_eq!(notes, ["degrees of the solution of 1 element are not kept"]);
-    let refused = Su2.write(&mesh, &mut Vec::new(), &WriteOptions::default());
+    let refused = Su2.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
     assert!(message.contains("--linearize"), "{message}");
 }

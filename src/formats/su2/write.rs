@@ -8,12 +8,12 @@ use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, Parts, RULE, of_markers};
 use crate::error::{Error, Result};
-use crate::mesh::{CellRun, Group, Mesh};
+use crate::mesh::{CellRun, Group, MeshView};
 use std::io::Write;
 
 /// Writes the mesh; returns a sentence for each thing that is left out.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
@@ -49,7 +49,7 @@ pub(super) fn write(
 }
 
 /// One zone, with the text that only SU2 understands.
-fn write_zone(mesh: &Mesh, parts: &Parts, zone: usize, out: &mut dyn Write) -> Result<()> {
+fn write_zone(mesh: &MeshView, parts: &Parts, zone: usize, out: &mut dyn Write) -> Result<()> {
     let n_zones = parts.zones.len();
     let text = |extra: Extra| extra.texts(mesh, n_zones).map_or("", |texts| &texts[zone]);
     let part = &parts.zones[zone];
@@ -96,7 +96,12 @@ fn write_zone(mesh: &Mesh, parts: &Parts, zone: usize, out: &mut dyn Write) -> R
     Ok(())
 }
 
-fn write_marker(mesh: &Mesh, parts: &Parts, marker: &Marker, out: &mut dyn Write) -> Result<()> {
+fn write_marker(
+    mesh: &MeshView,
+    parts: &Parts,
+    marker: &Marker,
+    out: &mut dyn Write,
+) -> Result<()> {
     let name = &marker.written;
     let n: usize = marker.cells.iter().map(|range| range.len()).sum();
     write_all(
@@ -111,7 +116,7 @@ fn write_marker(mesh: &Mesh, parts: &Parts, marker: &Marker, out: &mut dyn Write
 }
 
 /// Refuses what SU2 cannot hold.
-fn check(mesh: &Mesh, dimension: usize) -> Result<()> {
+fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
     if !matches!(dimension, 2 | 3) {
         return Err(Error::input(format!(
             "SU2 holds meshes of triangles and quadrilaterals or of solid cells; \
@@ -140,7 +145,7 @@ fn check(mesh: &Mesh, dimension: usize) -> Result<()> {
 
 /// Plane meshes are written without z: refuses one that is not plane, to round-off; a sentence
 /// about the height of one that is.
-fn height(mesh: &Mesh) -> Result<Option<String>> {
+fn height(mesh: &MeshView) -> Result<Option<String>> {
     let Some([low, high]) = mesh.bounds() else {
         return Ok(None);
     };
@@ -162,7 +167,7 @@ fn quoted<'a>(groups: impl Iterator<Item = &'a Group>) -> String {
 }
 
 /// A sentence about zones that are left out or lose their names.
-fn zone_names(mesh: &Mesh, parts: &Parts) -> Option<String> {
+fn zone_names(mesh: &MeshView, parts: &Parts) -> Option<String> {
     let mut zones = mesh.zones().peekable();
     zones.peek()?;
     if !parts.is_split {
@@ -193,7 +198,7 @@ fn renamed(parts: &Parts) -> Vec<String> {
 }
 
 /// Sentences about cells and groups of lower dimension that are not written.
-fn dropped(mesh: &Mesh) -> Vec<String> {
+fn dropped(mesh: &MeshView) -> Vec<String> {
     let dimension = mesh.dimension();
     let mut notes = Vec::new();
     let is_lower = |group: &&Group| group.dimension + 1 < dimension && group.dimension > 0;
@@ -269,7 +274,7 @@ fn write_cells(
 
 /// Nodes, all or those of a zone; `own` of them are no copies, where that is known.
 fn write_points(
-    mesh: &Mesh,
+    mesh: &MeshView,
     nodes: Option<&[u32]>,
     own: Option<i64>,
     out: &mut dyn Write,

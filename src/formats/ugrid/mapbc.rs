@@ -7,7 +7,7 @@ use super::super::names::{Given, Rule, text_of};
 use super::super::source::{check_file, without_mark};
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::io::ErrorKind;
@@ -80,7 +80,7 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
 }
 
 /// Whether a mesh needs the file: not where the face numbers say all there is.
-pub(super) fn is_needed(mesh: &Mesh) -> bool {
+pub(super) fn is_needed(mesh: &MeshView) -> bool {
     let tags = faces::tags(mesh);
     let says_all =
         |tag: &Tag| tag.group.name == tag.number.to_string() && tag.group.condition.is_none();
@@ -89,7 +89,7 @@ pub(super) fn is_needed(mesh: &Mesh) -> bool {
 }
 
 /// The content of the file for a mesh.
-pub(super) fn content(mesh: &Mesh) -> String {
+pub(super) fn content(mesh: &MeshView) -> String {
     let tags = faces::tags(mesh);
     let numbers = FaceNumbers::of(mesh, &tags);
     let n = tags.len() + usize::from(numbers.n_untagged > 0);
@@ -108,7 +108,7 @@ pub(super) fn content(mesh: &Mesh) -> String {
 }
 
 /// Sentences about names and conditions that change in the file.
-pub(super) fn changes(mesh: &Mesh, tags: &[Tag]) -> Vec<String> {
+pub(super) fn changes(mesh: &MeshView, tags: &[Tag]) -> Vec<String> {
     let mut notes = Vec::new();
     let mut without = Vec::new();
     let names = written(tags);

@@ -16,7 +16,7 @@ mod write;
 
 use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use layout::Layout;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -80,7 +80,7 @@ impl Format for Ugrid {
     }
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {
@@ -89,7 +89,7 @@ impl Format for Ugrid {
     fn rounds(&self, _asked: Precision) -> bool {
         matches!(self.layout, Layout::Binary(binary) if binary.real == 4)
     }
-    fn companions(&self, mesh: &Mesh, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fn companions(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         let file = mapbc::path(&case(path));
         // One that is there already would name the tags of this mesh.
         if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {

@@ -50,7 +50,7 @@ fn solid() -> Mesh {
 
 fn written(flavour: &Ugrid, mesh: &Mesh) -> (Vec<u8>, Vec<String>) {
     let mut file = Vec::new();
-    let notes = flavour.write(mesh, &mut file, &WriteOptions::default());
+    let notes = flavour.write(&mesh.view(), &mut file, &WriteOptions::default());
     (file, notes.expect("UGRID holds it"))
 }
 
@@ -63,7 +63,7 @@ fn read(flavour: &Ugrid, file: &[u8]) -> Result<(Mesh, Vec<String>)> {
 }
 
 fn refusal(flavour: &Ugrid, mesh: &Mesh) -> String {
-    let result = flavour.write(mesh, &mut Vec::new(), &WriteOptions::default());
+    let result = flavour.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     result.expect_err("UGRID does not hold it").to_string()
 }
 
@@ -136,7 +136,7 @@ fn names_and_conditions_are_beside_the_mesh() {
     mesh.groups[3].condition = Some("BCSymmetryPlane".into());
     let path = folder.path().join("wing.lb8.ugrid");
     let notes = save(
-        &mesh,
+        &mesh.view(),
         &path,
         &LB8,
         &WriteOptions::default(),
@@ -192,8 +192,14 @@ fn numbers_of_fun3d_come_back_where_words_of_cgns_say_less() {
     let mesh = B8.read(&source, &ReadOptions::default(), &mut Notes::default());
     let mesh = mesh.expect("a good file");
     assert_eq!(mesh.groups[0].condition.as_deref(), Some("BCFarfield"));
-    let notes = save(&mesh, &path, &B8, &WriteOptions::default(), Commit::REPLACE)
-        .expect("it can be written");
+    let notes = save(
+        &mesh.view(),
+        &path,
+        &B8,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    )
+    .expect("it can be written");
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(std::fs::read_to_string(&beside).expect("it is there"), text);
 }
@@ -235,7 +241,7 @@ fn what_ugrid_does_not_hold_is_said_or_refused() {
         ..WriteOptions::default()
     };
     let notes = B8
-        .write(&solid(), &mut Vec::new(), &single)
+        .write(&solid().view(), &mut Vec::new(), &single)
         .expect("it is held");
     assert_eq!(
         notes,
@@ -354,10 +360,10 @@ fn a_large_text_is_read_as_a_small_one() {
 fn an_old_mapbc_does_not_rename_the_tags_of_a_new_mesh() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wing.b8.ugrid");
-    assert!(B8.companions(&solid(), &path).is_empty());
+    assert!(B8.companions(&solid().view(), &path).is_empty());
     std::fs::write(folder.path().join("wing.mapbc"), "1\n2 4000 hub\n").expect("a folder");
     save(
-        &solid(),
+        &solid().view(),
         &path,
         &B8,
         &WriteOptions::default(),

@@ -7,13 +7,13 @@ use super::fortran::Record;
 use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
 use super::mapbc;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, CellRun, Group, Mesh, first_where};
+use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
 use rayon::prelude::*;
 use std::io::Write;
 
 /// Writes the mesh; returns a sentence for each thing that is left out.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     layout: &Layout,
     options: &WriteOptions,
@@ -47,7 +47,7 @@ pub(super) fn write(
 }
 
 fn write_binary(
-    mesh: &Mesh,
+    mesh: &MeshView,
     counts: &Counts,
     numbers: &FaceNumbers,
     binary: &Binary,
@@ -67,7 +67,7 @@ fn write_binary(
 }
 
 /// Refuses what UGRID cannot hold.
-fn check(mesh: &Mesh) -> Result<()> {
+fn check(mesh: &MeshView) -> Result<()> {
     if mesh.dimension() != 3 {
         return Err(Error::input(format!(
             "UGRID holds meshes of solid cells; this one's cells have dimension {}",
@@ -90,7 +90,7 @@ fn check(mesh: &Mesh) -> Result<()> {
     )))
 }
 
-fn counts(mesh: &Mesh, layout: &Layout) -> Result<Counts> {
+fn counts(mesh: &MeshView, layout: &Layout) -> Result<Counts> {
     let n_cells = KINDS.map(|kind| runs(mesh, kind).map(|run| run.n_cells()).sum());
     let counts = Counts {
         n_nodes: mesh.points.len(),
@@ -107,12 +107,12 @@ fn counts(mesh: &Mesh, layout: &Layout) -> Result<Counts> {
 }
 
 /// The cells of a kind.
-fn runs(mesh: &Mesh, kind: CellKind) -> impl Iterator<Item = CellRun<'_>> {
+fn runs<'a>(mesh: &MeshView<'a>, kind: CellKind) -> impl Iterator<Item = CellRun<'a>> {
     mesh.cells.runs().filter(move |run| run.kind == kind)
 }
 
 /// A sentence about coordinates that lose digits; refuses those that do not fit 32 bits.
-fn rounding(mesh: &Mesh, layout: &Layout) -> Result<Option<String>> {
+fn rounding(mesh: &MeshView, layout: &Layout) -> Result<Option<String>> {
     if !matches!(layout, Layout::Binary(binary) if binary.real == 4) {
         return Ok(None);
     }
@@ -129,7 +129,7 @@ fn rounding(mesh: &Mesh, layout: &Layout) -> Result<Option<String>> {
 }
 
 /// Sentences about cells and groups that are not written.
-fn dropped(mesh: &Mesh) -> Vec<String> {
+fn dropped(mesh: &MeshView) -> Vec<String> {
     let mut notes = Vec::new();
     let names = |dimensions: std::ops::Range<u8>| {
         let groups = mesh.groups.iter();
@@ -180,7 +180,7 @@ fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Write) -> Result
 }
 
 fn write_body(
-    mesh: &Mesh,
+    mesh: &MeshView,
     numbers: &FaceNumbers,
     layout: &Layout,
     out: &mut dyn Write,
@@ -209,7 +209,12 @@ fn write_body(
     Ok(())
 }
 
-fn write_cells(mesh: &Mesh, kind: CellKind, layout: &Layout, out: &mut dyn Write) -> Result<()> {
+fn write_cells(
+    mesh: &MeshView,
+    kind: CellKind,
+    layout: &Layout,
+    out: &mut dyn Write,
+) -> Result<()> {
     for run in runs(mesh, kind) {
         let n = run.n_nodes;
         write_records(out, run.n_cells(), |range, buffer| {

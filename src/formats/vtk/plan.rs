@@ -6,7 +6,7 @@ use super::number::Element;
 use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
 use crate::formats::names::{Given, Rule};
 use crate::formats::{Precision, WriteOptions};
-use crate::mesh::{DataArray, Group, Mesh, Values};
+use crate::mesh::{DataArray, Group, MeshView, Values};
 
 /// The arrays of each part of a file.
 pub struct Sections<'a> {
@@ -32,7 +32,7 @@ impl<'a> Sections<'a> {
 
 /// What is written of a mesh.
 pub struct Plan<'a> {
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     options: &'a WriteOptions,
     /// Names of the arrays of nodes, of cells and of the whole, as they are written.
     names: [Vec<String>; 3],
@@ -50,7 +50,7 @@ pub struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// Decides what is written; `rule` says what the names of arrays may be.
-    pub fn new(mesh: &'a Mesh, options: &'a WriteOptions, rule: &Rule) -> Self {
+    pub fn new(mesh: &'a MeshView<'a>, options: &'a WriteOptions, rule: &Rule) -> Self {
         let dimension = mesh.dimension();
         let n_cells = mesh.cells.len();
         let mut labels = Vec::new();
@@ -130,11 +130,7 @@ impl<'a> Plan<'a> {
             let note = "types of boundary conditions are not written";
             self.notes.push(note.into());
         }
-        let arrays = mesh
-            .point_arrays
-            .iter()
-            .chain(&mesh.cell_arrays)
-            .chain(&mesh.field_arrays);
+        let arrays = mesh.arrays();
         let dropped = arrays.clone().filter(|array| !self.is_kept(array));
         let dropped: Vec<_> = dropped.map(|array| &array.name).collect();
         let note = |name| format!("the array \"{name}\" is not written");
@@ -180,9 +176,13 @@ impl<'a> Plan<'a> {
         }
     }
 
-    fn kept<'s>(&'s self, arrays: &'s [DataArray]) -> impl Iterator<Item = (usize, &'s DataArray)> {
+    fn kept<'s>(
+        &'s self,
+        arrays: &'s [&'s DataArray],
+    ) -> impl Iterator<Item = (usize, &'s DataArray)> {
         arrays
             .iter()
+            .copied()
             .enumerate()
             .filter(|(_, array)| self.is_kept(array))
     }
@@ -241,7 +241,7 @@ impl<'a> Plan<'a> {
     }
 
     fn cells(&self) -> Vec<Content<'_>> {
-        let cells = &self.mesh.cells;
+        let cells = self.mesh.cells;
         let n_cells = self.n_cells();
         let n_entries = cells.connectivity().len() + self.repeated_nodes.len();
         let index = match i32::try_from(self.mesh.points.len()) {

@@ -7,7 +7,7 @@ use super::super::vtk::plan::{Plan, Sections};
 use super::faces::{self, FaceCounts, Index};
 use crate::error::Result;
 use crate::formats::names::{Rule, decoded};
-use crate::mesh::{DataArray, Mesh};
+use crate::mesh::{DataArray, MeshView};
 use rayon::prelude::*;
 
 /// Indices converted at a time.
@@ -52,7 +52,7 @@ pub(super) fn shape(n_rows: u64, n_components: u64) -> Vec<u64> {
 }
 
 impl<'a> Blocks<'a> {
-    pub fn new(mesh: &'a Mesh, plan: &'a Plan<'a>) -> Self {
+    pub fn new(mesh: &'a MeshView<'a>, plan: &'a Plan<'a>) -> Self {
         let Sections {
             fields,
             point_data,
@@ -108,11 +108,9 @@ fn unwritten_text(name: &str) -> String {
     format!("the array \"{name}\" is left out: VTK reads no text at nodes or cells")
 }
 
-fn unwritten_components(mesh: &Mesh) -> impl Iterator<Item = String> {
-    let arrays = [&mesh.point_arrays, &mesh.cell_arrays, &mesh.field_arrays];
+fn unwritten_components(mesh: &MeshView) -> impl Iterator<Item = String> {
     let named = |array: &&DataArray| !array.component_names.is_empty();
-    let arrays = arrays.into_iter().flatten().filter(named);
-    arrays.map(|array| {
+    mesh.arrays().filter(named).map(|array| {
         let name = &array.name;
         format!("names of the components of \"{name}\" are not written")
     })
@@ -169,7 +167,7 @@ fn strings(content: &Content) -> Vec<String> {
 
 /// The datasets of the cells: both of a pair have indices of the same size, as VTK wants them.
 fn cell_blocks<'a>(
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     plan: &'a Plan<'a>,
     contents: Vec<Content<'a>>,
     counts: &mut Vec<(&'static str, u64)>,
@@ -205,15 +203,15 @@ fn cell_blocks<'a>(
 
 /// The datasets of the faces of polyhedra.
 fn face_blocks<'a>(
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     plan: &Plan,
     counts: &mut Vec<(&'static str, u64)>,
 ) -> [Block<'a>; 4] {
-    let FaceCounts { faces, entries } = FaceCounts::of(&mesh.cells);
+    let FaceCounts { faces, entries } = FaceCounts::of(mesh.cells);
     counts.push(("NumberOfFaces", faces));
     counts.push(("NumberOfFaceConnectivityIds", entries));
     counts.push(("NumberOfPolyhedronToFaceIds", faces));
-    let cells = &mesh.cells;
+    let cells = mesh.cells;
     let (n_cells, n_more) = (plan.n_cells() as u64, plan.repeated.len());
     let wide = is_wide(entries.max(mesh.points.len() as u64));
     let wide_faces = is_wide(faces);
@@ -277,7 +275,7 @@ fn widened(nodes: &[u32], sink: Sink) -> Result<()> {
 }
 
 /// Where the nodes of each cell start, and where those of the last end.
-fn offsets<'a>(mesh: &'a Mesh, plan: &Plan, wide: bool) -> Block<'a> {
+fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &Plan, wide: bool) -> Block<'a> {
     let mut end = mesh.cells.connectivity().len() as u64;
     let ends: Vec<u64> = plan
         .repeated
@@ -294,7 +292,7 @@ fn offsets<'a>(mesh: &'a Mesh, plan: &Plan, wide: bool) -> Block<'a> {
     };
     let parts = vec![
         integers(&[0], wide),
-        Part::Offsets(&mesh.cells, element),
+        Part::Offsets(mesh.cells, element),
         integers(&ends, wide),
     ];
     let content = Content::scalar("Offsets", element, plan.n_cells() + 1, parts);

@@ -25,7 +25,7 @@ use super::{
     CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// Name of the group that holds everything.
@@ -71,7 +71,7 @@ impl Format for VtkHdf {
 
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {

@@ -8,7 +8,7 @@ use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
 use super::write::Grid;
 use crate::error::{Error, Result};
-use crate::mesh::{Cells, Mesh};
+use crate::mesh::{Cells, MeshView};
 use std::path::Path;
 
 /// A chunk of a dataset has less than 4 GB.
@@ -61,7 +61,7 @@ impl Sequence {
 }
 
 impl SequenceFile for Sequence {
-    fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
+    fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
         self.options.check_coordinates(mesh)?;
         let options = self.options.clone();
         let plan = Plan::new(mesh, &options, &NAMES);
@@ -105,8 +105,8 @@ impl SequenceFile for Sequence {
 
 impl Sequence {
     /// Writes the cells, or makes sure that they are those of the first step.
-    fn fix(&mut self, mesh: &Mesh, blocks: &Blocks) -> Result<()> {
-        let hash = hash_of(&mesh.cells);
+    fn fix(&mut self, mesh: &MeshView, blocks: &Blocks) -> Result<()> {
+        let hash = hash_of(mesh.cells);
         if let Some(topology) = &self.topology {
             let same = topology.hash == hash && topology.counts == blocks.counts;
             return match same {

@@ -59,7 +59,7 @@ fn text<const N: usize>(words: [&str; N]) -> Values {
 pub(super) fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Vec<String>) {
     let mut bytes = Vec::new();
     let notes = VtkHdf
-        .write(mesh, &mut bytes, options)
+        .write(&mesh.view(), &mut bytes, options)
         .expect("it can be written");
     (bytes, notes)
 }

@@ -6,13 +6,13 @@ use super::super::vtk::plan::Plan;
 use super::ROOT;
 use super::blocks::{Blocks, NAMES};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::io::Write;
 
 /// Writes the mesh; returns a sentence for each thing that is not in the file.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {

@@ -27,7 +27,7 @@ pub(super) use file::{NAMES, escaped, is_xml};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// VTK XML unstructured grid (.vtu).
@@ -68,7 +68,7 @@ impl Format for Vtu {
 
     fn write(
         &self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Vec<String>> {

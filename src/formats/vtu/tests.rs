@@ -89,7 +89,7 @@ fn rich_mesh() -> Mesh {
 fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Vec<String>) {
     let mut bytes = Vec::new();
     let notes = Vtu
-        .write(mesh, &mut bytes, options)
+        .write(&mesh.view(), &mut bytes, options)
         .expect("it can be written");
     (bytes, notes)
 }

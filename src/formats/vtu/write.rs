@@ -6,7 +6,7 @@ use super::super::{Encoding, WriteOptions};
 use super::encode::failed;
 use super::file::{File, NAMES};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::io::{BufWriter, Write};
 
 /// Smaller pieces are gathered before they are written; larger ones are written as they are.
@@ -14,7 +14,7 @@ const BUFFER: usize = 1 << 20;
 
 /// Writes the mesh; returns a sentence for each thing that is not in the file.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
@@ -38,7 +38,7 @@ pub(super) fn write(
 
 /// Files of version 2.1 have the nodes of Lagrange and Bezier hexahedra in VTK's present order;
 /// every reader takes 1.0.
-fn version(mesh: &Mesh) -> &'static str {
+fn version(mesh: &MeshView) -> &'static str {
     match mesh.cells.runs().any(|run| order::concerns(run.kind)) {
         true => "2.1",
         false => "1.0",

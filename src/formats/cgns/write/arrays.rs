@@ -3,7 +3,7 @@
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Make, Place};
 use super::names::{Names, RULE};
-use crate::mesh::{CellKind, DataArray, Mesh, Values};
+use crate::mesh::{CellKind, DataArray, MeshView, Values};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ pub(super) struct Scalar<'a> {
 
 /// The scalars of arrays at nodes or, where `cells` gives them, at cells.
 pub(super) fn scalars<'a>(
-    arrays: &'a [DataArray],
+    arrays: &[&'a DataArray],
     tuples: &[Range<usize>],
     notes: &mut Vec<String>,
 ) -> Vec<Scalar<'a>> {
@@ -94,7 +94,7 @@ pub(super) fn too_large(name: &str) -> String {
 }
 
 /// Cells of the mesh's own dimension.
-pub(super) fn volume_cells(mesh: &Mesh) -> Vec<Range<usize>> {
+pub(super) fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
     let runs = mesh.volume_runs();
     let ranges = runs.map(|run| run.first_cell..run.first_cell + run.n_cells());
     let mut joined: Vec<Range<usize>> = Vec::new();
@@ -108,7 +108,7 @@ pub(super) fn volume_cells(mesh: &Mesh) -> Vec<Range<usize>> {
 }
 
 /// A sentence for cell arrays that have values on the boundary, which CGNS does not keep.
-pub(super) fn note_boundary_values(mesh: &Mesh, notes: &mut Vec<String>) {
+pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Vec<String>) {
     let dimension = mesh.dimension();
     let runs = mesh
         .cells

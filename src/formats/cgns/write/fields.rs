@@ -20,7 +20,7 @@ pub(super) struct Field {
 }
 
 /// Adds the arrays to the base.
-pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[DataArray], notes: &mut Vec<String>) {
+pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[&DataArray], notes: &mut Vec<String>) {
     let fields = fields(arrays, notes);
     if fields.is_empty() {
         return;
@@ -36,7 +36,7 @@ pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[DataArray], notes: &
 }
 
 /// The arrays that CGNS can hold; a sentence for each other.
-pub(super) fn fields(arrays: &[DataArray], notes: &mut Vec<String>) -> Vec<Field> {
+pub(super) fn fields(arrays: &[&DataArray], notes: &mut Vec<String>) -> Vec<Field> {
     let mut fields = Vec::new();
     for array in arrays {
         if array.n_components == 0 || array.n_tuples() == 0 {

@@ -21,7 +21,7 @@ mod series;
 
 use super::super::{Precision, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use draft::{Draft, Kind, Make, Place};
 use faces::FaceTable;
 use names::Names;
@@ -46,12 +46,13 @@ const BLOCK: usize = 1 << 18;
 
 /// Writes the mesh; returns a sentence for each thing that is not in the file.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
 ) -> Result<Vec<String>> {
     let sorted = plan::sorted(mesh)?;
-    let mesh = sorted.as_ref().unwrap_or(mesh);
+    let sorted_view = sorted.as_ref().map(Mesh::view);
+    let mesh = sorted_view.as_ref().unwrap_or(mesh);
     let faces = FaceTable::of(mesh);
     let is_flat = mesh.points.iter().all(|point| point[2] == 0.0);
     let mut static_part = Static::new(mesh, &faces, is_flat)?;
@@ -103,7 +104,7 @@ struct Static<'a> {
 
 impl<'a> Static<'a> {
     /// Of a mesh, all of whose nodes lie in the plane z = 0 where `is_flat`.
-    fn new(mesh: &'a Mesh, faces: &'a FaceTable, is_flat: bool) -> Result<Self> {
+    fn new(mesh: &'a MeshView<'a>, faces: &'a FaceTable, is_flat: bool) -> Result<Self> {
         let mut notes = Vec::new();
         let dimension = mesh.dimension().max(1);
         let n_axes = match dimension {
@@ -145,7 +146,7 @@ impl<'a> Static<'a> {
 }
 
 /// The type of integers in which all numbers of nodes, elements and entries fit.
-fn index_kind(mesh: &Mesh, faces: &FaceTable) -> Kind {
+fn index_kind(mesh: &MeshView, faces: &FaceTable) -> Kind {
     let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.n_entries();
     let largest = entries
         .max(mesh.points.len())
@@ -165,7 +166,7 @@ fn add_length_exponents(draft: &mut Draft, array: Place) {
 
 /// The arrays of coordinates: name, type, bytes.
 fn coordinates<'a>(
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     options: &WriteOptions,
     n_axes: usize,
 ) -> Vec<(&'static str, Kind, Make<'a>)> {
