@@ -87,7 +87,8 @@ impl Plan {
             zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
-        let surface = SurfacePoints::new(&mesh, &motion).map_err(in_schedule)?;
+        let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
+        let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
         choices.extend(schedule.note.clone());
