@@ -55,3 +55,5 @@ pub mod record;
 pub mod report;
 pub mod run;
 pub mod sample;
+
+pub use deform::{Morph, MorphOptions, MorphReport, Nodes};

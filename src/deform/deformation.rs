@@ -106,7 +106,7 @@ impl DeformationBuilder {
     /// As [`Deformation::new`].
     pub fn build(self) -> Result<Deformation> {
         let deformation = self.plan()?;
-        if deformation.plan.stretches().len() == 1 {
+        if deformation.plan.intervals().len() == 1 {
             deformation.interval(&deformation.plan.motion.steps[0])?;
         } else if deformation.base.is_some() {
             return Err(Error::input(
@@ -312,7 +312,7 @@ impl Deformation {
         }
         // Its fields go before those of the next are made.
         *current = None;
-        let mut intervals = self.plan.stretches().into_iter();
+        let mut intervals = self.plan.intervals().into_iter();
         let steps = intervals.find(|steps| steps.contains(&step.index));
         let steps = steps.expect("every step is in an interval");
         let selections = select(&steps)?;

@@ -53,7 +53,7 @@ impl PeriodicNodes {
             let [a, b] = [(&name_a, &nodes_a), (&name_b, &nodes_b)]
                 .map(|(name, nodes)| Side { name, nodes });
             let periodic = Periodic::find(&mesh.points, a, b, Some(axis))
-                .map_err(|error| error.line(pair.line))?;
+                .map_err(|error| error.at(pair.place.clone()))?;
             let note = DeformNote::PeriodicPair {
                 sides: [name_a, name_b],
                 pairs: periodic.pairs.len(),
@@ -63,11 +63,11 @@ impl PeriodicNodes {
             found.push(note.into());
             pairs.push(periodic);
         }
-        let line = tags[0].line;
-        let followers = followers(&pairs, &bounds).map_err(|error| error.line(line))?;
-        let images = images(&pairs, radius, &bounds).map_err(|error| error.line(line))?;
+        let place = || tags[0].place.clone();
+        let followers = followers(&pairs, &bounds).map_err(|error| error.at(place()))?;
+        let images = images(&pairs, radius, &bounds).map_err(|error| error.at(place()))?;
         let nodes = Self {
-            is_image: is_image(motion, surface, &followers),
+            is_image: is_image(&motion.surface.nodes.nodes, surface, &followers),
             images: Arc::new(images),
             followers,
             found,
@@ -171,9 +171,12 @@ fn role(motion: &Motion, node: u32) -> Option<Role> {
     Some(surface.roles[at])
 }
 
-/// Marks the surface points whose leader is a surface point too.
-fn is_image(motion: &Motion, surface: &SurfacePoints, followers: &[Follower]) -> Vec<bool> {
-    let nodes = &motion.surface.nodes.nodes;
+/// Marks the surface points whose leader is a surface point too; `nodes` are all surface nodes.
+pub(super) fn is_image(
+    nodes: &[u32],
+    surface: &SurfacePoints,
+    followers: &[Follower],
+) -> Vec<bool> {
     let point = |node: u32| {
         let at = nodes.binary_search(&node).ok()?;
         Some(surface.point_of[at] as usize)

@@ -20,7 +20,7 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Pose, Role, Schedule, SelectionMethod, Step,
+    BodyMap, Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SelectionMethod, Step,
     SurfaceFaces,
 };
 use crate::rbf::select::Targets;
@@ -89,9 +89,10 @@ impl Plan {
             zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
-        let surface = SurfacePoints::new(&mesh, &motion).map_err(in_schedule)?;
+        let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
+        let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
-        let of_motion = motion.notes().into_iter().chain(schedule.note.clone());
+        let of_motion = motion.notes().into_iter().chain(schedule.note());
         let mut choices: Vec<Diagnostic> = of_motion.map(Diagnostic::from).collect();
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
@@ -102,7 +103,7 @@ impl Plan {
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
         check_constant(&schedule, tolerance).map_err(in_schedule)?;
         choices.extend(unused(&schedule));
-        choices.extend(repeated_time(&schedule));
+        choices.extend(repeated_time(&motion.steps));
         let periodic =
             PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());
@@ -190,31 +191,31 @@ impl Plan {
 
     /// The steps that share base points, in order: all of them, or with method `real` those between
     /// two refreshes, counted from the start of the schedule.
-    pub fn stretches(&self) -> Vec<Range<usize>> {
+    pub fn intervals(&self) -> Vec<Range<usize>> {
         let steps = &self.motion.steps;
         let selection = &self.schedule.selection;
         let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
         let span = |step: &Step| match refresh {
             _ if selection.method != SelectionMethod::Real => 0,
-            // A step on the border belongs to the stretch that begins there.
+            // A step on the border belongs to the interval that begins there.
             Some(refresh) => {
                 let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
                 (turned / refresh + 1e-9).floor() as usize
             }
             None => step.index,
         };
-        let mut stretches: Vec<Range<usize>> = Vec::new();
+        let mut intervals: Vec<Range<usize>> = Vec::new();
         for step in steps {
-            match stretches.last_mut() {
+            match intervals.last_mut() {
                 Some(last) if span(&steps[last.start]) == span(step) => last.end += 1,
-                _ => stretches.push(step.index..step.index + 1),
+                _ => intervals.push(step.index..step.index + 1),
             }
         }
-        stretches
+        intervals
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
-    pub fn poses_at(&self, step: &Step) -> Vec<Pose<'_>> {
+    pub fn poses_at(&self, step: &Step) -> Vec<BodyMap<'_>> {
         let carry = self.motion.carry(step).unwrap_or(Transform::IDENTITY);
         let poses = self.motion.poses(step, 1.0).into_iter();
         poses.map(|pose| pose.then(&carry)).collect()

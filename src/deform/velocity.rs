@@ -14,7 +14,7 @@ use super::plan::Plan;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, norm};
-use crate::motion::{Pace, Role, Step};
+use crate::motion::{BodyVelocity, Role, Step};
 use crate::progress::Silent;
 use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
 use rayon::prelude::*;
@@ -22,13 +22,16 @@ use std::ops::Range;
 
 /// Part of the largest velocity that the modes of velocities may be off by.
 const ACCURACY: f64 = 1e-6;
-/// Part of the largest velocity of a stretch that its base points may be off by, before the correction.
+/// Part of the largest velocity of an interval that its base points may be off by, before the correction.
 const SERVES: f64 = 2e-3;
 
 /// Velocities of the surface points at every step as a layer.
 pub(super) fn layer(plan: &Plan) -> Result<Layer> {
     let steps = &plan.motion.steps;
-    let paces: Vec<Vec<Pace<'_>>> = steps.iter().map(|step| plan.motion.paces(step)).collect();
+    let paces: Vec<Vec<BodyVelocity<'_>>> = steps
+        .iter()
+        .map(|step| plan.motion.velocities(step))
+        .collect();
     let surface = &plan.surface;
     let velocity = |step: usize, at: usize| match surface.body[at] {
         Some(body) => {
@@ -60,7 +63,7 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
     free.layer(&surface.points, &method)
 }
 
-/// Velocities of the nodes of a mesh at the steps of a stretch.
+/// Velocities of the nodes of a mesh at the steps of an interval.
 pub(super) struct Velocities {
     fields: Fields,
     /// A note where base points do not serve and no more may be added.
@@ -68,17 +71,17 @@ pub(super) struct Velocities {
 }
 
 impl Velocities {
-    /// From the base points of the displacements of a stretch, whose largest error says how far the
+    /// From the base points of the displacements of an interval, whose largest error says how far the
     /// correction of the surface reaches.
     pub fn new(
         plan: &Plan,
         layer: &Layer,
         frame: Frame<'_>,
         displacements: &Chosen<'_>,
-        stretch: &Range<usize>,
+        interval: &Range<usize>,
     ) -> Result<Self> {
         let base = displacements.selection.base.clone();
-        let (own, warning) = select_for(plan, layer, base, stretch)?;
+        let (own, warning) = select_for(plan, layer, base, interval)?;
         let chosen = [Chosen {
             selection: &own,
             ..*displacements
@@ -120,13 +123,13 @@ impl Velocities {
     }
 }
 
-/// The interpolant of the velocities of a stretch from base points that are there, and from further ones
+/// The interpolant of the velocities of an interval from base points that are there, and from further ones
 /// where these do not serve.
 fn select_for(
     plan: &Plan,
     layer: &Layer,
     base: Vec<usize>,
-    stretch: &Range<usize>,
+    interval: &Range<usize>,
 ) -> Result<(Selection, Option<DeformNote>)> {
     let (space, targets) = (&layer.space, plan.targets(layer));
     if layer.modes.n_modes == 0 {
@@ -136,9 +139,9 @@ fn select_for(
         .criterion
         .largest_by_step(&layer.modes.values, &layer.arms);
     let largest = |speeds: &[f64]| speeds.iter().copied().fold(0.0, f64::max);
-    let speed = largest(&by_step[stretch.clone()]);
+    let speed = largest(&by_step[interval.clone()]);
     let allowed = f64::max(SERVES * speed, 2.0 * ACCURACY * largest(&by_step));
-    let criterion = layer.criterion.of_steps(stretch.clone())?;
+    let criterion = layer.criterion.of_steps(interval.clone())?;
     let targets = Targets {
         criterion: &criterion,
         ..targets
@@ -160,7 +163,7 @@ fn select_for(
 
 /// Surface nodes with the velocities of the motion itself, fixed ones at rest.
 fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
-    let paces = plan.motion.paces(step);
+    let paces = plan.motion.velocities(step);
     let surface = &plan.motion.surface.nodes;
     let nodes = surface.nodes.par_iter().zip(&surface.roles);
     let exact = nodes.map(|(&node, role)| match role {
@@ -200,9 +203,10 @@ mod tests {
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
         let plan = Arc::new(Plan::new(mesh.mesh, schedule).expect("they fit"));
-        let stretch = plan.stretches()[0].clone();
-        let selections = choose(&plan, &stretch, &Silent).expect("there are base points");
-        let interval = Interval::new(&plan, selections, &stretch, &Silent).expect("it can be made");
+        let interval = plan.intervals()[0].clone();
+        let selections = choose(&plan, &interval, &Silent).expect("there are base points");
+        let interval =
+            Interval::new(&plan, selections, &interval, &Silent).expect("it can be made");
         let step = &plan.motion.steps[0];
         let mut points = plan.mesh.points.clone();
         interval.points_at(step, &mut points).expect("it deforms");

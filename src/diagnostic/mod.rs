@@ -4,6 +4,7 @@
 //! have the same [`Kind`] but for its numbers.
 
 pub mod deform;
+pub mod formats;
 pub mod preflight;
 pub mod run;
 
@@ -30,6 +31,8 @@ pub struct Diagnostic {
 /// What a diagnostic is about; the kinds of a room are one enum.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
+    /// Of a mesh file, read or written.
+    Format(formats::FormatNote),
     /// Of a deformation.
     Deform(DeformNote),
     /// Of a motion on its mesh, before work starts.
@@ -89,6 +92,7 @@ impl Kind {
     /// Whether it is of the same sort as another: the same but for names and numbers.
     pub fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
+            (Self::Format(a), Self::Format(b)) => a.is_like(b),
             (Self::Deform(a), Self::Deform(b)) => discriminant(a) == discriminant(b),
             (Self::Preflight(a), Self::Preflight(b)) => discriminant(a) == discriminant(b),
             (Self::Run(a), Self::Run(b)) => a.is_like(b),
@@ -100,6 +104,7 @@ impl Kind {
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Format(note) => note.fmt(f),
             Self::Deform(note) => note.fmt(f),
             Self::Preflight(note) => note.fmt(f),
             Self::Run(note) => note.fmt(f),

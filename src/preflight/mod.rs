@@ -27,8 +27,10 @@ use crate::geometry::Bounds;
 /// What the user should know of the motion before it is interpolated.
 pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
     let diagonal = Bounds::around(&plan.mesh.points).diagonal();
-    let of_motion = plan.motion.seams(&plan.mesh.points, diagonal).into_iter();
-    let of_motion = of_motion.chain(plan.motion.warnings(&plan.schedule.rbf));
+    let of_motion = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
+    let of_motion = of_motion
+        .into_iter()
+        .chain(plan.motion.warnings(&plan.schedule.rbf));
     let mut warnings: Vec<Diagnostic> = of_motion.map(Diagnostic::from).collect();
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));

@@ -112,7 +112,7 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u6
     let mut sink = Counter(0);
     let dropped = format.write(&mesh, &mut sink, &options);
     let dropped = dropped.map_err(|error| described(error, plan))?;
-    let mut dropped: Vec<Diagnostic> = dropped.into_iter().map(Diagnostic::from).collect();
+    let mut dropped: Vec<Diagnostic> = dropped.into_iter().collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
     Ok((dropped, sink.0))

@@ -57,25 +57,29 @@ pub fn picture_of(path: &Path) -> PathBuf {
 
 /// Base points read from `path`, with weights for the plan's motion.
 pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
-    let stretches = plan.stretches();
-    let [stretch] = stretches.as_slice() else {
+    let intervals = plan.intervals();
+    let [interval] = intervals.as_slice() else {
         return Err(Error::input(
             "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
         )
         .file(path));
     };
-    load_for(plan, stretch, path)
+    load_for(plan, interval, path)
 }
 
-/// Base points that were chosen for a stretch of the same plan.
-pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Result<Vec<Selection>> {
+/// Base points that were chosen for an interval of the same plan.
+pub(super) fn load_for(
+    plan: &Plan,
+    interval: &Range<usize>,
+    path: &Path,
+) -> Result<Vec<Selection>> {
     let file = read(path)?;
     check(plan, &file).map_err(|error| error.file(path))?;
     let base = BasePoints {
         nodes: file.nodes,
         rotation_nodes: file.rotation_nodes,
     };
-    from_nodes(plan, stretch, &base).map_err(|error| error.file(path))
+    from_nodes(plan, interval, &base).map_err(|error| error.file(path))
 }
 
 fn read(path: &Path) -> Result<BaseFile> {

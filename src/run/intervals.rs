@@ -45,7 +45,7 @@ impl<'a> Intervals<'a> {
         Self {
             deformation,
             names,
-            ranges: deformation.plan().stretches(),
+            ranges: deformation.plan().intervals(),
             loaded,
             base_files,
             selections: Vec::new(),
@@ -79,15 +79,15 @@ impl<'a> Intervals<'a> {
         Ok(interval)
     }
 
-    /// Base points for a stretch: given, as the file has them, or chosen and saved.
-    fn base_points(&mut self, stretch: &Range<usize>) -> Result<Vec<Selection>> {
+    /// Base points for an interval: given, as the file has them, or chosen and saved.
+    fn base_points(&mut self, interval: &Range<usize>) -> Result<Vec<Selection>> {
         let plan = self.deformation.plan();
-        let path = self.path_of(stretch);
+        let path = self.path_of(interval);
         let progress = self.progress();
         match (self.loaded.take(), self.has_noted(&path)) {
-            (Some(loaded), _) => self.note(stretch, loaded, &path),
+            (Some(loaded), _) => self.note(interval, loaded, &path),
             (None, true) => {
-                let selections = base::load_for(plan, stretch, &path)?;
+                let selections = base::load_for(plan, interval, &path)?;
                 let picture = base::picture_of(&path);
                 if !self.has_noted(&picture) {
                     base::save_picture(plan, &selections, &picture, self.names.commit)?;
@@ -96,8 +96,8 @@ impl<'a> Intervals<'a> {
                 Ok(selections)
             }
             (None, false) => {
-                let chosen = choose(plan, stretch, progress)?;
-                self.note(stretch, chosen, &path)
+                let chosen = choose(plan, interval, progress)?;
+                self.note(interval, chosen, &path)
             }
         }
     }
@@ -107,9 +107,9 @@ impl<'a> Intervals<'a> {
     pub fn restore(&mut self) -> Result<Vec<Diagnostic>> {
         let steps = self.names.steps();
         let mut notes: Vec<Diagnostic> = Vec::new();
-        for stretch in self.ranges.clone() {
-            let path = self.path_of(&stretch);
-            let is_ours = stretch.start < steps.end && steps.start < stretch.end;
+        for interval in self.ranges.clone() {
+            let path = self.path_of(&interval);
+            let is_ours = interval.start < steps.end && steps.start < interval.end;
             if !is_ours || !self.base_files.contains_key(&name_of(&path)) {
                 continue;
             }
@@ -125,7 +125,7 @@ impl<'a> Intervals<'a> {
             }));
             if !files.iter().all(|path| self.has_noted(path)) {
                 let clock = Clock::start();
-                self.base_points(&stretch)?;
+                self.base_points(&interval)?;
                 self.seconds_selection += clock.seconds();
             }
         }
@@ -140,8 +140,8 @@ impl<'a> Intervals<'a> {
         }
     }
 
-    fn path_of(&self, stretch: &Range<usize>) -> PathBuf {
-        let first = (self.ranges.len() > 1).then_some(stretch.start);
+    fn path_of(&self, interval: &Range<usize>) -> PathBuf {
+        let first = (self.ranges.len() > 1).then_some(interval.start);
         self.names.base(first)
     }
 
@@ -162,13 +162,13 @@ impl<'a> Intervals<'a> {
     /// Writes base points, and keeps in mind what they came to.
     fn note(
         &mut self,
-        stretch: &Range<usize>,
+        interval: &Range<usize>,
         selections: Vec<Selection>,
         path: &Path,
     ) -> Result<Vec<Selection>> {
         self.selections.push(selection_record(
             self.deformation.plan(),
-            stretch,
+            interval,
             &selections,
         ));
         base::save(

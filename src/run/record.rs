@@ -186,7 +186,7 @@ pub(super) fn hash_of_range(path: &Path, bytes: Range<u64>) -> std::io::Result<b
 /// What the selections of an interval came to.
 pub(super) fn selection_record(
     plan: &Plan,
-    stretch: &Range<usize>,
+    interval: &Range<usize>,
     selections: &[Selection],
 ) -> SelectionRecord {
     let layers = plan.layers.iter().zip(selections);
@@ -205,8 +205,8 @@ pub(super) fn selection_record(
         residuals: selection.picked.iter().copied().map(Some).collect(),
     });
     SelectionRecord {
-        first_step: stretch.start,
-        steps: stretch.len(),
+        first_step: interval.start,
+        steps: interval.len(),
         layers: layers.collect(),
         warnings: None,
     }

@@ -1,4 +1,4 @@
-//! The run: plan, base points once a stretch, mode fields, then step after step; a step is written
+//! The run: plan, base points once an interval, mode fields, then step after step; a step is written
 //! while the next one is computed.
 
 use super::base;
@@ -15,7 +15,7 @@ use crate::deform::{Deformation, Plan, missed};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::Result;
-use crate::formats::{self, Begin, Format};
+use crate::formats::{self, Begin, Format, Notes};
 use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk};
 use crate::quality::Criterion;
@@ -207,11 +207,10 @@ impl Run<'_> {
     }
 
     /// Keeps in mind what a format could not hold, once for all steps.
-    fn take_notes(&mut self, notes: &[String]) {
-        for note in notes {
-            let note = Diagnostic::from(note.clone());
-            if !self.warnings.contains(&note) {
-                self.warnings.push(note);
+    fn take_notes(&mut self, notes: &Notes) {
+        for note in notes.iter() {
+            if !self.warnings.contains(note) {
+                self.warnings.push(note.clone());
             }
         }
     }
@@ -244,7 +243,7 @@ impl Run<'_> {
         let entered = intervals.enter(first).map(|_| ());
         self.note_choices(intervals)?;
         match entered {
-            Err(error) if self.plan.stretches().len() > 1 && self.passes_over(&error) => Ok(()),
+            Err(error) if self.plan.intervals().len() > 1 && self.passes_over(&error) => Ok(()),
             entered => entered,
         }
     }

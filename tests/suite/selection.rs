@@ -12,7 +12,7 @@ use std::path::Path;
 /// Largest distance between a prescribed displacement and the plain double sum over the base
 /// points, over all surface nodes and steps.
 fn true_error(plan: &Plan) -> (usize, f64) {
-    let selection = &choose(plan, &plan.stretches()[0], &Silent).expect("it can be solved")[0];
+    let selection = &choose(plan, &plan.intervals()[0], &Silent).expect("it can be solved")[0];
     let layer_modes = &plan.layers[0].modes;
     let r = layer_modes.n_modes;
     let surface = &plan.motion.surface.nodes;
@@ -39,7 +39,10 @@ fn true_error(plan: &Plan) -> (usize, f64) {
             };
             let mut interpolated = [0.0; 3];
             if r > 0 {
-                for (mode, c) in modes.iter().zip(layer_modes.at_step(step.index).chunks(3)) {
+                for (mode, c) in modes
+                    .iter()
+                    .zip(layer_modes.at_step(step.index()).chunks(3))
+                {
                     for axis in 0..3 {
                         interpolated[axis] += mode * c[axis];
                     }
