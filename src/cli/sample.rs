@@ -191,7 +191,7 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
         )
     };
     for loss in context.stage("writing", write)? {
-        context.warn(&loss);
+        context.warn(&loss.to_string());
     }
     if let Some(schedule) = &schedule {
         save_text(&made.schedule, schedule, commit)?;

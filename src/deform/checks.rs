@@ -9,7 +9,7 @@ use crate::geometry::vector::{distance, norm};
 use crate::mesh::Mesh;
 use crate::modes::RigidSurface;
 use crate::motion::{
-    Interpolate, Motion, OnInverted, Polynomial, Schedule, SelectionMethod, SelectionOptions,
+    Interpolate, Motion, OnInverted, Polynomial, Schedule, SelectionMethod, SelectionOptions, Step,
 };
 
 /// Support radii below this part of the diagonal of the mesh are refused.
@@ -45,7 +45,7 @@ pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result
                     "body \"{}\" has displacements at step {} that are not finite numbers, or too large to be squared",
                     motion.bodies[body].name, step.index
                 ))
-                .line(motion.bodies[body].line()));
+                .at(motion.bodies[body].place.clone()));
             }
         }
     }
@@ -100,8 +100,8 @@ pub(super) fn unused(schedule: &Schedule) -> Vec<String> {
 }
 
 /// A sentence on steps of one time.
-pub(super) fn repeated_time(schedule: &Schedule) -> Option<String> {
-    let mut steps: Vec<_> = schedule.steps.iter().collect();
+pub(super) fn repeated_time(steps: &[Step]) -> Option<String> {
+    let mut steps: Vec<_> = steps.iter().collect();
     steps.sort_by(|a, b| a.time().total_cmp(&b.time()));
     let twice = steps
         .windows(2)

@@ -8,7 +8,7 @@ use super::velocity::Velocities;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
-use crate::motion::{Pose, Role, Step};
+use crate::motion::{BodyMap, Role, Step};
 use crate::progress::Progress;
 use crate::rbf::select::Selection;
 use rayon::prelude::*;
@@ -239,7 +239,7 @@ impl Interval {
     /// carrying round put them, and the sum of its squares.
     pub(super) fn off_place(
         &self,
-        poses: &[Pose<'_>],
+        poses: &[BodyMap<'_>],
         carry: Option<&Transform>,
         points: &[Vector],
     ) -> (f64, f64) {
@@ -276,7 +276,7 @@ fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 }
 
 /// Moving nodes at their exact places.
-fn set_moving(plan: &Plan, poses: &[Pose<'_>], out: &mut [Vector]) {
+fn set_moving(plan: &Plan, poses: &[BodyMap<'_>], out: &mut [Vector]) {
     set_nodes(plan, out, |role, node, x| match role {
         Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
         Role::Fixed | Role::Sliding => None,

@@ -51,7 +51,7 @@ impl PeriodicNodes {
             let [a, b] = [(&name_a, &nodes_a), (&name_b, &nodes_b)]
                 .map(|(name, nodes)| Side { name, nodes });
             let periodic = Periodic::find(&mesh.points, a, b, Some(axis))
-                .map_err(|error| error.line(pair.line))?;
+                .map_err(|error| error.at(pair.place.clone()))?;
             found.push(format!(
                 "{name_a} and {name_b}: {} pairs of nodes by {}, {:.1e} apart at most",
                 periodic.pairs.len(),
@@ -60,9 +60,9 @@ impl PeriodicNodes {
             ));
             pairs.push(periodic);
         }
-        let line = tags[0].line;
-        let followers = followers(&pairs, &bounds).map_err(|error| error.line(line))?;
-        let images = images(&pairs, radius, &bounds).map_err(|error| error.line(line))?;
+        let place = || tags[0].place.clone();
+        let followers = followers(&pairs, &bounds).map_err(|error| error.at(place()))?;
+        let images = images(&pairs, radius, &bounds).map_err(|error| error.at(place()))?;
         let nodes = Self {
             is_image: is_image(&motion.surface.nodes.nodes, surface, &followers),
             images: Arc::new(images),

@@ -18,7 +18,7 @@ use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Pose, Role, Schedule, SelectionMethod, Step,
+    BodyMap, Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SelectionMethod, Step,
     SurfaceFaces,
 };
 use crate::rbf::select::Targets;
@@ -91,7 +91,7 @@ impl Plan {
         let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
-        choices.extend(schedule.note.clone());
+        choices.extend(schedule.note());
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
@@ -101,7 +101,7 @@ impl Plan {
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
         check_constant(&schedule, tolerance).map_err(in_schedule)?;
         choices.extend(unused(&schedule));
-        choices.extend(repeated_time(&schedule));
+        choices.extend(repeated_time(&motion.steps));
         let periodic =
             PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());
@@ -213,7 +213,7 @@ impl Plan {
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
-    pub fn poses_at(&self, step: &Step) -> Vec<Pose<'_>> {
+    pub fn poses_at(&self, step: &Step) -> Vec<BodyMap<'_>> {
         let carry = self.motion.carry(step).unwrap_or(Transform::IDENTITY);
         let poses = self.motion.poses(step, 1.0).into_iter();
         poses.map(|pose| pose.then(&carry)).collect()

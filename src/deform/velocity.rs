@@ -13,7 +13,7 @@ use super::layer::{Free, Layer, Method};
 use super::plan::Plan;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, norm};
-use crate::motion::{Pace, Role, Step};
+use crate::motion::{BodyVelocity, Role, Step};
 use crate::progress::Silent;
 use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
 use rayon::prelude::*;
@@ -27,7 +27,10 @@ const SERVES: f64 = 2e-3;
 /// Velocities of the surface points at every step as a layer.
 pub(super) fn layer(plan: &Plan) -> Result<Layer> {
     let steps = &plan.motion.steps;
-    let paces: Vec<Vec<Pace<'_>>> = steps.iter().map(|step| plan.motion.paces(step)).collect();
+    let paces: Vec<Vec<BodyVelocity<'_>>> = steps
+        .iter()
+        .map(|step| plan.motion.velocities(step))
+        .collect();
     let surface = &plan.surface;
     let velocity = |step: usize, at: usize| match surface.body[at] {
         Some(body) => {
@@ -162,7 +165,7 @@ fn select_for(
 
 /// Surface nodes with the velocities of the motion itself, fixed ones at rest.
 fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
-    let paces = plan.motion.paces(step);
+    let paces = plan.motion.velocities(step);
     let surface = &plan.motion.surface.nodes;
     let nodes = surface.nodes.par_iter().zip(&surface.roles);
     let exact = nodes.map(|(&node, role)| match role {

@@ -2,7 +2,7 @@
 
 use super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::sink::{Sink, name_of};
-use super::{Format, WriteOptions};
+use super::{Format, Notes, WriteOptions};
 use crate::error::{Error, Kind, Result};
 use crate::mesh::MeshView;
 use std::collections::BTreeSet;
@@ -47,7 +47,7 @@ impl Waiting {
     }
 }
 
-/// Writes `mesh` to `path`; returns a sentence for each thing that the format cannot hold.
+/// Writes `mesh` to `path`; returns a note for each thing that the format cannot hold.
 ///
 /// The bytes go to a hidden file in the same folder, which is renamed once it is complete and
 /// removed when anything fails. `-` is standard output. A device or a pipe, which cannot be
@@ -58,7 +58,7 @@ pub fn save(
     format: &dyn Format,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     let (notes, files) = stage(mesh, path, format, options, commit)?;
     Waiting::keep_all(files)?;
     Ok(notes)
@@ -71,7 +71,7 @@ pub fn stage(
     format: &dyn Format,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<(Vec<String>, Vec<Waiting>)> {
+) -> Result<(Notes, Vec<Waiting>)> {
     if path.as_os_str() == "-" && !format.companions(mesh, path).is_empty() {
         return Err(Error::input(format!(
             "{} keeps names and conditions of tags in a file beside it, for which standard output \

@@ -1,6 +1,6 @@
 //! A whole sequence of meshes in one file.
 
-use super::WriteOptions;
+use super::{Notes, WriteOptions};
 use crate::error::Result;
 use crate::mesh::MeshView;
 use std::path::Path;
@@ -25,8 +25,8 @@ pub trait SequenceFile: Send {
         Ok(hash)
     }
 
-    /// A sentence for each thing of the first mesh that the format cannot hold.
-    fn notes(&self) -> &[String];
+    /// What of the first mesh the format cannot hold.
+    fn notes(&self) -> &Notes;
 
     /// Bytes of the file up to the end of the mesh appended last.
     fn n_bytes(&self) -> u64;

@@ -2,6 +2,7 @@
 
 use super::disk::Demand;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
 use crate::geometry::Bounds;
@@ -109,7 +110,8 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> 
     let mesh = plan.mesh.view().with_points(&points);
     let mut sink = Counter(0);
     let dropped = format.write(&mesh, &mut sink, &options);
-    let mut dropped = dropped.map_err(|error| described(error, plan))?;
+    let dropped = dropped.map_err(|error| described(error, plan))?;
+    let mut dropped: Vec<String> = dropped.iter().map(Diagnostic::to_string).collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
     Ok((dropped, sink.0))

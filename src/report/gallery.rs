@@ -91,28 +91,24 @@ fn draw(
     drop(before);
     for &row in rows {
         let is_worst = Some(row) == worst;
+        let step = sequence.table.step(row);
         let caption = caption(sequence, row, is_worst);
-        let mesh = meshes.at(row).and_then(|mesh| studio.check(mesh));
-        match mesh {
-            Ok(mesh) => {
-                let (svg, quality) = studio.picture(&mesh, sequence.azimuth(row), &caption);
-                if is_worst {
-                    counted.insert(
-                        0,
-                        (format!("worst step, {}", sequence.table.step(row)), quality),
-                    );
-                }
-                gallery.pictures.push(Picture {
-                    row: Some(row),
-                    caption,
-                    svg,
-                });
+        let mesh = match meshes.at(row).and_then(|mesh| studio.check(mesh)) {
+            Ok(mesh) => mesh,
+            Err(error) => {
+                notes.push(format!("The mesh of step {step} is not shown: {error}."));
+                continue;
             }
-            Err(error) => notes.push(format!(
-                "The mesh of step {} is not shown: {error}.",
-                sequence.table.step(row)
-            )),
+        };
+        let (svg, quality) = studio.picture(&mesh, sequence.azimuth(row), &caption);
+        if is_worst {
+            counted.insert(0, (format!("worst step, {step}"), quality));
         }
+        gallery.pictures.push(Picture {
+            row: Some(row),
+            caption,
+            svg,
+        });
     }
     gallery.histogram = histogram(&counted);
     gallery

@@ -3,7 +3,7 @@
 use super::names::Names;
 use crate::error::Result;
 use crate::formats::{
-    Begin, Format, SequenceFile, Waiting, WriteOptions, stage_companions, stage_whole,
+    Begin, Format, Notes, SequenceFile, Waiting, WriteOptions, stage_companions, stage_whole,
 };
 use crate::mesh::MeshView;
 use crate::motion::Step;
@@ -25,8 +25,8 @@ pub(super) struct Meshes<'a> {
     pub is_retracing: bool,
     /// Where each mesh written or retraced ends in that file.
     pub ends: Vec<u64>,
-    /// What the format could not hold, a sentence each.
-    pub notes: Vec<String>,
+    /// What the format could not hold.
+    pub notes: Notes,
 }
 
 /// A mesh that is written and not one of the sequence yet.
@@ -69,7 +69,7 @@ impl<'a> Meshes<'a> {
             is_retracing: sequence.as_ref().is_some_and(|file| file.is_retracing()),
             sequence: sequence.map(|file| Arc::new(Mutex::new(file))),
             ends: Vec::new(),
-            notes: Vec::new(),
+            notes: Notes::default(),
         })
     }
 
@@ -94,11 +94,7 @@ impl<'a> Meshes<'a> {
             let notes = self.format.write(mesh, &mut hashing, &self.options)?;
             Ok((hashing.hasher.finalize(), notes))
         })?;
-        for note in notes {
-            if !self.notes.contains(&note) {
-                self.notes.push(note);
-            }
-        }
+        self.notes.extend(notes);
         let mut files = vec![file];
         files.extend(stage_companions(mesh, &path, self.format, commit)?);
         Ok((hash, Written::Files(files)))

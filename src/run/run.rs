@@ -12,8 +12,9 @@ use super::resume::Earlier;
 use super::step_loop::Pass;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed};
+use crate::diagnostic::Diagnostic;
 use crate::error::Result;
-use crate::formats::{self, Begin, Format};
+use crate::formats::{self, Begin, Format, Notes};
 use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk};
 use crate::quality::Criterion;
@@ -207,10 +208,10 @@ impl Run<'_> {
     }
 
     /// Keeps in mind what a format could not hold, once for all steps.
-    fn take_notes(&mut self, notes: &[String]) {
-        for note in notes {
-            if !self.warnings.contains(note) {
-                self.warnings.push(note.clone());
+    fn take_notes(&mut self, notes: &Notes) {
+        for note in notes.iter().map(Diagnostic::to_string) {
+            if !self.warnings.contains(&note) {
+                self.warnings.push(note);
             }
         }
     }

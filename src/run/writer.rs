@@ -6,7 +6,7 @@ use super::names::Names;
 use super::record::Clock;
 use super::table::Table;
 use crate::error::{Error, Result};
-use crate::formats::{Begin, Format, WriteOptions};
+use crate::formats::{Begin, Format, Notes, WriteOptions};
 use crate::mesh::MeshView;
 use crate::motion::Step;
 use crate::progress::Stop;
@@ -125,7 +125,7 @@ impl<'a> Writer<'a> {
     }
 
     /// What the format could not hold of the meshes so far.
-    pub fn notes(&self) -> &[String] {
+    pub fn notes(&self) -> &Notes {
         &self.meshes.notes
     }
 

@@ -104,14 +104,14 @@ fn read(path: &Path) -> Loaded {
     let loaded = formats::read(&Source::open(path).unwrap(), &ReadOptions::default()).unwrap();
     Loaded {
         mesh: loaded.mesh,
-        notes: loaded.notes.iter().map(str::to_owned).collect(),
+        notes: loaded.notes.iter().map(ToString::to_string).collect(),
     }
 }
 
 fn save(mesh: &Mesh, path: &Path) -> Vec<String> {
     let format = formats::by_extension(path).unwrap();
     let options = WriteOptions::default();
-    match format.name() {
+    let notes = match format.name() {
         "pvtu" => formats::pvtu::write_pieces(
             &mesh.view(),
             path,
@@ -128,7 +128,8 @@ fn save(mesh: &Mesh, path: &Path) -> Vec<String> {
             formats::Commit::REPLACE,
         )
         .unwrap(),
-    }
+    };
+    notes.iter().map(ToString::to_string).collect()
 }
 
 #[test]

@@ -39,7 +39,10 @@ fn true_error(plan: &Plan) -> (usize, f64) {
             };
             let mut interpolated = [0.0; 3];
             if r > 0 {
-                for (mode, c) in modes.iter().zip(layer_modes.at_step(step.index).chunks(3)) {
+                for (mode, c) in modes
+                    .iter()
+                    .zip(layer_modes.at_step(step.index()).chunks(3))
+                {
                     for axis in 0..3 {
                         interpolated[axis] += mode * c[axis];
                     }

@@ -201,7 +201,7 @@ fn an_array_of_too_many_tuples_is_left_out_of_text_too() {
     assert!(mesh.expect("a good file").cell_arrays.is_empty());
     let noted = "the cell array \"i\" is left out: it has more tuples";
     assert!(
-        notes.iter().any(|note| note.starts_with(noted)),
+        notes.iter().any(|note| note.to_string().starts_with(noted)),
         "{notes:?}"
     );
 }

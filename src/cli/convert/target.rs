@@ -151,7 +151,7 @@ impl Run<'_> {
             self.note_written(&mesh, path, format, Some(time));
         }
         self.remark_on_options(format);
-        for dropped in file.notes() {
+        for dropped in file.notes().iter() {
             self.tell(format!("{}: {dropped}", format.title()));
         }
         Ok(())

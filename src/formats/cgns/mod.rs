@@ -79,12 +79,7 @@ impl Format for Cgns {
         time::times(&node::Node::root(source)?).map_err(|error| error.file(source.path()))
     }
 
-    fn write(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 

@@ -2,6 +2,9 @@
 
 use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use super::{Msh, Msh22};
+use crate::diagnostic::formats::{
+    ArrayRead, ArrayWritten, Condition, GroupWritten, NotKept, Written,
+};
 use crate::formats::parse;
 use crate::mesh::lagrange::n_nodes;
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
@@ -113,10 +116,32 @@ fn what_is_left_out_is_said() {
     let notes = Msh
         .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
-    assert_eq!(notes.len(), 4, "{notes:?}");
-    for (note, word) in notes.iter().zip(["edge", "hash", "title", "conditions"]) {
-        assert!(note.contains(word), "{note}");
-    }
+    let renamed = GroupWritten::Renamed {
+        what: "group",
+        name: "the \"edge\"".into(),
+        written: "the 'edge'".into(),
+        why: super::sink::NAME.why,
+        is_taken: false,
+    };
+    let title = ArrayWritten::LeftOut {
+        format: "MSH",
+        what: "field",
+        names: vec!["title".into()],
+    };
+    let expected = [
+        renamed.into(),
+        ArrayWritten::IntegersRounded {
+            name: "hash".into(),
+        }
+        .into(),
+        title.into(),
+        Condition::NotWritten {
+            format: "MSH",
+            n: 1,
+        }
+        .into(),
+    ];
+    assert_eq!(notes, expected);
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&Msh as &dyn Format, &Msh22] {
         let error = format
@@ -244,13 +269,24 @@ fn tags_entities_and_values_survive_both_versions() {
     let mut notes = Notes::default();
     let mesh = Msh.read(&source, &ReadOptions::default(), &mut notes);
     let mesh = mesh.expect("a good file");
-    for word in [
-        "$Periodic",
-        "\"q\" has 1 value for elements",
-        "no value at 2 of 4 nodes",
-    ] {
-        assert!(notes.iter().any(|note| note.contains(word)), "{notes:?}");
-    }
+    let periodic = NotKept::Section {
+        name: "Periodic".into(),
+    };
+    let elsewhere = ArrayRead::ValuesElsewhere {
+        name: "q".into(),
+        what: "elements",
+        n: 1,
+    };
+    let missing = ArrayRead::ValuesMissing {
+        name: "t".into(),
+        what: "nodes",
+        n: 2,
+        of: 4,
+    };
+    assert!(
+        notes.has(periodic) && notes.has(elsewhere) && notes.has(missing),
+        "{notes:?}"
+    );
     assert_eq!(mesh.groups, [group(2, "zero", 0, &[0, 1])]);
     let names = |arrays: &[DataArray]| arrays.iter().map(|a| a.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&mesh.point_arrays), ["t", "node_number"]);
@@ -369,7 +405,7 @@ fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
         let notes = Msh
             .write(&mesh.view(), &mut bytes, &options)
             .expect("written");
-        assert!(notes[0].contains("nodes are counted from 1"), "{notes:?}");
+        assert_eq!(notes, [Written::CountedFromOne { what: "nodes" }.into()]);
         let back = read(&bytes);
         let p = back.point_arrays.iter().find(|array| array.name == "p");
         assert_eq!(p, Some(&mesh.point_arrays[1]));
@@ -388,7 +424,11 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
             let mut bytes = Vec::new();
             let notes = format.write(&mesh.view(), &mut bytes, &WriteOptions::default());
             let notes = notes.expect("it can be written");
-            let said = notes.iter().any(|note| note.contains("101 components"));
+            let said = notes.has(ArrayWritten::TooManyComponents {
+                name: "wide".into(),
+                n: 101,
+                most: 100,
+            });
             assert_eq!(said, !is_written, "{notes:?}");
             let names = |array: &DataArray| array.name == "wide";
             assert_eq!(read(&bytes).point_arrays.iter().any(names), is_written);

@@ -6,18 +6,16 @@ use super::sink::{Sink, push_point, push_point_binary};
 use super::write_data;
 use super::written::{Entity, Plan};
 use crate::error::Result;
+use crate::formats::Notes;
 use crate::mesh::MeshView;
 use rayon::prelude::*;
 use std::io::Write;
 
-/// Writes the mesh; returns a sentence for each thing that is left out.
-pub(super) fn write(
-    mesh: &MeshView,
-    out: &mut dyn Write,
-    options: &WriteOptions,
-) -> Result<Vec<String>> {
+/// Writes the mesh; returns a note for each thing that is left out.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     let mut plan = Plan::new(mesh, i64::MAX, 0)?;
-    let mut notes = plan.drop_large_numbers(mesh);
+    let mut notes = Notes::default();
+    notes.extend(plan.drop_large_numbers(mesh));
     if plan.entities.is_empty() {
         plan.entities.push(Entity {
             dimension: 3,
@@ -36,7 +34,7 @@ pub(super) fn write(
     };
     write_elements(mesh, &plan, number, &mut sink)?;
     notes.extend(write_data::write(mesh, &plan, number, &mut sink)?);
-    notes.extend(write_data::left_out(mesh, options));
+    write_data::note_left_out(mesh, options, &mut notes);
     Ok(notes)
 }
 

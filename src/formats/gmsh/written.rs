@@ -3,6 +3,7 @@
 use super::groups::ENTITIES;
 use super::index::Index;
 use super::kinds::{self, Type};
+use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, CellRun, DataArray, Group, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -151,21 +152,18 @@ impl Plan {
     }
 
     /// Counts nodes and elements that have values from 1 on where their own tags are above the 32
-    /// bits that data refer to them with. Returns a sentence for each.
-    pub fn drop_large_numbers(&mut self, mesh: &MeshView) -> Vec<String> {
+    /// bits that data refer to them with. Returns a note for each.
+    pub fn drop_large_numbers(&mut self, mesh: &MeshView) -> Vec<Written> {
         let [has_point_data, has_cell_data] = self.data(mesh).map(|arrays| !arrays.is_empty());
         let is_large = |tag: &i64| i32::try_from(*tag).is_err();
         let mut notes = Vec::new();
-        for (of, has_data, numbers) in [
+        for (what, has_data, numbers) in [
             ("nodes", has_point_data, &mut self.node_numbers),
             ("elements", has_cell_data, &mut self.cell_numbers),
         ] {
             if has_data && numbers.iter().flatten().any(is_large) {
                 *numbers = None;
-                notes.push(format!(
-                    "{of} are counted from 1: data of MSH refer to numbers up to {}, and theirs are higher",
-                    i32::MAX
-                ));
+                notes.push(Written::CountedFromOne { what });
             }
         }
         notes

@@ -61,12 +61,7 @@ impl Format for Legacy {
         read::read(source.bytes(), options, notes)
     }
 
-    fn write(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options, write::Version::V51)
     }
 }
@@ -96,12 +91,7 @@ impl Format for Legacy42 {
         Legacy.read(source, options, notes)
     }
 
-    fn write(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options, write::Version::V42)
     }
 }

@@ -9,6 +9,7 @@ use super::super::vtk::text::{ascii, failed};
 use super::super::{Encoding, WriteOptions};
 use super::cursor::encoded;
 use crate::error::{Error, Result};
+use crate::formats::Notes;
 use crate::mesh::{CellKind, CellRef, CellRun, Cells, MeshView};
 use std::io::{BufWriter, Write};
 
@@ -26,13 +27,13 @@ pub(super) enum Version {
     V51,
 }
 
-/// Writes the mesh; returns a sentence for each thing that is not in the file.
+/// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(
     mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
     version: Version,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     options.check_coordinates(mesh)?;
     if version == Version::V42 && mesh.points.len() > i32::MAX as usize {
         let n = mesh.points.len();

@@ -55,7 +55,7 @@ impl Format for Pvtu {
         read::read(source, options, notes)
     }
 
-    fn write(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Vec<String>> {
+    fn write(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
         let message = "a .pvtu is a list of files; write it with convert --pieces N";
         Err(Error::input(message))
     }

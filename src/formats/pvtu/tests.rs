@@ -1,4 +1,5 @@
 use super::*;
+use crate::diagnostic::formats::{ArrayRead, Pieces};
 use crate::formats::{self, Commit, Loaded};
 use crate::mesh::{CellKind, DataArray, Group, Values};
 use std::path::Path;
@@ -63,7 +64,7 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
             &WriteOptions::default(),
             Commit::REPLACE,
         );
-        assert_eq!(notes.expect("it can be written"), [""; 0]);
+        assert_eq!(notes.expect("it can be written"), []);
         let loaded = load(&path);
         assert_eq!(loaded.format.name(), "pvtu");
         assert_eq!(loaded.mesh, mesh, "{n} pieces");
@@ -167,13 +168,16 @@ fn nodes_at_one_place_become_one_and_it_is_said() {
     );
     let expected = Values::F32(vec![1.0, 2.0, 3.0, 4.0, 3.0, 4.0]);
     assert_eq!(loaded.mesh.point_arrays[0].values, expected);
-    let notes: Vec<_> = loaded.notes.iter().collect();
-    assert_eq!(notes.len(), 2, "{notes:?}");
-    assert!(
-        notes[0].contains("2 nodes that have the same place"),
-        "{notes:?}"
-    );
-    assert!(notes[1].contains("only here"), "{notes:?}");
+    let joined = Pieces::Joined {
+        n: 2,
+        n_nodes: 2,
+        by: "place",
+    };
+    let left_out = ArrayRead::NotAlike {
+        what: "point",
+        name: "only here".into(),
+    };
+    assert_eq!(loaded.notes, [joined.into(), left_out.into()]);
 }
 
 #[test]
@@ -196,7 +200,7 @@ fn ghost_cells_are_left_out_with_their_nodes() {
     let loaded = load(&list(folder.path()));
     assert_eq!((loaded.mesh.points.len(), loaded.mesh.cells.len()), (4, 2));
     assert!(loaded.mesh.cell_arrays.is_empty());
-    assert!(loaded.notes.iter().any(|note| note.contains("ghost")));
+    assert!(loaded.notes.has(Pieces::GhostsLeftOut));
 }
 
 #[test]
@@ -229,12 +233,7 @@ fn global_numbers_decide_where_they_agree_with_the_places() {
     );
     let loaded = load(&list(folder.path()));
     assert_eq!(loaded.mesh.points.len(), 6);
-    assert!(
-        loaded
-            .notes
-            .iter()
-            .any(|note| note.contains("are not used"))
-    );
+    assert!(loaded.notes.has(Pieces::NumbersUnused));
 }
 
 #[test]

@@ -5,16 +5,17 @@ use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::plan::Plan;
 use super::super::vtu::{NAMES, Vtu, escaped};
-use super::super::{Waiting, WriteOptions, check_listed, save, save_text};
+use super::super::{Notes, Waiting, WriteOptions, check_listed, save, save_text};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
+use crate::diagnostic::formats::ArrayWritten;
 use crate::error::{Error, Result};
 use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Cuts the mesh into `n` pieces and writes them into a folder beside `path` that has its name
-/// without the ending, and the list of them to `path`. Returns a sentence for each thing that is
+/// without the ending, and the list of them to `path`. Returns a note for each thing that is
 /// not in the files.
 ///
 /// Pieces hold the numbers of their nodes and cells in the whole mesh, so that reading them gives
@@ -28,7 +29,7 @@ pub fn write_pieces(
     n: usize,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     let (notes, files) = stage_pieces(mesh, path, n, options, commit)?;
     files.keep()?;
     Ok(notes)
@@ -41,7 +42,7 @@ pub fn stage_pieces(
     n: usize,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<(Vec<String>, Waiting)> {
+) -> Result<(Notes, Waiting)> {
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let stem = stem
         .filter(|stem| *stem != "-")
@@ -116,7 +117,7 @@ fn write_all(
     files: &[PathBuf],
     options: &WriteOptions,
     commit: Commit,
-) -> Result<(Vec<String>, String)> {
+) -> Result<(Notes, String)> {
     let mut cells: Vec<Vec<usize>> = vec![Vec::new(); files.len()];
     let mut index_in_piece = vec![0u32; of_cells.len()];
     for (cell, &piece) in of_cells.iter().enumerate() {
@@ -127,7 +128,7 @@ fn write_all(
     let alone: Vec<usize> = (0..used.len()).filter(|node| !used[*node]).collect();
     let mut group_cells = group_cells(mesh, of_cells, &index_in_piece, files.len());
     let mut subsets = Subsets::of(mesh);
-    let mut notes: Vec<String> = Vec::new();
+    let mut notes = Notes::default();
     let mut arrays = String::new();
     for (piece, file) in files.iter().enumerate() {
         // Nodes of no cell go with the first piece.
@@ -136,11 +137,7 @@ fn write_all(
         part.groups = groups(mesh, std::mem::take(&mut group_cells[piece]));
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
-        for note in save(&part.view(), file, &Vtu, options, commit)? {
-            if !notes.contains(&note) {
-                notes.push(note);
-            }
-        }
+        notes.extend(save(&part.view(), file, &Vtu, options, commit)?);
         if piece == 0 {
             arrays = declared(&Plan::new(&part.view(), options, &NAMES));
         }
@@ -187,18 +184,10 @@ fn groups(mesh: &MeshView, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
     groups
 }
 
-fn add_numbers(
-    arrays: &mut Vec<DataArray>,
-    name: &str,
-    numbers: &[usize],
-    notes: &mut Vec<String>,
-) {
+fn add_numbers(arrays: &mut Vec<DataArray>, name: &str, numbers: &[usize], notes: &mut Notes) {
     if arrays.iter().any(|array| array.name == name) {
         arrays.retain(|array| array.name != name);
-        let note = format!("the array \"{name}\" is replaced by numbers that count through");
-        if !notes.contains(&note) {
-            notes.push(note);
-        }
+        notes.push(ArrayWritten::ReplacedByNumbers { name: name.into() });
     }
     let numbers = numbers.iter().map(|n| *n as i64).collect();
     arrays.push(DataArray::scalar(name, Values::I64(numbers)));

@@ -37,12 +37,7 @@ impl Format for Su2 {
     fn read(&self, source: &Source, _options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), notes)
     }
-    fn write(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 }

@@ -78,12 +78,7 @@ impl Format for Ugrid {
         let patches = mapbc::beside(&case(source.path()), notes)?;
         read::read(source.bytes(), self, &patches, notes)
     }
-    fn write(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, &self.layout, options)
     }
     fn rounds(&self, _asked: Precision) -> bool {

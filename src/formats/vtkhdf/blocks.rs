@@ -5,7 +5,9 @@ use super::super::vtk::content::{Content, Part, owned};
 use super::super::vtk::number::Element as VtkElement;
 use super::super::vtk::plan::{Plan, Sections};
 use super::faces::{self, FaceCounts, Index};
+use crate::diagnostic::formats::ArrayWritten;
 use crate::error::Result;
+use crate::formats::Notes;
 use crate::formats::names::{Rule, decoded};
 use crate::mesh::{DataArray, MeshView};
 use rayon::prelude::*;
@@ -34,7 +36,7 @@ pub(super) struct Blocks<'a> {
     pub arrays: Vec<Block<'a>>,
     /// Names and values of the datasets of one number a part.
     pub counts: Vec<(&'static str, u64)>,
-    pub notes: Vec<String>,
+    pub notes: Notes,
 }
 
 impl Block<'_> {
@@ -70,7 +72,11 @@ impl<'a> Blocks<'a> {
         ] {
             for content in contents {
                 if content.element == VtkElement::String && group != "FieldData" {
-                    notes.push(unwritten_text(content.name));
+                    // VTK reads text in field data only, and gives up on all arrays beside any other.
+                    notes.push(ArrayWritten::TextLeftOut {
+                        format: "VTKHDF",
+                        name: content.name.to_owned(),
+                    });
                 } else {
                     arrays.push(array(group, content.name.to_owned(), content));
                 }
@@ -103,17 +109,10 @@ pub(super) const NAMES: Rule = Rule {
     why: "names in HDF5 have no slash",
 };
 
-/// VTK reads text in field data only, and gives up on all arrays beside any other.
-fn unwritten_text(name: &str) -> String {
-    format!("the array \"{name}\" is left out: VTK reads no text at nodes or cells")
-}
-
-fn unwritten_components(mesh: &MeshView) -> impl Iterator<Item = String> {
+fn unwritten_components(mesh: &MeshView) -> impl Iterator<Item = ArrayWritten> {
     let named = |array: &&DataArray| !array.component_names.is_empty();
-    mesh.arrays().filter(named).map(|array| {
-        let name = &array.name;
-        format!("names of the components of \"{name}\" are not written")
-    })
+    let names = mesh.arrays().filter(named).map(|array| array.name.clone());
+    names.map(|name| ArrayWritten::ComponentNames { name })
 }
 
 fn array<'a>(group: &'static str, name: String, content: Content<'a>) -> Block<'a> {

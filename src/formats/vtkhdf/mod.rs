@@ -69,12 +69,7 @@ impl Format for VtkHdf {
         placed(unstructured(source).and_then(|grid| extent::times(&grid)))
     }
 
-    fn write(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 

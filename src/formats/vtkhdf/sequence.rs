@@ -8,6 +8,7 @@ use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
 use super::write::Grid;
 use crate::error::{Error, Result};
+use crate::formats::Notes;
 use crate::mesh::{Cells, MeshView};
 use std::path::Path;
 
@@ -27,7 +28,7 @@ pub(super) struct Sequence {
     /// Most bytes of a chunk.
     pub chunk_limit: u64,
     options: WriteOptions,
-    notes: Vec<String>,
+    notes: Notes,
     n_steps: usize,
     topology: Option<Topology>,
     /// Positions, then the arrays.
@@ -51,7 +52,7 @@ impl Sequence {
             file: Growing::create(path, begin, sync)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
-            notes: Vec::new(),
+            notes: Notes::default(),
             n_steps: 0,
             topology: None,
             series: Vec::new(),
@@ -86,7 +87,7 @@ impl SequenceFile for Sequence {
         self.file.commit()
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &Notes {
         &self.notes
     }
 

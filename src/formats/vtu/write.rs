@@ -6,18 +6,15 @@ use super::super::{Encoding, WriteOptions};
 use super::encode::failed;
 use super::file::{File, NAMES};
 use crate::error::Result;
+use crate::formats::Notes;
 use crate::mesh::MeshView;
 use std::io::{BufWriter, Write};
 
 /// Smaller pieces are gathered before they are written; larger ones are written as they are.
 const BUFFER: usize = 1 << 20;
 
-/// Writes the mesh; returns a sentence for each thing that is not in the file.
-pub(super) fn write(
-    mesh: &MeshView,
-    out: &mut dyn Write,
-    options: &WriteOptions,
-) -> Result<Vec<String>> {
+/// Writes the mesh; returns a note for each thing that is not in the file.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     options.check_coordinates(mesh)?;
     let plan = Plan::new(mesh, options, &NAMES);
     let file = File {

@@ -4,6 +4,8 @@
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Place};
 use super::names::{Names, RULE};
+use crate::diagnostic::formats::{Condition, GroupWritten};
+use crate::formats::Notes;
 use crate::formats::records::shared_names;
 use crate::mesh::{CellSet, Group, MeshView};
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,7 +46,7 @@ pub(super) fn add(
     mesh: &MeshView,
     names: &mut Names,
     kind: Kind,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) {
     let dimension = mesh.dimension();
     let mut families = Families::new(base, mesh);
@@ -54,10 +56,8 @@ pub(super) fn add(
     for group in mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
-            notes.push(format!(
-                "group \"{}\" has no cells; CGNS keeps its family alone",
-                group.name
-            ));
+            let name = group.name.clone();
+            notes.push(GroupWritten::Empty { name });
             continue;
         }
         let node = if group.dimension + 1 == dimension {
@@ -159,7 +159,7 @@ impl<'a> Families<'a> {
     }
 
     /// The name of the family of a group.
-    fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Vec<String>) -> String {
+    fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Notes) -> String {
         let (base, name) = (self.base, self.names[group.name.as_str()].clone());
         let family = *self.places.entry(name.clone()).or_insert_with(|| {
             let family = draft.group(base, &name, "Family_t");
@@ -172,10 +172,10 @@ impl<'a> Families<'a> {
             (Some(_), Some(condition)) if self.with_condition.insert(family) => {
                 draft.text(family, "FamilyBC", "FamilyBC_t", condition);
             }
-            (Some(condition), None) => notes.push(format!(
-                "the condition \"{condition}\" of \"{}\" is none of CGNS",
-                group.name
-            )),
+            (Some(condition), None) => notes.push(Condition::Unknown {
+                condition: condition.clone(),
+                group: group.name.clone(),
+            }),
             _ => {}
         }
         name

@@ -10,9 +10,11 @@ use super::faces::FaceTable;
 use super::fields::fields;
 use super::names::LONGEST;
 use super::series::{Given, Series, names, padded, step_name};
-use super::{SIMULATION, SORTED, Static, TIMES};
+use super::{SIMULATION, Static, TIMES};
 use super::{add_length_exponents, coordinates, plan};
+use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
+use crate::formats::Notes;
 use crate::mesh::{CellKind, Mesh, MeshView};
 use rayon::prelude::*;
 use std::path::Path;
@@ -25,7 +27,7 @@ const MOTION: &str = "ArbitraryGridMotion";
 pub(in crate::formats::cgns) struct Sequence {
     file: Growing,
     options: WriteOptions,
-    notes: Vec<String>,
+    notes: Notes,
     first: Option<First>,
     steps: Steps,
 }
@@ -57,7 +59,7 @@ impl Sequence {
         Ok(Self {
             file: Growing::create(path, begin, sync)?,
             options: options.clone(),
-            notes: Vec::new(),
+            notes: Notes::default(),
             first: None,
             steps: Steps::new(),
         })
@@ -140,7 +142,7 @@ impl Steps {
         &mut self,
         mesh: &MeshView,
         (file, first): (&mut Growing, &mut First),
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<()> {
         let everywhere = 0..mesh.points.len();
         let of_mesh = fields(&mesh.field_arrays, notes);
@@ -211,12 +213,13 @@ impl SequenceFile for Sequence {
         let mesh = sorted_view.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
         self.append_grid(mesh)?;
-        let mut notes: Vec<String> = sorted.iter().map(|_| SORTED.to_owned()).collect();
+        let mut notes = Notes::default();
+        notes.extend(sorted.iter().map(|_| Written::CellsByType));
         let (file, steps) = (&mut self.file, &mut self.steps);
         let first = self.first.as_mut().expect("the first step has set it");
         steps.append_arrays(mesh, (file, first), &mut notes)?;
         if steps.n == 0 {
-            self.notes.append(&mut notes);
+            self.notes.extend(notes);
         }
         steps.n += 1;
         steps.times.push(&[time]);
@@ -241,7 +244,7 @@ impl SequenceFile for Sequence {
         self.file.commit()
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &Notes {
         &self.notes
     }
 

@@ -1,12 +1,17 @@
 //! Displacements of the nodes of a body at places along a schedule: the set of a step, and how fast it
 //! passes.
 
-use super::Clock;
+use super::clock::NO_TIME;
+use super::link::{Link, NodeField, NodeLink};
+use super::nodes::BodyNodes;
+use super::{At, Clock, OnMesh, Reach, ResolvedMotion};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, scale, sub};
 use crate::motion::steps::Step;
 use crate::motion::table::Key;
+use std::borrow::Cow;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Part of the distance to the next set by which a set may be off its step, and of its place by
 /// which one alone may be.
@@ -19,7 +24,7 @@ const GAP: f64 = 1.001;
 
 /// A set of displacements for every step, or one for all.
 #[derive(Debug, Clone)]
-pub(in crate::motion) struct SurfaceSets {
+pub(super) struct SurfaceSets {
     /// What the sets belong to; `None` is one for all steps.
     pub(super) key: Option<Key>,
     /// Where the sets are, increasing.
@@ -30,6 +35,45 @@ pub(in crate::motion) struct SurfaceSets {
     pub(super) lines: Vec<u64>,
     /// What the user should know, as sentences.
     pub notes: Vec<String>,
+}
+
+/// The sets with the nodes that they are for.
+#[derive(Debug)]
+pub(super) struct NodeSets {
+    sets: SurfaceSets,
+    nodes: Arc<BodyNodes>,
+    offset: f64,
+}
+
+impl NodeSets {
+    pub fn new(sets: SurfaceSets, on: &OnMesh<'_>) -> Self {
+        Self {
+            sets,
+            nodes: on.nodes(),
+            offset: on.offset,
+        }
+    }
+}
+
+impl ResolvedMotion for NodeSets {
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
+        let set = self.sets.at(at.step, self.offset);
+        let rates = || self.sets.rates(at.step, self.offset, &at.clock);
+        let rates = at.rates.then(|| NodeField::Values(Cow::Owned(rates())));
+        Some(Link::Nodes(NodeLink {
+            nodes: Arc::clone(&self.nodes),
+            fields: vec![(NodeField::Values(Cow::Borrowed(set)), rates)],
+            part: at.part,
+        }))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::Nodes
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.sets.notes
+    }
 }
 
 impl SurfaceSets {
@@ -52,16 +96,13 @@ impl SurfaceSets {
         self.nearest(at).or_else(turned)
     }
 
-    /// Refuses a step without a set; `line` is that of the motion in the schedule. Where rows are
-    /// missing, the error is at the last row before them.
-    pub(super) fn check(&self, step: &Step, offset: f64, (path, line): (&Path, u64)) -> Result<()> {
-        let (Some(key), None) = (self.key, self.find(step, offset)) else {
+    /// Refuses a step without a set. Where rows are missing, the error is at the last row before them.
+    pub(super) fn check(&self, step: &Step, on: &OnMesh<'_>, path: &Path) -> Result<()> {
+        let (Some(key), None) = (self.key, self.find(step, on.offset)) else {
             return Ok(());
         };
-        let Some(at) = Clock::place(key, step, offset) else {
-            let message = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
-                           `rpm` in [rotor]";
-            return Err(Error::input(message).line(line));
+        let Some(at) = Clock::place(key, step, on.offset) else {
+            return Err(on.error("surface", NO_TIME));
         };
         let before = self.places.partition_point(|place| *place < at);
         let message = format!(

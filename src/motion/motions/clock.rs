@@ -1,8 +1,13 @@
 //! Where a table over azimuth, time or step is at a step of the schedule, and how fast it passes.
 
-use crate::error::{Error, Result};
+use super::OnMesh;
+use crate::error::Result;
 use crate::motion::steps::Step;
 use crate::motion::table::{History, Key};
+
+/// What a table over time is told where there is none.
+pub(super) const NO_TIME: &str = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
+                                  `rpm` in [rotor]";
 
 /// The steps of a schedule with what is known of their times.
 #[derive(Debug, Clone, Copy)]
@@ -53,8 +58,8 @@ impl Clock<'_> {
         }
     }
 
-    /// Refuses a history that has no values at some step; `line` is that of its motion in the schedule.
-    pub fn check(&self, history: &History, offset: f64, line: u64) -> Result<()> {
+    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule.
+    pub fn check(&self, history: &History, on: &OnMesh<'_>, place: &str) -> Result<()> {
         let key = history.key();
         let turns = key.revolution().is_some();
         let timed = self.steps.iter().any(|step| step.time_s.is_some());
@@ -64,13 +69,11 @@ impl Clock<'_> {
                  instance  frequency = 2.0, or give the table the column `time_s`",
                 key.name()
             );
-            return Err(Error::input(message).line(line));
+            return Err(on.error(place, message));
         }
         for step in self.steps {
-            let Some(at) = Self::place(key, step, offset) else {
-                let message = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
-                               `rpm` in [rotor]";
-                return Err(Error::input(message).line(line));
+            let Some(at) = Self::place(key, step, on.offset) else {
+                return Err(on.error(place, NO_TIME));
             };
             history.locate(at)?;
         }

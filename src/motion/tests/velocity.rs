@@ -1,6 +1,6 @@
 //! Velocities against differences of places.
 
-use super::driven::resolve;
+use super::tables::resolve;
 use crate::geometry::vector::{Vector, distance, norm, scale, sub};
 use crate::motion::Motion;
 
@@ -29,7 +29,7 @@ fn assert_differentiated(motion: &Motion) {
     for x in [[0.3, 0.4, 0.0], [0.9, -0.2, 0.1]] {
         let place = |step: usize| -> Vector { motion.pose(0, &motion.steps[step]).apply(x) };
         let difference = scale(sub(place(2), place(0)), 0.5 / H);
-        let found = motion.paces(&motion.steps[1])[0].velocity(0, x);
+        let found = motion.velocities(&motion.steps[1])[0].velocity(0, x);
         let off = distance(found, difference) / norm(difference);
         assert!(off < 1e-7, "{found:?} {difference:?}");
         let carry = |step: usize| motion.carry(&motion.steps[step]).expect("inertial");
@@ -69,6 +69,6 @@ fn a_ramp_grows_over_the_steps() {
     let ramp = "rigid = { ramp = true, translate = [0.1, 0.2, 0.3], rotate = { axis = [1, 2, 2], origin = [1, 0, 0], angle = 0.01 } }";
     assert_differentiated(&motion("linear", ramp));
     let still = motion("linear", "rigid.translate = [1, 0, 0]");
-    let pace = &still.paces(&still.steps[0])[0];
+    let pace = &still.velocities(&still.steps[0])[0];
     assert_eq!(pace.velocity(0, [1.0, 2.0, 3.0]), [0.0; 3]);
 }

@@ -1,7 +1,7 @@
 //! Nodes that two bodies share: they move with the body that the schedule names first, and the other
 //! may want them elsewhere.
 
-use super::placed::Pose;
+use super::body_map::BodyMap;
 use super::resolved::Motion;
 use super::surface::Role;
 use crate::geometry::vector::{Vector, distance};
@@ -12,7 +12,7 @@ const ALIKE: f64 = 1e-9;
 
 /// Nodes that two bodies share.
 #[derive(Default)]
-struct Seam {
+struct Shared {
     n_nodes: usize,
     /// Largest distance between the places that both give a node, at any step.
     gap: f64,
@@ -23,8 +23,8 @@ struct Seam {
 impl Motion {
     /// A sentence for each pair of bodies that move the nodes they share apart; `points` are the nodes
     /// of the reference mesh, of extent `diagonal`.
-    pub fn seams(&self, points: &[Vector], diagonal: f64) -> Vec<String> {
-        let mut seams: BTreeMap<(u16, u16), Seam> = BTreeMap::new();
+    pub fn shared_nodes(&self, points: &[Vector], diagonal: f64) -> Vec<String> {
+        let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
         if self.surface.shared.is_empty() {
             return Vec::new();
         }
@@ -34,31 +34,31 @@ impl Motion {
                 let Some(own) = self.body_of(node) else {
                     continue;
                 };
-                let seam = seams.entry((own, other)).or_default();
-                let place = |pose: &Pose<'_>| pose.place(node, points[node as usize]);
+                let pair = shared.entry((own, other)).or_default();
+                let place = |pose: &BodyMap<'_>| pose.place(node, points[node as usize]);
                 let gap = distance(
                     place(&poses[usize::from(own)]),
                     place(&poses[usize::from(other)]),
                 );
-                seam.n_nodes += usize::from(step.index == self.steps[0].index);
-                if gap > seam.gap {
-                    (seam.gap, seam.step) = (gap, step.index);
+                pair.n_nodes += usize::from(step.index == self.steps[0].index);
+                if gap > pair.gap {
+                    (pair.gap, pair.step) = (gap, step.index);
                 }
             }
         }
-        let apart = seams
+        let apart = shared
             .into_iter()
-            .filter(|(_, seam)| seam.gap > ALIKE * diagonal);
-        let sentence = |((own, other), seam): ((u16, u16), Seam)| {
+            .filter(|(_, pair)| pair.gap > ALIKE * diagonal);
+        let sentence = |((own, other), pair): ((u16, u16), Shared)| {
             let name = |body: u16| self.bodies[usize::from(body)].name.as_str();
             format!(
                 "{} nodes are on tags of body \"{}\" and of body \"{}\"; they move with the first, and the other would \
                  put them up to {:.3e} elsewhere (step {})",
-                seam.n_nodes,
+                pair.n_nodes,
                 name(own),
                 name(other),
-                seam.gap,
-                seam.step
+                pair.gap,
+                pair.step
             )
         };
         apart.map(sentence).collect()

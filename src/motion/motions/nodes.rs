@@ -1,9 +1,10 @@
 //! The nodes of a body, found by number or by place, and a vector for each of them from a file.
 
+use super::OnMesh;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance};
-use crate::motion::body::{Body, Matching};
+use crate::motion::reader::{Entry, Section};
 use std::collections::HashMap;
 
 /// Nodes that are named in a message.
@@ -12,6 +13,34 @@ const LISTED: usize = 5;
 const ASKED: usize = 64;
 /// Part of the extent of a body by which a place may be off a node that it is meant for.
 const ALMOST: f64 = 1e-4;
+
+/// How nodes of a file are found among those of a body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Matching {
+    /// Distance at which a place is that of a node, in mesh units.
+    pub tolerance: f64,
+    /// Whether nodes that the file does not name stay where they are; else they are an error.
+    pub missing_fixed: bool,
+}
+
+impl Default for Matching {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-9,
+            missing_fixed: false,
+        }
+    }
+}
+
+impl Matching {
+    pub fn read(section: &Section<'_>) -> Result<Self> {
+        let mut matching = Self::default();
+        section.set("match_tolerance", &mut matching.tolerance, Entry::positive)?;
+        let missing = |entry: &Entry<'_>| entry.choice(&[("fixed", true)]);
+        section.set("missing", &mut matching.missing_fixed, missing)?;
+        Ok(matching)
+    }
+}
 
 /// The nodes that move with a body.
 #[derive(Debug, Clone)]
@@ -44,6 +73,18 @@ pub(super) struct Finder<'a> {
 }
 
 impl BodyNodes {
+    pub fn of(on: &OnMesh<'_>) -> Self {
+        let nodes = on.surface_nodes.nodes.iter().zip(&on.surface_nodes.roles);
+        let own = nodes.filter(|(_, role)| **role == on.role);
+        let nodes: Vec<u32> = own.map(|(node, _)| *node).collect();
+        let places = nodes.iter().map(|&node| on.mesh.points[node as usize]);
+        Self {
+            places: places.collect(),
+            nodes,
+            n_mesh: on.mesh.points.len(),
+        }
+    }
+
     /// The position of a node of the mesh among these.
     #[inline]
     pub fn find(&self, node: u32) -> Option<usize> {
@@ -171,7 +212,7 @@ impl Filled {
         self,
         finder: &Finder<'_>,
         matching: Matching,
-        body: &Body,
+        body: &str,
         what: &str,
         at_row: AtRow<'_>,
     ) -> Result<Vec<Vector>> {
@@ -183,9 +224,8 @@ impl Filled {
             .collect();
         if missing.len() == nodes.nodes.len() {
             let message = format!(
-                "no node of body \"{}\" is in the file{what}; {}its nodes are counted from 0, and places must agree to \
-                 match_tolerance = {:e}",
-                body.name,
+                "no node of body \"{body}\" is in the file{what}; {}its nodes are counted from 0, and places must agree \
+                 to match_tolerance = {:e}",
                 finder.almost(&missing),
                 matching.tolerance
             );
@@ -198,10 +238,9 @@ impl Filled {
         let listed: Vec<String> = listed.map(|&at| nodes.nodes[at].to_string()).collect();
         let more = if missing.len() > LISTED { ", ..." } else { "" };
         let message = format!(
-            "{} of the {} nodes of body \"{}\" are missing{what}: {}{more}; {}add them, or set missing = \"fixed\"",
+            "{} of the {} nodes of body \"{body}\" are missing{what}: {}{more}; {}add them, or set missing = \"fixed\"",
             missing.len(),
             nodes.nodes.len(),
-            body.name,
             listed.join(", "),
             finder.almost(&missing)
         );
@@ -214,13 +253,12 @@ pub(super) fn check_plane(
     value: Vector,
     in_plane: bool,
     what: &str,
-    body: &Body,
+    body: &str,
 ) -> std::result::Result<(), String> {
     if !in_plane || value[2] == 0.0 {
         return Ok(());
     }
     Err(format!(
-        "body \"{}\" would leave the plane of the 2D mesh; {what} along z must be 0",
-        body.name
+        "body \"{body}\" would leave the plane of the 2D mesh; {what} along z must be 0"
     ))
 }

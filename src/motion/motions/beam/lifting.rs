@@ -1,16 +1,11 @@
 //! The line that the sections of a blade turn about: given as a table, or at a quarter of the chord
 //! of the mesh.
 
-use super::BodyNodes;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance, dot, sub};
-use crate::mesh::Mesh;
-use crate::motion::body::Body;
-use crate::motion::rotor::RotorAxes;
-use crate::motion::surface::{Role, SurfaceFaces, SurfaceNodes};
+use crate::motion::motions::OnMesh;
 use crate::motion::table::Table;
-use std::path::Path;
 
 /// A rounded end of a blade reaches inside by this part of the chord, which is half of what is a thick
 /// section, ...
@@ -23,33 +18,24 @@ const BESIDE: f64 = 0.5;
 /// Where the line lies between leading and trailing edge.
 const CHORDWISE: f64 = 0.25;
 
-/// The faces of a body, seen in the frame of its blade.
-#[derive(Clone, Copy)]
-pub(in crate::motion) struct BladeSurface<'a> {
-    /// The mesh.
-    pub mesh: &'a Mesh,
-    /// Faces with a role.
-    pub faces: &'a SurfaceFaces,
-    /// Nodes with a role.
-    pub nodes: &'a SurfaceNodes,
-    /// The role of the body's own.
-    pub role: Role,
-    /// Axes of the blade at its azimuth offset.
-    pub blade: &'a RotorAxes,
+/// The edges of a body's faces, ends in the frame of its blade: span, chord and shaft coordinates from the hub.
+pub(super) struct BladeEdges {
+    edges: Vec<[Vector; 2]>,
+    /// 1, or -1 where the leading edge is away from `e_y`.
+    forward: f64,
 }
 
 /// Points in the frame of the blade, from the hub, over increasing stations. Past its ends it goes on
 /// parallel to the span.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::motion) struct LiftingLine {
+pub(super) struct LiftingLine {
     stations: Vec<f64>,
     points: Vec<Vector>,
 }
 
 impl LiftingLine {
-    /// Reads `station, x, y, z`; the blade goes from `span[0]` to `span[1]`.
-    pub fn read(path: &Path, body: &Body, span: [f64; 2]) -> Result<Self> {
-        let table = Table::read(path)?;
+    /// From columns `station, x, y, z`; the blade goes from `span[0]` to `span[1]`.
+    pub fn from_table(table: &Table, body: &str, span: [f64; 2]) -> Result<Self> {
         let mut columns = table.columns();
         let station = columns.require("station")?;
         let names = ["x", "y", "z"].map(|name| columns.require(name));
@@ -88,21 +74,14 @@ impl LiftingLine {
     /// blade, and on straight through these.
     /// The chord of a section is its longest extent; its leading edge is the end towards `e_y`, of a
     /// clockwise rotor the other.
-    pub fn quarter_chord(
-        surface: &BladeSurface<'_>,
-        stations: &[f64],
-        body: &Body,
-        line: u64,
-    ) -> Result<Self> {
-        let edges = surface.edges();
-        let [low, high] = span_of(&edges);
+    pub fn quarter_chord(blade: &BladeEdges, stations: &[f64], body: &str) -> Result<Self> {
+        let [low, high] = blade.span();
         let length = high - low;
-        let sign = surface.blade.signs.azimuth;
         let chords = |stations: &[f64]| -> Result<Vec<[Vector; 2]>> {
-            let cuts = cuts(&edges, stations);
+            let cuts = cuts(&blade.edges, stations);
             let chords = stations.iter().zip(&cuts).map(|(station, cut)| {
-                let none = || no_chord(*station, body).line(line);
-                chord(cut, sign).ok_or_else(none)
+                let none = || no_chord(*station, body);
+                chord(cut, blade.forward).ok_or_else(none)
             });
             chords.collect()
         };
@@ -139,7 +118,7 @@ impl LiftingLine {
     }
 
     /// A sentence where a point of the line along the blade, whose box this is, lies far beside it.
-    pub fn beside(&self, body: &Body, bounds: &Bounds) -> Option<String> {
+    pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<String> {
         let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
         let allowed = BESIDE * across.fold(0.0, f64::max);
         let (low, high) = (bounds.low[0], bounds.high[0]);
@@ -152,9 +131,9 @@ impl LiftingLine {
             off.reduce(|most, next| if next.2 > most.2 { next } else { most })?;
         (off > allowed).then(|| {
             format!(
-                "body \"{}\": the lifting line is at {x:?} at station {station}, {off:.3e} beside the blade, which lies \
-                 between {:?} and {:?}; its points are along the blade's axes from the hub",
-                body.name, bounds.low, bounds.high
+                "body \"{body}\": the lifting line is at {x:?} at station {station}, {off:.3e} beside the blade, which \
+                 lies between {:?} and {:?}; its points are along the blade's axes from the hub",
+                bounds.low, bounds.high
             )
         })
     }
@@ -196,31 +175,28 @@ fn cuts(edges: &[[Vector; 2]], stations: &[f64]) -> Vec<Vec<Vector>> {
     cuts
 }
 
-fn no_chord(station: f64, body: &Body) -> Error {
+fn no_chord(station: f64, body: &str) -> Error {
     Error::input(format!(
-        "body \"{}\" has no faces at station {station}, so there is no chord to take a quarter of; give \
-         `lifting_line` a table  station,x,y,z",
-        body.name
+        "body \"{body}\" has no faces at station {station}, so there is no chord to take a quarter of; give \
+         `lifting_line` a table  station,x,y,z"
     ))
 }
 
 /// What is said of stations that all lie off the blade.
-pub(super) fn off_blade([first, last]: [f64; 2], body: &Body, [low, high]: [f64; 2]) -> String {
+pub(super) fn off_blade([first, last]: [f64; 2], body: &str, [low, high]: [f64; 2]) -> String {
     format!(
-        "the stations go from {first} to {last}, but body \"{}\" lies between {low} and {high} along its span; \
-         stations are lengths in mesh units from the hub",
-        body.name
+        "the stations go from {first} to {last}, but body \"{body}\" lies between {low} and {high} along its span; \
+         stations are lengths in mesh units from the hub"
     )
 }
 
-impl BladeSurface<'_> {
-    /// The edges of the body's faces, ends in the frame of the blade.
-    fn edges(&self) -> Vec<[Vector; 2]> {
+impl BladeEdges {
+    pub fn of(on: &OnMesh<'_>) -> Self {
         let mut edges = Vec::new();
-        let faces = self.faces.cells.iter().zip(&self.faces.roles);
-        for (&cell, _) in faces.filter(|(_, role)| **role == self.role) {
-            let cell = self.mesh.cells.get(cell as usize);
-            let place = |at: usize| self.in_blade(self.mesh.points[cell.nodes[at] as usize]);
+        let faces = on.faces.cells.iter().zip(&on.faces.roles);
+        for (&cell, _) in faces.filter(|(_, role)| **role == on.role) {
+            let cell = on.mesh.cells.get(cell as usize);
+            let place = |at: usize| in_blade(on, on.mesh.points[cell.nodes[at] as usize]);
             let pairs = cell.kind.edges();
             let n = cell.nodes.len();
             if pairs.is_empty() {
@@ -228,46 +204,30 @@ impl BladeSurface<'_> {
             }
             edges.extend(pairs.iter().map(|pair| pair.map(|at| place(at.into()))));
         }
-        edges
-    }
-
-    /// Span, chord and shaft coordinates of a point from the hub.
-    fn in_blade(&self, x: Vector) -> Vector {
-        let from_hub = sub(x, self.blade.hub);
-        [self.blade.e_x, self.blade.e_y, self.blade.e_z].map(|axis| dot(axis, from_hub))
-    }
-
-    /// The nodes of the body.
-    pub fn nodes(&self) -> BodyNodes {
-        let nodes = self.nodes.nodes.iter().zip(&self.nodes.roles);
-        let own = nodes.filter(|(_, role)| **role == self.role);
-        let nodes: Vec<u32> = own.map(|(node, _)| *node).collect();
-        BodyNodes {
-            places: nodes
-                .iter()
-                .map(|&node| self.mesh.points[node as usize])
-                .collect(),
-            nodes,
-            n_mesh: self.mesh.points.len(),
+        Self {
+            edges,
+            forward: on.blade.signs.azimuth,
         }
     }
 
-    /// The box around the blade, in its frame.
+    /// The box around the blade.
     pub fn bounds(&self) -> Bounds {
-        Bounds::around(self.edges().iter().flatten())
+        Bounds::around(self.edges.iter().flatten())
     }
 
     /// Where the blade begins and ends along its span.
     pub fn span(&self) -> [f64; 2] {
-        span_of(&self.edges())
+        let ends = self.edges.iter().flatten().map(|x| x[0]);
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+            [low.min(r), high.max(r)]
+        })
     }
 }
 
-fn span_of(edges: &[[Vector; 2]]) -> [f64; 2] {
-    let ends = edges.iter().flatten().map(|x| x[0]);
-    ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
-        [low.min(r), high.max(r)]
-    })
+/// Span, chord and shaft coordinates of a point from the hub.
+fn in_blade(on: &OnMesh<'_>, x: Vector) -> Vector {
+    let from_hub = sub(x, on.blade.hub);
+    [on.blade.e_x, on.blade.e_y, on.blade.e_z].map(|axis| dot(axis, from_hub))
 }
 
 /// The ends of the longest extent of a section, leading edge first, which is towards `e_y` times `sign`:
