@@ -208,14 +208,18 @@ mod tests {
         for format in FORMATS {
             let mut file = MARK.to_vec();
             // A list of pieces is nothing without them.
-            if format.name() == "pvtu" || format.write(&mesh.view(), &mut file, &options).is_err() {
+            if format.name() == "pvtu"
+                || format
+                    .write_file(&mesh.view(), &mut file, &options)
+                    .is_err()
+            {
                 continue;
             }
             if !file[MARK.len()..].is_ascii() || file.contains(&0) {
                 continue;
             }
             let source = Source::from_bytes(Path::new("marked"), file);
-            let found = read(&source, &ReadOptions::default()).map(|loaded| loaded.mesh);
+            let found = read(&source.into(), &ReadOptions::default()).map(|loaded| loaded.mesh);
             let found = found.unwrap_or_else(|error| panic!("{}: {error}", format.name()));
             assert_eq!(found.points, mesh.points, "{}", format.name());
             n_texts += 1;

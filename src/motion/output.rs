@@ -84,6 +84,7 @@ impl OutputOptions {
             compression: self.compression,
             precision: self.precision,
             tag_names: true,
+            pieces: None,
         }
     }
 

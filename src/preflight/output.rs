@@ -4,14 +4,14 @@ use super::disk::Demand;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Kind, Result};
-use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
+use crate::formats::{self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::quality::{Criterion, Quality};
 use crate::record::COLUMNS;
 use rayon::prelude::*;
-use std::io::Write;
+use std::path::Path;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
@@ -107,14 +107,14 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u6
         ..plan.schedule.output.write_options()
     };
     plan.mesh.points = moved_a_little(&plan.reference);
-    let mut sink = Counter(0);
-    let dropped = format.write(&plan.mesh.view(), &mut sink, &options);
+    let mut out = OutputSet::nowhere(Path::new("mesh"));
+    let dropped = format.write(&plan.mesh.view(), &mut out, &options);
     plan.mesh.points = Vec::new();
     let dropped = dropped.map_err(|error| described(error, plan))?;
     let mut dropped: Vec<String> = dropped.iter().map(Diagnostic::to_string).collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
-    Ok((dropped, sink.0))
+    Ok((dropped, out.finish().n_bytes))
 }
 
 /// Nodes moved by so little that they stay in their plane where they have one.
@@ -131,20 +131,6 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
         }
     };
     points.par_iter().map(moved).collect()
-}
-
-/// Counts bytes that go nowhere.
-struct Counter(u64);
-
-impl Write for Counter {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0 += bytes.len() as u64;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
 }
 
 /// Sentences where numbers are to be stored in a way that the format does not have.

@@ -5,7 +5,7 @@ use super::names::Names;
 use super::run::Request;
 use crate::deform::Plan;
 use crate::error::{Error, Result};
-use crate::formats::{Commit, Precision, check_file, check_no_device, save_text};
+use crate::formats::{Commit, Precision, check_file, check_no_device, hash_of_folder, save_text};
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
 use serde_json::{Value, json};
@@ -193,7 +193,7 @@ impl Record {
 
 /// An input and its hash; what came from a pipe is gone and has none.
 fn input(what: &str, path: &Path) -> Result<Value> {
-    let is_pipe = |found: std::fs::Metadata| !found.is_file();
+    let is_pipe = |found: std::fs::Metadata| !found.is_file() && !found.is_dir();
     if path.as_os_str() == "-" || path.metadata().is_ok_and(is_pipe) {
         return Ok(json!({ "what": what, "file": path.display().to_string() }));
     }
@@ -213,9 +213,13 @@ pub(super) fn read(path: &Path) -> Result<Option<Value>> {
     Ok(read.filter(|record| record["inputs"].is_array() && record["options"].is_object()))
 }
 
-/// The hash of a file, read piece by piece: a mapped file would count as memory of the run.
+/// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, that of
+/// its files.
 pub(super) fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
-    hash_of_range(path, 0..u64::MAX)
+    match path.is_dir() {
+        true => hash_of_folder(path, hash_of),
+        false => hash_of_range(path, 0..u64::MAX),
+    }
 }
 
 /// The hash of some bytes of a file.

@@ -225,7 +225,7 @@ fn check_file(
     row: &Row,
 ) -> std::result::Result<(), String> {
     let path = names.path(row.text("file"));
-    if !path.is_file() {
+    if !path.exists() {
         return Err("is missing".to_owned());
     }
     match hash_of(&path) {
@@ -233,7 +233,7 @@ fn check_file(
         Ok(_) => return Err("has another hash than steps.csv says".to_owned()),
         Err(error) => return Err(format!("cannot be read ({error})")),
     }
-    let beside = format.companions(&plan.mesh.view(), &path);
+    let beside = format.beside(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
     match beside.iter().any(differs) {
@@ -259,7 +259,7 @@ fn check_same(now: &Record, then: &Value, path: &Path) -> Result<()> {
 fn check_names(rows: &Rows, then: Option<&Value>, names: &Names) -> Result<()> {
     let is_other = |(step, row): &(&usize, &Row)| {
         let file = row.text("file");
-        names.steps().contains(step) && file != names.mesh(**step) && names.path(file).is_file()
+        names.steps().contains(step) && file != names.mesh(**step) && names.path(file).exists()
     };
     let Some((step, row)) = rows.iter().find(is_other) else {
         return Ok(());

@@ -7,7 +7,7 @@ use super::run::Run;
 use super::step::{Computed, Measures, add_arrays, compute, compute_again, row};
 use super::writer::Writer;
 use crate::error::{Error, Kind, Result};
-use crate::formats::{self, ReadOptions, Source};
+use crate::formats::{self, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::motion::{OnInverted, Step};
@@ -116,7 +116,7 @@ impl Run<'_> {
             ..ReadOptions::default()
         };
         let read =
-            Source::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
+            Location::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
         match read {
             Ok(read) if read.mesh.points.len() == points.len() => {
                 *points = read.mesh.points;

@@ -71,20 +71,30 @@ impl Format for Ugrid {
         self.extensions
     }
     /// There is no magic number: the counts at the start must fit the whole length.
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         self.layout.fits(head)
     }
-    fn read(&self, source: &Source, _options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(
+        &self,
+        source: &Source,
+        _options: &ReadOptions,
+        notes: &mut Notes,
+    ) -> Result<Mesh> {
         let patches = mapbc::beside(&case(source.path()), notes)?;
         read::read(source.bytes(), self, &patches, notes)
     }
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, &self.layout, options)
     }
     fn rounds(&self, _asked: Precision) -> bool {
         matches!(self.layout, Layout::Binary(binary) if binary.real == 4)
     }
-    fn companions(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fn beside(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         let file = mapbc::path(&case(path));
         // One that is there already would name the tags of this mesh.
         if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {

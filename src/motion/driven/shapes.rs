@@ -4,8 +4,8 @@
 use super::Clock;
 use super::nodes::{At, BodyNodes, Filled, Finder, check_plane};
 use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, Source};
 use crate::geometry::vector::{Vector, add, scale};
+use crate::mesh::Mesh;
 use crate::mesh::Values;
 use crate::mesh::arrays::with_numbers;
 use crate::motion::body::{Body, ModesMotion};
@@ -234,8 +234,7 @@ pub(super) type NamedVectors = (String, Vec<Vector>);
 
 /// The points of a mesh file and its point arrays of three components.
 pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)> {
-    let source = Source::open(path)?;
-    let mesh = formats::read(&source, &ReadOptions::default())?.mesh;
+    let mesh = Mesh::read(path)?;
     let mut arrays = Vec::new();
     for array in mesh
         .point_arrays
