@@ -157,9 +157,7 @@ impl Input {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = formats::without_packing(&name);
         let name = name.strip_suffix(".series").unwrap_or(name);
-        let known = formats::FORMATS
-            .iter()
-            .flat_map(|format| format.extensions());
+        let known = formats::with_flavours().flat_map(|format| format.extensions());
         let stem = known
             .chain(&["pvd"])
             .filter_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))

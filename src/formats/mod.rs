@@ -55,32 +55,29 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Every format, in the order in which their content is tried.
+/// Every format; in this order their content is tried.
 pub static FORMATS: &[&dyn Format] = &[
     // Before the format that takes any XML of VTK.
     &pvtu::Pvtu,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
     &legacy::Legacy,
-    &legacy::Legacy42,
     &gmsh::Msh,
-    &gmsh::Msh22,
     &su2::Su2,
     &cgns::Cgns,
     &ugrid::TEXT,
-    &ugrid::B8,
-    &ugrid::LB8,
-    &ugrid::B4,
-    &ugrid::LB4,
-    &ugrid::R8,
-    &ugrid::LR8,
-    &ugrid::R4,
-    &ugrid::LR4,
-    &ugrid::B8L,
-    &ugrid::LB8L,
     #[cfg(test)]
     &toy::Toy,
 ];
+
+/// Every format and, after each, its flavours.
+pub fn with_flavours() -> impl DoubleEndedIterator<Item = &'static dyn Format> + Clone {
+    let flavours = |format: &&'static dyn Format| {
+        let further = format.flavours().iter().copied();
+        std::iter::once(*format).chain(further)
+    };
+    FORMATS.iter().flat_map(flavours)
+}
 
 /// A mesh file format.
 pub trait Format: Sync {
@@ -91,6 +88,10 @@ pub trait Format: Sync {
     /// Extensions without the first dot; the first one is written. The longest that a file's name
     /// ends with decides.
     fn extensions(&self) -> &'static [&'static str];
+    /// Other ways in which the format is stored, each with a name and endings of its own.
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &[]
+    }
     /// Whether a mesh, or a sequence, is a folder.
     fn is_folder(&self) -> bool {
         false
@@ -268,13 +269,11 @@ pub struct Loaded {
 
 /// The format with this name.
 pub fn by_name(name: &str) -> Result<&'static dyn Format> {
-    let names = || FORMATS.iter().map(|format| format.name());
-    FORMATS
-        .iter()
-        .copied()
+    with_flavours()
         .find(|format| format.name() == name)
         .ok_or_else(|| {
-            let known = names().collect::<Vec<_>>().join(", ");
+            let known = with_flavours().map(|format| format.name());
+            let known = known.collect::<Vec<_>>().join(", ");
             Error::input(format!(
                 "format \"{name}\" is not known; there are: {known}"
             ))
@@ -298,8 +297,7 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
             ))
             .file(path);
         }
-        let mut known = FORMATS
-            .iter()
+        let mut known = with_flavours()
             .map(|format| format!(".{}", format.extensions()[0]))
             .collect::<Vec<_>>();
         known.dedup();
@@ -328,9 +326,8 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
         let extensions = format.extensions().iter();
         extensions.filter(matches).map(|e| e.len()).max()
     };
-    let (_, format) = FORMATS
-        .iter()
-        .filter_map(|format| Some((length(format)?, *format)))
+    let (_, format) = with_flavours()
+        .filter_map(|format| Some((length(&format)?, format)))
         .rev()
         .max_by_key(|(length, _)| *length)?;
     Some(format)
@@ -341,7 +338,7 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
 pub fn case_name(name: &str) -> &str {
     let inside = without_packing(name);
     let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
-    let extensions = FORMATS.iter().flat_map(|format| format.extensions());
+    let extensions = with_flavours().flat_map(|format| format.extensions());
     let starts = extensions.filter_map(|extension| {
         let start = from(extension)?;
         let ending = inside.get(start..)?.strip_prefix('.')?;
@@ -352,8 +349,7 @@ pub fn case_name(name: &str) -> &str {
 
 /// The format of what lies somewhere, where its content tells.
 pub fn recognize(location: &Location) -> Option<&'static dyn Format> {
-    let mut formats = FORMATS.iter().copied();
-    formats.find(|format| format.recognizes(location))
+    with_flavours().find(|format| format.recognizes(location))
 }
 
 /// The format of what lies somewhere, by its content or, where that does not tell, by its name.
@@ -420,8 +416,7 @@ fn word_after(head: &[u8], before: &[u8]) -> Option<String> {
 }
 
 fn unknown_content(source: &Source) -> Error {
-    let titles = FORMATS
-        .iter()
+    let titles = with_flavours()
         .map(|format| format.title())
         .collect::<Vec<_>>()
         .join(", ");

@@ -97,8 +97,7 @@ impl OutputOptions {
         let section = entry.section("[output]", &OUTPUT)?;
         let mut options = Self::default();
         if let Some(format) = section.get("format") {
-            let known: Vec<(&str, &str)> = formats::FORMATS
-                .iter()
+            let known: Vec<(&str, &str)> = formats::with_flavours()
                 .map(|format| (format.name(), format.name()))
                 .collect();
             options.format = format.choice(&known, &[])?.to_owned();

@@ -16,7 +16,9 @@ const SCHEDULE: &str = "azimuth.values = [0, 45, 90]\noutput.format = \"toy\"\no
 
 fn deform(folder: &Path, steps: Option<std::ops::Range<usize>>, resume: bool) -> usize {
     let mesh = Path::new("testdata/sphere_in_box_raw.vtu");
-    let schedule = Schedule::parse(SCHEDULE, &folder.join("s.toml")).expect("it is good");
+    let path = folder.join("s.toml");
+    std::fs::write(&path, SCHEDULE).expect("it can be written");
+    let schedule = Schedule::parse(SCHEDULE, &path).expect("it is good");
     let read = Mesh::read(mesh).expect("it is there");
     let mut plan = Plan::new(read, schedule).expect("they fit");
     let request = Request {

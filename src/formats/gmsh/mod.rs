@@ -43,6 +43,9 @@ impl Format for Msh {
     fn extensions(&self) -> &'static [&'static str] {
         &["msh", "msh4"]
     }
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &[&Msh22]
+    }
     fn recognizes_start(&self, head: &[u8]) -> bool {
         is_msh(head)
     }

@@ -42,6 +42,10 @@ impl Format for Legacy {
         &["vtk"]
     }
 
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &[&Legacy42]
+    }
+
     fn recognizes_start(&self, head: &[u8]) -> bool {
         let start = head.trim_ascii_start();
         start

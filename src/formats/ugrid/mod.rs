@@ -1,6 +1,6 @@
 //! UGRID, the format of AFLR3, FUN3D and others: solid cells, and boundary faces with numbers.
 //!
-//! One format for each way of storing the same numbers: text, C binary and Fortran records, in
+//! A flavour for each way of storing the same numbers: text, C binary and Fortran records, in
 //! either byte order and several widths. Names and boundary conditions of the face numbers are in
 //! a `.mapbc` file beside it, in the form of FUN3D.
 
@@ -41,7 +41,8 @@ macro_rules! flavours {
             };
         )*
         /// Every way of storing a UGRID file.
-        static FLAVOURS: &[&Ugrid] = &[$(&$id),*];
+        static ALL: [&Ugrid; 11] = [$(&$id),*];
+        static FORMATS: [&dyn Format; 11] = [$(&$id),*];
     };
 }
 
@@ -69,6 +70,9 @@ impl Format for Ugrid {
     }
     fn extensions(&self) -> &'static [&'static str] {
         self.extensions
+    }
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &FORMATS[1..]
     }
     /// There is no magic number: the counts at the start must fit the whole length.
     fn recognizes_start(&self, head: &[u8]) -> bool {
@@ -107,7 +111,7 @@ impl Format for Ugrid {
 impl Ugrid {
     /// The flavour whose counts fit these bytes, for a sentence about a file under a wrong name.
     fn that_fits(bytes: &[u8]) -> Option<&'static str> {
-        let fitting = FLAVOURS.iter().find(|flavour| flavour.layout.fits(bytes));
+        let fitting = ALL.iter().find(|flavour| flavour.layout.fits(bytes));
         fitting.map(|flavour| flavour.name)
     }
 }

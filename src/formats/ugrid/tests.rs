@@ -71,14 +71,14 @@ fn refusal(flavour: &Ugrid, mesh: &Mesh) -> String {
 
 #[test]
 fn a_mesh_comes_back_from_every_flavour_and_is_known_by_its_content() {
-    for flavour in FLAVOURS {
+    for flavour in ALL {
         let (file, notes) = written(flavour, &solid());
         assert!(notes.is_empty(), "{}: {notes:?}", flavour.name);
         let (mesh, notes) = read(flavour, &file).expect("it was written");
         assert_eq!(mesh, solid(), "{}", flavour.name);
         assert!(notes.is_empty(), "{}: {notes:?}", flavour.name);
         assert!(mesh.points[11][0].is_sign_negative());
-        let knowing = FLAVOURS.iter().filter(|f| f.recognizes_start(&file));
+        let knowing = ALL.iter().filter(|f| f.recognizes_start(&file));
         assert_eq!(knowing.map(|f| f.name).collect::<Vec<_>>(), [flavour.name]);
     }
 }

@@ -23,9 +23,7 @@ pub fn read(path: &Path) -> Mesh {
 
 /// Writes a mesh as VTU.
 pub fn write(mesh: &Mesh, path: &Path) {
-    let format = formats::FORMATS
-        .iter()
-        .find(|format| format.name() == "vtu");
+    let format = formats::with_flavours().find(|format| format.name() == "vtu");
     let mut file = std::fs::File::create(path).unwrap();
     let options = WriteOptions::default();
     format
