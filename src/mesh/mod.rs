@@ -24,7 +24,7 @@ mod view;
 pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
-pub use difference::{Difference, Tolerance};
+pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use faces::{Faces, OuterFace};
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
