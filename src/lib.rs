@@ -36,6 +36,7 @@
 //!
 //! Further reading in the repository: `ARCHITECTURE.md`, and `docs/method.md` for the equations.
 
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod deform;
 pub mod diagnostic;
@@ -54,3 +55,5 @@ pub mod record;
 pub mod report;
 pub mod run;
 pub mod sample;
+
+pub use deform::{Morph, MorphOptions, MorphReport, Nodes};

@@ -13,7 +13,7 @@ pub fn read_and_written(format: &dyn Format, bytes: &[u8]) {
             if mesh.validate().is_ok() {
                 mesh.merge_repeated_faces();
                 // What a format cannot hold is an error of its own; a panic is a bug.
-                let _ = format.write(&mesh, &mut std::io::sink(), &WriteOptions::default());
+                let _ = format.write(&mesh.view(), &mut std::io::sink(), &WriteOptions::default());
             }
         }
         // What is wrong with the HDF5 file as such has no place of its own.

@@ -1,7 +1,7 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::{Context, Outcome, memory};
-use crate::deform::Plan;
+use crate::deform::Deformation;
 use crate::error::{Result, path_in_line};
 use crate::formats;
 use crate::motion::Schedule;
@@ -70,9 +70,14 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         schedule.output.format = formats::by_name(name)?.name().to_owned();
     }
     let mesh = context.read_any(&args.mesh)?;
-    let mut plan = Plan::new(mesh, schedule).map_err(|error| error.file(&args.mesh))?;
+    let deformation = Deformation::builder(mesh, schedule)
+        .progress(context.progress().into())
+        .stop(Arc::clone(&stop))
+        .plan()
+        .map_err(|error| error.file(&args.mesh))?;
+    let plan = deformation.plan();
     if let Some(limit) = context.common.max_memory {
-        check_memory(&plan, limit, memory::mapped_bytes(&args.mesh))?;
+        check_memory(plan, limit, memory::mapped_bytes(&args.mesh))?;
     }
     for choice in &plan.choices {
         context.note(choice);
@@ -90,7 +95,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         no_sync: args.no_sync,
         fail_on: args.fail_on.clone(),
     };
-    let finished = run(&mut plan, &request, &*context.progress(), &stop)?;
+    let finished = run(&deformation, &request)?;
     report(&args.output, &finished, context)
 }
 

@@ -73,7 +73,7 @@ impl OutputArgs {
 
     /// The same for the files that belong beside the mesh.
     pub fn check_companions(&self, mesh: &Mesh, path: &Path, format: &dyn Format) -> Result<()> {
-        let companions = format.companions(mesh, path);
+        let companions = format.companions(&mesh.view(), path);
         companions.iter().try_for_each(|(path, _)| self.check(path))
     }
 
@@ -89,7 +89,7 @@ impl OutputArgs {
         for remark in self.remarks(format) {
             context.note(&remark);
         }
-        let write = || formats::save(mesh, path, format, &self.options(), self.commit());
+        let write = || formats::save(&mesh.view(), path, format, &self.options(), self.commit());
         for dropped in context.stage("writing", write)? {
             context.note(&format!("{}: {dropped}", path.display()));
         }

@@ -181,9 +181,17 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     let commit = Commit::with_force(output.force);
     let schedule = schedule_path(path, commit)?;
     let made = args.name.make()?;
-    let write = || formats::save(&made.mesh, path, format, &WriteOptions::default(), commit);
+    let write = || {
+        formats::save(
+            &made.mesh.view(),
+            path,
+            format,
+            &WriteOptions::default(),
+            commit,
+        )
+    };
     for loss in context.stage("writing", write)? {
-        context.warn(&loss);
+        context.warn(&loss.to_string());
     }
     if let Some(schedule) = &schedule {
         save_text(&made.schedule, schedule, commit)?;

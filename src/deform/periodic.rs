@@ -64,7 +64,7 @@ impl PeriodicNodes {
         let followers = followers(&pairs, &bounds).map_err(|error| error.at(place()))?;
         let images = images(&pairs, radius, &bounds).map_err(|error| error.at(place()))?;
         let nodes = Self {
-            is_image: is_image(motion, surface, &followers),
+            is_image: is_image(&motion.surface.nodes.nodes, surface, &followers),
             images: Arc::new(images),
             followers,
             found,
@@ -169,9 +169,12 @@ fn role(motion: &Motion, node: u32) -> Option<Role> {
     Some(surface.roles[at])
 }
 
-/// Marks the surface points whose leader is a surface point too.
-fn is_image(motion: &Motion, surface: &SurfacePoints, followers: &[Follower]) -> Vec<bool> {
-    let nodes = &motion.surface.nodes.nodes;
+/// Marks the surface points whose leader is a surface point too; `nodes` are all surface nodes.
+pub(super) fn is_image(
+    nodes: &[u32],
+    surface: &SurfacePoints,
+    followers: &[Follower],
+) -> Vec<bool> {
     let point = |node: u32| {
         let at = nodes.binary_search(&node).ok()?;
         Some(surface.point_of[at] as usize)

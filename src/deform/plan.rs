@@ -12,6 +12,7 @@ use super::surface::SurfacePoints;
 use super::velocity;
 use super::zone;
 use crate::error::{Error, Result};
+use crate::formats::su2;
 use crate::geometry::vector::{Vector, distance};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
@@ -25,6 +26,7 @@ use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The tolerance left out of a schedule, in diagonals of the moving bodies.
 const DEFAULT_TOLERANCE: f64 = 1e-4;
@@ -39,11 +41,10 @@ pub(super) const SELECTED: f64 = 0.99;
 
 /// A mesh, a schedule and what follows from both.
 pub struct Plan {
-    /// The mesh as it is written, without its node positions; where a zone turns, its interface nodes
-    /// are duplicated.
-    pub mesh: Mesh,
-    /// Node positions of the reference mesh.
-    pub reference: Vec<Vector>,
+    /// The reference mesh; where a zone turns, its interface nodes are duplicated.
+    pub mesh: Arc<Mesh>,
+    /// Whether boxes for free-form deformation were left out: they fit the mesh at rest.
+    pub without_boxes: bool,
     /// The schedule as read.
     pub schedule: Schedule,
     /// The schedule on this mesh, without the faces of its surface.
@@ -74,14 +75,20 @@ pub struct Plan {
 
 impl Plan {
     /// Resolves a schedule on a mesh and finds its modes. An error without a file is about the mesh.
-    pub fn new(mut mesh: Mesh, schedule: Schedule) -> Result<Self> {
+    pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
+        let mut mesh = mesh.into();
+        let has_boxes = mesh.field_arrays.iter().any(|a| a.name == su2::BOXES);
+        if has_boxes {
+            Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);
+        }
         check_size(&mesh)?;
         let mut motion = schedule.resolve(&mesh)?;
         if motion.carry(&motion.steps[0]).is_some() {
-            zone::detach(&mut mesh, &mut motion)?;
+            zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
-        let surface = SurfacePoints::new(&mesh, &motion).map_err(in_schedule)?;
+        let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
+        let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
         choices.extend(schedule.note());
@@ -106,8 +113,8 @@ impl Plan {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
             velocity: None,
-            reference: std::mem::take(&mut mesh.points),
             mesh,
+            without_boxes: has_boxes,
             schedule,
             motion,
             surface,
@@ -137,7 +144,7 @@ impl Plan {
     fn check_truncation(&self) -> Result<()> {
         if self.truncation() > self.method.truncation {
             let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
-            let diagonal = Bounds::around(&self.reference).diagonal();
+            let diagonal = Bounds::around(&self.mesh.points).diagonal();
             let steps = 0..self.motion.steps.len();
             let largest = steps.map(|step| self.largest_displacement(step));
             let largest = largest.fold(0.0, f64::max);
@@ -182,27 +189,27 @@ impl Plan {
 
     /// The steps that share base points, in order: all of them, or with method `real` those between
     /// two refreshes, counted from the start of the schedule.
-    pub fn stretches(&self) -> Vec<Range<usize>> {
+    pub fn intervals(&self) -> Vec<Range<usize>> {
         let steps = &self.motion.steps;
         let selection = &self.schedule.selection;
         let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
         let span = |step: &Step| match refresh {
             _ if selection.method != SelectionMethod::Real => 0,
-            // A step on the border belongs to the stretch that begins there.
+            // A step on the border belongs to the interval that begins there.
             Some(refresh) => {
                 let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
                 (turned / refresh + 1e-9).floor() as usize
             }
             None => step.index,
         };
-        let mut stretches: Vec<Range<usize>> = Vec::new();
+        let mut intervals: Vec<Range<usize>> = Vec::new();
         for step in steps {
-            match stretches.last_mut() {
+            match intervals.last_mut() {
                 Some(last) if span(&steps[last.start]) == span(step) => last.end += 1,
-                _ => stretches.push(step.index..step.index + 1),
+                _ => intervals.push(step.index..step.index + 1),
             }
         }
-        stretches
+        intervals
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.

@@ -6,7 +6,7 @@ use crate::error::{Kind, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::{OnInverted, Step};
 use crate::quality::Summary;
-use serde_json::{Value, json};
+use crate::record::RepairRecord;
 
 /// Substeps that are tried, one after the other.
 const TRIES: [usize; 3] = [2, 4, 8];
@@ -23,14 +23,14 @@ pub(crate) struct Repair {
 }
 
 /// Whether a step is to be repaired.
-pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
+pub(super) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     plan.schedule.output.on_inverted == OnInverted::Substeps && summary.inverted > 0
 }
 
 /// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
 /// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
 /// step in so many parts.
-pub(crate) fn repair(
+pub(super) fn repair(
     plan: &Plan,
     points: &mut [Vector],
     summary: &mut Summary,
@@ -75,13 +75,13 @@ impl Repair {
     }
 
     /// What run.json holds.
-    pub fn record(&self, step: &Step) -> Value {
-        json!({
-            "step": step.index,
-            "substeps": self.substeps,
-            "inverted_before": self.before,
-            "inverted": self.after,
-            "sentence": self.sentence(step),
-        })
+    pub fn record(&self, step: &Step) -> RepairRecord {
+        RepairRecord {
+            step: step.index,
+            substeps: self.substeps,
+            inverted_before: self.before,
+            inverted: self.after,
+            sentence: self.sentence(step),
+        }
     }
 }

@@ -3,6 +3,8 @@
 //! Every room makes diagnostics; the sentence is made where one is printed, by `Display`. Two of one sort
 //! have the same [`Kind`] but for its numbers.
 
+pub mod formats;
+
 use crate::error::{Position, path_in_line};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -21,6 +23,8 @@ pub struct Diagnostic {
 /// What a diagnostic is about; the kinds of a room are one enum.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
+    /// Of a mesh file, read or written.
+    Format(formats::FormatNote),
     /// A sentence that has no kind of its own.
     Text(String),
 }
@@ -55,6 +59,7 @@ impl fmt::Display for Diagnostic {
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Format(note) => note.fmt(f),
             Self::Text(text) => f.write_str(text),
         }
     }

@@ -41,8 +41,10 @@ pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub use source::{Source, check_file, check_no_device};
 
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::formats::Read;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 pub use packed::without_packing;
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -102,13 +104,8 @@ pub trait Format: Sync {
     fn steps(&self, _source: &Source) -> Result<Vec<f64>> {
         Ok(Vec::new())
     }
-    /// Writes the mesh; returns a sentence for each thing that the format cannot hold.
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>>;
+    /// Writes the mesh; returns a note for each thing that the format cannot hold.
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes>;
     /// Whether arrays at nodes and cells are written.
     fn holds_arrays(&self) -> bool {
         false
@@ -127,25 +124,25 @@ pub trait Format: Sync {
         StepBytes::default()
     }
     /// Small files that belong beside a mesh written to `path`, with their content.
-    fn companions(&self, _mesh: &Mesh, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fn companions(&self, _mesh: &MeshView, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         Vec::new()
     }
 }
 
-/// Sentences on data of a file that a mesh cannot hold.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+/// What readers and writers have to say, each thing once.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
-    sentences: Vec<String>,
+    list: Vec<Diagnostic>,
     /// Texts that were read as Latin-1.
     latin1: BTreeSet<String>,
 }
 
 impl Notes {
-    /// Adds a sentence, once.
-    pub fn push(&mut self, sentence: impl Into<String>) {
-        let sentence = sentence.into();
-        if !self.sentences.contains(&sentence) {
-            self.sentences.push(sentence);
+    /// Adds a note, once.
+    pub fn push(&mut self, note: impl Into<Diagnostic>) {
+        let note = note.into();
+        if !self.list.contains(&note) {
+            self.list.push(note);
         }
     }
 
@@ -156,21 +153,54 @@ impl Notes {
 
     /// Adds what there is to say of the file as a whole.
     fn close(&mut self) {
-        let texts = std::mem::take(&mut self.latin1);
+        let texts: Vec<String> = std::mem::take(&mut self.latin1).into_iter().collect();
         if !texts.is_empty() {
-            let texts = names::listed(texts.iter().map(String::as_str));
-            self.push(format!("not UTF-8; read as Latin-1: {texts}"));
+            self.push(Read::Latin1 { texts });
         }
     }
 
-    /// The sentences, in order.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.sentences.iter().map(String::as_str)
+    /// The notes, in order.
+    pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
+        self.list.iter()
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.list.len()
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.sentences.is_empty()
+        self.list.is_empty()
+    }
+}
+
+#[cfg(test)]
+impl Notes {
+    fn has(&self, note: impl Into<Diagnostic>) -> bool {
+        self.list.contains(&note.into())
+    }
+}
+
+#[cfg(test)]
+impl<const N: usize> PartialEq<[Diagnostic; N]> for Notes {
+    fn eq(&self, notes: &[Diagnostic; N]) -> bool {
+        self.list == notes
+    }
+}
+
+impl<T: Into<Diagnostic>> Extend<T> for Notes {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, notes: I) {
+        notes.into_iter().for_each(|note| self.push(note));
+    }
+}
+
+impl IntoIterator for Notes {
+    type Item = Diagnostic;
+    type IntoIter = std::vec::IntoIter<Diagnostic>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.list.into_iter()
     }
 }
 

@@ -5,13 +5,10 @@
 //! arrays of one name.
 
 use super::Notes;
-use crate::error::counted;
+use crate::diagnostic::formats::{ArrayRead, GroupWritten, Read};
 use crate::mesh::{Group, Mesh};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Names that a sentence lists before the rest is counted.
-const LISTED: usize = 5;
 
 /// Text of a file: UTF-8 or else Latin-1, of which the notes tell.
 pub fn text_of(bytes: &[u8], notes: &mut Notes) -> String {
@@ -30,16 +27,6 @@ pub fn decoded(bytes: &[u8]) -> Cow<'_, str> {
         Ok(text) => text.into(),
         Err(_) => bytes.iter().copied().map(char::from).collect(),
     }
-}
-
-/// Names in a sentence, those beyond the first few counted.
-pub fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
-    let more = match names.len().saturating_sub(LISTED) {
-        0 => String::new(),
-        n => format!(" and {n} more"),
-    };
-    let names: Vec<_> = names.take(LISTED).map(|n| format!("\"{n}\"")).collect();
-    names.join(", ") + &more
 }
 
 /// The start of a name, of at most so many bytes.
@@ -128,19 +115,21 @@ impl Rule {
         names.into_iter().zip(written).collect()
     }
 
-    /// A sentence for a name that is written as another.
-    pub fn note(&self, what: &str, name: &str, written: &str) -> Option<String> {
-        let why = match (self.fit)(name, self.longest) == written {
-            true => self.why.to_owned(),
-            false => format!("{}, and that name is taken", self.why),
-        };
-        (name != written).then(|| format!("{what} {name:?} is written as \"{written}\": {why}"))
+    /// A note for a name that is written as another.
+    pub fn note(&self, what: &'static str, name: &str, written: &str) -> Option<GroupWritten> {
+        (name != written).then(|| GroupWritten::Renamed {
+            what,
+            name: name.to_owned(),
+            written: written.to_owned(),
+            why: self.why,
+            is_taken: (self.fit)(name, self.longest) != written,
+        })
     }
 }
 
 /// Gives arrays of one name a number behind it, from the second on, and says so.
 pub fn tell_apart<'n>(
-    what: &str,
+    what: &'static str,
     names: impl IntoIterator<Item = &'n mut String>,
     notes: &mut Notes,
 ) {
@@ -154,9 +143,11 @@ pub fn tell_apart<'n>(
     let apart = Given::default().give_all(&before, &AS_IT_IS);
     for (name, apart) in names.iter_mut().zip(apart) {
         if **name != apart {
-            notes.push(format!(
-                "several {what} arrays are called \"{name}\"; one of them is \"{apart}\" here"
-            ));
+            notes.push(ArrayRead::Renamed {
+                what,
+                name: name.clone(),
+                here: apart.clone(),
+            });
             **name = apart;
         }
     }
@@ -184,23 +175,15 @@ pub fn check(mesh: &mut Mesh, notes: &mut Notes) {
     note_repeated("groups", lower.collect(), notes);
 }
 
-fn note_repeated(what: &str, found: Vec<(&(u8, &str), &usize)>, notes: &mut Notes) {
+fn note_repeated(what: &'static str, found: Vec<(&(u8, &str), &usize)>, notes: &mut Notes) {
     if found.is_empty() {
         return;
     }
-    let each: Vec<String> = found
-        .iter()
-        .take(LISTED)
-        .map(|((_, name), n)| format!("{n} are called \"{name}\""))
-        .collect();
-    let more = match found.len().saturating_sub(LISTED) {
-        0 => String::new(),
-        n => format!(", and {} more are shared", counted(n, "name")),
-    };
-    notes.push(format!(
-        "of the {what}, {}{more}; by its name all of them are meant",
-        each.join(", ")
-    ));
+    let named = |((_, name), n): (&(u8, &str), &usize)| ((*name).to_owned(), *n);
+    notes.push(Read::SharedNames {
+        what,
+        names: found.into_iter().map(named).collect(),
+    });
 }
 
 /// Dimension and name that several groups share, with their number.
@@ -246,9 +229,16 @@ mod tests {
     #[test]
     fn a_name_that_changes_is_told() {
         assert_eq!(RULE.note("tag", "a", "a"), None);
-        let note = |written| RULE.note("tag", "a b", written).expect("it changes");
-        assert_eq!(note("a_b"), "tag \"a b\" is written as \"a_b\": no spaces");
-        assert!(note("a_b_2").ends_with("no spaces, and that name is taken"));
+        for (written, is_taken) in [("a_b", false), ("a_b_2", true)] {
+            let expected = GroupWritten::Renamed {
+                what: "tag",
+                name: "a b".into(),
+                written: written.into(),
+                why: "no spaces",
+                is_taken,
+            };
+            assert_eq!(RULE.note("tag", "a b", written), Some(expected));
+        }
     }
 
     #[test]
@@ -260,7 +250,7 @@ mod tests {
         assert_eq!(text_of(b"Fl\xfcgel", &mut notes), "Flügel");
         assert_eq!(text_of(b"H\xe4user", &mut notes), "Häuser");
         notes.close();
-        let expected = ["not UTF-8; read as Latin-1: \"Flügel\", \"Häuser\""];
-        assert!(notes.iter().eq(expected), "{notes:?}");
+        let texts = ["Flügel", "Häuser"].map(str::to_owned).to_vec();
+        assert_eq!(notes, [Read::Latin1 { texts }.into()]);
     }
 }

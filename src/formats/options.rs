@@ -2,7 +2,7 @@
 
 use super::Format;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 
 /// What a reader is told.
 #[derive(Debug, Clone, Default)]
@@ -53,7 +53,7 @@ impl WriteOptions {
     }
 
     /// Refuses coordinates that the wanted precision cannot hold.
-    pub(super) fn check_coordinates(&self, mesh: &Mesh) -> Result<()> {
+    pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<()> {
         if self.precision == Precision::F64 {
             return Ok(());
         }
@@ -80,7 +80,8 @@ impl Default for WriteOptions {
 }
 
 /// How numbers are stored in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Encoding {
     /// Binary, as in memory.
     Raw,
@@ -91,7 +92,8 @@ pub enum Encoding {
 }
 
 /// Compression of binary data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Compression {
     /// None.
     None,
@@ -104,7 +106,8 @@ pub enum Compression {
 }
 
 /// Precision of coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Precision {
     /// 64 bits.
     F64,

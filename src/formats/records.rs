@@ -3,8 +3,10 @@
 
 use super::names::repeated;
 use super::{Precision, WriteOptions};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, Written};
 use crate::error::{Error, Result};
-use crate::mesh::{Group, Mesh};
+use crate::mesh::{Group, MeshView};
 use rayon::prelude::*;
 use std::io::Write;
 use std::ops::Range;
@@ -93,38 +95,55 @@ pub fn push_real(buffer: &mut Vec<u8>, value: f64) {
     buffer.extend_from_slice(text.format(value).as_bytes());
 }
 
-/// A sentence for each array and option that a format with f64 coordinates and without arrays
+/// A note for each array and option that a format with f64 coordinates and without arrays
 /// leaves out; field arrays in `kept` it writes in a way of its own.
-pub fn left_out(format: &str, mesh: &Mesh, options: &WriteOptions, kept: &[&str]) -> Vec<String> {
+pub fn left_out(
+    format: &'static str,
+    mesh: &MeshView,
+    options: &WriteOptions,
+    kept: &[&str],
+) -> Vec<Diagnostic> {
     let kinds = [
         ("point", &mesh.point_arrays),
         ("cell", &mesh.cell_arrays),
         ("field", &mesh.field_arrays),
     ];
     let mut notes = Vec::new();
-    for (kind, arrays) in kinds {
-        let names = arrays.iter().map(|array| array.name.as_str());
-        let names = names.filter(|name| kind != "field" || !kept.contains(name));
-        let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
+    for (what, arrays) in kinds {
+        let names = arrays.iter().map(|array| array.name.clone());
+        let names = names.filter(|name| what != "field" || !kept.contains(&name.as_str()));
+        let names: Vec<String> = names.collect();
         if !names.is_empty() {
-            let names = names.join(", ");
-            notes.push(format!(
-                "{format} holds no {kind} arrays; left out: {names}"
-            ));
+            let note = ArrayWritten::LeftOut {
+                format,
+                what,
+                names,
+            };
+            notes.push(note.into());
         }
     }
     if options.precision == Precision::F32 {
-        notes.push(format!("{format} holds coordinates in f64 only"));
+        notes.push(Written::CoordinatesIn64 { format }.into());
     }
     notes
 }
 
-/// Sentences on groups of one dimension and name, for formats that know them by their names alone.
-pub fn shared_names<'a>(groups: impl IntoIterator<Item = &'a Group>) -> Vec<String> {
+/// A note on the types of boundary conditions, for a format that has none.
+pub fn conditions_left_out(format: &'static str, mesh: &MeshView) -> Option<Condition> {
+    let with_condition = mesh.groups.iter().filter(|group| group.condition.is_some());
+    let n = with_condition.count();
+    (n > 0).then_some(Condition::NotWritten { format, n })
+}
+
+/// Notes on groups of one dimension and name, for formats that know them by their names alone.
+pub fn shared_names<'a>(
+    groups: impl IntoIterator<Item = &'a Group>,
+) -> impl Iterator<Item = GroupWritten> {
     let several = repeated(groups).into_iter();
-    several
-        .map(|((_, name), n)| format!("{n} tags are called \"{name}\" and become one"))
-        .collect()
+    several.map(|((_, name), n)| GroupWritten::Joined {
+        name: name.to_owned(),
+        n,
+    })
 }
 
 #[cfg(test)]

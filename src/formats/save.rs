@@ -2,9 +2,9 @@
 
 use super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::sink::{Sink, name_of};
-use super::{Format, WriteOptions};
+use super::{Format, Notes, WriteOptions};
 use crate::error::{Error, Kind, Result};
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -47,18 +47,18 @@ impl Waiting {
     }
 }
 
-/// Writes `mesh` to `path`; returns a sentence for each thing that the format cannot hold.
+/// Writes `mesh` to `path`; returns a note for each thing that the format cannot hold.
 ///
 /// The bytes go to a hidden file in the same folder, which is renamed once it is complete and
 /// removed when anything fails. `-` is standard output. A device or a pipe, which cannot be
 /// replaced, is written to directly; a symbolic link is followed.
 pub fn save(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     format: &dyn Format,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     let (notes, files) = stage(mesh, path, format, options, commit)?;
     Waiting::keep_all(files)?;
     Ok(notes)
@@ -66,12 +66,12 @@ pub fn save(
 
 /// Does what [`save`] does, but leaves the mesh and the files beside it under hidden names.
 pub fn stage(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     format: &dyn Format,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<(Vec<String>, Vec<Waiting>)> {
+) -> Result<(Notes, Vec<Waiting>)> {
     if path.as_os_str() == "-" && !format.companions(mesh, path).is_empty() {
         return Err(Error::input(format!(
             "{} keeps names and conditions of tags in a file beside it, for which standard output \
@@ -87,7 +87,7 @@ pub fn stage(
 
 /// Writes the small files that belong beside a mesh written to `path`, under hidden names.
 pub fn stage_companions(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     format: &dyn Format,
     commit: Commit,

@@ -1,8 +1,8 @@
 //! A whole sequence of meshes in one file.
 
-use super::WriteOptions;
+use super::{Notes, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::path::Path;
 
 /// A file that takes one mesh after another.
@@ -13,20 +13,20 @@ pub trait SequenceFile: Send {
     /// Appends a mesh with the nodes, cells and arrays of the first, whose positions and values may
     /// differ; gives the hash of the bytes that were added to the file. It is in the file from the next
     /// [`SequenceFile::commit`] on.
-    fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash>;
+    fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash>;
 
     /// Makes the mesh that was appended last one of the file, before another is appended.
     fn commit(&mut self) -> Result<()>;
 
     /// Appends and commits.
-    fn push(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
+    fn push(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
         let hash = self.append(time, mesh)?;
         self.commit()?;
         Ok(hash)
     }
 
-    /// A sentence for each thing of the first mesh that the format cannot hold.
-    fn notes(&self) -> &[String];
+    /// What of the first mesh the format cannot hold.
+    fn notes(&self) -> &Notes;
 
     /// Bytes of the file up to the end of the mesh appended last.
     fn n_bytes(&self) -> u64;

@@ -12,30 +12,34 @@ use super::vtk::plan::Plan;
 use super::vtk::tags;
 use super::vtu::NAMES;
 use super::{Notes, ReadOptions, WriteOptions};
+use crate::diagnostic::formats::ArrayWritten;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
+use crate::mesh::{CellKind, Cells, DataArray, Mesh, MeshView, Values};
 use ::vtkio::model;
 
 /// The mesh as an unstructured grid of vtkio's model; a note for each thing that it cannot hold.
-pub fn to_vtkio(mesh: &Mesh, notes: &mut Notes) -> Result<model::Vtk> {
+pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     if !mesh.field_arrays.is_empty() {
-        let names = mesh.field_arrays.iter().map(|array| array.name.as_str());
-        let names = names.collect::<Vec<_>>().join(", ");
-        notes.push(format!("vtkio holds no field arrays; left out: {names}"));
+        let names = mesh.field_arrays.iter().map(|array| array.name.clone());
+        notes.push(ArrayWritten::LeftOut {
+            format: "vtkio",
+            what: "field",
+            names: names.collect(),
+        });
     }
     let options = WriteOptions {
         tag_names: false,
         ..WriteOptions::default()
     };
     let plan = Plan::new(mesh, &options, &NAMES);
-    plan.notes.iter().for_each(|note| notes.push(note.as_str()));
+    notes.extend(plan.notes.iter().cloned());
     let sections = plan.sections();
     let attributes = |arrays: &[super::vtk::content::Content]| -> Result<Vec<model::Attribute>> {
         arrays.iter().map(attribute).collect()
     };
     let piece = model::UnstructuredGridPiece {
         points: model::IOBuffer::F64(mesh.points.as_flattened().to_vec()),
-        cells: cells(&mesh.cells, &plan.repeated)?,
+        cells: cells(mesh.cells, &plan.repeated)?,
         data: model::Attributes {
             point: attributes(&sections.point_data)?,
             cell: attributes(&sections.cell_data)?,

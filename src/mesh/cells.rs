@@ -105,6 +105,21 @@ impl Cells {
         self.runs.is_empty()
     }
 
+    /// Largest dimension of a cell; 0 without cells.
+    pub fn dimension(&self) -> u8 {
+        let dimensions = self.runs().map(|run| run.kind.dimension());
+        dimensions.max().unwrap_or(0)
+    }
+
+    /// For each of `n` nodes, whether a cell has it.
+    pub fn used_nodes(&self, n: usize) -> Vec<bool> {
+        let mut used = vec![false; n];
+        for &node in self.connectivity() {
+            used[node as usize] = true;
+        }
+        used
+    }
+
     /// Node indices of all cells, one after another.
     pub fn connectivity(&self) -> &[u32] {
         &self.connectivity

@@ -19,6 +19,16 @@ pub struct Group {
     pub cells: CellSet,
 }
 
+/// The groups of cells of this dimension, in order.
+pub(super) fn of_dimension(
+    groups: &[Group],
+    dimension: i16,
+) -> impl Iterator<Item = &Group> + Clone {
+    groups
+        .iter()
+        .filter(move |group| i16::from(group.dimension) == dimension)
+}
+
 /// A set of cell indices, kept as ascending disjoint ranges: boundaries and zones are mostly
 /// contiguous, so a set of millions takes a few bytes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

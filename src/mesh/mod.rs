@@ -19,6 +19,7 @@ mod reorder;
 pub mod repeated;
 pub mod sides;
 mod streams;
+mod view;
 
 pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
@@ -27,8 +28,10 @@ pub use difference::{Difference, Tolerance};
 pub use faces::{Faces, OuterFace};
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
+pub use view::MeshView;
 
 use crate::error::{Error, Result};
+use groups::of_dimension;
 use rayon::prelude::*;
 
 /// An unstructured mesh.
@@ -55,27 +58,17 @@ pub struct Mesh {
 impl Mesh {
     /// Largest dimension of its cells: 2 for a plane mesh, 3 for a solid one; 0 without cells.
     pub fn dimension(&self) -> u8 {
-        self.cells
-            .runs()
-            .map(|run| run.kind.dimension())
-            .max()
-            .unwrap_or(0)
+        self.cells.dimension()
     }
 
     /// The boundary tags, in file order.
     pub fn boundary_tags(&self) -> impl Iterator<Item = &Group> + Clone {
-        let dimension = self.dimension();
-        self.groups
-            .iter()
-            .filter(move |group| group.dimension + 1 == dimension)
+        of_dimension(&self.groups, i16::from(self.dimension()) - 1)
     }
 
     /// The zones, in file order.
     pub fn zones(&self) -> impl Iterator<Item = &Group> + Clone {
-        let dimension = self.dimension();
-        self.groups
-            .iter()
-            .filter(move |group| group.dimension == dimension)
+        of_dimension(&self.groups, self.dimension().into())
     }
 
     /// Runs of the cells with the mesh's own dimension.
@@ -98,13 +91,7 @@ impl Mesh {
 
     /// Smallest and largest coordinates; `None` without nodes.
     pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
-        let first = *self.points.first()?;
-        Some(self.points.iter().fold([first, first], |[lo, hi], p| {
-            [
-                std::array::from_fn(|i| lo[i].min(p[i])),
-                std::array::from_fn(|i| hi[i].max(p[i])),
-            ]
-        }))
+        bounds(&self.points)
     }
 
     /// Removes the field arrays of these names; gives the names of those that were there.
@@ -216,6 +203,16 @@ impl Mesh {
         }
         Ok(())
     }
+}
+
+fn bounds(points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
+    let first = *points.first()?;
+    Some(points.iter().fold([first, first], |[lo, hi], p| {
+        [
+            std::array::from_fn(|i| lo[i].min(p[i])),
+            std::array::from_fn(|i| hi[i].max(p[i])),
+        ]
+    }))
 }
 
 /// Components that an array may have without values to show for them.

@@ -1,6 +1,6 @@
 //! A mesh with its cells in another order.
 
-use super::{Cells, DataArray, Group, Mesh};
+use super::{Cells, DataArray, Group, Mesh, MeshView};
 
 impl Cells {
     /// These cells, in this order.
@@ -23,7 +23,7 @@ impl Cells {
     }
 }
 
-impl Mesh {
+impl MeshView<'_> {
     /// The mesh with its cells in this order, which has every cell once; groups and arrays follow.
     pub fn with_cells_in_order(&self, order: &[usize]) -> Mesh {
         let mut new_index = vec![0; order.len()];
@@ -34,17 +34,17 @@ impl Mesh {
             cells: group.cells.iter().map(|cell| new_index[cell]).collect(),
             ..group.clone()
         };
-        let array = |array: &DataArray| DataArray {
+        let array = |array: &&DataArray| DataArray {
             values: array.values.select(array.n_components, order),
-            ..array.clone()
+            ..DataArray::clone(array)
         };
         Mesh {
-            points: self.points.clone(),
+            points: self.points.to_vec(),
             cells: self.cells.select(order.iter().copied()),
             groups: self.groups.iter().map(group).collect(),
-            point_arrays: self.point_arrays.clone(),
+            point_arrays: self.point_arrays.iter().copied().cloned().collect(),
             cell_arrays: self.cell_arrays.iter().map(array).collect(),
-            field_arrays: self.field_arrays.clone(),
+            field_arrays: self.field_arrays.iter().copied().cloned().collect(),
         }
     }
 }
@@ -72,7 +72,7 @@ mod tests {
         });
         let id = Values::I32(vec![10, 11, 12]);
         mesh.cell_arrays.push(DataArray::scalar("id", id));
-        let other = mesh.with_cells_in_order(&[1, 2, 0]);
+        let other = mesh.view().with_cells_in_order(&[1, 2, 0]);
         assert_eq!(other.cells.face_stream(0), Some(&tetrahedron[..]));
         assert_eq!(other.cells.get(1).nodes, [1, 2, 3]);
         assert_eq!(other.groups[0].cells.iter().collect::<Vec<_>>(), [1]);

@@ -77,8 +77,8 @@ fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
     };
     let n_volume: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     StepSize {
-        n_nodes: plan.reference.len() as u64,
-        is_plane: plan.reference.iter().all(|x| x[2] == 0.0),
+        n_nodes: plan.mesh.points.len() as u64,
+        is_plane: plan.mesh.points.iter().all(|x| x[2] == 0.0),
         number: match output.precision {
             Precision::F64 => 8,
             Precision::F32 => 4,

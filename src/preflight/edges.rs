@@ -26,7 +26,7 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<String> {
         .filter_map(|&(at, normal)| Some((at as usize, surface.body[at as usize]?, normal)))
         .collect();
     let [of_way, of_mesh] = ROUND_OFF;
-    let least = of_mesh * Bounds::around(&plan.reference).diagonal();
+    let least = of_mesh * Bounds::around(&plan.mesh.points).diagonal();
     // For each body the points that leave, how far at most, and the step of that.
     let mut left: BTreeMap<u16, (BTreeSet<usize>, f64, usize)> = BTreeMap::new();
     for step in plan.motion.steps.iter().filter(|_| !held.is_empty()) {
@@ -95,7 +95,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<String> {
     };
     let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
     let nodes = zone.interface_nodes.iter();
-    let points: Vec<Vector> = nodes.map(|&node| plan.reference[node as usize]).collect();
+    let points: Vec<Vector> = nodes.map(|&node| plan.mesh.points[node as usize]).collect();
     if turned.is_empty() || points.is_empty() {
         return None;
     }

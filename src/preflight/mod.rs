@@ -24,8 +24,8 @@ use crate::geometry::Bounds;
 
 /// What the user should know of the motion before it is interpolated, as sentences.
 pub fn warnings(plan: &Plan) -> Vec<String> {
-    let diagonal = Bounds::around(&plan.reference).diagonal();
-    let mut warnings = plan.motion.shared_nodes(&plan.reference, diagonal);
+    let diagonal = Bounds::around(&plan.mesh.points).diagonal();
+    let mut warnings = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));

@@ -2,12 +2,13 @@
 
 use super::disk::Demand;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
-use crate::quality::{Criterion, Quality};
+use crate::quality::{Assessment, Criterion};
 use crate::record::COLUMNS;
 use rayon::prelude::*;
 use std::io::Write;
@@ -22,7 +23,7 @@ const NO_NUMBERS: [&str; 2] = ["file", "blake3"];
 /// All that a run can be refused for before it starts; returns what the format cannot hold, and the
 /// bytes of one mesh in it, neither packed nor as text.
 pub(crate) fn before_work(
-    plan: &mut Plan,
+    plan: &Plan,
     format: &dyn Format,
     fail_on: &[Criterion],
 ) -> Result<(Vec<String>, u64)> {
@@ -36,7 +37,7 @@ pub(crate) fn before_work(
 ///
 /// # Errors
 /// Where the format cannot hold the mesh.
-pub fn estimate_bytes(plan: &mut Plan) -> Result<u64> {
+pub fn estimate_bytes(plan: &Plan) -> Result<u64> {
     let format = formats::by_name(&plan.schedule.output.format)?;
     let (_, mesh_bytes) = format_holds(plan, format)?;
     let n_steps = plan.motion.steps.len();
@@ -59,7 +60,7 @@ fn check_dense(plan: &Plan) -> Result<()> {
 
 /// Refuses conditions on columns of steps.csv that have no value in this run.
 fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
-    let quality = Quality::default().columns();
+    let quality = Assessment::default().columns();
     let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
     let skipped = plan.schedule.output.quality == QualityOutput::None;
     let numbers = COLUMNS
@@ -90,7 +91,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
 /// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
 /// step then, however few digits those of the mesh have.
-fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
+fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
@@ -105,11 +106,12 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u6
         compression: Compression::None,
         ..plan.schedule.output.write_options()
     };
-    plan.mesh.points = moved_a_little(&plan.reference);
+    let points = moved_a_little(&plan.mesh.points);
+    let mesh = plan.mesh.view().with_points(&points);
     let mut sink = Counter(0);
-    let dropped = format.write(&plan.mesh, &mut sink, &options);
-    plan.mesh.points = Vec::new();
-    let mut dropped = dropped.map_err(|error| described(error, plan))?;
+    let dropped = format.write(&mesh, &mut sink, &options);
+    let dropped = dropped.map_err(|error| described(error, plan))?;
+    let mut dropped: Vec<String> = dropped.iter().map(Diagnostic::to_string).collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
     Ok((dropped, sink.0))
@@ -168,7 +170,7 @@ fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {
-    let change = plan.first_cells.change_in_f32(&plan.reference);
+    let change = plan.first_cells.change_in_f32(&plan.mesh.points);
     if plan.schedule.output.precision == Precision::F32
         && plan.schedule.output.rounds()?
         && change > F32_CHANGE

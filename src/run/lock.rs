@@ -4,13 +4,14 @@
 use super::names::Names;
 use crate::error::{Error, Result};
 use crate::formats::{folder_of, is_same, list_hidden, sync_folder, unlist_hidden};
+use crate::record::{file_name, parts_in};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-const START: &str = ".azimesh_";
-const END: &str = ".lock";
+const STEM: &str = ".azimesh";
+const EXTENSION: &str = "lock";
 
 /// The steps of a folder, held by this process until it is dropped.
 pub(super) struct Lock {
@@ -33,7 +34,7 @@ impl Lock {
         let made = (!folder.exists()).then(|| folder.clone());
         make_folder(folder).map_err(|error| Error::io(folder, &error))?;
         let steps = names.steps();
-        let path = folder.join(format!("{START}{}-{}{END}", steps.start, steps.end));
+        let path = folder.join(file_name(STEM, Some(&steps), EXTENSION));
         let (file, warning) = own(&path, folder, &steps)?;
         list_hidden(&path);
         let lock = Self {
@@ -42,7 +43,7 @@ impl Lock {
             made,
             warning,
         };
-        for (path, other) in others(folder) {
+        for (other, path) in others(folder) {
             let overlaps = other.start < steps.end && steps.start < other.end;
             if path != lock.path && overlaps && is_locked(&path)? {
                 return Err(busy(folder, &other));
@@ -74,7 +75,7 @@ fn make_folder(folder: &Path) -> std::io::Result<()> {
 
 /// Removes the lock files of killed runs.
 pub(super) fn remove_left(folder: &Path) -> Result<()> {
-    for (path, _) in others(folder) {
+    for (_, path) in others(folder) {
         if !is_locked(&path)? {
             fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
         }
@@ -114,22 +115,8 @@ fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option
 }
 
 /// The lock files of a folder and their steps, in order.
-fn others(folder: &Path) -> Vec<(PathBuf, Range<usize>)> {
-    let entries = fs::read_dir(folder).into_iter().flatten();
-    let steps = |path: PathBuf| {
-        let name = path.file_name()?.to_str()?;
-        let (start, end) = name
-            .strip_prefix(START)?
-            .strip_suffix(END)?
-            .split_once('-')?;
-        let steps = start.parse().ok()?..end.parse().ok()?;
-        Some((path, steps))
-    };
-    let mut found: Vec<_> = entries
-        .filter_map(|entry| steps(entry.ok()?.path()))
-        .collect();
-    found.sort_by_key(|(_, steps)| (steps.start, steps.end));
-    found
+fn others(folder: &Path) -> Vec<(Range<usize>, PathBuf)> {
+    parts_in(folder, STEM, EXTENSION).unwrap_or_default()
 }
 
 /// Whether a run holds this file; none does when it is gone.

@@ -3,9 +3,9 @@
 use super::names::Names;
 use crate::error::Result;
 use crate::formats::{
-    Begin, Format, SequenceFile, Waiting, WriteOptions, stage_companions, stage_whole,
+    Begin, Format, Notes, SequenceFile, Waiting, WriteOptions, stage_companions, stage_whole,
 };
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use crate::motion::Step;
 use std::io::Write;
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ pub(super) struct Meshes<'a> {
     pub is_retracing: bool,
     /// Where each mesh written or retraced ends in that file.
     pub ends: Vec<u64>,
-    /// What the format could not hold, a sentence each.
-    pub notes: Vec<String>,
+    /// What the format could not hold.
+    pub notes: Notes,
 }
 
 /// A mesh that is written and not one of the sequence yet.
@@ -69,13 +69,13 @@ impl<'a> Meshes<'a> {
             is_retracing: sequence.as_ref().is_some_and(|file| file.is_retracing()),
             sequence: sequence.map(|file| Arc::new(Mutex::new(file))),
             ends: Vec::new(),
-            notes: Vec::new(),
+            notes: Notes::default(),
         })
     }
 
     /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
     /// steps. A mesh is kept before the next is appended.
-    pub fn write(&mut self, mesh: &Mesh, step: &Step) -> Result<(blake3::Hash, Written)> {
+    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Written)> {
         let path = self.names.path(&self.names.mesh(step.index));
         if let Some(sequence) = &self.sequence {
             let mut file = lock(sequence);
@@ -94,11 +94,7 @@ impl<'a> Meshes<'a> {
             let notes = self.format.write(mesh, &mut hashing, &self.options)?;
             Ok((hashing.hasher.finalize(), notes))
         })?;
-        for note in notes {
-            if !self.notes.contains(&note) {
-                self.notes.push(note);
-            }
-        }
+        self.notes.extend(notes);
         let mut files = vec![file];
         files.extend(stage_companions(mesh, &path, self.format, commit)?);
         Ok((hash, Written::Files(files)))
@@ -120,7 +116,7 @@ fn lock(sequence: &Shared) -> MutexGuard<'_, Box<dyn SequenceFile>> {
 
 /// The hash of the file that a mesh would have alone; it is written to nowhere.
 pub(super) fn hash_of(
-    mesh: &Mesh,
+    mesh: &MeshView,
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<blake3::Hash> {

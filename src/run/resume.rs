@@ -4,15 +4,14 @@
 use super::compatibility::difference;
 use super::names::{Names, existing_outputs};
 use super::parts;
-use super::record::{self, Record, Timings, hash_of};
+use super::record::{self, hash_of};
 use super::table;
 use crate::deform::Plan;
 use crate::error::{Error, Result};
 use crate::formats::Format;
 use crate::progress::Progress;
 use crate::quality::Criterion;
-use crate::record::{Row, Rows};
-use serde_json::{Value, json};
+use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -28,9 +27,9 @@ pub(super) struct Earlier {
     /// Files of base points that it chose, and their hashes.
     pub bases: BTreeMap<String, String>,
     /// What it noted of each selection.
-    selections: Vec<Value>,
+    selections: Vec<SelectionRecord>,
     /// Steps that it took in substeps, as it had inverted cells.
-    pub repairs: BTreeMap<usize, Value>,
+    pub repairs: BTreeMap<usize, RepairRecord>,
     /// Conditions that it was to fail by.
     fail_on: Vec<Criterion>,
     /// Where its time went.
@@ -40,7 +39,7 @@ pub(super) struct Earlier {
     /// Sentences on what has to be done again.
     pub notes: Vec<String>,
     /// Parts that were joined to it.
-    parts: Value,
+    parts: Option<Vec<String>>,
     /// Whether its record is lost: rows count then where the same step gives the same bytes.
     pub is_unproven: bool,
 }
@@ -54,18 +53,15 @@ impl Earlier {
         plan: &Plan,
         names: &Names,
         format: &dyn Format,
-        now: &Record,
+        now: &RunRecord,
         progress: &dyn Progress,
     ) -> Result<Self> {
         let path = names.record();
-        let then = match path.exists() {
-            true => record::read(&path)?,
-            false => None,
-        };
+        let then = record::read(&path)?;
         let mut earlier = match &then {
             Some(then) => {
                 check_same(now, then, &path)?;
-                Self::of(then)
+                Self::of(then.clone())
             }
             None if existing_outputs(names).is_empty() => return Ok(Self::default()),
             None => Self::without_record(names)?,
@@ -108,47 +104,37 @@ impl Earlier {
     }
 
     /// What a record tells.
-    fn of(then: &Value) -> Self {
-        let bases = then["base_files"].as_object().into_iter().flatten();
-        let base =
-            |(name, hash): (&String, &Value)| Some((name.clone(), hash.as_str()?.to_owned()));
-        let repairs = then["repairs"].as_array().into_iter().flatten();
-        let repair = |repair: &Value| Some((repair["step"].as_u64()? as usize, repair.clone()));
-        let fail_on = then["fail_on"].as_array().into_iter().flatten();
+    fn of(then: RunRecord) -> Self {
+        let repairs = then.repairs.unwrap_or_default().into_iter();
+        let fail_on = then.fail_on.iter();
         Self {
-            bases: bases.filter_map(base).collect(),
-            selections: then["selections"].as_array().cloned().unwrap_or_default(),
-            repairs: repairs.filter_map(repair).collect(),
-            fail_on: fail_on
-                .filter_map(|text| text.as_str()?.parse().ok())
-                .collect(),
-            timings: Timings::of(then),
-            n_before: then["resumed"].as_u64().unwrap_or(0) + 1,
-            parts: then["parts"].clone(),
+            bases: then.base_files,
+            selections: then.selections,
+            repairs: repairs.map(|repair| (repair.step, repair)).collect(),
+            fail_on: fail_on.filter_map(|text| text.parse().ok()).collect(),
+            timings: then.seconds.unwrap_or_default(),
+            n_before: then.resumed.unwrap_or(0) + 1,
+            parts: then.parts,
             ..Self::default()
         }
     }
 
     /// Writes what is known of the earlier run into the record of this one.
-    pub fn note_in(&self, record: &mut Record) {
-        record.set("resumed", json!(self.n_before));
-        record.set("steps_kept", json!(self.rows.len()));
-        record.set("base_files", json!(self.bases));
-        record.set("selections", json!(self.selections));
-        let fail_on = self.fail_on.iter().map(Criterion::to_string);
-        record.set("fail_on", json!(fail_on.collect::<Vec<_>>()));
-        record.set_timings(self.timings);
-        if !self.parts.is_null() {
-            record.set("parts", self.parts.clone());
-        }
-        if !self.repairs.is_empty() {
-            record.set("repairs", self.all_repairs());
-        }
+    pub fn note_in(&self, record: &mut RunRecord) {
+        record.resumed = Some(self.n_before);
+        record.steps_kept = Some(self.rows.len());
+        record.base_files.clone_from(&self.bases);
+        record.selections.clone_from(&self.selections);
+        record.fail_on = self.fail_on.iter().map(Criterion::to_string).collect();
+        record.seconds = Some(self.timings);
+        record.parts.clone_from(&self.parts);
+        record.repairs = self.all_repairs();
     }
 
-    /// Repairs in the order of their steps.
-    pub fn all_repairs(&self) -> Value {
-        json!(self.repairs.values().collect::<Vec<_>>())
+    /// Repairs in the order of their steps; `None` where there are none.
+    pub fn all_repairs(&self) -> Option<Vec<RepairRecord>> {
+        let repairs = self.repairs.values().cloned().collect();
+        (!self.repairs.is_empty()).then_some(repairs)
     }
 
     /// Conditions of a run that goes on with this one: its own, or else those that this one had.
@@ -160,19 +146,18 @@ impl Earlier {
     }
 
     /// The selections of both runs by their first step; those of this one count.
-    pub fn with_selections(&self, new: &[Value]) -> Vec<Value> {
-        let first = |selection: &Value| selection["first_step"].as_u64();
+    pub fn with_selections(&self, new: &[SelectionRecord]) -> Vec<SelectionRecord> {
         let all = self.selections.iter().chain(new);
-        let by_step: BTreeMap<_, &Value> =
-            all.map(|selection| (first(selection), selection)).collect();
+        let by_step: BTreeMap<usize, &SelectionRecord> = all
+            .map(|selection| (selection.first_step, selection))
+            .collect();
         by_step.into_values().cloned().collect()
     }
 
     /// What its selections gave rise to.
     pub fn selection_warnings(&self) -> Vec<String> {
-        let lists = self.selections.iter().map(|own| own["warnings"].as_array());
-        let warnings = lists.flatten().flatten().filter_map(Value::as_str);
-        warnings.map(str::to_owned).collect()
+        let lists = self.selections.iter().map(|own| own.warnings.iter());
+        lists.flatten().flatten().cloned().collect()
     }
 
     /// Leaves out rows that are none of this run's steps.
@@ -180,8 +165,8 @@ impl Earlier {
         let steps = &plan.motion.steps;
         self.rows.retain(|&index, row| {
             names.steps().contains(&index)
-                && row.text("file") == names.mesh(index)
-                && row.text("azimuth_deg") == steps[index].azimuth_deg.to_string()
+                && row.file == names.mesh(index)
+                && row.azimuth_deg == steps[index].azimuth_deg
         });
     }
 
@@ -200,10 +185,7 @@ impl Earlier {
             progress.advance(1);
             found
                 .map_err(|reason| {
-                    wrong.push(format!(
-                        "step {step} is done again: {} {reason}",
-                        row.text("file")
-                    ))
+                    wrong.push(format!("step {step} is done again: {} {reason}", row.file))
                 })
                 .is_ok()
         });
@@ -224,16 +206,16 @@ fn check_file(
     format: &dyn Format,
     row: &Row,
 ) -> std::result::Result<(), String> {
-    let path = names.path(row.text("file"));
+    let path = names.path(&row.file);
     if !path.is_file() {
         return Err("is missing".to_owned());
     }
     match hash_of(&path) {
-        Ok(hash) if hash.to_string() == row.text("blake3") => {}
+        Ok(hash) if hash.to_string() == row.blake3 => {}
         Ok(_) => return Err("has another hash than steps.csv says".to_owned()),
         Err(error) => return Err(format!("cannot be read ({error})")),
     }
-    let beside = format.companions(&plan.mesh, &path);
+    let beside = format.companions(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
     match beside.iter().any(differs) {
@@ -243,8 +225,8 @@ fn check_file(
 }
 
 /// Refuses a run with other inputs.
-fn check_same(now: &Record, then: &Value, path: &Path) -> Result<()> {
-    match difference(now.content(), then) {
+fn check_same(now: &RunRecord, then: &RunRecord, path: &Path) -> Result<()> {
+    match difference(now, then) {
         None => Ok(()),
         Some(difference) => Err(Error::input(format!(
             "this run cannot be gone on with: {}; --force starts anew",
@@ -256,20 +238,21 @@ fn check_same(now: &Record, then: &Value, path: &Path) -> Result<()> {
 
 /// Refuses rows of meshes that are there and would have another name now: they would be written again
 /// beside the ones that are there.
-fn check_names(rows: &Rows, then: Option<&Value>, names: &Names) -> Result<()> {
+fn check_names(rows: &Rows, then: Option<&RunRecord>, names: &Names) -> Result<()> {
     let is_other = |(step, row): &(&usize, &Row)| {
-        let file = row.text("file");
-        names.steps().contains(step) && file != names.mesh(**step) && names.path(file).is_file()
+        let file = &row.file;
+        names.steps().contains(step) && *file != names.mesh(**step) && names.path(file).is_file()
     };
     let Some((step, row)) = rows.iter().find(is_other) else {
         return Ok(());
     };
-    let (old, new) = (row.text("file"), names.mesh(*step));
+    let (old, new) = (&row.file, names.mesh(*step));
     let way_out = "start anew in another folder";
-    Err(Error::input(match then.and_then(|then| then["inputs"][0]["file"].as_str()) {
+    Err(Error::input(match then.and_then(|then| then.inputs.first()) {
         Some(mesh) => format!(
-            "the mesh of this run was called {mesh}, and its files are named after that: step {step} is {old} and \
-             would be {new} now. Give the mesh (or a link to it) that name again to go on, or {way_out}"
+            "the mesh of this run was called {}, and its files are named after that: step {step} is {old} and \
+             would be {new} now. Give the mesh (or a link to it) that name again to go on, or {way_out}",
+            mesh.file
         ),
         None => format!(
             "step {step} of the earlier run is {old} and would be {new} now: the mesh had another name, or the run \
@@ -284,8 +267,8 @@ fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
     let steps = &plan.motion.steps[names.steps()];
     let other = steps.iter().find_map(|step| {
         let row = rows.get(&step.index)?;
-        let (then, now) = (row.text("azimuth_deg"), step.azimuth_deg.to_string());
-        let is_other = row.text("file") == names.mesh(step.index) && then != now;
+        let (then, now) = (row.azimuth_deg, step.azimuth_deg);
+        let is_other = row.file == names.mesh(step.index) && then != now;
         is_other.then_some((step.index, then, now))
     });
     match other {

@@ -6,8 +6,8 @@ use super::names::Names;
 use super::record::Clock;
 use super::table::Table;
 use crate::error::{Error, Result};
-use crate::formats::{Begin, Format, WriteOptions};
-use crate::mesh::Mesh;
+use crate::formats::{Begin, Format, Notes, WriteOptions};
+use crate::mesh::MeshView;
 use crate::motion::Step;
 use crate::progress::Stop;
 use crate::record::{Row, Rows};
@@ -50,7 +50,13 @@ impl<'a> Writer<'a> {
 
     /// Writes a mesh, then its row, which lacks what writing tells; `seconds` is what it took before. Both
     /// are on the disk when the next step is written, or after [`Writer::settle`].
-    pub fn write(&mut self, mesh: &Mesh, step: &Step, mut row: Row, seconds: f64) -> Result<()> {
+    pub fn write(
+        &mut self,
+        mesh: &MeshView,
+        step: &Step,
+        mut row: Row,
+        seconds: f64,
+    ) -> Result<()> {
         let held = self.stop.hold();
         let clock = Clock::start();
         if self.names.is_in_one() {
@@ -59,14 +65,14 @@ impl<'a> Writer<'a> {
         let (hash, written) = self.meshes.write(mesh, step)?;
         self.settle()?;
         self.seconds += clock.seconds();
-        row.set("file", self.names.mesh(step.index));
-        row.set("blake3", hash.to_string());
-        row.set("seconds", format!("{:.3}", seconds + clock.seconds()));
-        let (table, index) = (Arc::clone(&self.table), step.index);
+        row.file = self.names.mesh(step.index);
+        row.blake3 = hash.to_string();
+        row.seconds = ((seconds + clock.seconds()) * 1e3).round() / 1e3;
+        let table = Arc::clone(&self.table);
         self.finish(move || {
             let _held = held;
             written.keep()?;
-            lock(&table).add(index, row)
+            lock(&table).add(row)
         })
     }
 
@@ -94,7 +100,7 @@ impl<'a> Writer<'a> {
 
     /// Goes over a mesh that an earlier run put into the file of all steps; tells whether it is the one
     /// that the row speaks of.
-    pub fn retrace(&mut self, mesh: &Mesh, step: &Step) -> Result<bool> {
+    pub fn retrace(&mut self, mesh: &MeshView, step: &Step) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
         let clock = Clock::start();
@@ -103,7 +109,7 @@ impl<'a> Writer<'a> {
         self.seconds += clock.seconds();
         let table = lock(&self.table);
         let row = table.rows().get(&step.index);
-        Ok(row.is_some_and(|row| row.text("blake3") == hash.to_string()))
+        Ok(row.is_some_and(|row| row.blake3 == hash.to_string()))
     }
 
     /// After the last step: makes the file of all steps end with it; tells whether it did not.
@@ -119,7 +125,7 @@ impl<'a> Writer<'a> {
     }
 
     /// What the format could not hold of the meshes so far.
-    pub fn notes(&self) -> &[String] {
+    pub fn notes(&self) -> &Notes {
         &self.meshes.notes
     }
 

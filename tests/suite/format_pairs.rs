@@ -18,7 +18,7 @@ fn read(path: &Path) -> Mesh {
 fn save(mesh: &Mesh, path: &Path) {
     let format = formats::by_extension(path).unwrap();
     formats::save(
-        mesh,
+        &mesh.view(),
         path,
         format,
         &WriteOptions::default(),

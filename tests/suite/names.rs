@@ -104,24 +104,32 @@ fn read(path: &Path) -> Loaded {
     let loaded = formats::read(&Source::open(path).unwrap(), &ReadOptions::default()).unwrap();
     Loaded {
         mesh: loaded.mesh,
-        notes: loaded.notes.iter().map(str::to_owned).collect(),
+        notes: loaded.notes.iter().map(ToString::to_string).collect(),
     }
 }
 
 fn save(mesh: &Mesh, path: &Path) -> Vec<String> {
     let format = formats::by_extension(path).unwrap();
     let options = WriteOptions::default();
-    match format.name() {
+    let notes = match format.name() {
         "pvtu" => formats::pvtu::write_pieces(
-            mesh,
+            &mesh.view(),
             path,
             3.min(mesh.cells.len() / 2),
             &options,
             formats::Commit::REPLACE,
         )
         .unwrap(),
-        _ => formats::save(mesh, path, format, &options, formats::Commit::REPLACE).unwrap(),
-    }
+        _ => formats::save(
+            &mesh.view(),
+            path,
+            format,
+            &options,
+            formats::Commit::REPLACE,
+        )
+        .unwrap(),
+    };
+    notes.iter().map(ToString::to_string).collect()
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn back(format: &'static dyn Format, mesh: &Mesh, encoding: Encoding) -> Option<
         ..WriteOptions::default()
     };
     let mut file = Vec::new();
-    format.write(mesh, &mut file, &options).ok()?;
+    format.write(&mesh.view(), &mut file, &options).ok()?;
     let source = Source::from_bytes(Path::new("written"), file);
     let loaded = formats::read_as(format, &source, &ReadOptions::default());
     Some(loaded.expect("what was written").mesh)

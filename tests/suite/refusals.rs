@@ -240,7 +240,7 @@ fn a_format_that_cannot_hold_the_mesh_is_refused_before_work_starts() {
     let vtu = formats::by_name("vtu").unwrap();
     let path = folder.join("p.vtu");
     formats::save(
-        &polyhedra(),
+        &polyhedra().view(),
         &path,
         vtu,
         &WriteOptions::default(),

@@ -47,12 +47,12 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
                 ..WriteOptions::default()
             };
             let mut whole = Vec::new();
-            if format.write(&mesh, &mut whole, &options).is_err() {
+            if format.write(&mesh.view(), &mut whole, &options).is_err() {
                 continue; // an encoding the format does not have is refused elsewhere
             }
             let room = (0..whole.len()).step_by(whole.len() / 50 + 1);
             for room in room.chain([whole.len() - 1]) {
-                let written = format.write(&mesh, &mut Disk(room), &options);
+                let written = format.write(&mesh.view(), &mut Disk(room), &options);
                 let error = written.expect_err("the disk is full");
                 let what = format!("{} {encoding:?} {compression:?} {room}", format.name());
                 assert_eq!(error.kind, Kind::System, "{what}: {error}");
@@ -61,7 +61,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
                     "{what}: {error}"
                 );
             }
-            let exact = format.write(&mesh, &mut Disk(whole.len()), &options);
+            let exact = format.write(&mesh.view(), &mut Disk(whole.len()), &options);
             exact.expect("all of it fits");
         }
     }

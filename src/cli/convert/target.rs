@@ -146,12 +146,12 @@ impl Run<'_> {
         let mut file = create(hidden, &self.args.write.options(), Begin::Fill, false)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
-            let append = || file.push(time, &mesh);
+            let append = || file.push(time, &mesh.view());
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
         }
         self.remark_on_options(format);
-        for dropped in file.notes() {
+        for dropped in file.notes().iter() {
             self.tell(format!("{}: {dropped}", format.title()));
         }
         Ok(())
@@ -213,10 +213,10 @@ impl Run<'_> {
         let write = || match self.args.pieces {
             Some(n) => {
                 let (notes, files) =
-                    formats::pvtu::stage_pieces(mesh, path, n.get(), &options, commit)?;
+                    formats::pvtu::stage_pieces(&mesh.view(), path, n.get(), &options, commit)?;
                 Ok((notes, vec![files]))
             }
-            None => formats::stage(mesh, path, format, &options, commit),
+            None => formats::stage(&mesh.view(), path, format, &options, commit),
         };
         let (notes, files) = self.context.stage("writing", write)?;
         files.into_iter().for_each(|file| self.wait(file));

@@ -53,7 +53,7 @@ impl<'a> Facts<'a> {
         }
         let curved = cells.iter().filter(|(kind, _)| kind.is_curved());
         let n_curved = curved.map(|(_, count)| count).sum();
-        let notes = loaded.notes.iter().map(str::to_owned);
+        let notes = loaded.notes.iter().map(ToString::to_string);
         let nodes = || (mesh.n_orphan_nodes(), mesh.n_repeated_nodes());
         let ((n_orphan_nodes, n_repeated_nodes), boundary) =
             rayon::join(nodes, || Boundary::of(mesh));

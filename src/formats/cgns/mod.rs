@@ -33,7 +33,7 @@ use super::{
     CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// Name of the node that holds a name in full which is too long for CGNS.
@@ -79,12 +79,7 @@ impl Format for Cgns {
         time::times(&node::Node::root(source)?).map_err(|error| error.file(source.path()))
     }
 
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 

@@ -8,13 +8,12 @@ use super::tags::Tags;
 use super::time::Step;
 use super::zone::Zone;
 use super::{solution, structured, unstructured};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result};
 use crate::mesh::{Cells, DataArray, Mesh};
 use std::collections::BTreeMap;
 use std::ops::Range;
-
-/// Names of one sort that are told.
-const MOST_NAMES: usize = 5;
 
 /// What has been read so far.
 #[derive(Default)]
@@ -28,7 +27,7 @@ pub(super) struct Found {
     /// Elements of which only the corners are kept, by type.
     pub incomplete: BTreeMap<&'static str, usize>,
     /// What is odd about the file.
-    pub remarks: Vec<String>,
+    pub remarks: Vec<Diagnostic>,
     /// What is left behind, and how many of it.
     left: BTreeMap<String, usize>,
     /// What is left behind and has a name, and the names.
@@ -223,26 +222,17 @@ impl Found {
     }
 
     fn say(&self, notes: &mut Notes) {
-        self.remarks.iter().for_each(|remark| notes.push(remark));
+        notes.extend(self.remarks.iter().cloned());
         for (what, n) in &self.left {
-            notes.push(match (what.contains(' '), n) {
-                (true, _) => format!("{n} {what} are not kept"),
-                (false, 1) => format!("a node of type {what} is not kept"),
-                (false, _) => format!("{n} nodes of type {what} are not kept"),
-            });
+            let (what, n) = (what.clone(), *n);
+            notes.push(NotKept::Nodes { what, n });
         }
         for (what, names) in &self.left_by_name {
-            let more = match names.len().saturating_sub(MOST_NAMES) {
-                0 => String::new(),
-                n => format!(" and {n} more"),
-            };
-            let names: Vec<_> = names.iter().take(MOST_NAMES).map(String::as_str).collect();
-            notes.push(format!("{what} are not kept: {}{more}", names.join(", ")));
+            let (what, names) = (what.clone(), names.clone());
+            notes.push(NotKept::NamedNodes { what, names });
         }
-        for (name, n) in &self.incomplete {
-            notes.push(format!(
-                "of {n} elements of type {name} only the corner nodes are kept: no cell has their others"
-            ));
+        for (&element, &n) in &self.incomplete {
+            notes.push(Read::OnlyCorners { element, n });
         }
     }
 }

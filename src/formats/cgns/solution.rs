@@ -4,6 +4,7 @@ use super::node::Node;
 use super::read::Found;
 use super::time::Step;
 use super::zone::{Zone, rind};
+use crate::diagnostic::formats::ArrayRead;
 use crate::error::Result;
 use crate::mesh::{DataArray, Values};
 use std::ops::Range;
@@ -95,10 +96,12 @@ fn read_solution(
             let names = [solution.name(), name];
             let given = arrays.add(zone.number, names, places.clone(), values);
             if given != name {
-                found.remarks.push(format!(
-                    "several arrays are called \"{name}\"; that of \"{}\" is \"{given}\" here",
-                    solution.name()
-                ));
+                let note = ArrayRead::OfSolutionRenamed {
+                    solution: solution.name().to_owned(),
+                    name: name.to_owned(),
+                    here: given,
+                };
+                found.remarks.push(note.into());
             }
         }
     }

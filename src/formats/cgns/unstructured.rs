@@ -9,6 +9,7 @@ use super::read::Found;
 use super::regions::{Place, Region, regions};
 use super::sections::{Cells, Section, Span, outside, says_nothing, sections};
 use super::zone::Zone;
+use crate::diagnostic::formats::Read;
 use crate::error::Result;
 use std::ops::Range;
 
@@ -90,10 +91,13 @@ fn check_count(
     let n: usize = runs.map(|run| run.n_cells()).sum();
     let said = zone.n_cells[0];
     if said != n {
-        let (path, dimension) = (zone.node.path(), zone.cell_dimension);
-        found.remarks.push(format!(
-            "{path}: it should have {said} cells of dimension {dimension}; its sections have {n}"
-        ));
+        let note = Read::CellCount {
+            zone: zone.node.path().to_owned(),
+            said,
+            dimension: zone.cell_dimension,
+            found: n,
+        };
+        found.remarks.push(note.into());
     }
     Ok(())
 }

@@ -5,7 +5,8 @@ use super::super::names::text_of;
 use super::super::{Notes, ReadOptions};
 use super::index::Index;
 use super::stream::{Binary, Stream};
-use crate::error::{Error, Result, counted};
+use crate::diagnostic::formats::{ArrayRead, NotKept};
+use crate::error::{Error, Result};
 use crate::mesh::{DataArray, Mesh, Values};
 
 /// More components than any field has.
@@ -217,11 +218,7 @@ pub(super) fn add(
         _ => f64::INFINITY,
     };
     if times.len() > 1 {
-        let n = times.len() - 1;
-        notes.push(format!(
-            "values of {} of the data are not kept",
-            counted(n, "other time")
-        ));
+        notes.push(NotKept::Times { n: times.len() - 1 });
     }
     let elements = match elements {
         None => Ok(Index::Consecutive {
@@ -248,10 +245,10 @@ pub(super) fn add(
             (Kind::Nodes, _) => (nodes, mesh.points.len()),
             (Kind::Elements, Ok(index)) => (index, mesh.cells.len()),
             (Kind::Elements, Err(error)) => {
-                notes.push(format!(
-                    "data \"{}\" of elements are not kept: {error}",
-                    one.name
-                ));
+                notes.push(ArrayRead::WithoutElements {
+                    name: one.name.clone(),
+                    error: error.to_string(),
+                });
                 continue;
             }
         };
@@ -268,14 +265,15 @@ pub(super) fn add(
 /// that contradict one another are several arrays.
 fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<Vec<DataArray>> {
     let first = data[0];
-    let (name, items) = (&first.name, first.kind.items());
+    let (name, what) = (&first.name, first.kind.items());
     if data
         .iter()
         .any(|data| data.n_components != first.n_components)
     {
-        notes.push(format!(
-            "data \"{name}\" of {items} have different numbers of components and are not kept"
-        ));
+        notes.push(ArrayRead::ComponentsDiffer {
+            name: name.clone(),
+            what,
+        });
         return Ok(Vec::new());
     }
     let n_components = first.n_components;
@@ -295,10 +293,11 @@ fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<
         n_lost += data.fill(index, &mut arrays[at])?;
     }
     if n_lost > 0 {
-        notes.push(format!(
-            "\"{name}\" has {} for {items} that are not in the mesh",
-            counted(n_lost, "value")
-        ));
+        notes.push(ArrayRead::ValuesElsewhere {
+            name: name.clone(),
+            what,
+            n: n_lost,
+        });
     }
     let array = |values| DataArray::tuples(name.clone(), n_components, Values::F64(values));
     Ok(arrays.into_iter().map(array).collect())
@@ -313,13 +312,16 @@ pub(super) fn note_missing(mesh: &Mesh, notes: &mut Notes) {
             continue;
         };
         let rows = values.chunks_exact(array.n_components);
-        let (n, items, name) = (rows.len(), kind.items(), &array.name);
+        let of = rows.len();
         let missing = rows.filter(|row| row.iter().all(|value| value.is_nan()));
         let missing = missing.count();
         if missing > 0 {
-            notes.push(format!(
-                "\"{name}\" has no value at {missing} of {n} {items}, where it is NaN"
-            ));
+            notes.push(ArrayRead::ValuesMissing {
+                name: array.name.clone(),
+                what: kind.items(),
+                n: missing,
+                of,
+            });
         }
     }
 }

@@ -7,6 +7,7 @@ use super::entities::Entities;
 use super::nodes::count;
 use super::stream::Stream;
 use super::written::segments;
+use crate::diagnostic::formats::Read;
 use crate::error::Result;
 use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -185,10 +186,12 @@ pub(super) fn groups(
             let known = |group: &&Group| (group.dimension, group.number) == (of, Some(name.number));
             if let Some(known) = groups.iter().find(known) {
                 if known.name != name.name {
-                    notes.push(format!(
-                        "physical group {} of dimension {of} has two names; \"{}\" is used, not \"{}\"",
-                        name.number, known.name, name.name
-                    ));
+                    notes.push(Read::SecondName {
+                        number: name.number,
+                        dimension: of,
+                        used: known.name.clone(),
+                        other: name.name.clone(),
+                    });
                 }
                 continue;
             }
@@ -235,7 +238,7 @@ const PARTITIONS: &str = "gmsh:partition";
 pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Vec<DataArray> {
     let mut arrays = Vec::new();
     let mut known = BTreeSet::new();
-    let segments = segments(mesh);
+    let segments = segments(&mesh.view());
     let tells_more = |(key, cells): (&(u8, i32), &CellSet)| {
         key.0 + 1 >= mesh.dimension() && !known.insert((key.0, groups_in(&segments, cells)))
     };

@@ -24,7 +24,7 @@ mod written;
 
 use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// Gmsh MSH 4.1 (.msh). Reads every version.
@@ -59,12 +59,7 @@ impl Format for Msh {
     fn steps(&self, source: &Source) -> Result<Vec<f64>> {
         read::steps(source.bytes())
     }
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write41::write(mesh, out, options)
     }
     fn holds_arrays(&self) -> bool {
@@ -100,12 +95,7 @@ impl Format for Msh22 {
     fn steps(&self, source: &Source) -> Result<Vec<f64>> {
         read::steps(source.bytes())
     }
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write22::write(mesh, out, options)
     }
     fn holds_arrays(&self) -> bool {

@@ -9,7 +9,8 @@ use super::groups::{self, PhysicalName, read_names};
 use super::nodes::Nodes;
 use super::stream::{Binary, Stream, Version};
 use super::{elements, elements2, foreign, nodes};
-use crate::error::{Result, counted};
+use crate::diagnostic::formats::{NotKept, Read};
+use crate::error::Result;
 use crate::mesh::{Cells, DataArray, Mesh, Values};
 
 /// What has been read so far.
@@ -222,8 +223,8 @@ impl<'a> Parts<'a> {
             _ => match Kind::of(name) {
                 Some(kind) => self.data.push(Data::read(stream, kind, notes)?),
                 None => {
-                    if let Some(sentence) = not_kept(name) {
-                        notes.push(sentence);
+                    if !matches!(name, b"Comments" | b"Comment") {
+                        notes.push(NotKept::Section { name: show(name) });
                     }
                     return Ok(false);
                 }
@@ -256,14 +257,15 @@ impl<'a> Parts<'a> {
             return Err(stream.error("no $Nodes in the file"));
         };
         if nodes.n_parametric > 0 {
-            let of = counted(nodes.n_parametric, "node");
-            notes.push(format!("parametric coordinates of {of} are not kept"));
+            notes.push(NotKept::Of {
+                what: "parametric coordinates",
+                n: nodes.n_parametric,
+                item: "node",
+            });
         }
         if self.tags.n_ghosts > 0 {
             let n = self.tags.n_ghosts;
-            notes.push(format!(
-                "{n} elements are in several partitions; the first of them is kept"
-            ));
+            notes.push(Read::SeveralPartitions { n });
         }
         let mut mesh = Mesh {
             points: nodes.points,
@@ -272,10 +274,7 @@ impl<'a> Parts<'a> {
         };
         let named = self.names.len();
         if self.needs_entities && !self.entities.are_known && named > 0 {
-            let groups = counted(named, "physical group");
-            notes.push(format!(
-                "{groups} without elements: there is no $Entities, which says what is in them"
-            ));
+            notes.push(Read::GroupsWithoutEntities { n: named });
         }
         let physical = match self.entities.physicals.is_empty() {
             true => self.tags.physical,
@@ -306,17 +305,4 @@ impl<'a> Parts<'a> {
         data::note_missing(&mesh, notes);
         Ok(mesh)
     }
-}
-
-/// The sentence on a section that a mesh has no place for.
-fn not_kept(name: &[u8]) -> Option<String> {
-    Some(match name {
-        b"Comments" | b"Comment" => return None,
-        b"Periodic" => "periodic links between entities ($Periodic) are not kept".to_owned(),
-        b"GhostElements" => "ghost elements of partitions ($GhostElements) are not kept".to_owned(),
-        b"ElementNodeData" => {
-            "values at each element's own nodes ($ElementNodeData) are not kept".to_owned()
-        }
-        _ => format!("section ${} is not kept", show(name)),
-    })
 }

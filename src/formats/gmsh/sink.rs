@@ -4,8 +4,9 @@ use super::super::names::{Rule, cut};
 use super::super::records::{push_integer, push_real, write_all, write_records};
 use super::super::{Encoding, WriteOptions};
 use super::written::Plan;
+use crate::diagnostic::formats::GroupWritten;
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::io::Write;
 
 /// Most values in one record: the tags of an element and its nodes.
@@ -51,8 +52,8 @@ impl<'a> Sink<'a> {
     }
 
     /// Writes `$PhysicalNames`. A nameless group goes without, unless it is empty: then the line is
-    /// all that remains of it. Returns sentences about names that had to change.
-    pub fn physical_names(&mut self, mesh: &Mesh, plan: &Plan) -> Result<Vec<String>> {
+    /// all that remains of it. Returns notes on names that had to change.
+    pub fn physical_names(&mut self, mesh: &MeshView, plan: &Plan) -> Result<Vec<GroupWritten>> {
         let mut notes = Vec::new();
         let mut lines = Vec::new();
         let names: [_; 4] = std::array::from_fn(|dimension| {
@@ -65,10 +66,11 @@ impl<'a> Sink<'a> {
                 continue;
             }
             if let Some(own) = group.number.filter(|own| own != number) {
-                notes.push(format!(
-                    "group \"{}\" has number {number} instead of {own}, which is taken or none of MSH",
-                    group.name
-                ));
+                notes.push(GroupWritten::Renumbered {
+                    name: group.name.clone(),
+                    number: *number,
+                    own,
+                });
             }
             let name = &names[usize::from(group.dimension)][group.name.as_str()];
             notes.extend(NAME.note("group", &group.name, name));
@@ -144,7 +146,7 @@ pub(super) fn push_point_binary(buffer: &mut Vec<u8>, point: &[f64; 3]) {
 }
 
 /// Names of groups, without what would end them too early, and no longer than Gmsh reads.
-const NAME: Rule = Rule {
+pub(super) const NAME: Rule = Rule {
     longest: 127,
     fit: |name, longest| cut(&plain(name), longest),
     why: "names in MSH have no quotes or line ends and 127 bytes at most",

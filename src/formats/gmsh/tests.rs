@@ -2,6 +2,9 @@
 
 use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use super::{Msh, Msh22};
+use crate::diagnostic::formats::{
+    ArrayRead, ArrayWritten, Condition, GroupWritten, NotKept, Written,
+};
 use crate::formats::parse;
 use crate::mesh::lagrange::n_nodes;
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
@@ -80,7 +83,7 @@ fn written(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
     };
     let mut file = Vec::new();
     format
-        .write(mesh, &mut file, &options)
+        .write(&mesh.view(), &mut file, &options)
         .expect("MSH holds it");
     file
 }
@@ -111,16 +114,38 @@ fn what_is_left_out_is_said() {
     mesh.point_arrays.push(DataArray::scalar("hash", large));
     mesh.groups[0].condition = Some("BCWall".into());
     let notes = Msh
-        .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+        .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
-    assert_eq!(notes.len(), 4, "{notes:?}");
-    for (note, word) in notes.iter().zip(["edge", "hash", "title", "conditions"]) {
-        assert!(note.contains(word), "{note}");
-    }
+    let renamed = GroupWritten::Renamed {
+        what: "group",
+        name: "the \"edge\"".into(),
+        written: "the 'edge'".into(),
+        why: super::sink::NAME.why,
+        is_taken: false,
+    };
+    let title = ArrayWritten::LeftOut {
+        format: "MSH",
+        what: "field",
+        names: vec!["title".into()],
+    };
+    let expected = [
+        renamed.into(),
+        ArrayWritten::IntegersRounded {
+            name: "hash".into(),
+        }
+        .into(),
+        title.into(),
+        Condition::NotWritten {
+            format: "MSH",
+            n: 1,
+        }
+        .into(),
+    ];
+    assert_eq!(notes, expected);
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&Msh as &dyn Format, &Msh22] {
         let error = format
-            .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+            .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
             .expect_err("a polygon");
         assert!(error.to_string().contains("polygon"), "{error}");
     }
@@ -244,13 +269,24 @@ fn tags_entities_and_values_survive_both_versions() {
     let mut notes = Notes::default();
     let mesh = Msh.read(&source, &ReadOptions::default(), &mut notes);
     let mesh = mesh.expect("a good file");
-    for word in [
-        "$Periodic",
-        "\"q\" has 1 value for elements",
-        "no value at 2 of 4 nodes",
-    ] {
-        assert!(notes.iter().any(|note| note.contains(word)), "{notes:?}");
-    }
+    let periodic = NotKept::Section {
+        name: "Periodic".into(),
+    };
+    let elsewhere = ArrayRead::ValuesElsewhere {
+        name: "q".into(),
+        what: "elements",
+        n: 1,
+    };
+    let missing = ArrayRead::ValuesMissing {
+        name: "t".into(),
+        what: "nodes",
+        n: 2,
+        of: 4,
+    };
+    assert!(
+        notes.has(periodic) && notes.has(elsewhere) && notes.has(missing),
+        "{notes:?}"
+    );
     assert_eq!(mesh.groups, [group(2, "zero", 0, &[0, 1])]);
     let names = |arrays: &[DataArray]| arrays.iter().map(|a| a.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&mesh.point_arrays), ["t", "node_number"]);
@@ -321,7 +357,7 @@ fn cells_that_msh_lacks_are_refused_with_the_way_out() {
     };
     mesh.cells.push(CellKind::Triangle7, &[0, 1, 2, 3, 4, 5, 6]);
     let refusal = |mesh: &Mesh| {
-        let refused = Msh.write(mesh, &mut Vec::new(), &WriteOptions::default());
+        let refused = Msh.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
         refused.expect_err("MSH has no such cell").to_string()
     };
     assert!(refusal(&mesh).contains("--linearize"));
@@ -366,8 +402,10 @@ fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
             ..WriteOptions::default()
         };
         let mut bytes = Vec::new();
-        let notes = Msh.write(&mesh, &mut bytes, &options).expect("written");
-        assert!(notes[0].contains("nodes are counted from 1"), "{notes:?}");
+        let notes = Msh
+            .write(&mesh.view(), &mut bytes, &options)
+            .expect("written");
+        assert_eq!(notes, [Written::CountedFromOne { what: "nodes" }.into()]);
         let back = read(&bytes);
         let p = back.point_arrays.iter().find(|array| array.name == "p");
         assert_eq!(p, Some(&mesh.point_arrays[1]));
@@ -384,9 +422,13 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
         let mesh = triangle([1, 2, 3], wide);
         for format in [&Msh as &dyn Format, &Msh22] {
             let mut bytes = Vec::new();
-            let notes = format.write(&mesh, &mut bytes, &WriteOptions::default());
+            let notes = format.write(&mesh.view(), &mut bytes, &WriteOptions::default());
             let notes = notes.expect("it can be written");
-            let said = notes.iter().any(|note| note.contains("101 components"));
+            let said = notes.has(ArrayWritten::TooManyComponents {
+                name: "wide".into(),
+                n: 101,
+                most: 100,
+            });
             assert_eq!(said, !is_written, "{notes:?}");
             let names = |array: &DataArray| array.name == "wide";
             assert_eq!(read(&bytes).point_arrays.iter().any(names), is_written);

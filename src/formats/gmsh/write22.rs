@@ -6,15 +6,12 @@ use super::sink::{Sink, push_point, push_point_binary};
 use super::write_data;
 use super::written::Plan;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::formats::Notes;
+use crate::mesh::MeshView;
 use std::io::Write;
 
-/// Writes the mesh; returns a sentence for each thing that is left out.
-pub(super) fn write(
-    mesh: &Mesh,
-    out: &mut dyn Write,
-    options: &WriteOptions,
-) -> Result<Vec<String>> {
+/// Writes the mesh; returns a note for each thing that is left out.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     let plan = Plan::new(mesh, i32::MAX.into(), 1)?;
     let copies = |entity: usize| plan.entities[entity].physicals.len().max(1);
     let blocks = plan.blocks.iter();
@@ -31,7 +28,8 @@ pub(super) fn write(
     }
     let mut sink = Sink::new(out, options);
     sink.header("2.2")?;
-    let mut notes = sink.physical_names(mesh, &plan)?;
+    let mut notes = Notes::default();
+    notes.extend(sink.physical_names(mesh, &plan)?);
     write_nodes(mesh, &plan, &mut sink)?;
     sink.line(&format!("$Elements\n{n_elements}"))?;
     write_elements(mesh, &plan, &numbers, &mut sink)?;
@@ -39,11 +37,11 @@ pub(super) fn write(
     sink.line("$EndElements")?;
     let number = |cell| numbers.of(cell, 0);
     notes.extend(write_data::write(mesh, &plan, number, &mut sink)?);
-    notes.extend(write_data::left_out(mesh, options));
+    write_data::note_left_out(mesh, options, &mut notes);
     Ok(notes)
 }
 
-fn write_nodes(mesh: &Mesh, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_nodes(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
     let n = mesh.points.len();
     sink.line(&format!("$Nodes\n{n}"))?;
     let text = sink.text;
@@ -129,7 +127,7 @@ impl<'a> Numbers<'a> {
     }
 }
 
-fn write_elements(mesh: &Mesh, plan: &Plan, numbers: &Numbers, sink: &mut Sink) -> Result<()> {
+fn write_elements(mesh: &MeshView, plan: &Plan, numbers: &Numbers, sink: &mut Sink) -> Result<()> {
     for block in &plan.blocks {
         let entity = &plan.entities[block.entity];
         let (type_number, of) = &plan.types[block.of];

@@ -1,25 +1,29 @@
 //! Writing arrays as `$NodeData` and `$ElementData`, and saying what MSH has no place for.
 
 use super::super::names::Given;
-use super::super::records::{push_integer, push_real, write_records};
-use super::super::{Precision, WriteOptions};
+use super::super::records::{conditions_left_out, push_integer, push_real, write_records};
+use super::super::{Notes, Precision, WriteOptions};
 use super::data::MOST_COMPONENTS;
 use super::sink::{ARRAY, Sink};
 use super::written::Plan;
+use crate::diagnostic::formats::{ArrayWritten, Written};
 use crate::error::Result;
 use crate::mesh::arrays::with_numbers;
-use crate::mesh::{DataArray, Mesh, Values};
+use crate::mesh::{DataArray, MeshView, Values};
+
+/// The format in a sentence.
+const MSH: &str = "MSH";
 
 /// Writes arrays of numbers as 64-bit reals; `number` gives the tag of a cell's element. Returns a
-/// sentence for each thing that is not as it was.
+/// note for each thing that is not as it was.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     plan: &Plan,
     number: impl Fn(usize) -> u64 + Sync,
     sink: &mut Sink,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     let [point, cell] = plan.data(mesh);
-    let mut notes = Vec::new();
+    let mut notes = Notes::default();
     for (array, name) in named(point) {
         let tag = |node: usize| plan.node_tag(node as u32);
         write_array("NodeData", (array, &name), tag, sink, &mut notes)?;
@@ -43,29 +47,25 @@ fn write_array(
     (array, name): (&DataArray, &str),
     tag: impl Fn(usize) -> u64 + Sync,
     sink: &mut Sink,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Result<()> {
     if let Values::Text(_) = array.values {
-        notes.push(format!(
-            "MSH holds no text; array \"{}\" is left out",
-            array.name
-        ));
+        let name = array.name.clone();
+        notes.push(ArrayWritten::TextLeftOut { format: MSH, name });
         return Ok(());
     }
     if array.n_components > MOST_COMPONENTS {
-        notes.push(format!(
-            "array \"{}\" is left out: it has {} components, and MSH holds fields of {MOST_COMPONENTS} at \
-             most",
-            array.name, array.n_components
-        ));
+        notes.push(ArrayWritten::TooManyComponents {
+            name: array.name.clone(),
+            n: array.n_components,
+            most: MOST_COMPONENTS,
+        });
         return Ok(());
     }
     notes.extend(ARRAY.note("array", &array.name, name));
     if !all_are_exact(&array.values) {
-        notes.push(format!(
-            "array \"{}\" has integers above 2^53, which MSH holds as the nearest 64-bit real",
-            array.name
-        ));
+        let name = array.name.clone();
+        notes.push(ArrayWritten::IntegersRounded { name });
     }
     let n = array.n_components;
     let rows = with_numbers!(&array.values, v => rows_of_numbers(v, n), _t => Vec::new());
@@ -112,29 +112,18 @@ fn all_are_exact(values: &Values) -> bool {
     }
 }
 
-/// A sentence for each array and option that MSH has no place for.
-pub(super) fn left_out(mesh: &Mesh, options: &WriteOptions) -> Vec<String> {
-    let mut notes = Vec::new();
+/// A note for each array and option that MSH has no place for.
+pub(super) fn note_left_out(mesh: &MeshView, options: &WriteOptions, notes: &mut Notes) {
     if !mesh.field_arrays.is_empty() {
-        let names = mesh
-            .field_arrays
-            .iter()
-            .map(|array| format!("\"{}\"", array.name));
-        let names = names.collect::<Vec<_>>().join(", ");
-        notes.push(format!("MSH holds no field arrays; left out: {names}"));
+        let names = mesh.field_arrays.iter().map(|array| array.name.clone());
+        notes.push(ArrayWritten::LeftOut {
+            format: MSH,
+            what: "field",
+            names: names.collect(),
+        });
     }
-    let conditions = mesh
-        .groups
-        .iter()
-        .filter(|group| group.condition.is_some())
-        .count();
-    if conditions > 0 {
-        notes.push(format!(
-            "MSH holds no types of boundary conditions; those of {conditions} tags are left out"
-        ));
-    }
+    notes.extend(conditions_left_out(MSH, mesh));
     if options.precision == Precision::F32 {
-        notes.push("MSH holds coordinates in f64 only".to_owned());
+        notes.push(Written::CoordinatesIn64 { format: MSH });
     }
-    notes
 }

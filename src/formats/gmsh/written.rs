@@ -3,8 +3,9 @@
 use super::groups::ENTITIES;
 use super::index::Index;
 use super::kinds::{self, Type};
+use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, CellRun, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellKind, CellRun, DataArray, Group, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -50,13 +51,13 @@ const CELL_NUMBERS: &str = "cell_number";
 impl Plan {
     /// With tags up to `highest` and numbers of groups from `lowest_group` on. Refuses kinds of cells
     /// that Gmsh has not.
-    pub fn new(mesh: &Mesh, highest: i64, lowest_group: i32) -> Result<Self> {
+    pub fn new(mesh: &MeshView, highest: i64, lowest_group: i32) -> Result<Self> {
         let own_tags = own_tags(mesh);
         let mut plan = Self {
             entities: Vec::new(),
             blocks: Vec::new(),
             types: Vec::new(),
-            numbers: physical_numbers(&mesh.groups, lowest_group),
+            numbers: physical_numbers(mesh.groups, lowest_group),
             node_numbers: tags(&mesh.point_arrays, NODE_NUMBERS, highest),
             cell_numbers: tags(&mesh.cell_arrays, CELL_NUMBERS, highest),
             has_own_tags: own_tags.is_some(),
@@ -151,21 +152,18 @@ impl Plan {
     }
 
     /// Counts nodes and elements that have values from 1 on where their own tags are above the 32
-    /// bits that data refer to them with. Returns a sentence for each.
-    pub fn drop_large_numbers(&mut self, mesh: &Mesh) -> Vec<String> {
+    /// bits that data refer to them with. Returns a note for each.
+    pub fn drop_large_numbers(&mut self, mesh: &MeshView) -> Vec<Written> {
         let [has_point_data, has_cell_data] = self.data(mesh).map(|arrays| !arrays.is_empty());
         let is_large = |tag: &i64| i32::try_from(*tag).is_err();
         let mut notes = Vec::new();
-        for (of, has_data, numbers) in [
+        for (what, has_data, numbers) in [
             ("nodes", has_point_data, &mut self.node_numbers),
             ("elements", has_cell_data, &mut self.cell_numbers),
         ] {
             if has_data && numbers.iter().flatten().any(is_large) {
                 *numbers = None;
-                notes.push(format!(
-                    "{of} are counted from 1: data of MSH refer to numbers up to {}, and theirs are higher",
-                    i32::MAX
-                ));
+                notes.push(Written::CountedFromOne { what });
             }
         }
         notes
@@ -190,10 +188,10 @@ impl Plan {
     }
 
     /// Arrays that are written as values at nodes and at elements: all but those that became tags.
-    pub fn data<'a>(&self, mesh: &'a Mesh) -> [Vec<&'a DataArray>; 2] {
-        let point = mesh.point_arrays.iter();
+    pub fn data<'a>(&self, mesh: &MeshView<'a>) -> [Vec<&'a DataArray>; 2] {
+        let point = mesh.point_arrays.iter().copied();
         let point = point.filter(|a| self.node_numbers.is_none() || a.name != NODE_NUMBERS);
-        let cell = mesh.cell_arrays.iter();
+        let cell = mesh.cell_arrays.iter().copied();
         let cell = cell.filter(|a| self.cell_numbers.is_none() || a.name != CELL_NUMBERS);
         let cell = cell.filter(|a| !self.has_own_tags || a.name != ENTITIES);
         [point.collect(), cell.collect()]
@@ -221,7 +219,7 @@ fn refused(run: CellRun) -> Error {
 }
 
 /// The values of the array of this name, where they are distinct tags from 1 to `highest`.
-fn tags(arrays: &[DataArray], name: &str, highest: i64) -> Option<Vec<i64>> {
+fn tags(arrays: &[&DataArray], name: &str, highest: i64) -> Option<Vec<i64>> {
     let array = arrays
         .iter()
         .find(|array| array.name == name && array.n_components == 1)?;
@@ -232,8 +230,8 @@ fn tags(arrays: &[DataArray], name: &str, highest: i64) -> Option<Vec<i64>> {
 }
 
 /// The entity of each cell, where the mesh came with them; 0 where a cell has none.
-fn own_tags(mesh: &Mesh) -> Option<&Values> {
-    let mut arrays = mesh.cell_arrays.iter();
+fn own_tags<'a>(mesh: &MeshView<'a>) -> Option<&'a Values> {
+    let mut arrays = mesh.cell_arrays.iter().copied();
     let array = arrays.find(|array| array.name == ENTITIES)?;
     let mut good = array.n_components == 1 && array.values.is_integer();
     array
@@ -254,7 +252,7 @@ fn lowest_and_highest(tags: Option<&[i64]>, n: usize) -> [usize; 2] {
 }
 
 /// The cells in order, cut wherever the set of groups changes.
-pub(super) fn segments(mesh: &Mesh) -> Vec<(Range<usize>, Vec<usize>)> {
+pub(super) fn segments(mesh: &MeshView) -> Vec<(Range<usize>, Vec<usize>)> {
     let mut events: Vec<(usize, bool, usize)> = Vec::new();
     for (i, group) in mesh.groups.iter().enumerate() {
         for range in group.cells.ranges() {
@@ -305,6 +303,7 @@ fn physical_numbers(groups: &[Group], lowest: i32) -> Vec<i32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
 
     fn group(name: &str, number: Option<i32>, cells: Range<usize>) -> Group {
         Group {
@@ -345,6 +344,6 @@ mod tests {
             (4..5, vec![1]),
             (5..6, vec![]),
         ];
-        assert_eq!(segments(&mesh), expected);
+        assert_eq!(segments(&mesh.view()), expected);
     }
 }

@@ -4,6 +4,7 @@ use super::super::lexer::shown;
 use super::super::vtk::number::Element;
 use super::cursor::{Cursor, decoded};
 use super::values::{self, Type};
+use crate::diagnostic::formats::{ArrayRead, NotKept};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::{DataArray, Values};
@@ -135,11 +136,13 @@ impl Section<'_> {
                 self.arrays
                     .push(DataArray::tuples(name, n_components, values));
             } else {
-                let (what, expected) = (self.what, self.n_tuples.unwrap_or(0));
-                notes.push(format!(
-                    "the {what} array \"{name}\" is left out: it has {n_tuples} tuples of \
-                     {n_components} components for {expected} {what}s"
-                ));
+                notes.push(ArrayRead::Misfit {
+                    what: self.what,
+                    name,
+                    n_tuples,
+                    n_components,
+                    n_items: self.n_tuples.unwrap_or(0),
+                });
             }
         }
         Ok(())
@@ -164,7 +167,10 @@ fn lookup_table(cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
         .checked_mul(4)
         .ok_or_else(|| cursor.error("the size overflows"))?;
     values::read(cursor, Type::Number(element), n, notes)?;
-    notes.push(format!("the lookup table \"{name}\" is not kept"));
+    notes.push(NotKept::Named {
+        what: "lookup table",
+        name,
+    });
     Ok(())
 }
 
@@ -188,7 +194,8 @@ pub(super) fn metadata(cursor: &mut Cursor, array: Option<&mut DataArray>, notes
         } else if let Some(name) = line.strip_prefix(b"NAME ") {
             let name = name.split(u8::is_ascii_whitespace).next().unwrap_or(name);
             if !KNOWN.contains(&name) {
-                notes.push(format!("the information {} is not kept", shown(name)));
+                let shown = shown(name);
+                notes.push(NotKept::Information { shown });
             }
         }
     }

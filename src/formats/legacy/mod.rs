@@ -20,7 +20,7 @@ mod write;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// VTK legacy file (.vtk), written in version 5.1.
@@ -61,12 +61,7 @@ impl Format for Legacy {
         read::read(source.bytes(), options, notes)
     }
 
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options, write::Version::V51)
     }
 }
@@ -96,12 +91,7 @@ impl Format for Legacy42 {
         Legacy.read(source, options, notes)
     }
 
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options, write::Version::V42)
     }
 }

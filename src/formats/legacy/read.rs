@@ -9,6 +9,7 @@ use super::attributes::{Section, metadata};
 use super::cells;
 use super::cursor::Cursor;
 use super::values::{self, Type};
+use crate::diagnostic::formats::NotKept;
 use crate::error::{Error, Position, Result};
 use crate::formats::{Notes, ReadOptions};
 use crate::mesh::{DataArray, Mesh};
@@ -153,7 +154,7 @@ impl File {
                 let n = cursor.count("a number of points")?;
                 let kind = Type::read(cursor)?;
                 values::read(cursor, kind, n, notes)?;
-                notes.push("blanking is not kept: cells at blanked nodes are like others");
+                notes.push(NotKept::Blanking);
             }
             "point_data" | "cell_data" => {
                 self.n_tuples = cursor.count("a number of tuples")?;

@@ -1,15 +1,17 @@
 use super::*;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::formats::Read;
 use crate::formats::{Encoding, Precision, parse};
 use crate::mesh::{CellKind, DataArray, Group, Values};
 
-fn read_with_notes(bytes: &[u8]) -> (Mesh, Vec<String>) {
+fn read_with_notes(bytes: &[u8]) -> (Mesh, Notes) {
     let source = Source::from_bytes(std::path::Path::new("<memory>"), bytes.to_vec());
     let mut notes = Notes::default();
     let mesh = Legacy.read(&source, &ReadOptions::default(), &mut notes);
     let mut mesh = mesh.expect("it can be read");
     mesh.validate().expect("it is a good mesh");
     mesh.merge_repeated_faces();
-    (mesh, notes.iter().map(str::to_owned).collect())
+    (mesh, notes)
 }
 
 fn read(text: &str) -> Mesh {
@@ -106,14 +108,14 @@ fn everything_in_a_mesh_survives_both_versions_as_text_and_binary() {
                 };
                 let mut expected = rich_mesh();
                 let mut bytes = Vec::new();
-                let notes = format.write(&expected, &mut bytes, &options);
-                assert_eq!(notes.expect("it can be written"), [""; 0]);
+                let notes = format.write(&expected.view(), &mut bytes, &options);
+                assert_eq!(notes.expect("it can be written"), []);
                 if precision == Precision::F32 {
                     let coordinates = expected.points.as_flattened_mut().iter_mut();
                     coordinates.for_each(|x| *x = f64::from(*x as f32));
                 }
                 let (mesh, notes) = read_with_notes(&bytes);
-                assert_eq!(notes, [""; 0]);
+                assert_eq!(notes, []);
                 assert_eq!(mesh, expected, "{} {options:?}", format.name());
             }
         }
@@ -140,7 +142,7 @@ fn a_large_text_is_read_in_parts() {
     for format in [&Legacy as &dyn Format, &Legacy42] {
         let mut bytes = Vec::new();
         format
-            .write(&mesh, &mut bytes, &options)
+            .write(&mesh.view(), &mut bytes, &options)
             .expect("it can be written");
         assert_eq!(read_with_notes(&bytes).0, mesh);
     }
@@ -212,22 +214,29 @@ fn collections_are_split_and_their_data_repeated() {
     let numbers = vec![10, 10, 20, 20, 30, 40, 50, 50, 50];
     assert_eq!(mesh.cell_arrays[0].values, Values::I32(numbers));
     assert_eq!(mesh.cells.get(7).nodes, [2, 1, 3]);
-    assert_eq!(
-        notes,
-        [
-            "1 poly-vertex is split into 2 vertices",
-            "1 polyline is split into 2 lines",
-            "1 triangle strip is split into 3 triangles"
-        ]
-    );
+    let split = |from, into, n_into| -> Diagnostic {
+        let n = 1;
+        Read::Split {
+            from,
+            n,
+            into,
+            n_into,
+        }
+        .into()
+    };
+    let expected = [
+        split("poly-vertex", "vertex", 2),
+        split("polyline", "line", 2),
+        split("triangle strip", "triangle", 3),
+    ];
+    assert_eq!(notes, expected);
     let empty = SQUARE
         .replace("3 11\n4 0 1 2 3", "3 7\n0")
         .replace("8 3 3", "0 3 3");
     let (mesh, notes) = read_with_notes(empty.as_bytes());
-    assert_eq!(
-        (mesh.cells.len(), notes),
-        (2, vec!["1 empty cell is left out".into()])
-    );
+    assert_eq!(mesh.cells.len(), 2);
+    let (n, with_nodes) = (1, false);
+    assert_eq!(notes, [Read::EmptyCells { n, with_nodes }.into()]);
 }
 
 #[test]
@@ -316,7 +325,7 @@ fn errors_say_where_and_what() {
         assert!(message.contains(expected), "{message} / {expected}");
     }
     let mut bytes = Vec::new();
-    let written = Legacy.write(&rich_mesh(), &mut bytes, &WriteOptions::default());
+    let written = Legacy.write(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     assert!(
         error(&bytes[..500]).contains("byte "),
@@ -328,7 +337,7 @@ fn errors_say_where_and_what() {
 #[test]
 fn damaged_files_never_panic() {
     let mut bytes = Vec::new();
-    let written = Legacy.write(&rich_mesh(), &mut bytes, &WriteOptions::default());
+    let written = Legacy.write(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     for at in 0..bytes.len() {
         for change in [0xff, 0x80, b'9', b'\n'] {

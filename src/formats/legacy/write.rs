@@ -9,7 +9,8 @@ use super::super::vtk::text::{ascii, failed};
 use super::super::{Encoding, WriteOptions};
 use super::cursor::encoded;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, CellRef, CellRun, Cells, Mesh};
+use crate::formats::Notes;
+use crate::mesh::{CellKind, CellRef, CellRun, Cells, MeshView};
 use std::io::{BufWriter, Write};
 
 /// Smaller pieces are gathered before they are written.
@@ -26,13 +27,13 @@ pub(super) enum Version {
     V51,
 }
 
-/// Writes the mesh; returns a sentence for each thing that is not in the file.
+/// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     options: &WriteOptions,
     version: Version,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     options.check_coordinates(mesh)?;
     if version == Version::V42 && mesh.points.len() > i32::MAX as usize {
         let n = mesh.points.len();
@@ -58,7 +59,7 @@ struct Writer<'o> {
 }
 
 impl Writer<'_> {
-    fn all(&mut self, mesh: &Mesh, plan: &Plan) -> Result<()> {
+    fn all(&mut self, mesh: &MeshView, plan: &Plan) -> Result<()> {
         let sections = plan.sections();
         let version = match self.version {
             Version::V42 => "4.2",
@@ -194,18 +195,16 @@ impl Writer<'_> {
         out.finish()
     }
 
-    fn cells(&mut self, mesh: &Mesh, plan: &Plan) -> Result<()> {
+    fn cells(&mut self, mesh: &MeshView, plan: &Plan) -> Result<()> {
         let old_order;
         let cells = match self.version {
             Version::V42 if mesh.cells.runs().any(|run| order::concerns(run.kind)) => {
-                let degrees = mesh
-                    .cell_arrays
-                    .iter()
-                    .find(|array| order::is_degrees(array));
-                old_order = order::swapped(&mesh.cells, degrees).0;
+                let mut arrays = mesh.cell_arrays.iter().copied();
+                let degrees = arrays.find(|array| order::is_degrees(array));
+                old_order = order::swapped(mesh.cells, degrees).0;
                 &old_order
             }
-            _ => &mesh.cells,
+            _ => mesh.cells,
         };
         let n_cells = plan.n_cells();
         let repeated = || plan.repeated.iter().map(|cell| cells.get(*cell));

@@ -2,11 +2,11 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::curve;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 
 /// The piece, from 0 to `n - 1`, of every cell. Cells of lower dimension go where the mesh's own
 /// cells at their first node are.
-pub(super) fn pieces(mesh: &Mesh, n: usize) -> Result<Vec<u32>> {
+pub(super) fn pieces(mesh: &MeshView, n: usize) -> Result<Vec<u32>> {
     let volume: Vec<usize> = mesh
         .volume_runs()
         .flat_map(|run| run.first_cell..run.first_cell + run.n_cells())

@@ -2,6 +2,7 @@
 
 use super::merge::Piece;
 use super::subset::Subsets;
+use crate::diagnostic::formats::Pieces;
 use crate::formats::Notes;
 use crate::mesh::DataArray;
 
@@ -28,8 +29,8 @@ pub(super) fn left_out(mut piece: Piece, notes: &mut Notes) -> Piece {
         let others: Vec<usize> = (0..of_ghosts.len())
             .filter(|node| !of_ghosts[*node])
             .collect();
-        piece.mesh = Subsets::of(&piece.mesh).take(&own, &others).0;
-        notes.push("ghost cells of the pieces are left out");
+        piece.mesh = Subsets::of(&piece.mesh.view()).take(&own, &others).0;
+        notes.push(Pieces::GhostsLeftOut);
     }
     let is_mark = |array: &DataArray| [TYPE, LEVELS].contains(&array.name.as_str());
     piece.mesh.cell_arrays.retain(|array| !is_mark(array));
@@ -47,7 +48,7 @@ fn marks(arrays: &[DataArray], notes: &mut Notes) -> Option<Vec<bool>> {
     };
     if let Some(types) = numbers(TYPE) {
         if types.iter().any(|kind| kind & HIDDEN != 0) {
-            notes.push("cells marked as hidden are like others");
+            notes.push(Pieces::Hidden);
         }
         return Some(types.iter().map(|kind| kind & DUPLICATE != 0).collect());
     }

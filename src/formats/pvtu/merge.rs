@@ -6,6 +6,7 @@
 
 use super::read::mismatch;
 use super::subset::push;
+use crate::diagnostic::formats::{ArrayRead, Pieces};
 use crate::error::Result;
 use crate::formats::Notes;
 use crate::mesh::{Cells, DataArray, Mesh, Values};
@@ -101,7 +102,7 @@ fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<
         pair[0].0 == pair[1].0 && !(0..3).all(near)
     };
     if sorted.par_windows(2).any(elsewhere) {
-        notes.push("global numbers of nodes are not used: they join nodes at different places");
+        notes.push(Pieces::NumbersUnused);
         return None;
     }
     let mut joined = Joined {
@@ -151,12 +152,10 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
     }
     if n_apart > n_joined {
         // Cells that share no nodes within a piece share none with other pieces.
-        notes.push("the pieces are not joined: their cells have nodes of their own");
+        notes.push(Pieces::NotJoined);
         first = (0..points.len()).collect();
     } else if n_apart > 0 {
-        notes.push(format!(
-            "nodes at {n_apart} places are kept apart: a piece has several of them there"
-        ));
+        notes.push(Pieces::KeptApart { n: n_apart });
     }
     let mut joined = Joined {
         origin: Vec::new(),
@@ -182,11 +181,11 @@ fn note_joined(
 ) {
     let n_shared = points.len() - joined.origin.len();
     if n_shared > 0 {
-        let n = pieces.len();
-        let how = if counted { "number" } else { "place" };
-        notes.push(format!(
-            "{n} pieces are joined at {n_shared} nodes that have the same {how}"
-        ));
+        notes.push(Pieces::Joined {
+            n: pieces.len(),
+            n_nodes: n_shared,
+            by: if counted { "number" } else { "place" },
+        });
     }
 }
 
@@ -231,7 +230,7 @@ fn cells(pieces: &[Piece], order: &[usize], new_index: &[u32]) -> Cells {
 /// Arrays that all pieces have alike, with the tuples `origin` of those of all pieces.
 fn arrays(
     pieces: &[Piece],
-    what: &str,
+    what: &'static str,
     of: impl Fn(&Mesh) -> &Vec<DataArray>,
     origin: &[usize],
     notes: &mut Notes,
@@ -264,10 +263,10 @@ fn arrays(
     }
     for array in parts.iter().flat_map(|part| part.iter()) {
         if !arrays.iter().any(|kept| kept.name == array.name) {
-            let name = &array.name;
-            notes.push(format!(
-                "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
-            ));
+            notes.push(ArrayRead::NotAlike {
+                what,
+                name: array.name.clone(),
+            });
         }
     }
     arrays
@@ -279,10 +278,9 @@ fn field_arrays(pieces: &[Piece], notes: &mut Notes) -> Vec<DataArray> {
     for array in pieces.iter().flat_map(|piece| &piece.mesh.field_arrays) {
         match arrays.iter().find(|known| known.name == array.name) {
             None => arrays.push(array.clone()),
-            Some(known) if known != array => notes.push(format!(
-                "the field array \"{}\" is that of the first piece; others differ",
-                array.name
-            )),
+            Some(known) if known != array => notes.push(ArrayRead::OfFirstPiece {
+                name: array.name.clone(),
+            }),
             Some(_) => {}
         }
     }

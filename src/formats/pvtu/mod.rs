@@ -21,7 +21,7 @@ pub use write::{stage_pieces, write_pieces};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// Point array with the number of each node in the whole mesh.
@@ -55,7 +55,7 @@ impl Format for Pvtu {
         read::read(source, options, notes)
     }
 
-    fn write(&self, _: &Mesh, _: &mut dyn Write, _: &WriteOptions) -> Result<Vec<String>> {
+    fn write(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
         let message = "a .pvtu is a list of files; write it with convert --pieces N";
         Err(Error::input(message))
     }

@@ -1,17 +1,17 @@
 //! Some cells of a mesh, with their nodes and arrays; without groups.
 
-use crate::mesh::{Cells, DataArray, Mesh};
+use crate::mesh::{Cells, DataArray, Mesh, MeshView};
 
 /// Takes parts out of a mesh, each in a time that goes by its own size.
 pub(super) struct Subsets<'m> {
-    mesh: &'m Mesh,
+    mesh: &'m MeshView<'m>,
     /// `u32::MAX` but for the nodes of the part that is taken.
     new_index: Vec<u32>,
 }
 
 impl<'m> Subsets<'m> {
     /// Parts of this mesh.
-    pub fn of(mesh: &'m Mesh) -> Self {
+    pub fn of(mesh: &'m MeshView<'m>) -> Self {
         Self {
             mesh,
             new_index: vec![u32::MAX; mesh.points.len()],
@@ -39,7 +39,7 @@ impl<'m> Subsets<'m> {
         let mut new_cells = Cells::new();
         for &cell in cells {
             let new_index = |node: u32| self.new_index[node as usize];
-            push(&mut new_cells, &mesh.cells, cell, new_index);
+            push(&mut new_cells, mesh.cells, cell, new_index);
         }
         for &node in &nodes {
             self.new_index[node] = u32::MAX;
@@ -50,7 +50,7 @@ impl<'m> Subsets<'m> {
             groups: Vec::new(),
             point_arrays: select(&mesh.point_arrays, &nodes),
             cell_arrays: select(&mesh.cell_arrays, cells),
-            field_arrays: mesh.field_arrays.clone(),
+            field_arrays: mesh.field_arrays.iter().copied().cloned().collect(),
         };
         (part, nodes)
     }
@@ -85,7 +85,7 @@ pub(super) fn push(to: &mut Cells, from: &Cells, cell: usize, renumber: impl Fn(
         .expect("it was checked when it was added");
 }
 
-fn select(arrays: &[DataArray], keep: &[usize]) -> Vec<DataArray> {
+fn select(arrays: &[&DataArray], keep: &[usize]) -> Vec<DataArray> {
     let selected = arrays.iter().map(|array| DataArray {
         name: array.name.clone(),
         n_components: array.n_components,

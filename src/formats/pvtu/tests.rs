@@ -1,4 +1,5 @@
 use super::*;
+use crate::diagnostic::formats::{ArrayRead, Pieces};
 use crate::formats::{self, Commit, Loaded};
 use crate::mesh::{CellKind, DataArray, Group, Values};
 use std::path::Path;
@@ -56,8 +57,14 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
     let mesh = bar(40);
     for n in [1, 2, 7, 40] {
         let path = folder.path().join(format!("bar{n}.pvtu"));
-        let notes = write_pieces(&mesh, &path, n, &WriteOptions::default(), Commit::REPLACE);
-        assert_eq!(notes.expect("it can be written"), [""; 0]);
+        let notes = write_pieces(
+            &mesh.view(),
+            &path,
+            n,
+            &WriteOptions::default(),
+            Commit::REPLACE,
+        );
+        assert_eq!(notes.expect("it can be written"), []);
         let loaded = load(&path);
         assert_eq!(loaded.format.name(), "pvtu");
         assert_eq!(loaded.mesh, mesh, "{n} pieces");
@@ -69,7 +76,13 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
         .count();
     assert_eq!(left, 8, "nothing hidden is left");
     let path = folder.path().join("many.pvtu");
-    let error = write_pieces(&mesh, &path, 41, &WriteOptions::default(), Commit::REPLACE);
+    let error = write_pieces(
+        &mesh.view(),
+        &path,
+        41,
+        &WriteOptions::default(),
+        Commit::REPLACE,
+    );
     assert!(
         error
             .expect_err("too many")
@@ -83,7 +96,7 @@ fn pieces_that_fail_to_take_their_places_leave_the_old_ones() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bar.pvtu");
     let options = WriteOptions::default();
-    write_pieces(&bar(4), &path, 3, &options, Commit::REPLACE).expect("it can be written");
+    write_pieces(&bar(4).view(), &path, 3, &options, Commit::REPLACE).expect("it can be written");
     let pieces = folder.path().join("bar");
     let contents = || {
         let entries = std::fs::read_dir(&pieces).expect("the pieces");
@@ -99,11 +112,11 @@ fn pieces_that_fail_to_take_their_places_leave_the_old_ones() {
     // The list, which comes last, cannot take the place of a folder.
     std::fs::remove_file(&path).expect("the list");
     std::fs::create_dir(&path).expect("a folder");
-    assert!(write_pieces(&bar(9), &path, 5, &options, Commit::REPLACE).is_err());
+    assert!(write_pieces(&bar(9).view(), &path, 5, &options, Commit::REPLACE).is_err());
     assert_eq!(contents(), before);
     let new = folder.path().join("new.pvtu");
     std::fs::create_dir(&new).expect("a folder");
-    assert!(write_pieces(&bar(9), &new, 3, &options, Commit::REPLACE).is_err());
+    assert!(write_pieces(&bar(9).view(), &new, 3, &options, Commit::REPLACE).is_err());
     assert!(!folder.path().join("new").exists());
 }
 
@@ -155,13 +168,16 @@ fn nodes_at_one_place_become_one_and_it_is_said() {
     );
     let expected = Values::F32(vec![1.0, 2.0, 3.0, 4.0, 3.0, 4.0]);
     assert_eq!(loaded.mesh.point_arrays[0].values, expected);
-    let notes: Vec<_> = loaded.notes.iter().collect();
-    assert_eq!(notes.len(), 2, "{notes:?}");
-    assert!(
-        notes[0].contains("2 nodes that have the same place"),
-        "{notes:?}"
-    );
-    assert!(notes[1].contains("only here"), "{notes:?}");
+    let joined = Pieces::Joined {
+        n: 2,
+        n_nodes: 2,
+        by: "place",
+    };
+    let left_out = ArrayRead::NotAlike {
+        what: "point",
+        name: "only here".into(),
+    };
+    assert_eq!(loaded.notes, [joined.into(), left_out.into()]);
 }
 
 #[test]
@@ -184,7 +200,7 @@ fn ghost_cells_are_left_out_with_their_nodes() {
     let loaded = load(&list(folder.path()));
     assert_eq!((loaded.mesh.points.len(), loaded.mesh.cells.len()), (4, 2));
     assert!(loaded.mesh.cell_arrays.is_empty());
-    assert!(loaded.notes.iter().any(|note| note.contains("ghost")));
+    assert!(loaded.notes.has(Pieces::GhostsLeftOut));
 }
 
 #[test]
@@ -217,12 +233,7 @@ fn global_numbers_decide_where_they_agree_with_the_places() {
     );
     let loaded = load(&list(folder.path()));
     assert_eq!(loaded.mesh.points.len(), 6);
-    assert!(
-        loaded
-            .notes
-            .iter()
-            .any(|note| note.contains("are not used"))
-    );
+    assert!(loaded.notes.has(Pieces::NumbersUnused));
 }
 
 #[test]

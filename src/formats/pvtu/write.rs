@@ -5,16 +5,17 @@ use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::plan::Plan;
 use super::super::vtu::{NAMES, Vtu, escaped};
-use super::super::{Waiting, WriteOptions, check_listed, save, save_text};
+use super::super::{Notes, Waiting, WriteOptions, check_listed, save, save_text};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
+use crate::diagnostic::formats::ArrayWritten;
 use crate::error::{Error, Result};
-use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Cuts the mesh into `n` pieces and writes them into a folder beside `path` that has its name
-/// without the ending, and the list of them to `path`. Returns a sentence for each thing that is
+/// without the ending, and the list of them to `path`. Returns a note for each thing that is
 /// not in the files.
 ///
 /// Pieces hold the numbers of their nodes and cells in the whole mesh, so that reading them gives
@@ -23,12 +24,12 @@ use std::path::{Path, PathBuf};
 /// between the renames, which no file system does at once for several files, leaves old and new
 /// pieces.
 pub fn write_pieces(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     n: usize,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     let (notes, files) = stage_pieces(mesh, path, n, options, commit)?;
     files.keep()?;
     Ok(notes)
@@ -36,12 +37,12 @@ pub fn write_pieces(
 
 /// Does what [`write_pieces`] does, but leaves the pieces in their hidden folder.
 pub fn stage_pieces(
-    mesh: &Mesh,
+    mesh: &MeshView,
     path: &Path,
     n: usize,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<(Vec<String>, Waiting)> {
+) -> Result<(Notes, Waiting)> {
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let stem = stem
         .filter(|stem| *stem != "-")
@@ -111,23 +112,23 @@ fn put_in_place(
 
 /// Writes the pieces; gives the notes and what a list says of their arrays.
 fn write_all(
-    mesh: &Mesh,
+    mesh: &MeshView,
     of_cells: &[u32],
     files: &[PathBuf],
     options: &WriteOptions,
     commit: Commit,
-) -> Result<(Vec<String>, String)> {
+) -> Result<(Notes, String)> {
     let mut cells: Vec<Vec<usize>> = vec![Vec::new(); files.len()];
     let mut index_in_piece = vec![0u32; of_cells.len()];
     for (cell, &piece) in of_cells.iter().enumerate() {
         index_in_piece[cell] = cells[piece as usize].len() as u32;
         cells[piece as usize].push(cell);
     }
-    let used = mesh.nodes_of_cells();
+    let used = mesh.cells.used_nodes(mesh.points.len());
     let alone: Vec<usize> = (0..used.len()).filter(|node| !used[*node]).collect();
     let mut group_cells = group_cells(mesh, of_cells, &index_in_piece, files.len());
     let mut subsets = Subsets::of(mesh);
-    let mut notes: Vec<String> = Vec::new();
+    let mut notes = Notes::default();
     let mut arrays = String::new();
     for (piece, file) in files.iter().enumerate() {
         // Nodes of no cell go with the first piece.
@@ -136,13 +137,9 @@ fn write_all(
         part.groups = groups(mesh, std::mem::take(&mut group_cells[piece]));
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
-        for note in save(&part, file, &Vtu, options, commit)? {
-            if !notes.contains(&note) {
-                notes.push(note);
-            }
-        }
+        notes.extend(save(&part.view(), file, &Vtu, options, commit)?);
         if piece == 0 {
-            arrays = declared(&Plan::new(&part, options, &NAMES));
+            arrays = declared(&Plan::new(&part.view(), options, &NAMES));
         }
     }
     Ok((notes, arrays))
@@ -150,7 +147,7 @@ fn write_all(
 
 /// For each piece the cells that groups have in it, by the number of the group.
 fn group_cells(
-    mesh: &Mesh,
+    mesh: &MeshView,
     of_cells: &[u32],
     index_in_piece: &[u32],
     n_pieces: usize,
@@ -172,7 +169,7 @@ fn group_cells(
 
 /// All groups of the mesh, with those of their cells that are in a piece, so that each group has
 /// the same number in every piece.
-fn groups(mesh: &Mesh, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
+fn groups(mesh: &MeshView, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
     let empty = |group: &Group| Group {
         dimension: group.dimension,
         name: group.name.clone(),
@@ -187,18 +184,10 @@ fn groups(mesh: &Mesh, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
     groups
 }
 
-fn add_numbers(
-    arrays: &mut Vec<DataArray>,
-    name: &str,
-    numbers: &[usize],
-    notes: &mut Vec<String>,
-) {
+fn add_numbers(arrays: &mut Vec<DataArray>, name: &str, numbers: &[usize], notes: &mut Notes) {
     if arrays.iter().any(|array| array.name == name) {
         arrays.retain(|array| array.name != name);
-        let note = format!("the array \"{name}\" is replaced by numbers that count through");
-        if !notes.contains(&note) {
-            notes.push(note);
-        }
+        notes.push(ArrayWritten::ReplacedByNumbers { name: name.into() });
     }
     let numbers = numbers.iter().map(|n| *n as i64).collect();
     arrays.push(DataArray::scalar(name, Values::I64(numbers)));

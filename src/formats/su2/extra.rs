@@ -1,7 +1,7 @@
 //! Parts of a file that only SU2 understands, kept as they stand: one text a zone in field arrays.
 
 use super::keyword::Keyword;
-use crate::mesh::{DataArray, Mesh, Values};
+use crate::mesh::{MeshView, Values};
 
 /// The boundary of partitioned and periodic meshes that exchanges nodes.
 pub(super) const EXCHANGE: &str = "SEND_RECEIVE";
@@ -58,9 +58,8 @@ impl Extra {
     }
 
     /// The text of each zone, where there is one for each of `n_zones`.
-    pub fn texts(self, mesh: &Mesh, n_zones: usize) -> Option<&[String]> {
-        let of_name = |array: &&DataArray| array.name == self.array();
-        match &mesh.field_arrays.iter().find(of_name)?.values {
+    pub fn texts<'a>(self, mesh: &MeshView<'a>, n_zones: usize) -> Option<&'a [String]> {
+        match &mesh.field_array(self.array())?.values {
             Values::Text(texts) if texts.len() == n_zones => Some(texts),
             _ => None,
         }
@@ -68,15 +67,13 @@ impl Extra {
 }
 
 /// The second number of `NPOIN=` of each zone, where there is one for each of `n_zones`.
-pub(super) fn own_nodes(mesh: &Mesh, n_zones: usize) -> Option<Vec<i64>> {
-    let mut arrays = mesh.field_arrays.iter();
-    let numbers = arrays.find(|array| array.name == OWN_NODES)?;
-    let numbers = numbers.values.to_integers()?;
+pub(super) fn own_nodes(mesh: &MeshView, n_zones: usize) -> Option<Vec<i64>> {
+    let numbers = mesh.field_array(OWN_NODES)?.values.to_integers()?;
     (numbers.len() == n_zones).then_some(numbers)
 }
 
 /// Field arrays that are written for `n_zones`.
-pub(super) fn written(mesh: &Mesh, n_zones: usize) -> Vec<&'static str> {
+pub(super) fn written(mesh: &MeshView, n_zones: usize) -> Vec<&'static str> {
     let texts = Extra::ALL.into_iter();
     let texts = texts.filter(|extra| extra.texts(mesh, n_zones).is_some());
     let numbers = own_nodes(mesh, n_zones).map(|_| OWN_NODES);

@@ -15,7 +15,7 @@ pub use extra::{BOXES, PERIODIC};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{CellKind, Mesh, MeshView};
 use std::io::Write;
 
 /// SU2 mesh (.su2).
@@ -37,12 +37,7 @@ impl Format for Su2 {
     fn read(&self, source: &Source, _options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), notes)
     }
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 }

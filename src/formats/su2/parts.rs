@@ -2,7 +2,7 @@
 
 use super::super::names::{Given, Rule};
 use super::extra::EXCHANGE;
-use crate::mesh::{Group, Mesh};
+use crate::mesh::{Group, MeshView};
 use std::ops::Range;
 
 /// How the mesh is cut into zones.
@@ -39,7 +39,7 @@ pub(super) struct Marker {
 
 impl<'a> Parts<'a> {
     /// The mesh as its zones, where these share no nodes, or as one.
-    pub fn of(mesh: &'a Mesh) -> Self {
+    pub fn of(mesh: &'a MeshView<'a>) -> Self {
         let markers = markers(mesh);
         let zones: Vec<&Group> = mesh.zones().collect();
         match owners(mesh, &zones, &markers) {
@@ -57,7 +57,7 @@ impl<'a> Parts<'a> {
         }
     }
 
-    fn split(mesh: &Mesh, zones: &[&'a Group], markers: Vec<Marker>, owner: &[u32]) -> Self {
+    fn split(mesh: &MeshView, zones: &[&'a Group], markers: Vec<Marker>, owner: &[u32]) -> Self {
         let mut nodes: Vec<Vec<u32>> = vec![Vec::new(); zones.len()];
         let mut local = Vec::with_capacity(owner.len());
         for (node, &zone) in owner.iter().enumerate() {
@@ -122,7 +122,7 @@ fn cut(range: Range<usize>, wanted: impl Fn(usize) -> bool) -> Vec<Range<usize>>
 }
 
 /// Boundary tags and groups of single nodes; those of one name together.
-fn markers(mesh: &Mesh) -> Vec<Marker> {
+fn markers(mesh: &MeshView) -> Vec<Marker> {
     let mut names = Given::with([EXCHANGE]);
     let mut markers: Vec<Marker> = Vec::new();
     for group in of_markers(mesh) {
@@ -145,7 +145,7 @@ fn markers(mesh: &Mesh) -> Vec<Marker> {
 }
 
 /// The groups that are markers.
-pub(super) fn of_markers(mesh: &Mesh) -> impl Iterator<Item = &Group> {
+pub(super) fn of_markers<'a>(mesh: &MeshView<'a>) -> impl Iterator<Item = &'a Group> {
     let dimension = mesh.dimension();
     let is_marker = move |group: &&Group| group.dimension + 1 == dimension || group.dimension == 0;
     mesh.groups.iter().filter(is_marker)
@@ -166,7 +166,7 @@ pub(super) const RULE: Rule = Rule {
 
 /// The zone of each node, where every cell of the mesh's dimension is in a zone and no node, by
 /// cells or markers, in two. A node of no cell goes with the one before it.
-fn owners(mesh: &Mesh, zones: &[&Group], markers: &[Marker]) -> Option<Vec<u32>> {
+fn owners(mesh: &MeshView, zones: &[&Group], markers: &[Marker]) -> Option<Vec<u32>> {
     const NOBODY: u32 = u32::MAX;
     let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     let n_in_zones: usize = zones.iter().map(|zone| zone.cells.len()).sum();

@@ -6,6 +6,7 @@ use super::super::lexer::{Fields, Lexer, line_of, shown};
 use super::extra::{Extra, OWN_NODES};
 use super::keyword::Keyword;
 use super::zone::{Taken, Zone};
+use crate::diagnostic::formats::NotKept;
 use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Group, Mesh, Values};
 use std::collections::BTreeMap;
@@ -212,11 +213,14 @@ impl<'a> File<'a> {
     /// Says which keywords are not kept.
     fn note_unknown(&self, notes: &mut Notes) {
         for (name, n) in self.unknown.iter().take(LISTED) {
-            notes.push(format!("{name}= is not kept ({})", counted(*n, "line")));
+            notes.push(NotKept::Keyword {
+                name: name.to_string(),
+                n_lines: *n,
+            });
         }
         let left = self.unknown.len().saturating_sub(LISTED);
         if left > 0 {
-            notes.push(format!("{left} more keywords are not kept"));
+            notes.push(NotKept::Keywords { n: left });
         }
     }
 

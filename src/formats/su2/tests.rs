@@ -3,17 +3,18 @@
 use super::super::{Format, ReadOptions, WriteOptions};
 use super::super::{Notes, Source};
 use super::Su2;
+use crate::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, NotKept, Read};
 use crate::mesh::{CellKind, Group, Mesh, Values};
 use std::path::Path;
 
-fn read_with_notes(text: &str) -> (Mesh, Vec<String>) {
+fn read_with_notes(text: &str) -> (Mesh, Notes) {
     assert!(Su2.recognizes(text.as_bytes()));
     let source = Source::from_bytes(Path::new("mesh.su2"), text.into());
     let mut notes = Notes::default();
     let mesh = Su2.read(&source, &ReadOptions::default(), &mut notes);
     let mesh = mesh.expect("a good file");
     mesh.validate().expect("a good mesh");
-    (mesh, notes.iter().map(str::to_owned).collect())
+    (mesh, notes)
 }
 
 fn read(text: &str) -> Mesh {
@@ -22,10 +23,10 @@ fn read(text: &str) -> Mesh {
     mesh
 }
 
-fn write(mesh: &Mesh) -> (String, Vec<String>) {
+fn write(mesh: &Mesh) -> (String, Notes) {
     let mut file = Vec::new();
     let notes = Su2
-        .write(mesh, &mut file, &WriteOptions::default())
+        .write(&mesh.view(), &mut file, &WriteOptions::default())
         .expect("SU2 holds it");
     (String::from_utf8(file).expect("text"), notes)
 }
@@ -74,12 +75,17 @@ fn what_is_left_out_is_said() {
     mesh.groups[0].condition = Some("BCWallViscousHeatFlux".into());
     let (file, notes) = write(&mesh);
     assert_eq!(notes.len(), 6, "{notes:?}");
-    let said = |what: &str| notes.iter().any(|note| note.contains(what));
-    assert!(said("types of boundary conditions"), "{notes:?}");
+    assert!(
+        notes.has(Condition::NotWritten {
+            format: "SU2",
+            n: 1
+        }),
+        "{notes:?}"
+    );
     assert_eq!(read(&file).groups[0].name, "upper_wall");
     mesh.cells.push(CellKind::Tetrahedron10, &[0; 10]);
     let error = Su2
-        .write(&mesh, &mut Vec::new(), &WriteOptions::default())
+        .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect_err("second order");
     assert!(error.to_string().contains("tetrahedron10"), "{error}");
 }
@@ -95,7 +101,7 @@ fn a_plane_mesh_loses_no_shape() {
     assert!(file.starts_with("NDIME= 2\n"));
     assert_eq!(notes.len(), 1, "{notes:?}");
     mesh.points[2][2] = 2.1;
-    let refused = Su2.write(&mesh, &mut Vec::new(), &WriteOptions::default());
+    let refused = Su2.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     assert!(refused.is_err());
 }
 
@@ -172,10 +178,11 @@ fn zones_that_share_a_node_are_one_and_a_note_says_so() {
     mesh.cells = cells;
     let (back, notes) = write(&mesh);
     assert!(!back.contains("ZONE"));
-    assert!(
-        notes.iter().any(|note| note.contains("share no nodes")),
-        "{notes:?}"
-    );
+    let left_out = GroupWritten::ZonesLeftOut {
+        format: "SU2",
+        names: vec!["1".into(), "2".into()],
+    };
+    assert!(notes.has(left_out), "{notes:?}");
 }
 
 #[test]
@@ -189,13 +196,16 @@ fn a_zone_keeps_its_own_text_and_loses_its_name_with_a_note() {
     zone.expect("the second zone").name = "solid".into();
     let (back, notes) = write(&mesh);
     assert_eq!(back, text);
-    assert!(
-        notes[0].contains("names left out: \"1\", \"solid\""),
-        "{notes:?}"
-    );
+    let names = ["1", "solid"].map(str::to_owned).to_vec();
+    assert_eq!(notes, [GroupWritten::ZoneNames { n: 2, names }.into()]);
     mesh.groups.retain(|group| group.dimension < 2);
     let (_, notes) = write(&mesh);
-    assert!(notes[0].contains("\"su2:FFD\""), "{notes:?}");
+    let boxes = ArrayWritten::LeftOut {
+        format: "SU2",
+        what: "field",
+        names: vec!["su2:FFD".into()],
+    };
+    assert!(notes.has(boxes), "{notes:?}");
 }
 
 #[test]
@@ -204,14 +214,14 @@ fn keywords_without_a_meaning_are_noted_once_each() {
         "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0\n1 0\n0 1\nNMARK= 7 % seven\n\
          NCHUNK= 2\n1 2\n3 4\nNCORNERS= 0\nNCHUNK= 1\n5 6\n",
     );
-    assert_eq!(
-        notes,
-        [
-            "NCHUNK= is not kept (5 lines)",
-            "NCORNERS= is not kept (1 line)",
-            "NMARK= 7, but there are 0 markers; all are read"
-        ]
-    );
+    let keyword = |name: &str, n_lines| NotKept::Keyword {
+        name: name.into(),
+        n_lines,
+    };
+    let markers = Read::MarkerCount { said: 7, found: 0 };
+    let keywords = [keyword("NCHUNK", 5), keyword("NCORNERS", 1)];
+    let [chunk, corners] = keywords.map(Into::into);
+    assert_eq!(notes, [chunk, corners, markers.into()]);
 }
 
 #[test]
@@ -227,8 +237,13 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
     assert_eq!(mesh.cells.get(0).nodes, [0, 3, 9, 1, 2, 6, 8, 7, 4, 5]);
     assert_eq!(mesh.cells.get(1).kind, CellKind::LagrangeCurve);
     assert_eq!(mesh.cells.get(1).nodes, [0, 3, 1, 2]);
-    assert_eq!(notes, ["degrees of the solution of 1 element are not kept"]);
-    let refused = Su2.write(&mesh, &mut Vec::new(), &WriteOptions::default());
+    let degrees = NotKept::Of {
+        what: "degrees of the solution",
+        n: 1,
+        item: "element",
+    };
+    assert_eq!(notes, [degrees.into()]);
+    let refused = Su2.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
     assert!(message.contains("--linearize"), "{message}");
 }

@@ -2,36 +2,35 @@
 
 use super::super::WriteOptions;
 use super::super::records::{
-    left_out, push_integer, push_real, shared_names, write_all, write_records,
+    conditions_left_out, left_out, push_integer, push_real, shared_names, write_all, write_records,
 };
 use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, Parts, RULE, of_markers};
+use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result};
-use crate::mesh::{CellRun, Group, Mesh};
+use crate::formats::Notes;
+use crate::mesh::{CellRun, Group, MeshView};
 use std::io::Write;
 
-/// Writes the mesh; returns a sentence for each thing that is left out.
-pub(super) fn write(
-    mesh: &Mesh,
-    out: &mut dyn Write,
-    options: &WriteOptions,
-) -> Result<Vec<String>> {
+/// Writes the mesh; returns a note for each thing that is left out.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     let dimension = usize::from(mesh.dimension());
     check(mesh, dimension)?;
     let parts = Parts::of(mesh);
     let n_zones = parts.zones.len();
     let kept = extra::written(mesh, n_zones);
-    let mut notes = left_out("SU2", mesh, options, &kept);
+    let mut notes = Notes::default();
+    notes.extend(left_out("SU2", mesh, options, &kept));
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
     notes.extend(shared_names(of_markers(mesh)));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
-        notes.push("nodes are written zone by zone, in another order".into());
+        notes.push(Written::NodesByZone);
     }
-    notes.extend(dropped(mesh));
+    note_dropped(mesh, &mut notes);
     notes.extend(renamed(&parts));
     if parts.is_split {
         write_all(
@@ -49,7 +48,7 @@ pub(super) fn write(
 }
 
 /// One zone, with the text that only SU2 understands.
-fn write_zone(mesh: &Mesh, parts: &Parts, zone: usize, out: &mut dyn Write) -> Result<()> {
+fn write_zone(mesh: &MeshView, parts: &Parts, zone: usize, out: &mut dyn Write) -> Result<()> {
     let n_zones = parts.zones.len();
     let text = |extra: Extra| extra.texts(mesh, n_zones).map_or("", |texts| &texts[zone]);
     let part = &parts.zones[zone];
@@ -96,7 +95,12 @@ fn write_zone(mesh: &Mesh, parts: &Parts, zone: usize, out: &mut dyn Write) -> R
     Ok(())
 }
 
-fn write_marker(mesh: &Mesh, parts: &Parts, marker: &Marker, out: &mut dyn Write) -> Result<()> {
+fn write_marker(
+    mesh: &MeshView,
+    parts: &Parts,
+    marker: &Marker,
+    out: &mut dyn Write,
+) -> Result<()> {
     let name = &marker.written;
     let n: usize = marker.cells.iter().map(|range| range.len()).sum();
     write_all(
@@ -111,7 +115,7 @@ fn write_marker(mesh: &Mesh, parts: &Parts, marker: &Marker, out: &mut dyn Write
 }
 
 /// Refuses what SU2 cannot hold.
-fn check(mesh: &Mesh, dimension: usize) -> Result<()> {
+fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
     if !matches!(dimension, 2 | 3) {
         return Err(Error::input(format!(
             "SU2 holds meshes of triangles and quadrilaterals or of solid cells; \
@@ -140,7 +144,7 @@ fn check(mesh: &Mesh, dimension: usize) -> Result<()> {
 
 /// Plane meshes are written without z: refuses one that is not plane, to round-off; a sentence
 /// about the height of one that is.
-fn height(mesh: &Mesh) -> Result<Option<String>> {
+fn height(mesh: &MeshView) -> Result<Option<Written>> {
     let Some([low, high]) = mesh.bounds() else {
         return Ok(None);
     };
@@ -152,57 +156,47 @@ fn height(mesh: &Mesh) -> Result<Option<String>> {
         )));
     }
     let lies_flat = low[2] == 0.0 && high[2] == 0.0;
-    Ok((!lies_flat).then(|| format!("SU2 holds no z of a plane mesh; left out: z = {}", high[2])))
+    Ok((!lies_flat).then_some(Written::HeightLeftOut { z: high[2] }))
 }
 
-/// Names in quotes, for a sentence.
-fn quoted<'a>(groups: impl Iterator<Item = &'a Group>) -> String {
-    let names = groups.map(|group| format!("\"{}\"", group.name));
-    names.collect::<Vec<_>>().join(", ")
+fn names<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<String> {
+    groups.map(|group| group.name.clone()).collect()
 }
 
-/// A sentence about zones that are left out or lose their names.
-fn zone_names(mesh: &Mesh, parts: &Parts) -> Option<String> {
+/// A note on zones that are left out or lose their names.
+fn zone_names(mesh: &MeshView, parts: &Parts) -> Option<GroupWritten> {
     let mut zones = mesh.zones().peekable();
     zones.peek()?;
     if !parts.is_split {
-        return Some(format!(
-            "SU2 holds zones only where they are all of the mesh and share no nodes; left out: {}",
-            quoted(zones)
-        ));
+        return Some(GroupWritten::ZonesLeftOut {
+            format: "SU2",
+            names: names(zones),
+        });
     }
     let is_numbered = |(i, group): (usize, &Group)| group.name == (i + 1).to_string();
     let keeps_names = zones.clone().enumerate().all(is_numbered);
-    (!keeps_names).then(|| {
-        let n = parts.zones.len();
-        let names = quoted(zones);
-        format!("zones are written as IZONE= 1 to {n}; names left out: {names}")
+    (!keeps_names).then(|| GroupWritten::ZoneNames {
+        n: parts.zones.len(),
+        names: names(zones),
     })
 }
 
-/// Sentences about tags whose names are changed.
-fn renamed(parts: &Parts) -> Vec<String> {
-    let mut notes = Vec::new();
-    for marker in parts.zones.iter().flat_map(|part| &part.markers) {
-        let note = RULE.note("tag", &marker.name, &marker.written);
-        if !note.iter().all(|note| notes.contains(note)) {
-            notes.extend(note);
-        }
-    }
-    notes
+/// Notes on tags whose names are changed.
+fn renamed(parts: &Parts) -> impl Iterator<Item = GroupWritten> {
+    let markers = parts.zones.iter().flat_map(|part| &part.markers);
+    markers.filter_map(|marker| RULE.note("tag", &marker.name, &marker.written))
 }
 
-/// Sentences about cells and groups of lower dimension that are not written.
-fn dropped(mesh: &Mesh) -> Vec<String> {
+/// Notes on cells and groups of lower dimension that are not written.
+fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
     let dimension = mesh.dimension();
-    let mut notes = Vec::new();
     let is_lower = |group: &&Group| group.dimension + 1 < dimension && group.dimension > 0;
     let mut lower = mesh.groups.iter().filter(is_lower).peekable();
     if lower.peek().is_some() {
-        let names = quoted(lower);
-        notes.push(format!(
-            "SU2 holds boundary tags only; groups left out: {names}"
-        ));
+        notes.push(GroupWritten::LowerLeftOut {
+            format: "SU2",
+            names: names(lower),
+        });
     }
     let mut is_tagged = vec![false; mesh.cells.len()];
     let is_point = |group: &&Group| group.dimension == 0 && dimension > 1;
@@ -227,20 +221,12 @@ fn dropped(mesh: &Mesh) -> Vec<String> {
         }
     }
     if n_faces > 0 {
-        notes.push(format!(
-            "{n_faces} boundary elements without a tag are left out"
-        ));
+        notes.push(GroupWritten::UntaggedLeftOut { n: n_faces });
     }
     if n_lower > 0 {
-        notes.push(format!("{n_lower} cells of lower dimension are left out"));
+        notes.push(Written::LowerCellsLeftOut { n: n_lower });
     }
-    if mesh.groups.iter().any(|group| group.condition.is_some()) {
-        notes.push(
-            "types of boundary conditions are not written: SU2 has them in its configuration"
-                .into(),
-        );
-    }
-    notes
+    notes.extend(conditions_left_out("SU2", mesh));
 }
 
 /// Type and nodes of each cell, and its index where `first_index` is given.
@@ -269,7 +255,7 @@ fn write_cells(
 
 /// Nodes, all or those of a zone; `own` of them are no copies, where that is known.
 fn write_points(
-    mesh: &Mesh,
+    mesh: &MeshView,
     nodes: Option<&[u32]>,
     own: Option<i64>,
     out: &mut dyn Write,

@@ -6,7 +6,8 @@ use super::super::names::text_of;
 use super::degree::Element;
 use super::extra::{EXCHANGE, Extra};
 use super::keyword::Keyword;
-use crate::error::{Error, Result, counted};
+use crate::diagnostic::formats::{NotKept, Read};
+use crate::error::{Error, Result};
 use crate::mesh::{Cells, Group, Mesh};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -161,10 +162,10 @@ impl<'a> Zone<'a> {
         }
         self.note_repeated(notes);
         if let Some(n) = self.n_markers.filter(|n| *n != self.n_found) {
-            notes.push(format!(
-                "NMARK= {n}, but there are {} markers; all are read",
-                self.n_found
-            ));
+            notes.push(Read::MarkerCount {
+                said: n,
+                found: self.n_found,
+            });
         }
         Ok(())
     }
@@ -176,9 +177,8 @@ impl<'a> Zone<'a> {
             *counts.entry(name).or_default() += 1;
         }
         for (name, n) in counts.into_iter().filter(|(_, n)| *n > 1) {
-            notes.push(format!(
-                "{n} markers are called \"{name}\"; they become one tag"
-            ));
+            let name = name.to_owned();
+            notes.push(Read::MarkersJoined { name, n });
         }
     }
 
@@ -257,10 +257,11 @@ fn append_cells(
         }
     }
     if n_solutions > 0 {
-        notes.push(format!(
-            "degrees of the solution of {} are not kept",
-            counted(n_solutions, "element")
-        ));
+        notes.push(NotKept::Of {
+            what: "degrees of the solution",
+            n: n_solutions,
+            item: "element",
+        });
     }
     Ok(())
 }

@@ -3,8 +3,10 @@
 use super::Ugrid;
 use super::fortran;
 use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, n_nodes};
-use super::read::{Content, not_kept};
+use super::read::Content;
+use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result};
+use crate::formats::Notes;
 use crate::mesh::first_where;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -15,7 +17,7 @@ const CHUNK: usize = 1 << 16;
 /// What these bytes hold.
 pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Content> {
     let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
-    let mut notes = Vec::new();
+    let mut notes = Notes::default();
     let (header, body, start) = match binary.has_records {
         false => {
             let body = bytes.get(binary.header()..).unwrap_or(&[]);
@@ -24,7 +26,7 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
         true => match (records(bytes, binary), fortran::unmarked(bytes, binary)) {
             (Ok(records), _) => records,
             (Err(_), Some((header, body))) => {
-                notes.push("the marks of Fortran's records are wrong; the length fits".into());
+                notes.push(Read::WrongRecordMarks);
                 let start = bytes.len() - fortran::MARK - body.len();
                 (header, Cow::Borrowed(body), start)
             }
@@ -56,7 +58,10 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
     let face_numbers = face_numbers(&mut rest, &counts, binary)?;
     read_nodes(&mut rest, N_FACE_KINDS..KINDS.len(), &counts, binary, solid)?;
     if !rest.body.is_empty() {
-        notes.push(not_kept(&format!("{} bytes", rest.body.len())));
+        notes.push(NotKept::Rest {
+            n: rest.body.len(),
+            what: "bytes",
+        });
     }
     Ok(Content {
         counts,

@@ -2,7 +2,7 @@
 
 use super::conditions;
 use super::mapbc::Patch;
-use crate::mesh::{CellRun, CellSet, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellRun, CellSet, DataArray, Group, Mesh, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Field array of FUN3D's numbers that would be written otherwise: face number, condition.
@@ -36,7 +36,7 @@ pub(super) fn add_groups(mesh: &mut Mesh, numbers: &[i32], patches: &[Patch]) {
             cells,
         };
         if let Some(patch) = patch.filter(|_| group.condition.is_some())
-            && condition_number(mesh, &group) != Some(patch.condition)
+            && condition_number(&mesh.view(), &group) != Some(patch.condition)
         {
             kept.extend([i64::from(number), patch.condition.into()]);
         }
@@ -61,7 +61,7 @@ pub(super) struct Tag<'a> {
 
 /// The boundary tags with their numbers: their own where these are positive and free, otherwise
 /// the lowest that are.
-pub(super) fn tags(mesh: &Mesh) -> Vec<Tag<'_>> {
+pub(super) fn tags<'a>(mesh: &MeshView<'a>) -> Vec<Tag<'a>> {
     let mut taken = BTreeSet::new();
     let own = |group: &Group| group.number.filter(|number| *number > 0);
     let own: Vec<Option<i32>> = mesh
@@ -78,7 +78,7 @@ pub(super) fn tags(mesh: &Mesh) -> Vec<Tag<'_>> {
 }
 
 /// FUN3D's number of the tag's condition; `None` where it has none.
-pub(super) fn condition_number(mesh: &Mesh, group: &Group) -> Option<i32> {
+pub(super) fn condition_number(mesh: &MeshView, group: &Group) -> Option<i32> {
     let condition = group.condition.as_deref()?;
     let kept = kept_number(mesh, group.number);
     let kept = kept.filter(|kept| conditions::condition(*kept).as_deref() == Some(condition));
@@ -86,10 +86,10 @@ pub(super) fn condition_number(mesh: &Mesh, group: &Group) -> Option<i32> {
 }
 
 /// The condition that the file had for this face number, where it has been kept.
-fn kept_number(mesh: &Mesh, number: Option<i32>) -> Option<i32> {
+fn kept_number(mesh: &MeshView, number: Option<i32>) -> Option<i32> {
     let number = i64::from(number?);
-    let mut arrays = mesh.field_arrays.iter();
-    let kept = arrays.find(|array| array.name == CONDITIONS && array.n_components == 2)?;
+    let kept = mesh.field_array(CONDITIONS)?;
+    let kept = Some(kept).filter(|array| array.n_components == 2)?;
     let kept = kept.values.to_integers()?;
     let mut pairs = kept.chunks_exact(2);
     let pair = pairs.find(|pair| pair[0] == number)?;
@@ -97,7 +97,7 @@ fn kept_number(mesh: &Mesh, number: Option<i32>) -> Option<i32> {
 }
 
 /// The axis along which the tag's faces extend least.
-fn normal(mesh: &Mesh, group: &Group) -> usize {
+fn normal(mesh: &MeshView, group: &Group) -> usize {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
     let runs = group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r));
@@ -128,7 +128,7 @@ pub(super) struct FaceNumbers {
 
 impl FaceNumbers {
     /// Numbers of the faces of a solid mesh.
-    pub fn of(mesh: &Mesh, tags: &[Tag]) -> Self {
+    pub fn of(mesh: &MeshView, tags: &[Tag]) -> Self {
         const NONE: i32 = i32::MIN;
         let mut starts = Vec::new();
         let mut n_faces = 0;

@@ -6,8 +6,9 @@ use super::super::lexer::Lexer;
 use super::super::names::{Given, Rule, text_of};
 use super::super::source::{check_file, without_mark};
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
+use crate::diagnostic::formats::{Condition, Read};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::io::ErrorKind;
@@ -43,9 +44,7 @@ pub(super) fn beside(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => format!("{}: {error}", path.display()),
     };
-    notes.push(format!(
-        "names and conditions of tags are not used: {failed}"
-    ));
+    notes.push(Read::ConditionsUnused { error: failed });
     Ok(Vec::new())
 }
 
@@ -71,16 +70,16 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
         });
     }
     if patches.len() != n {
-        notes.push(format!(
-            "the .mapbc promises {n} patches and has {}; all are read",
-            patches.len()
-        ));
+        notes.push(Read::PatchCount {
+            said: n,
+            found: patches.len(),
+        });
     }
     Ok(patches)
 }
 
 /// Whether a mesh needs the file: not where the face numbers say all there is.
-pub(super) fn is_needed(mesh: &Mesh) -> bool {
+pub(super) fn is_needed(mesh: &MeshView) -> bool {
     let tags = faces::tags(mesh);
     let says_all =
         |tag: &Tag| tag.group.name == tag.number.to_string() && tag.group.condition.is_none();
@@ -89,7 +88,7 @@ pub(super) fn is_needed(mesh: &Mesh) -> bool {
 }
 
 /// The content of the file for a mesh.
-pub(super) fn content(mesh: &Mesh) -> String {
+pub(super) fn content(mesh: &MeshView) -> String {
     let tags = faces::tags(mesh);
     let numbers = FaceNumbers::of(mesh, &tags);
     let n = tags.len() + usize::from(numbers.n_untagged > 0);
@@ -107,9 +106,8 @@ pub(super) fn content(mesh: &Mesh) -> String {
     text
 }
 
-/// Sentences about names and conditions that change in the file.
-pub(super) fn changes(mesh: &Mesh, tags: &[Tag]) -> Vec<String> {
-    let mut notes = Vec::new();
+/// Notes on names and conditions that change in the file.
+pub(super) fn note_changes(mesh: &MeshView, tags: &[Tag], notes: &mut Notes) {
     let mut without = Vec::new();
     let names = written(tags);
     notes.extend(
@@ -122,25 +120,24 @@ pub(super) fn changes(mesh: &Mesh, tags: &[Tag]) -> Vec<String> {
         let number = faces::condition_number(mesh, tag.group);
         let back = number.and_then(super::conditions::condition);
         match (&tag.group.condition, number) {
-            (None, _) => without.push(format!("\"{name}\"")),
-            (Some(condition), None) => notes.push(format!(
-                "condition {condition} of tag \"{name}\" has no number in FUN3D; 0 is written"
-            )),
+            (None, _) => without.push(name.clone()),
+            (Some(condition), None) => notes.push(Condition::WithoutNumber {
+                condition: condition.clone(),
+                tag: name.clone(),
+            }),
             (Some(condition), Some(number)) if back.as_ref() != Some(condition) => {
-                notes.push(format!(
-                    "condition {condition} of tag \"{name}\" is written as FUN3D's {number}"
-                ));
+                notes.push(Condition::WrittenAs {
+                    condition: condition.clone(),
+                    tag: name.clone(),
+                    number,
+                });
             }
             _ => {}
         }
     }
     if !without.is_empty() && is_needed(mesh) {
-        let names = without.join(", ");
-        notes.push(format!(
-            "tags without a boundary condition have number 0 in the .mapbc: {names}"
-        ));
+        notes.push(Condition::Missing { tags: without });
     }
-    notes
 }
 
 /// Names as a list-directed read can take them.

@@ -16,7 +16,7 @@ mod write;
 
 use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use layout::Layout;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -78,18 +78,13 @@ impl Format for Ugrid {
         let patches = mapbc::beside(&case(source.path()), notes)?;
         read::read(source.bytes(), self, &patches, notes)
     }
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, &self.layout, options)
     }
     fn rounds(&self, _asked: Precision) -> bool {
         matches!(self.layout, Layout::Binary(binary) if binary.real == 4)
     }
-    fn companions(&self, mesh: &Mesh, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fn companions(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         let file = mapbc::path(&case(path));
         // One that is there already would name the tags of this mesh.
         if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {

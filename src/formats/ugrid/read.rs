@@ -22,12 +22,7 @@ pub(super) struct Content {
     /// Number of each boundary face.
     pub face_numbers: Vec<i32>,
     /// Sentences on what is odd or not kept.
-    pub notes: Vec<String>,
-}
-
-/// A sentence on what is behind the last cell.
-pub(super) fn not_kept(left: &str) -> String {
-    format!("{left} behind the last cell, such as volume numbers, are not kept")
+    pub notes: Notes,
 }
 
 /// The mesh in these bytes, with the names and conditions of `patches`.
@@ -41,9 +36,7 @@ pub(super) fn read(
         Layout::Text => text::read(bytes, flavour)?,
         Layout::Binary(layout) => binary::read(bytes, layout, flavour)?,
     };
-    for note in content.notes.drain(..) {
-        notes.push(note);
-    }
+    notes.extend(std::mem::take(&mut content.notes));
     turn_pyramids(&mut content);
     let runs = KINDS.into_iter().zip(content.counts.n_cells);
     let runs = runs.map(|(kind, n)| (kind, n_nodes(kind), n));

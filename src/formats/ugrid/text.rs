@@ -6,8 +6,10 @@
 use super::super::lexer::{Fields, Lexer, shown};
 use super::Ugrid;
 use super::layout::{Counts, KINDS, N_FACE_KINDS, n_nodes};
-use super::read::{Content, not_kept};
+use super::read::Content;
+use crate::diagnostic::formats::NotKept;
 use crate::error::{Error, Result};
+use crate::formats::Notes;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -90,16 +92,19 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let [n_face_entries, _] = counts.n_entries();
     let faces = n_face_entries..n_face_entries + counts.n_faces();
     let face_numbers = integers.drain(faces).map(|bits| bits as i32).collect();
-    let left = match n_found - n_needed {
-        0 => None,
-        n => Some(not_kept(&format!("{n} numbers"))),
-    };
+    let mut notes = Notes::default();
+    if n_found > n_needed {
+        notes.push(NotKept::Rest {
+            n: n_found - n_needed,
+            what: "numbers",
+        });
+    }
     Ok(Content {
         counts,
         points,
         connectivity: integers,
         face_numbers,
-        notes: left.into_iter().collect(),
+        notes,
     })
 }
 

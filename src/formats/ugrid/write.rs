@@ -6,18 +6,20 @@ use super::faces::{self, FaceNumbers, Tag};
 use super::fortran::Record;
 use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
 use super::mapbc;
+use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, CellRun, Group, Mesh, first_where};
+use crate::formats::Notes;
+use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
 use rayon::prelude::*;
 use std::io::Write;
 
-/// Writes the mesh; returns a sentence for each thing that is left out.
+/// Writes the mesh; returns a note for each thing that is left out.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &MeshView,
     out: &mut dyn Write,
     layout: &Layout,
     options: &WriteOptions,
-) -> Result<Vec<String>> {
+) -> Result<Notes> {
     check(mesh)?;
     let counts = counts(mesh, layout)?;
     let tags = faces::tags(mesh);
@@ -27,15 +29,16 @@ pub(super) fn write(
         precision: Precision::F64,
         ..options.clone()
     };
-    let mut notes = left_out("UGRID", mesh, &options, faces::KEPT);
+    let mut notes = Notes::default();
+    notes.extend(left_out("UGRID", mesh, &options, faces::KEPT));
     let is_single = matches!(layout, Layout::Binary(binary) if binary.real == 4);
     if precision == Precision::F32 && !is_single {
-        notes.push("coordinates are written in 64 bits; ugrid-b4 has 32".into());
+        notes.push(Written::CoordinatesIn64 { format: "UGRID" });
     }
     notes.extend(rounding(mesh, layout)?);
-    notes.extend(dropped(mesh));
-    notes.extend(about_faces(&numbers, &tags));
-    notes.extend(mapbc::changes(mesh, &tags));
+    note_dropped(mesh, &mut notes);
+    note_faces(&numbers, &tags, &mut notes);
+    mapbc::note_changes(mesh, &tags, &mut notes);
     match layout {
         Layout::Text => {
             write_counts(&counts, layout, out)?;
@@ -47,7 +50,7 @@ pub(super) fn write(
 }
 
 fn write_binary(
-    mesh: &Mesh,
+    mesh: &MeshView,
     counts: &Counts,
     numbers: &FaceNumbers,
     binary: &Binary,
@@ -67,7 +70,7 @@ fn write_binary(
 }
 
 /// Refuses what UGRID cannot hold.
-fn check(mesh: &Mesh) -> Result<()> {
+fn check(mesh: &MeshView) -> Result<()> {
     if mesh.dimension() != 3 {
         return Err(Error::input(format!(
             "UGRID holds meshes of solid cells; this one's cells have dimension {}",
@@ -90,7 +93,7 @@ fn check(mesh: &Mesh) -> Result<()> {
     )))
 }
 
-fn counts(mesh: &Mesh, layout: &Layout) -> Result<Counts> {
+fn counts(mesh: &MeshView, layout: &Layout) -> Result<Counts> {
     let n_cells = KINDS.map(|kind| runs(mesh, kind).map(|run| run.n_cells()).sum());
     let counts = Counts {
         n_nodes: mesh.points.len(),
@@ -107,12 +110,12 @@ fn counts(mesh: &Mesh, layout: &Layout) -> Result<Counts> {
 }
 
 /// The cells of a kind.
-fn runs(mesh: &Mesh, kind: CellKind) -> impl Iterator<Item = CellRun<'_>> {
+fn runs<'a>(mesh: &MeshView<'a>, kind: CellKind) -> impl Iterator<Item = CellRun<'a>> {
     mesh.cells.runs().filter(move |run| run.kind == kind)
 }
 
 /// A sentence about coordinates that lose digits; refuses those that do not fit 32 bits.
-fn rounding(mesh: &Mesh, layout: &Layout) -> Result<Option<String>> {
+fn rounding(mesh: &MeshView, layout: &Layout) -> Result<Option<Written>> {
     if !matches!(layout, Layout::Binary(binary) if binary.real == 4) {
         return Ok(None);
     }
@@ -125,52 +128,45 @@ fn rounding(mesh: &Mesh, layout: &Layout) -> Result<Option<String>> {
         )));
     }
     let is_exact = values.par_iter().all(|x| f64::from(*x as f32) == *x);
-    Ok((!is_exact).then(|| "coordinates are rounded to 32 bits".into()))
+    Ok((!is_exact).then_some(Written::CoordinatesRounded))
 }
 
-/// Sentences about cells and groups that are not written.
-fn dropped(mesh: &Mesh) -> Vec<String> {
-    let mut notes = Vec::new();
-    let names = |dimensions: std::ops::Range<u8>| {
+/// Notes on cells and groups that are not written.
+fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
+    let format = "UGRID";
+    let names = |dimensions: std::ops::Range<u8>| -> Vec<String> {
         let groups = mesh.groups.iter();
         let groups = groups.filter(|group| dimensions.contains(&group.dimension));
-        let names = groups.map(|group: &Group| format!("\"{}\"", group.name));
-        names.collect::<Vec<_>>().join(", ")
+        groups.map(|group: &Group| group.name.clone()).collect()
     };
     let (zones, lower) = (names(3..4), names(0..2));
     if !zones.is_empty() {
-        notes.push(format!("UGRID holds no zones; left out: {zones}"));
+        let names = zones;
+        notes.push(GroupWritten::ZonesLeftOut { format, names });
     }
     if !lower.is_empty() {
-        notes.push(format!(
-            "UGRID holds boundary tags only; groups left out: {lower}"
-        ));
+        let names = lower;
+        notes.push(GroupWritten::LowerLeftOut { format, names });
     }
     let lower = mesh.cells.runs().filter(|run| run.kind.dimension() < 2);
     let n_lower: usize = lower.map(|run| run.n_cells()).sum();
     if n_lower > 0 {
-        notes.push(format!("{n_lower} cells of lower dimension are left out"));
+        notes.push(Written::LowerCellsLeftOut { n: n_lower });
     }
-    notes
 }
 
-fn about_faces(numbers: &FaceNumbers, tags: &[Tag]) -> Vec<String> {
-    let mut notes = Vec::new();
+fn note_faces(numbers: &FaceNumbers, tags: &[Tag], notes: &mut Notes) {
     if numbers.n_shared > 0 {
-        notes.push(format!(
-            "UGRID holds one number for a face; {} more tags of faces in several are left out",
-            numbers.n_shared
-        ));
+        let n = numbers.n_shared;
+        notes.push(GroupWritten::FaceTagsLeftOut { n });
     }
     if numbers.n_untagged > 0 {
-        notes.push(format!(
-            "{} boundary faces without a tag have number {}, \"{}\"",
-            numbers.n_untagged,
-            numbers.untagged,
-            mapbc::untagged(tags)
-        ));
+        notes.push(GroupWritten::UntaggedNumbered {
+            n: numbers.n_untagged,
+            number: numbers.untagged,
+            name: mapbc::untagged(tags),
+        });
     }
-    notes
 }
 
 fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Write) -> Result<()> {
@@ -180,7 +176,7 @@ fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Write) -> Result
 }
 
 fn write_body(
-    mesh: &Mesh,
+    mesh: &MeshView,
     numbers: &FaceNumbers,
     layout: &Layout,
     out: &mut dyn Write,
@@ -209,7 +205,12 @@ fn write_body(
     Ok(())
 }
 
-fn write_cells(mesh: &Mesh, kind: CellKind, layout: &Layout, out: &mut dyn Write) -> Result<()> {
+fn write_cells(
+    mesh: &MeshView,
+    kind: CellKind,
+    layout: &Layout,
+    out: &mut dyn Write,
+) -> Result<()> {
     for run in runs(mesh, kind) {
         let n = run.n_nodes;
         write_records(out, run.n_cells(), |range, buffer| {

@@ -4,6 +4,7 @@
 //! Files older than XML 2.1 or legacy 5.1 have the old order. The edges are those from node 2 to
 //! node 6 and from node 3 to node 7.
 
+use crate::diagnostic::formats::Read;
 use crate::formats::Notes;
 use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
 
@@ -27,10 +28,7 @@ pub fn swap(mesh: &mut Mesh, notes: &mut Notes) {
     let (cells, n_unknown) = swapped(&mesh.cells, degrees);
     mesh.cells = cells;
     if n_unknown > 0 {
-        notes.push(format!(
-            "{n_unknown} hexahedra of high order are left in the order of nodes before VTK 9: \
-             their degrees are not given"
-        ));
+        notes.push(Read::OldOrder { n: n_unknown });
     }
 }
 

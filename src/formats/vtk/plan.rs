@@ -4,9 +4,12 @@
 use super::content::{Content, Part, of_values, owned, slice};
 use super::number::Element;
 use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
+use crate::diagnostic::formats::{ArrayWritten, GroupWritten};
+use crate::formats::Notes;
 use crate::formats::names::{Given, Rule};
+use crate::formats::records::conditions_left_out;
 use crate::formats::{Precision, WriteOptions};
-use crate::mesh::{DataArray, Group, Mesh, Values};
+use crate::mesh::{DataArray, Group, MeshView, Values};
 
 /// The arrays of each part of a file.
 pub struct Sections<'a> {
@@ -32,7 +35,7 @@ impl<'a> Sections<'a> {
 
 /// What is written of a mesh.
 pub struct Plan<'a> {
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     options: &'a WriteOptions,
     /// Names of the arrays of nodes, of cells and of the whole, as they are written.
     names: [Vec<String>; 3],
@@ -45,16 +48,16 @@ pub struct Plan<'a> {
     /// Arrays of the repeated cells.
     repeated_arrays: Vec<Values>,
     /// What is not in the file.
-    pub notes: Vec<String>,
+    pub notes: Notes,
 }
 
 impl<'a> Plan<'a> {
     /// Decides what is written; `rule` says what the names of arrays may be.
-    pub fn new(mesh: &'a Mesh, options: &'a WriteOptions, rule: &Rule) -> Self {
+    pub fn new(mesh: &'a MeshView<'a>, options: &'a WriteOptions, rule: &Rule) -> Self {
         let dimension = mesh.dimension();
         let n_cells = mesh.cells.len();
         let mut labels = Vec::new();
-        let mut notes = Vec::new();
+        let mut notes = Notes::default();
         for pair in [BOUNDARY, ZONE, LOWER] {
             let of_pair = |group: &&Group| match pair.array {
                 "BoundaryTag" => group.dimension + 1 == dimension,
@@ -73,11 +76,11 @@ impl<'a> Plan<'a> {
             if pair.array == BOUNDARY.array {
                 repeated.extend(numbers.further.iter().map(|(cell, _)| *cell));
             } else if let Some((cell, _)) = numbers.further.first() {
-                notes.push(format!(
-                    "{} cells are in more than one group; the array {} holds the first (cell {cell})",
-                    numbers.further.len(),
-                    pair.array
-                ));
+                notes.push(GroupWritten::OfSeveral {
+                    n: numbers.further.len(),
+                    array: pair.array,
+                    cell: *cell,
+                });
             }
         }
         let arrays = mesh.cell_arrays.iter();
@@ -123,31 +126,21 @@ impl<'a> Plan<'a> {
     fn note_dropped(&mut self) {
         let mesh = self.mesh;
         if !self.options.tag_names && !self.labels.is_empty() {
-            self.notes
-                .push("names of tags are not written, as was asked".into());
+            self.notes.push(GroupWritten::NamesNotWritten);
         }
-        if mesh.groups.iter().any(|group| group.condition.is_some()) {
-            let note = "types of boundary conditions are not written";
-            self.notes.push(note.into());
-        }
-        let arrays = mesh
-            .point_arrays
-            .iter()
-            .chain(&mesh.cell_arrays)
-            .chain(&mesh.field_arrays);
+        self.notes.extend(conditions_left_out("VTK", mesh));
+        let arrays = mesh.arrays();
         let dropped = arrays.clone().filter(|array| !self.is_kept(array));
-        let dropped: Vec<_> = dropped.map(|array| &array.name).collect();
-        let note = |name| format!("the array \"{name}\" is not written");
+        let dropped: Vec<String> = dropped.map(|array| array.name.clone()).collect();
+        let note = |name| ArrayWritten::NotWritten { name };
         self.notes.extend(dropped.into_iter().map(note));
         let has_zero = |array: &&DataArray| match &array.values {
             Values::Text(texts) => texts.iter().any(|text| text.contains('\0')),
             _ => false,
         };
         for array in arrays.filter(has_zero) {
-            let name = &array.name;
-            self.notes.push(format!(
-                "bytes of zero in the text of \"{name}\" are written as \"_\""
-            ));
+            let name = array.name.clone();
+            self.notes.push(ArrayWritten::ZerosInText { name });
         }
     }
 
@@ -180,9 +173,13 @@ impl<'a> Plan<'a> {
         }
     }
 
-    fn kept<'s>(&'s self, arrays: &'s [DataArray]) -> impl Iterator<Item = (usize, &'s DataArray)> {
+    fn kept<'s>(
+        &'s self,
+        arrays: &'s [&'s DataArray],
+    ) -> impl Iterator<Item = (usize, &'s DataArray)> {
         arrays
             .iter()
+            .copied()
             .enumerate()
             .filter(|(_, array)| self.is_kept(array))
     }
@@ -241,7 +238,7 @@ impl<'a> Plan<'a> {
     }
 
     fn cells(&self) -> Vec<Content<'_>> {
-        let cells = &self.mesh.cells;
+        let cells = self.mesh.cells;
         let n_cells = self.n_cells();
         let n_entries = cells.connectivity().len() + self.repeated_nodes.len();
         let index = match i32::try_from(self.mesh.points.len()) {

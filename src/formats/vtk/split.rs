@@ -4,6 +4,7 @@
 //! are quadrilaterals and hexahedra in another order.
 
 use super::cells::TypeRun;
+use crate::diagnostic::formats::Read;
 use crate::formats::Notes;
 use crate::mesh::CellKind;
 
@@ -142,14 +143,11 @@ fn note(runs: &[TypeRun], notes: &mut Notes) {
             }
         }
         if n_split > 0 {
-            let (from, into) = (type_name(vtk), kind.name());
-            let into = into.replace("vertex", "vertice");
-            notes.push(match n_split {
-                1 => format!("1 {from} is split into {n_cells} {into}s"),
-                n => {
-                    let from = from.replace("vertex", "vertice");
-                    format!("{n} {from}s are split into {n_cells} {into}s")
-                }
+            notes.push(Read::Split {
+                from: type_name(vtk),
+                n: n_split,
+                into: kind.name(),
+                n_into: n_cells,
             });
         }
     }
@@ -158,15 +156,9 @@ fn note(runs: &[TypeRun], notes: &mut Notes) {
         lost |= run.n_nodes > 0;
     }
     if n_empty > 0 {
-        let nodes = if lost {
-            ", with the nodes they list"
-        } else {
-            ""
-        };
-        let cells = match n_empty {
-            1 => "1 empty cell is".to_owned(),
-            n => format!("{n} empty cells are"),
-        };
-        notes.push(format!("{cells} left out{nodes}"));
+        notes.push(Read::EmptyCells {
+            n: n_empty,
+            with_nodes: lost,
+        });
     }
 }

@@ -6,6 +6,7 @@
 //! ours do where cells were extracted, as a surface from its volume: a number makes a group of its
 //! own in each dimension that has it.
 
+use crate::diagnostic::formats::GroupWritten;
 use crate::error::{Error, Result, nearest_name};
 use crate::formats::names::Rule;
 use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
@@ -201,8 +202,8 @@ impl CellNumbers {
 }
 
 impl Numbers {
-    /// Changes names to what the rule says; a sentence for each.
-    pub fn fit_names(&mut self, rule: &Rule) -> Vec<String> {
+    /// Changes names to what the rule says; a note for each.
+    pub fn fit_names(&mut self, rule: &Rule) -> Vec<GroupWritten> {
         let written = rule.by_name(self.names.iter().map(String::as_str));
         let notes = written.iter();
         let notes = notes.filter_map(|(name, written)| rule.note("group", name, written));

@@ -5,9 +5,11 @@ use super::super::vtk::content::{Content, Part, owned};
 use super::super::vtk::number::Element as VtkElement;
 use super::super::vtk::plan::{Plan, Sections};
 use super::faces::{self, FaceCounts, Index};
+use crate::diagnostic::formats::ArrayWritten;
 use crate::error::Result;
+use crate::formats::Notes;
 use crate::formats::names::{Rule, decoded};
-use crate::mesh::{DataArray, Mesh};
+use crate::mesh::{DataArray, MeshView};
 use rayon::prelude::*;
 
 /// Indices converted at a time.
@@ -34,7 +36,7 @@ pub(super) struct Blocks<'a> {
     pub arrays: Vec<Block<'a>>,
     /// Names and values of the datasets of one number a part.
     pub counts: Vec<(&'static str, u64)>,
-    pub notes: Vec<String>,
+    pub notes: Notes,
 }
 
 impl Block<'_> {
@@ -52,7 +54,7 @@ pub(super) fn shape(n_rows: u64, n_components: u64) -> Vec<u64> {
 }
 
 impl<'a> Blocks<'a> {
-    pub fn new(mesh: &'a Mesh, plan: &'a Plan<'a>) -> Self {
+    pub fn new(mesh: &'a MeshView<'a>, plan: &'a Plan<'a>) -> Self {
         let Sections {
             fields,
             point_data,
@@ -70,7 +72,11 @@ impl<'a> Blocks<'a> {
         ] {
             for content in contents {
                 if content.element == VtkElement::String && group != "FieldData" {
-                    notes.push(unwritten_text(content.name));
+                    // VTK reads text in field data only, and gives up on all arrays beside any other.
+                    notes.push(ArrayWritten::TextLeftOut {
+                        format: "VTKHDF",
+                        name: content.name.to_owned(),
+                    });
                 } else {
                     arrays.push(array(group, content.name.to_owned(), content));
                 }
@@ -103,19 +109,10 @@ pub(super) const NAMES: Rule = Rule {
     why: "names in HDF5 have no slash",
 };
 
-/// VTK reads text in field data only, and gives up on all arrays beside any other.
-fn unwritten_text(name: &str) -> String {
-    format!("the array \"{name}\" is left out: VTK reads no text at nodes or cells")
-}
-
-fn unwritten_components(mesh: &Mesh) -> impl Iterator<Item = String> {
-    let arrays = [&mesh.point_arrays, &mesh.cell_arrays, &mesh.field_arrays];
+fn unwritten_components(mesh: &MeshView) -> impl Iterator<Item = ArrayWritten> {
     let named = |array: &&DataArray| !array.component_names.is_empty();
-    let arrays = arrays.into_iter().flatten().filter(named);
-    arrays.map(|array| {
-        let name = &array.name;
-        format!("names of the components of \"{name}\" are not written")
-    })
+    let names = mesh.arrays().filter(named).map(|array| array.name.clone());
+    names.map(|name| ArrayWritten::ComponentNames { name })
 }
 
 fn array<'a>(group: &'static str, name: String, content: Content<'a>) -> Block<'a> {
@@ -169,7 +166,7 @@ fn strings(content: &Content) -> Vec<String> {
 
 /// The datasets of the cells: both of a pair have indices of the same size, as VTK wants them.
 fn cell_blocks<'a>(
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     plan: &'a Plan<'a>,
     contents: Vec<Content<'a>>,
     counts: &mut Vec<(&'static str, u64)>,
@@ -205,15 +202,15 @@ fn cell_blocks<'a>(
 
 /// The datasets of the faces of polyhedra.
 fn face_blocks<'a>(
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     plan: &Plan,
     counts: &mut Vec<(&'static str, u64)>,
 ) -> [Block<'a>; 4] {
-    let FaceCounts { faces, entries } = FaceCounts::of(&mesh.cells);
+    let FaceCounts { faces, entries } = FaceCounts::of(mesh.cells);
     counts.push(("NumberOfFaces", faces));
     counts.push(("NumberOfFaceConnectivityIds", entries));
     counts.push(("NumberOfPolyhedronToFaceIds", faces));
-    let cells = &mesh.cells;
+    let cells = mesh.cells;
     let (n_cells, n_more) = (plan.n_cells() as u64, plan.repeated.len());
     let wide = is_wide(entries.max(mesh.points.len() as u64));
     let wide_faces = is_wide(faces);
@@ -277,7 +274,7 @@ fn widened(nodes: &[u32], sink: Sink) -> Result<()> {
 }
 
 /// Where the nodes of each cell start, and where those of the last end.
-fn offsets<'a>(mesh: &'a Mesh, plan: &Plan, wide: bool) -> Block<'a> {
+fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &Plan, wide: bool) -> Block<'a> {
     let mut end = mesh.cells.connectivity().len() as u64;
     let ends: Vec<u64> = plan
         .repeated
@@ -294,7 +291,7 @@ fn offsets<'a>(mesh: &'a Mesh, plan: &Plan, wide: bool) -> Block<'a> {
     };
     let parts = vec![
         integers(&[0], wide),
-        Part::Offsets(&mesh.cells, element),
+        Part::Offsets(mesh.cells, element),
         integers(&ends, wide),
     ];
     let content = Content::scalar("Offsets", element, plan.n_cells() + 1, parts);

@@ -2,6 +2,7 @@
 
 use super::tests::{mesh, written};
 use super::*;
+use crate::diagnostic::formats::ArrayRead;
 use crate::formats::hdf5::{Data, Element, Tree};
 use crate::formats::parse;
 use std::path::Path;
@@ -111,11 +112,9 @@ fn a_long_array_is_left_out_with_a_note_and_a_short_one_refused() {
     assert_eq!((mesh.point_arrays.len(), mesh.cell_arrays.len()), (1, 1));
     let (mesh, notes) = with_arrays(3, 4, 2).expect("arrays that can be left out");
     assert_eq!((mesh.point_arrays.len(), mesh.cell_arrays.len()), (0, 0));
-    for what in [
-        "point array \"p\" is left out",
-        "cell array \"c\" is left out",
-    ] {
-        assert!(notes.iter().any(|note| note.contains(what)), "{notes:?}");
+    for (what, name) in [("point", "p"), ("cell", "c")] {
+        let name = name.to_owned();
+        assert!(notes.has(ArrayRead::TooLong { what, name }), "{notes:?}");
     }
     for ((point, cell, n_points), refusal) in [
         (

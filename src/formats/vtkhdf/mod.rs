@@ -25,7 +25,7 @@ use super::{
     CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// Name of the group that holds everything.
@@ -69,12 +69,7 @@ impl Format for VtkHdf {
         placed(unstructured(source).and_then(|grid| extent::times(&grid)))
     }
 
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 

@@ -5,6 +5,7 @@ use super::super::vtk::{cells::repeat_tuples, tags};
 use super::super::{Notes, ReadOptions};
 use super::cells;
 use super::extent::{Extent, Part};
+use crate::diagnostic::formats::{ArrayRead, NotKept};
 use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Mesh, Values};
 use std::ops::Range;
@@ -27,8 +28,8 @@ pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Re
         cells: built.cells,
         ..Mesh::default()
     };
-    mesh.point_arrays = arrays(grid, &extent, "Point", &point_rows, notes)?;
-    mesh.cell_arrays = arrays(grid, &extent, "Cell", &cell_rows, notes)?;
+    mesh.point_arrays = arrays(grid, &extent, ("Point", "point"), &point_rows, notes)?;
+    mesh.cell_arrays = arrays(grid, &extent, ("Cell", "cell"), &cell_rows, notes)?;
     mesh.field_arrays = fields(grid, &extent, notes)?;
     if let Some(origin) = &built.origin {
         repeat_tuples(&mut mesh.cell_arrays, origin);
@@ -112,7 +113,7 @@ fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
 fn arrays(
     grid: &Group,
     extent: &Extent,
-    of: &str,
+    (of, what): (&str, &'static str),
     rows: &Range<u64>,
     notes: &mut Notes,
 ) -> Result<Vec<DataArray>> {
@@ -124,11 +125,11 @@ fn arrays(
     let mut arrays = Vec::new();
     for dataset in group.datasets()? {
         let (name, n) = (dataset.name(), dataset.n_rows());
-        let what = of.to_ascii_lowercase();
         if !extent.has_steps() && n > rows.end {
-            notes.push(format!(
-                "the {what} array \"{name}\" is left out: it has more tuples than there are {what}s"
-            ));
+            notes.push(ArrayRead::TooLong {
+                what,
+                name: name.to_owned(),
+            });
             continue;
         }
         let of_grid = extent.array_rows(&offsets, name, rows.clone())?;
@@ -170,7 +171,10 @@ fn note_others(grid: &Group, notes: &mut Notes) -> Result<()> {
     const KNOWN: [&str; 4] = ["PointData", "CellData", "FieldData", "Steps"];
     for name in grid.names()?.0 {
         if !KNOWN.contains(&name.as_str()) {
-            notes.push(format!("the group \"{name}\" is not kept"));
+            notes.push(NotKept::Named {
+                what: "group",
+                name,
+            });
         }
     }
     Ok(())

@@ -8,7 +8,8 @@ use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
 use super::write::Grid;
 use crate::error::{Error, Result};
-use crate::mesh::{Cells, Mesh};
+use crate::formats::Notes;
+use crate::mesh::{Cells, MeshView};
 use std::path::Path;
 
 /// A chunk of a dataset has less than 4 GB.
@@ -27,7 +28,7 @@ pub(super) struct Sequence {
     /// Most bytes of a chunk.
     pub chunk_limit: u64,
     options: WriteOptions,
-    notes: Vec<String>,
+    notes: Notes,
     n_steps: usize,
     topology: Option<Topology>,
     /// Positions, then the arrays.
@@ -51,7 +52,7 @@ impl Sequence {
             file: Growing::create(path, begin, sync)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
-            notes: Vec::new(),
+            notes: Notes::default(),
             n_steps: 0,
             topology: None,
             series: Vec::new(),
@@ -61,7 +62,7 @@ impl Sequence {
 }
 
 impl SequenceFile for Sequence {
-    fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
+    fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
         self.options.check_coordinates(mesh)?;
         let options = self.options.clone();
         let plan = Plan::new(mesh, &options, &NAMES);
@@ -86,7 +87,7 @@ impl SequenceFile for Sequence {
         self.file.commit()
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &Notes {
         &self.notes
     }
 
@@ -105,8 +106,8 @@ impl SequenceFile for Sequence {
 
 impl Sequence {
     /// Writes the cells, or makes sure that they are those of the first step.
-    fn fix(&mut self, mesh: &Mesh, blocks: &Blocks) -> Result<()> {
-        let hash = hash_of(&mesh.cells);
+    fn fix(&mut self, mesh: &MeshView, blocks: &Blocks) -> Result<()> {
+        let hash = hash_of(mesh.cells);
         if let Some(topology) = &self.topology {
             let same = topology.hash == hash && topology.counts == blocks.counts;
             return match same {

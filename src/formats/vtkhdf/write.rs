@@ -6,16 +6,13 @@ use super::super::vtk::plan::Plan;
 use super::ROOT;
 use super::blocks::{Blocks, NAMES};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::formats::Notes;
+use crate::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::io::Write;
 
-/// Writes the mesh; returns a sentence for each thing that is not in the file.
-pub(super) fn write(
-    mesh: &Mesh,
-    out: &mut dyn Write,
-    options: &WriteOptions,
-) -> Result<Vec<String>> {
+/// Writes the mesh; returns a note for each thing that is not in the file.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     options.check_coordinates(mesh)?;
     let plan = Plan::new(mesh, options, &NAMES);
     let blocks = Blocks::new(mesh, &plan);

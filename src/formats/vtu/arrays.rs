@@ -5,6 +5,7 @@ use super::document::Piece;
 use super::read::{collect, count};
 use super::stored::{Stored, n_words};
 use super::xml::{Array, Layout, Place};
+use crate::diagnostic::formats::ArrayRead;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::formats::names::text_of;
@@ -14,7 +15,7 @@ use crate::mesh::{DataArray, Values};
 pub(super) fn data<'d, 'a: 'd>(
     pieces: &'d [Piece<'a>],
     layout: &Layout,
-    what: &str,
+    what: &'static str,
     of: impl Fn(&'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>),
     notes: &mut Notes,
 ) -> Result<Vec<DataArray>> {
@@ -57,9 +58,10 @@ pub(super) fn data<'d, 'a: 'd>(
         }
         if is_longer {
             let name = &array.name;
-            notes.push(format!(
-                "the {what} array \"{name}\" is left out: it has more tuples than there are {what}s"
-            ));
+            notes.push(ArrayRead::TooLong {
+                what,
+                name: name.clone(),
+            });
             left_out.push(name);
         } else {
             arrays.push(all);
@@ -68,9 +70,10 @@ pub(super) fn data<'d, 'a: 'd>(
     for array in parts.iter().flat_map(|(_, part)| part.iter()) {
         let name = &array.name;
         if !left_out.contains(&name) && !arrays.iter().any(|kept| kept.name == *name) {
-            notes.push(format!(
-                "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
-            ));
+            notes.push(ArrayRead::NotAlike {
+                what,
+                name: name.clone(),
+            });
         }
     }
     Ok(arrays)

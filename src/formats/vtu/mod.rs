@@ -27,7 +27,7 @@ pub(super) use file::{NAMES, escaped, is_xml};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
 /// VTK XML unstructured grid (.vtu).
@@ -66,12 +66,7 @@ impl Format for Vtu {
         read::read(source.bytes(), options, notes)
     }
 
-    fn write(
-        &self,
-        mesh: &Mesh,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Vec<String>> {
+    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 }

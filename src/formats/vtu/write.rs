@@ -6,18 +6,15 @@ use super::super::{Encoding, WriteOptions};
 use super::encode::failed;
 use super::file::{File, NAMES};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::formats::Notes;
+use crate::mesh::MeshView;
 use std::io::{BufWriter, Write};
 
 /// Smaller pieces are gathered before they are written; larger ones are written as they are.
 const BUFFER: usize = 1 << 20;
 
-/// Writes the mesh; returns a sentence for each thing that is not in the file.
-pub(super) fn write(
-    mesh: &Mesh,
-    out: &mut dyn Write,
-    options: &WriteOptions,
-) -> Result<Vec<String>> {
+/// Writes the mesh; returns a note for each thing that is not in the file.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     options.check_coordinates(mesh)?;
     let plan = Plan::new(mesh, options, &NAMES);
     let file = File {
@@ -38,7 +35,7 @@ pub(super) fn write(
 
 /// Files of version 2.1 have the nodes of Lagrange and Bezier hexahedra in VTK's present order;
 /// every reader takes 1.0.
-fn version(mesh: &Mesh) -> &'static str {
+fn version(mesh: &MeshView) -> &'static str {
     match mesh.cells.runs().any(|run| order::concerns(run.kind)) {
         true => "2.1",
         false => "1.0",

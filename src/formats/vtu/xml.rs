@@ -4,6 +4,7 @@
 
 use super::super::vtk::number::Element;
 use super::super::{Compression, Notes};
+use crate::diagnostic::formats::Read;
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
 use quick_xml::events::attributes::Attribute;
@@ -103,7 +104,7 @@ pub(in crate::formats) fn as_utf8<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow
         if std::str::from_utf8(xml).is_ok() {
             return bytes.into();
         }
-        notes.push("the XML is not UTF-8; read as Latin-1");
+        notes.push(Read::XmlLatin1);
     }
     let text: String = xml.iter().copied().map(char::from).collect();
     let mut bytes = text.into_bytes();

@@ -30,7 +30,10 @@ pub fn write(mesh: &Mesh, path: &Path) {
         .find(|format| format.name() == "vtu");
     let mut file = std::fs::File::create(path).unwrap();
     let options = WriteOptions::default();
-    format.unwrap().write(mesh, &mut file, &options).unwrap();
+    format
+        .unwrap()
+        .write(&mesh.view(), &mut file, &options)
+        .unwrap();
 }
 
 /// A file of testdata/.

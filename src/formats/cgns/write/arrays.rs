@@ -3,7 +3,9 @@
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Make, Place};
 use super::names::{Names, RULE};
-use crate::mesh::{CellKind, DataArray, Mesh, Values};
+use crate::diagnostic::formats::ArrayWritten;
+use crate::formats::Notes;
+use crate::mesh::{CellKind, DataArray, MeshView, Values};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -30,25 +32,27 @@ pub(super) struct Scalar<'a> {
 
 /// The scalars of arrays at nodes or, where `cells` gives them, at cells.
 pub(super) fn scalars<'a>(
-    arrays: &'a [DataArray],
+    arrays: &[&'a DataArray],
     tuples: &[Range<usize>],
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Vec<Scalar<'a>> {
     let mut scalars = Vec::new();
     for array in arrays {
         if matches!(array.values, Values::Text(_)) {
-            notes.push(format!("array \"{}\" of text is not written", array.name));
+            let (format, name) = ("CGNS", array.name.clone());
+            notes.push(ArrayWritten::TextLeftOut { format, name });
             continue;
         }
         if !fits(&array.values) {
-            notes.push(too_large(&array.name));
+            let name = array.name.clone();
+            notes.push(ArrayWritten::IntegersTooLarge { name });
             continue;
         }
         if ![1, 3].contains(&array.n_components) {
-            notes.push(format!(
-                "array \"{}\" of {} components is written as so many arrays",
-                array.name, array.n_components
-            ));
+            notes.push(ArrayWritten::ComponentsApart {
+                name: array.name.clone(),
+                n: array.n_components,
+            });
         }
         for component in 0..array.n_components {
             let full_name = match array.n_components {
@@ -85,16 +89,8 @@ pub(super) fn fits(values: &Values) -> bool {
     }
 }
 
-/// A sentence for an array of other integers.
-pub(super) fn too_large(name: &str) -> String {
-    format!(
-        "array \"{name}\" is not written: it has integers above {}, the largest of CGNS",
-        i64::MAX
-    )
-}
-
 /// Cells of the mesh's own dimension.
-pub(super) fn volume_cells(mesh: &Mesh) -> Vec<Range<usize>> {
+pub(super) fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
     let runs = mesh.volume_runs();
     let ranges = runs.map(|run| run.first_cell..run.first_cell + run.n_cells());
     let mut joined: Vec<Range<usize>> = Vec::new();
@@ -107,8 +103,8 @@ pub(super) fn volume_cells(mesh: &Mesh) -> Vec<Range<usize>> {
     joined
 }
 
-/// A sentence for cell arrays that have values on the boundary, which CGNS does not keep.
-pub(super) fn note_boundary_values(mesh: &Mesh, notes: &mut Vec<String>) {
+/// A note for cell arrays that have values on the boundary, which CGNS does not keep.
+pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     let dimension = mesh.dimension();
     let runs = mesh
         .cells
@@ -121,10 +117,8 @@ pub(super) fn note_boundary_values(mesh: &Mesh, notes: &mut Vec<String>) {
         let n = array.n_components;
         let mut values = others.iter().map(|range| range.start * n..range.end * n);
         if values.any(|range| says_something(&array.values, range)) {
-            notes.push(format!(
-                "values of the array \"{}\" on faces are not kept: CGNS has values of cells",
-                array.name
-            ));
+            let name = array.name.clone();
+            notes.push(ArrayWritten::FaceValues { name });
         }
     }
 }

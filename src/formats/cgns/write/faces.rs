@@ -1,6 +1,6 @@
 //! The faces of all polyhedra, each once, with the element numbers that CGNS gives them.
 
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{CellKind, MeshView};
 use rayon::prelude::*;
 
 /// Faces of polyhedra.
@@ -26,7 +26,7 @@ struct Met<'a> {
 
 impl FaceTable {
     /// Numbers the faces of a mesh.
-    pub fn of(mesh: &Mesh) -> Self {
+    pub fn of(mesh: &MeshView) -> Self {
         let mut table = Self {
             first_element: mesh.cells.len() + 1,
             starts: vec![0],
@@ -60,7 +60,7 @@ impl FaceTable {
     }
 
     /// All polygon cells, then the faces of all polyhedra.
-    fn meet<'a>(&mut self, mesh: &'a Mesh) -> Vec<Met<'a>> {
+    fn meet<'a>(&mut self, mesh: &'a MeshView<'a>) -> Vec<Met<'a>> {
         let polygons = mesh
             .cells
             .runs()
@@ -120,7 +120,7 @@ impl FaceTable {
     }
 
     /// Numbers of the faces of a polyhedron.
-    pub fn of_polyhedron(&self, mesh: &Mesh, cell: usize) -> &[i64] {
+    pub fn of_polyhedron(&self, mesh: &MeshView, cell: usize) -> &[i64] {
         let at = self
             .polyhedra
             .binary_search_by_key(&(cell as u32), |(cell, _)| *cell);

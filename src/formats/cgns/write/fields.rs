@@ -2,9 +2,11 @@
 //! after another with a zero after each.
 
 use super::super::{FIELD_ARRAYS, FULL_NAME};
-use super::arrays::{fits, too_large};
+use super::arrays::fits;
 use super::draft::{Draft, Kind, Place};
 use super::names::{Names, RULE};
+use crate::diagnostic::formats::ArrayWritten;
+use crate::formats::Notes;
 use crate::mesh::{DataArray, Values};
 
 /// An array as it is written.
@@ -20,7 +22,7 @@ pub(super) struct Field {
 }
 
 /// Adds the arrays to the base.
-pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[DataArray], notes: &mut Vec<String>) {
+pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[&DataArray], notes: &mut Notes) {
     let fields = fields(arrays, notes);
     if fields.is_empty() {
         return;
@@ -35,19 +37,18 @@ pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[DataArray], notes: &
     }
 }
 
-/// The arrays that CGNS can hold; a sentence for each other.
-pub(super) fn fields(arrays: &[DataArray], notes: &mut Vec<String>) -> Vec<Field> {
+/// The arrays that CGNS can hold; a note for each other.
+pub(super) fn fields(arrays: &[&DataArray], notes: &mut Notes) -> Vec<Field> {
     let mut fields = Vec::new();
     for array in arrays {
         if array.n_components == 0 || array.n_tuples() == 0 {
-            notes.push(format!(
-                "field array \"{}\" is not written: it has no values",
-                array.name
-            ));
+            let name = array.name.clone();
+            notes.push(ArrayWritten::WithoutValues { name });
             continue;
         }
         if !fits(&array.values) {
-            notes.push(too_large(&array.name));
+            let name = array.name.clone();
+            notes.push(ArrayWritten::IntegersTooLarge { name });
             continue;
         }
         let (kind, bytes) = bytes_of(&array.values);

@@ -4,8 +4,10 @@
 use super::super::FULL_NAME;
 use super::draft::{Draft, Kind, Place};
 use super::names::{Names, RULE};
+use crate::diagnostic::formats::{Condition, GroupWritten};
+use crate::formats::Notes;
 use crate::formats::records::shared_names;
-use crate::mesh::{CellSet, Group, Mesh};
+use crate::mesh::{CellSet, Group, MeshView};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Types of boundary conditions that CGNS knows.
@@ -41,23 +43,21 @@ const CONDITIONS: [&str; 25] = [
 pub(super) fn add(
     draft: &mut Draft,
     (base, zone): (Place, Place),
-    mesh: &Mesh,
+    mesh: &MeshView,
     names: &mut Names,
     kind: Kind,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) {
     let dimension = mesh.dimension();
     let mut families = Families::new(base, mesh);
     let mut conditions = None;
     let mut condition_names = condition_names(mesh).into_iter();
-    notes.extend(shared_names(&mesh.groups));
-    for group in &mesh.groups {
+    notes.extend(shared_names(mesh.groups));
+    for group in mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
-            notes.push(format!(
-                "group \"{}\" has no cells; CGNS keeps its family alone",
-                group.name
-            ));
+            let name = group.name.clone();
+            notes.push(GroupWritten::Empty { name });
             continue;
         }
         let node = if group.dimension + 1 == dimension {
@@ -75,7 +75,7 @@ pub(super) fn add(
 }
 
 /// Names of the boundary conditions, in order.
-fn condition_names(mesh: &Mesh) -> Vec<String> {
+fn condition_names(mesh: &MeshView) -> Vec<String> {
     let tags = mesh.boundary_tags().filter(|tag| !tag.cells.is_empty());
     let names: Vec<&str> = tags.map(|tag| tag.name.as_str()).collect();
     Names::default().give_all(&names)
@@ -97,7 +97,7 @@ fn known_condition(group: &Group) -> Option<&str> {
 }
 
 /// Adds the elements of a group, of one of nodes the nodes.
-fn add_points(draft: &mut Draft, parent: Place, group: &Group, mesh: &Mesh, kind: Kind) {
+fn add_points(draft: &mut Draft, parent: Place, group: &Group, mesh: &MeshView, kind: Kind) {
     let location = match group.dimension {
         0 => "Vertex",
         1 if mesh.dimension() > 1 => "EdgeCenter",
@@ -121,7 +121,7 @@ fn add_points(draft: &mut Draft, parent: Place, group: &Group, mesh: &Mesh, kind
     draft.text(parent, "GridLocation", "GridLocation_t", location);
 }
 
-fn nodes_of(group: &Group, mesh: &Mesh) -> CellSet {
+fn nodes_of(group: &Group, mesh: &MeshView) -> CellSet {
     let cells = group.cells.iter();
     cells
         .map(|cell| mesh.cells.get(cell).nodes[0] as usize)
@@ -138,7 +138,7 @@ struct Families<'a> {
 }
 
 impl<'a> Families<'a> {
-    fn new(base: Place, mesh: &'a Mesh) -> Self {
+    fn new(base: Place, mesh: &'a MeshView<'a>) -> Self {
         let mut seen = BTreeSet::new();
         let names = mesh.groups.iter().map(|group| group.name.as_str());
         let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
@@ -159,7 +159,7 @@ impl<'a> Families<'a> {
     }
 
     /// The name of the family of a group.
-    fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Vec<String>) -> String {
+    fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Notes) -> String {
         let (base, name) = (self.base, self.names[group.name.as_str()].clone());
         let family = *self.places.entry(name.clone()).or_insert_with(|| {
             let family = draft.group(base, &name, "Family_t");
@@ -172,10 +172,10 @@ impl<'a> Families<'a> {
             (Some(_), Some(condition)) if self.with_condition.insert(family) => {
                 draft.text(family, "FamilyBC", "FamilyBC_t", condition);
             }
-            (Some(condition), None) => notes.push(format!(
-                "the condition \"{condition}\" of \"{}\" is none of CGNS",
-                group.name
-            )),
+            (Some(condition), None) => notes.push(Condition::Unknown {
+                condition: condition.clone(),
+                group: group.name.clone(),
+            }),
             _ => {}
         }
         name

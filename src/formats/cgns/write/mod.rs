@@ -20,8 +20,10 @@ pub(super) mod sequence;
 mod series;
 
 use super::super::{Precision, WriteOptions};
+use crate::diagnostic::formats::Written;
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::formats::Notes;
+use crate::mesh::{Mesh, MeshView};
 use draft::{Draft, Kind, Make, Place};
 use faces::FaceTable;
 use names::Names;
@@ -38,20 +40,14 @@ const TIMES: &str = "TimeIterValues";
 const SIMULATION: &str = "SimulationType";
 /// What numbers are measured in: whatever the mesh is.
 const UNITS: &str = "NormalizedByUnknownDimensional";
-/// Said where [`plan::sorted`] had to change the order of cells.
-const SORTED: &str =
-    "cells are in the order of their types: as they were, they would be too many sections";
 /// Nodes whose coordinates are gathered at a time.
 const BLOCK: usize = 1 << 18;
 
-/// Writes the mesh; returns a sentence for each thing that is not in the file.
-pub(super) fn write(
-    mesh: &Mesh,
-    out: &mut dyn Write,
-    options: &WriteOptions,
-) -> Result<Vec<String>> {
+/// Writes the mesh; returns a note for each thing that is not in the file.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     let sorted = plan::sorted(mesh)?;
-    let mesh = sorted.as_ref().unwrap_or(mesh);
+    let sorted_view = sorted.as_ref().map(Mesh::view);
+    let mesh = sorted_view.as_ref().unwrap_or(mesh);
     let faces = FaceTable::of(mesh);
     let is_flat = mesh.points.iter().all(|point| point[2] == 0.0);
     let mut static_part = Static::new(mesh, &faces, is_flat)?;
@@ -63,7 +59,7 @@ pub(super) fn write(
         add_length_exponents(draft, node);
     }
     let mut notes = static_part.notes;
-    notes.extend(sorted.iter().map(|_| SORTED.to_owned()));
+    notes.extend(sorted.iter().map(|_| Written::CellsByType));
     fields::add(draft, static_part.base, &mesh.field_arrays, &mut notes);
     let everywhere = 0..mesh.points.len();
     let at_nodes = arrays::scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
@@ -98,13 +94,13 @@ struct Static<'a> {
     zone: Place,
     /// Coordinates that nodes have.
     n_axes: usize,
-    notes: Vec<String>,
+    notes: Notes,
 }
 
 impl<'a> Static<'a> {
     /// Of a mesh, all of whose nodes lie in the plane z = 0 where `is_flat`.
-    fn new(mesh: &'a Mesh, faces: &'a FaceTable, is_flat: bool) -> Result<Self> {
-        let mut notes = Vec::new();
+    fn new(mesh: &'a MeshView<'a>, faces: &'a FaceTable, is_flat: bool) -> Result<Self> {
+        let mut notes = Notes::default();
         let dimension = mesh.dimension().max(1);
         let n_axes = match dimension {
             3 => 3,
@@ -145,7 +141,7 @@ impl<'a> Static<'a> {
 }
 
 /// The type of integers in which all numbers of nodes, elements and entries fit.
-fn index_kind(mesh: &Mesh, faces: &FaceTable) -> Kind {
+fn index_kind(mesh: &MeshView, faces: &FaceTable) -> Kind {
     let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.n_entries();
     let largest = entries
         .max(mesh.points.len())
@@ -165,7 +161,7 @@ fn add_length_exponents(draft: &mut Draft, array: Place) {
 
 /// The arrays of coordinates: name, type, bytes.
 fn coordinates<'a>(
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     options: &WriteOptions,
     n_axes: usize,
 ) -> Vec<(&'static str, Kind, Make<'a>)> {

@@ -4,7 +4,7 @@
 use super::super::element::ElementType;
 use super::names::Names;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, CellRun, Mesh};
+use crate::mesh::{CellKind, CellRun, Mesh, MeshView};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -35,7 +35,7 @@ pub(super) enum Form {
 
 /// The mesh with its cells in the order of their types, where as they are they would be too many
 /// sections.
-pub(super) fn sorted(mesh: &Mesh) -> Result<Option<Mesh>> {
+pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
     let stretches = stretches(mesh)?;
     if stretches.len() <= MOST_SECTIONS {
         return Ok(None);
@@ -59,7 +59,7 @@ pub(super) fn sorted(mesh: &Mesh) -> Result<Option<Mesh>> {
 /// Consecutive cells that are a section, or several where groups begin and end.
 type Stretch = (Form, u8, Range<usize>);
 
-fn stretches(mesh: &Mesh) -> Result<Vec<Stretch>> {
+fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
     let mut stretches: Vec<Stretch> = Vec::new();
     for run in mesh.cells.runs() {
         let (form, range) = (form(&run)?, run.first_cell..run.first_cell + run.n_cells());
@@ -77,7 +77,7 @@ fn stretches(mesh: &Mesh) -> Result<Vec<Stretch>> {
 }
 
 /// The sections of a mesh, in the order of its cells.
-pub(super) fn sections(mesh: &Mesh, names: &mut Names) -> Result<Vec<Planned>> {
+pub(super) fn sections(mesh: &MeshView, names: &mut Names) -> Result<Vec<Planned>> {
     let cuts = cuts(mesh);
     let mut sections = Vec::new();
     for (form, _, cells) in stretches(mesh)? {
@@ -130,7 +130,7 @@ fn form(run: &CellRun) -> Result<Form> {
 }
 
 /// Cells at which a group of the boundary or of lower dimension begins or ends.
-fn cuts(mesh: &Mesh) -> BTreeSet<usize> {
+fn cuts(mesh: &MeshView) -> BTreeSet<usize> {
     let dimension = mesh.dimension();
     let mut cuts = BTreeSet::new();
     for group in mesh.groups.iter().filter(|g| g.dimension < dimension) {
@@ -151,7 +151,7 @@ fn cuts(mesh: &Mesh) -> BTreeSet<usize> {
 }
 
 /// A section of the cells of one group is called by it, another by its type.
-fn name(mesh: &Mesh, form: Form, cells: Range<usize>) -> String {
+fn name(mesh: &MeshView, form: Form, cells: Range<usize>) -> String {
     let dimension = mesh.dimension();
     let mut groups = mesh
         .groups

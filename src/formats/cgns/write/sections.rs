@@ -6,7 +6,7 @@ use super::faces::FaceTable;
 use super::plan::{Form, Planned};
 use crate::error::Result;
 use crate::formats::hdf5::Sink;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ pub(super) fn add<'a>(
     draft: &mut Draft<'a>,
     zone: Place,
     planned: &Planned,
-    mesh: &'a Mesh,
+    mesh: &'a MeshView<'a>,
     faces: &'a FaceTable,
     kind: Kind,
 ) {
@@ -112,7 +112,7 @@ fn header(
 }
 
 /// Entries of each element.
-fn sizes(mesh: &Mesh, cells: Range<usize>, number: i64, emit: &mut dyn FnMut(usize)) {
+fn sizes(mesh: &MeshView, cells: Range<usize>, number: i64, emit: &mut dyn FnMut(usize)) {
     for run in mesh.cells.runs_in(cells) {
         for i in 0..run.n_cells() {
             emit(match number {
@@ -124,7 +124,7 @@ fn sizes(mesh: &Mesh, cells: Range<usize>, number: i64, emit: &mut dyn FnMut(usi
     }
 }
 
-fn n_faces(mesh: &Mesh, cell: usize) -> usize {
+fn n_faces(mesh: &MeshView, cell: usize) -> usize {
     let stream = mesh.cells.face_stream(cell);
     stream
         .and_then(|stream| stream.first())
@@ -150,7 +150,7 @@ fn offsets<'a>(kind: Kind, sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync +
 
 /// Elements of one type, a block at a time on all threads.
 fn fixed(
-    mesh: &Mesh,
+    mesh: &MeshView,
     cells: Range<usize>,
     element: ElementType,
     kind: Kind,
@@ -207,7 +207,7 @@ fn numbers<T: Send + Copy + Default>(
     numbers
 }
 
-fn mixed(mesh: &Mesh, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
+fn mixed(mesh: &MeshView, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
     let mut buffer = Buffer::new(kind, sink);
     for run in mesh.cells.runs_in(cells) {
         let element = ElementType::of(run.kind, run.n_nodes).expect("the plan has looked at it");
@@ -223,7 +223,7 @@ fn mixed(mesh: &Mesh, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()>
     buffer.flush()
 }
 
-fn polygons(mesh: &Mesh, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
+fn polygons(mesh: &MeshView, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
     let mut buffer = Buffer::new(kind, sink);
     for run in mesh.cells.runs_in(cells) {
         for &node in run.connectivity {
@@ -234,7 +234,7 @@ fn polygons(mesh: &Mesh, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<
 }
 
 fn polyhedra(
-    mesh: &Mesh,
+    mesh: &MeshView,
     cells: Range<usize>,
     faces: &FaceTable,
     kind: Kind,

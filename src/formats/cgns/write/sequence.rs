@@ -10,10 +10,12 @@ use super::faces::FaceTable;
 use super::fields::fields;
 use super::names::LONGEST;
 use super::series::{Given, Series, names, padded, step_name};
-use super::{SIMULATION, SORTED, Static, TIMES};
+use super::{SIMULATION, Static, TIMES};
 use super::{add_length_exponents, coordinates, plan};
+use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Mesh};
+use crate::formats::Notes;
+use crate::mesh::{CellKind, Mesh, MeshView};
 use rayon::prelude::*;
 use std::path::Path;
 use std::slice::from_ref;
@@ -25,7 +27,7 @@ const MOTION: &str = "ArbitraryGridMotion";
 pub(in crate::formats::cgns) struct Sequence {
     file: Growing,
     options: WriteOptions,
-    notes: Vec<String>,
+    notes: Notes,
     first: Option<First>,
     steps: Steps,
 }
@@ -57,14 +59,14 @@ impl Sequence {
         Ok(Self {
             file: Growing::create(path, begin, sync)?,
             options: options.clone(),
-            notes: Vec::new(),
+            notes: Notes::default(),
             first: None,
             steps: Steps::new(),
         })
     }
 
     /// Writes what all steps share, or makes sure that a mesh has the nodes and cells of the first.
-    fn fix(&mut self, mesh: &Mesh) -> Result<()> {
+    fn fix(&mut self, mesh: &MeshView) -> Result<()> {
         let cells = hash_of(mesh);
         if let Some(first) = &self.first {
             return match first.cells == cells && first.n_points == mesh.points.len() {
@@ -98,7 +100,7 @@ impl Sequence {
         Ok(())
     }
 
-    fn append_grid(&mut self, mesh: &Mesh) -> Result<()> {
+    fn append_grid(&mut self, mesh: &MeshView) -> Result<()> {
         let first = self.first.as_mut().expect("the first step has set it");
         if first.n_axes == 2 && !is_flat(mesh) {
             return Err(Error::input(format!(
@@ -138,9 +140,9 @@ impl Steps {
     /// Adds the arrays of a mesh; `notes` says which are left out.
     fn append_arrays(
         &mut self,
-        mesh: &Mesh,
+        mesh: &MeshView,
         (file, first): (&mut Growing, &mut First),
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> Result<()> {
         let everywhere = 0..mesh.points.len();
         let of_mesh = fields(&mesh.field_arrays, notes);
@@ -204,18 +206,20 @@ impl Steps {
 }
 
 impl SequenceFile for Sequence {
-    fn append(&mut self, time: f64, mesh: &Mesh) -> Result<blake3::Hash> {
+    fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
         self.options.check_coordinates(mesh)?;
         let sorted = plan::sorted(mesh)?;
-        let mesh = sorted.as_ref().unwrap_or(mesh);
+        let sorted_view = sorted.as_ref().map(Mesh::view);
+        let mesh = sorted_view.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
         self.append_grid(mesh)?;
-        let mut notes: Vec<String> = sorted.iter().map(|_| SORTED.to_owned()).collect();
+        let mut notes = Notes::default();
+        notes.extend(sorted.iter().map(|_| Written::CellsByType));
         let (file, steps) = (&mut self.file, &mut self.steps);
         let first = self.first.as_mut().expect("the first step has set it");
         steps.append_arrays(mesh, (file, first), &mut notes)?;
         if steps.n == 0 {
-            self.notes.append(&mut notes);
+            self.notes.extend(notes);
         }
         steps.n += 1;
         steps.times.push(&[time]);
@@ -240,7 +244,7 @@ impl SequenceFile for Sequence {
         self.file.commit()
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &Notes {
         &self.notes
     }
 
@@ -277,7 +281,7 @@ pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> StepBytes {
 }
 
 /// Whether all nodes lie in the plane z = 0, but for what turning them has left of round-off.
-fn is_flat(mesh: &Mesh) -> bool {
+fn is_flat(mesh: &MeshView) -> bool {
     const ROUND_OFF: f64 = 1e-14;
     let largest = |axis: usize| {
         let sizes = mesh.points.par_iter().map(|point| point[axis].abs());
@@ -287,7 +291,7 @@ fn is_flat(mesh: &Mesh) -> bool {
 }
 
 /// What must be the same at every step: cells and groups.
-fn hash_of(mesh: &Mesh) -> blake3::Hash {
+fn hash_of(mesh: &MeshView) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for run in mesh.cells.runs() {
         hasher.update(&[run.kind.vtk()]);
@@ -303,7 +307,7 @@ fn hash_of(mesh: &Mesh) -> blake3::Hash {
         let stream = mesh.cells.face_stream(cell).unwrap_or(&[]);
         hasher.update(bytemuck::cast_slice(stream));
     }
-    for group in &mesh.groups {
+    for group in mesh.groups {
         hasher.update(group.name.as_bytes());
         hasher.update(&[group.dimension]);
         for range in group.cells.ranges() {

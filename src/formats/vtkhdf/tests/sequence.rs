@@ -31,7 +31,7 @@ fn a_sequence_is_whole_under_its_name_after_each_step() {
     let mut sizes = Vec::new();
     for step in 0..3 {
         sequence
-            .push(step as f64 * 0.25, &moving(step))
+            .push(step as f64 * 0.25, &moving(step).view())
             .expect("it is appended");
         let source = Source::open(&path).expect("it has its name");
         let times: Vec<f64> = (0..=step).map(|i| i as f64 * 0.25).collect();
@@ -55,7 +55,7 @@ fn a_sequence_is_whole_under_its_name_after_each_step() {
 fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged() {
     let folder = tempfile::tempdir().expect("a folder");
     let append = |sequence: &mut Box<dyn SequenceFile>, steps: std::ops::Range<usize>| {
-        let mut append = |step| sequence.push(step as f64, &moving(step));
+        let mut append = |step| sequence.push(step as f64, &moving(step).view());
         steps
             .map(|step| append(step).expect("it is appended"))
             .collect::<Vec<_>>()
@@ -100,7 +100,10 @@ fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged
     append(&mut sequence, 0..1);
     let mut lacking = moving(1);
     lacking.point_arrays.clear();
-    assert!(sequence.push(1.0, &lacking).is_err(), "arrays are missing");
+    assert!(
+        sequence.push(1.0, &lacking.view()).is_err(),
+        "arrays are missing"
+    );
     drop(sequence);
     let source = Source::open(&path).expect("it is there");
     assert_same(&read(&source, Some(0)), &moving(0));
@@ -121,7 +124,7 @@ fn a_step_too_large_for_a_chunk_is_cut() {
     sequence.chunk_limit = 100;
     for step in 0..3 {
         sequence
-            .push(step as f64, &moving(step))
+            .push(step as f64, &moving(step).view())
             .expect("it is appended");
     }
     let source = Source::open(&path).expect("it is there");
@@ -141,7 +144,11 @@ fn a_sequence_has_the_same_bytes_every_time() {
     let mut hashes = Vec::new();
     for _ in 0..2 {
         let (mut sequence, path) = sequence(folder.path());
-        let step = |i| sequence.push(i as f64, &moving(i)).expect("it is appended");
+        let step = |i| {
+            sequence
+                .push(i as f64, &moving(i).view())
+                .expect("it is appended")
+        };
         let of_steps: Vec<blake3::Hash> = (0..3).map(step).collect();
         hashes.push((of_steps, std::fs::read(path).expect("it is there")));
     }
@@ -153,14 +160,14 @@ fn a_sequence_has_the_same_bytes_every_time() {
 fn a_sequence_refuses_other_cells_and_other_arrays() {
     let folder = tempfile::tempdir().expect("a folder");
     let (mut sequence, path) = sequence(folder.path());
-    sequence.push(0.0, &mesh()).expect("it is appended");
+    sequence.push(0.0, &mesh().view()).expect("it is appended");
     let mut other = mesh();
     other.cells.push(CellKind::Triangle, &[0, 1, 3]);
     for array in &mut other.cell_arrays {
         array.values = array.values.select(1, &[0, 1, 2, 3, 4, 4]);
     }
     let error = sequence
-        .push(1.0, &other)
+        .push(1.0, &other.view())
         .expect_err("it has another cell")
         .to_string();
     assert!(error.contains("other nodes, cells"), "{error}");
@@ -169,7 +176,7 @@ fn a_sequence_refuses_other_cells_and_other_arrays() {
         .point_arrays
         .push(DataArray::scalar("new", Values::U8(vec![0; 14])));
     let error = sequence
-        .push(1.0, &other)
+        .push(1.0, &other.view())
         .expect_err("it has another array")
         .to_string();
     assert!(

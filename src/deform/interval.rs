@@ -1,5 +1,5 @@
-//! Node positions at the steps of a stretch: fields of the layers, the exact surface and the carrying
-//! round.
+//! Node positions at the steps of a selection interval: fields of the layers, the exact surface and the
+//! rotation to the inertial frame.
 
 use super::fields::{Chosen, Fields, Frame};
 use super::plan::Plan;
@@ -13,20 +13,23 @@ use crate::progress::Progress;
 use crate::rbf::select::Selection;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A gap between two surfaces under this many tolerances is warned of.
 const NARROW: f64 = 20.0;
 /// Nodes that one task places.
 const BLOCK: usize = 4096;
 
-/// The deformation of a mesh at the steps of a stretch.
-pub struct Deformer<'a> {
+/// The deformation of a mesh at the steps of a selection interval: those that share base points.
+pub struct Interval {
     /// The plan it follows.
-    pub plan: &'a Plan,
+    pub(super) plan: Arc<Plan>,
+    /// The steps.
+    steps: Range<usize>,
     way: Way,
     /// Base points of each layer.
     pub(super) bases: Vec<Vec<usize>>,
-    velocities: Option<Velocities<'a>>,
+    velocities: Option<Velocities>,
     deforming: Option<Vec<u32>>,
     /// Distinct base points of all layers.
     pub n_base: usize,
@@ -51,17 +54,18 @@ enum Errors {
     Uncorrected(Vec<Vec<f64>>),
 }
 
-impl<'a> Deformer<'a> {
+impl Interval {
     /// Evaluates the layers at every node that deforms, and corrects them so that the surface is
     /// exact.
     pub fn new(
-        plan: &'a Plan,
+        plan: &Arc<Plan>,
         selections: Vec<Selection>,
-        stretch: &Range<usize>,
+        steps: &Range<usize>,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let mut deformer = Self {
-            plan,
+        let mut interval = Self {
+            plan: Arc::clone(plan),
+            steps: steps.clone(),
             n_base: distinct_points(&selections),
             deforming: plan.deforming_nodes(),
             way: Way::Substeps,
@@ -69,20 +73,15 @@ impl<'a> Deformer<'a> {
             velocities: None,
             warnings: Vec::new(),
         };
-        deformer.way = match plan.schedule.rbf.substeps {
-            1 => deformer.at_once(selections, stretch, progress)?,
-            _ => Way::Substeps,
-        };
-        Ok(deformer)
+        if plan.schedule.rbf.substeps == 1 {
+            interval.way = interval.at_once(selections, progress)?;
+        }
+        Ok(interval)
     }
 
-    fn at_once(
-        &mut self,
-        selections: Vec<Selection>,
-        stretch: &Range<usize>,
-        progress: &dyn Progress,
-    ) -> Result<Way> {
-        let plan = self.plan;
+    fn at_once(&mut self, selections: Vec<Selection>, progress: &dyn Progress) -> Result<Way> {
+        let plan = Arc::clone(&self.plan);
+        let plan = &*plan;
         let by_step: Vec<Vec<f64>> = plan
             .layers
             .iter()
@@ -94,8 +93,12 @@ impl<'a> Deformer<'a> {
                     .largest_by_step(&selection.residuals, &layer.arms),
             })
             .collect();
-        let largest =
-            |errors: &Vec<f64>| errors[stretch.clone()].iter().copied().fold(0.0, f64::max);
+        let largest = |errors: &Vec<f64>| {
+            errors[self.steps.clone()]
+                .iter()
+                .copied()
+                .fold(0.0, f64::max)
+        };
         let chosen: Vec<Chosen<'_>> = selections
             .iter()
             .zip(&by_step)
@@ -111,7 +114,7 @@ impl<'a> Deformer<'a> {
         let fields = Fields::new(frame, &plan.layers, &chosen, correct, progress);
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
-            let velocities = Velocities::new(plan, layer, frame, chosen, stretch)?;
+            let velocities = Velocities::new(plan, layer, frame, chosen, &self.steps)?;
             self.warnings.extend(velocities.warning.clone());
             self.velocities = Some(velocities);
         }
@@ -123,15 +126,20 @@ impl<'a> Deformer<'a> {
         Ok(Way::AtOnce { fields, errors })
     }
 
+    /// The steps that it serves.
+    pub fn steps(&self) -> &Range<usize> {
+        &self.steps
+    }
+
     /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them.
     pub fn velocities_at(&self, step: &Step, points: &[Vector]) -> Option<Vec<Vector>> {
         let velocities = self.velocities.as_ref()?;
-        Some(velocities.at(self.plan, step, self.reference(), points))
+        Some(velocities.at(&self.plan, step, self.reference(), points))
     }
 
     pub(super) fn reference(&self) -> Frame<'_> {
         Frame {
-            nodes: &self.plan.reference,
+            nodes: &self.plan.mesh.points,
             deforming: self.deforming.as_deref(),
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
@@ -139,7 +147,7 @@ impl<'a> Deformer<'a> {
     }
 
     fn warn_of_narrow(&mut self, fields: &Fields) {
-        let plan = self.plan;
+        let plan = Arc::clone(&self.plan);
         let narrow = fields
             .narrow
             .filter(|gap| gap.width < NARROW * plan.tolerance);
@@ -155,7 +163,7 @@ impl<'a> Deformer<'a> {
     /// Writes the node positions at a step to `out`; gives the largest displacement error before the
     /// correction.
     pub fn points_at(&self, step: &Step, out: &mut [Vector]) -> Result<f64> {
-        let plan = self.plan;
+        let plan = &*self.plan;
         let error = match &self.way {
             Way::AtOnce { fields, errors } => {
                 fields.displace(&plan.layers, step.index, self.reference(), out);
@@ -178,7 +186,7 @@ impl<'a> Deformer<'a> {
     /// Carries a step round in the inertial frame, sets nodes that follow others, and keeps a plane mesh
     /// in its plane.
     fn carry(&self, step: &Step, out: &mut [Vector]) {
-        let plan = self.plan;
+        let plan = &*self.plan;
         if let Some(carry) = plan.motion.carry(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
             out.par_iter_mut().enumerate().for_each(|(node, x)| {
@@ -192,10 +200,10 @@ impl<'a> Deformer<'a> {
         }
         let carry = plan.motion.carry(step);
         plan.periodic
-            .follow(&plan.motion, &plan.reference, carry.as_ref(), out);
+            .follow(&plan.motion, &plan.mesh.points, carry.as_ref(), out);
         if plan.motion.rotor.in_plane {
             // Round-off lifts no node out of the plane.
-            let places = out.par_iter_mut().zip(&plan.reference);
+            let places = out.par_iter_mut().zip(&plan.mesh.points);
             places.for_each(|(x, at_rest)| x[2] = at_rest[2]);
         }
     }
@@ -204,7 +212,7 @@ impl<'a> Deformer<'a> {
     /// a part of a step, in the rotating frame, fixed ones as they were. `frame` is the mesh that was
     /// deformed.
     pub(super) fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
-        let plan = self.plan;
+        let plan = &*self.plan;
         sliding::place(&plan.motion, &plan.surface, frame, out);
         if !plan.schedule.selection.correction {
             return;
@@ -235,9 +243,9 @@ impl<'a> Deformer<'a> {
         carry: Option<&Transform>,
         points: &[Vector],
     ) -> (f64, f64) {
-        let plan = self.plan;
+        let plan = &*self.plan;
         let off = |(node, role): (&u32, &Role)| {
-            let x = plan.reference[*node as usize];
+            let x = plan.mesh.points[*node as usize];
             let exact = match (role, carry) {
                 (Role::Sliding, _) => return None,
                 (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
@@ -289,7 +297,7 @@ fn set_nodes(
         let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
         for at in before(first)..before(first + out.len()) {
             let node = surface.nodes[at];
-            let x = plan.reference[node as usize];
+            let x = plan.mesh.points[node as usize];
             if let Some(x) = place(surface.roles[at], node, x) {
                 out[node as usize - first] = x;
             }

@@ -1,0 +1,87 @@
+//! Notes of readers and writers of mesh files: what a file holds that a mesh does not, and what of a mesh a
+//! format does not hold.
+//!
+//! In the fields, `what` is the kind of an array (`point`, `cell`, `field`), of a group (`tag`, `group`) or of an
+//! item (`node`, `element`), and `format` the name of a format in a sentence.
+
+mod read;
+mod write;
+
+pub use read::{ArrayRead, NotKept, Pieces, Read};
+pub use write::{ArrayWritten, Condition, GroupWritten, Written};
+
+use super::{Diagnostic, Kind};
+use std::fmt::{self, Display, Formatter};
+
+/// Names that a sentence lists before the rest is counted.
+const LISTED: usize = 5;
+
+/// A note of a reader or a writer, by what it is about.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FormatNote {
+    /// An array that was read.
+    ArrayRead(ArrayRead),
+    /// A part of a file that a mesh does not hold.
+    NotKept(NotKept),
+    /// Something else in a file that was read.
+    Read(Read),
+    /// How the pieces of a mesh were joined.
+    Pieces(Pieces),
+    /// An array that was written, or was not.
+    ArrayWritten(ArrayWritten),
+    /// A group or its name.
+    GroupWritten(GroupWritten),
+    /// The type of a boundary condition.
+    Condition(Condition),
+    /// Something else that a file does not hold as it was.
+    Written(Written),
+}
+
+macro_rules! kinds {
+    ($($kind:ident),*) => {
+        impl Display for FormatNote {
+            fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+                match self {
+                    $(Self::$kind(note) => note.fmt(f),)*
+                }
+            }
+        }
+        $(
+            impl From<$kind> for Kind {
+                fn from(note: $kind) -> Self {
+                    Self::Format(FormatNote::$kind(note))
+                }
+            }
+            impl From<$kind> for Diagnostic {
+                fn from(note: $kind) -> Self {
+                    Self::new(note)
+                }
+            }
+        )*
+    };
+}
+
+kinds!(
+    ArrayRead,
+    NotKept,
+    Read,
+    Pieces,
+    ArrayWritten,
+    GroupWritten,
+    Condition,
+    Written
+);
+
+/// Names in quotes.
+fn quoted(names: &[String]) -> String {
+    let names = names.iter().map(|name| format!("\"{name}\""));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// What a list of so many names leaves unsaid.
+fn more(n: usize, listed: usize) -> String {
+    match n.saturating_sub(listed) {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    }
+}

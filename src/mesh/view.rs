@@ -1,0 +1,148 @@
+//! What writers take of a mesh, borrowed: node positions and arrays may be others than the mesh's own.
+
+use super::groups::of_dimension;
+use super::{CellRun, Cells, DataArray, Group, Mesh};
+
+/// A mesh to write. Nothing of it is copied.
+///
+/// ```
+/// # use azimesh::mesh::{CellKind, DataArray, Mesh, Values};
+/// let mut mesh = Mesh { points: vec![[0.0; 3]; 3], ..Mesh::default() };
+/// mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+/// let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let heights = DataArray::scalar("Height", Values::F64(vec![0.0, 0.0, 1.0]));
+/// let view = mesh.view().with_points(&points).with_point_array(&heights);
+/// assert_eq!(view.points[1][0], 1.0);
+/// assert_eq!(mesh.points[1][0], 0.0);
+/// ```
+#[derive(Debug, Clone)]
+pub struct MeshView<'a> {
+    /// Node coordinates.
+    pub points: &'a [[f64; 3]],
+    /// Cells of every dimension.
+    pub cells: &'a Cells,
+    /// Boundary tags, zones and groups of lower dimension.
+    pub groups: &'a [Group],
+    /// Arrays with one tuple a node.
+    pub point_arrays: Vec<&'a DataArray>,
+    /// Arrays with one tuple a cell.
+    pub cell_arrays: Vec<&'a DataArray>,
+    /// Arrays of the mesh as a whole.
+    pub field_arrays: Vec<&'a DataArray>,
+}
+
+impl Mesh {
+    /// The mesh as it is, to write.
+    pub fn view(&self) -> MeshView<'_> {
+        MeshView {
+            points: &self.points,
+            cells: &self.cells,
+            groups: &self.groups,
+            point_arrays: self.point_arrays.iter().collect(),
+            cell_arrays: self.cell_arrays.iter().collect(),
+            field_arrays: self.field_arrays.iter().collect(),
+        }
+    }
+}
+
+impl<'a> MeshView<'a> {
+    /// With the nodes at other positions.
+    ///
+    /// # Panics
+    /// When there are not as many.
+    #[must_use]
+    pub fn with_points(self, points: &'a [[f64; 3]]) -> Self {
+        assert_eq!(points.len(), self.points.len(), "one position a node");
+        Self { points, ..self }
+    }
+
+    /// With an array at the nodes, in the place of that of the same name or after all.
+    ///
+    /// # Panics
+    /// When it has not one tuple a node.
+    #[must_use]
+    pub fn with_point_array(mut self, array: &'a DataArray) -> Self {
+        assert_eq!(array.n_tuples(), self.points.len(), "one tuple a node");
+        put(&mut self.point_arrays, array);
+        self
+    }
+
+    /// With an array at the cells, in the place of that of the same name or after all.
+    ///
+    /// # Panics
+    /// When it has not one tuple a cell.
+    #[must_use]
+    pub fn with_cell_array(mut self, array: &'a DataArray) -> Self {
+        assert_eq!(array.n_tuples(), self.cells.len(), "one tuple a cell");
+        put(&mut self.cell_arrays, array);
+        self
+    }
+
+    /// See [`Mesh::dimension`].
+    pub fn dimension(&self) -> u8 {
+        self.cells.dimension()
+    }
+
+    /// The boundary tags, in file order.
+    pub fn boundary_tags(&self) -> impl Iterator<Item = &'a Group> + Clone + use<'a> {
+        of_dimension(self.groups, i16::from(self.dimension()) - 1)
+    }
+
+    /// The zones, in file order.
+    pub fn zones(&self) -> impl Iterator<Item = &'a Group> + Clone + use<'a> {
+        of_dimension(self.groups, self.dimension().into())
+    }
+
+    /// Runs of the cells with the mesh's own dimension.
+    pub fn volume_runs(&self) -> impl Iterator<Item = CellRun<'a>> + Clone + use<'a> {
+        let (cells, dimension) = (self.cells, self.dimension());
+        let runs = cells.runs();
+        runs.filter(move |run| run.kind.dimension() == dimension)
+    }
+
+    /// Smallest and largest coordinates; `None` without nodes.
+    pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        super::bounds(self.points)
+    }
+
+    /// All arrays: at nodes, at cells, of the mesh as a whole.
+    pub fn arrays(&self) -> impl Iterator<Item = &'a DataArray> + Clone {
+        let of_parts = self.point_arrays.iter().chain(&self.cell_arrays);
+        of_parts.chain(&self.field_arrays).copied()
+    }
+
+    /// The field array of this name.
+    pub fn field_array(&self, name: &str) -> Option<&'a DataArray> {
+        let mut arrays = self.field_arrays.iter().copied();
+        arrays.find(|array| array.name == name)
+    }
+}
+
+fn put<'a>(arrays: &mut Vec<&'a DataArray>, array: &'a DataArray) {
+    match arrays.iter_mut().find(|old| old.name == array.name) {
+        Some(old) => *old = array,
+        None => arrays.push(array),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Values;
+    use super::*;
+
+    #[test]
+    fn an_array_takes_the_place_of_that_of_its_name_or_comes_last() {
+        let array = |name: &str, x: f64| DataArray::scalar(name, Values::F64(vec![x]));
+        let mesh = Mesh {
+            points: vec![[0.0; 3]],
+            point_arrays: vec![array("a", 1.0), array("b", 2.0)],
+            ..Mesh::default()
+        };
+        let (points, a, c) = ([[1.0; 3]], array("a", 3.0), array("c", 4.0));
+        let view = mesh.view().with_points(&points);
+        let view = view.with_point_array(&a).with_point_array(&c);
+        assert_eq!(view.points, points);
+        assert_eq!(view.point_arrays, [&a, &mesh.point_arrays[1], &c]);
+        assert_eq!(mesh.points, [[0.0; 3]]);
+    }
+}
