@@ -25,6 +25,7 @@ mod reader;
 mod resolved;
 mod rotor;
 mod schedule;
+mod setters;
 mod shared_nodes;
 mod steps;
 mod surface;

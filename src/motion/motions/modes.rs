@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::setters::setters;
 use crate::motion::table::{History, Interpolation, Table};
 use std::path::Path;
 use std::sync::Arc;
@@ -44,30 +45,16 @@ impl Modes {
             matching: Matching::default(),
         }
     }
-
-    /// A cubic spline between rows, periodic where the table is.
-    #[must_use]
-    pub fn cubic(self) -> Self {
-        Self {
-            interpolation: Interpolation::Cubic,
-            ..self
-        }
-    }
-
-    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
-    #[must_use]
-    pub fn match_tolerance(mut self, distance: f64) -> Self {
-        self.matching.tolerance = distance;
-        self
-    }
-
-    /// Nodes that the file does not name stay where they are.
-    #[must_use]
-    pub fn missing_fixed(mut self) -> Self {
-        self.matching.missing_fixed = true;
-        self
-    }
 }
+
+setters! { Modes {
+    /// A cubic spline between rows, periodic where the table is.
+    cubic() |self| self.interpolation = Interpolation::Cubic;
+    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
+    match_tolerance(distance: f64) |self| self.matching.tolerance = distance;
+    /// Nodes that the file does not name stay where they are.
+    missing_fixed() |self| self.matching.missing_fixed = true;
+} }
 
 impl FromSchedule for Modes {
     const KEY: &'static str = "modes";

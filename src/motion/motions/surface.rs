@@ -10,6 +10,7 @@ use crate::formats::Source;
 use crate::geometry::vector::{Vector, sub};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::setters::setters;
 use crate::motion::table::{Column, Table};
 use std::path::Path;
 use std::sync::Arc;
@@ -37,21 +38,14 @@ impl SurfaceMotion {
             matching: Matching::default(),
         }
     }
-
-    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
-    #[must_use]
-    pub fn match_tolerance(mut self, distance: f64) -> Self {
-        self.matching.tolerance = distance;
-        self
-    }
-
-    /// Nodes that the file does not name stay where they are.
-    #[must_use]
-    pub fn missing_fixed(mut self) -> Self {
-        self.matching.missing_fixed = true;
-        self
-    }
 }
+
+setters! { SurfaceMotion {
+    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
+    match_tolerance(distance: f64) |self| self.matching.tolerance = distance;
+    /// Nodes that the file does not name stay where they are.
+    missing_fixed() |self| self.matching.missing_fixed = true;
+} }
 
 impl FromSchedule for SurfaceMotion {
     const KEY: &'static str = "surface";
