@@ -62,7 +62,8 @@ pub struct Schedule {
 
 impl Schedule {
     /// Reads a schedule file.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
         let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
         let bytes = bytes.map_err(|error| Error::io(path, &error))?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
