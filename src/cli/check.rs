@@ -2,6 +2,7 @@
 
 use super::{Context, Outcome, memory};
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Result, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
 use crate::preflight::{
@@ -34,7 +35,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let extremes = Extremes::new(&plan);
     warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT), &extremes));
     for warning in &warnings {
-        context.warn(warning);
+        context.warn(&warning.to_string());
     }
     let mapped = memory::mapped_bytes(&args.mesh);
     match context.common.json {
@@ -68,7 +69,7 @@ fn as_json(
     plan: &Plan,
     extremes: &Extremes,
     (mapped, n_bytes): (u64, u64),
-    warnings: &[String],
+    warnings: &[Diagnostic],
 ) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
@@ -130,7 +131,7 @@ fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> S
     );
     line("tolerance", plan.tolerance.to_string());
     for choice in &plan.choices {
-        line("", choice.clone());
+        line("", choice.to_string());
     }
     line(
         "modes",

@@ -33,7 +33,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
     for choice in &plan.choices {
-        context.note(choice);
+        context.note(&choice.to_string());
     }
     let intervals = plan.intervals();
     if intervals.len() > 1 {

@@ -11,6 +11,7 @@
 use super::deformation::BasePoints;
 use super::layer::{Kind, Layer};
 use super::plan::{Plan, SELECTED};
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
@@ -291,7 +292,7 @@ pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
     Ok(())
 }
 
-/// A sentence where a step misses the tolerance that its base points were chosen by, and whether that
+/// A note where a step misses the tolerance that its base points were chosen by, and whether that
 /// fails the run: not where the correction of every substep has put the surface in its place, nor where
 /// `constant` has ended at `max_points`; `n_base` are the base points of the step.
 pub(crate) fn missed(
@@ -299,7 +300,7 @@ pub(crate) fn missed(
     step: &Step,
     n_base: usize,
     error: f64,
-) -> Option<(String, bool)> {
+) -> Option<(DeformNote, bool)> {
     let wanted = &plan.schedule.selection;
     let cut = plan.schedule.rbf.substeps > 1;
     let by_largest = wanted.criterion == SelectionCriterion::Max;
@@ -311,10 +312,11 @@ pub(crate) fn missed(
     };
     let ended = wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points;
     (is_held && error > plan.tolerance).then(|| {
-        let sentence = format!(
-            "step {}: the base points leave {error:.3e}, more than the tolerance {}",
-            step.index, plan.tolerance
-        );
-        (sentence, !(ended || cut && wanted.correction))
+        let note = DeformNote::Misses {
+            step: step.index,
+            error,
+            tolerance: plan.tolerance,
+        };
+        (note, !(ended || cut && wanted.correction))
     })
 }

@@ -5,6 +5,8 @@ use super::fields::{Chosen, Fields, Frame};
 use super::plan::Plan;
 use super::sliding;
 use super::velocity::Velocities;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
@@ -33,8 +35,8 @@ pub struct Interval {
     deforming: Option<Vec<u32>>,
     /// Distinct base points of all layers.
     pub n_base: usize,
-    /// Warnings about the surface, as sentences.
-    pub warnings: Vec<String>,
+    /// Warnings about the surface.
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// How a step is reached.
@@ -115,7 +117,8 @@ impl Interval {
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
             let velocities = Velocities::new(plan, layer, frame, chosen, &self.steps)?;
-            self.warnings.extend(velocities.warning.clone());
+            let warning = velocities.warning.clone().map(Diagnostic::from);
+            self.warnings.extend(warning);
             self.velocities = Some(velocities);
         }
         self.warn_of_narrow(&fields);
@@ -152,11 +155,13 @@ impl Interval {
             .narrow
             .filter(|gap| gap.width < NARROW * plan.tolerance);
         if let Some(gap) = narrow {
-            self.warnings.push(format!(
-                "two surfaces are {:.3e} apart at node {}, which is under {NARROW} tolerances; the correction \
-                 fades out over half of that instead of {:.3e}, so a smaller tolerance would serve the cells there",
-                gap.width, plan.surface.nodes[gap.point], gap.reach
-            ));
+            let note = DeformNote::NarrowGap {
+                width: gap.width,
+                node: plan.surface.nodes[gap.point],
+                tolerances: NARROW,
+                reach: gap.reach,
+            };
+            self.warnings.push(note.into());
         }
     }
 

@@ -11,6 +11,8 @@ use super::sections;
 use super::surface::SurfacePoints;
 use super::velocity;
 use super::zone;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, Result};
 use crate::formats::su2;
 use crate::geometry::vector::{Vector, distance};
@@ -69,8 +71,8 @@ pub struct Plan {
     pub centres: Vec<Vector>,
     /// Displacement error allowed before the correction, in mesh units.
     pub tolerance: f64,
-    /// What was chosen where the schedule says nothing, as sentences.
-    pub choices: Vec<String>,
+    /// What was chosen where the schedule says nothing.
+    pub choices: Vec<Diagnostic>,
 }
 
 impl Plan {
@@ -90,8 +92,8 @@ impl Plan {
         let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
         let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
-        let mut choices = motion.notes();
-        choices.extend(schedule.note());
+        let of_motion = motion.notes().into_iter().chain(schedule.note());
+        let mut choices: Vec<Diagnostic> = of_motion.map(Diagnostic::from).collect();
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
@@ -302,7 +304,7 @@ fn basis(
     mesh: &Mesh,
     motion: &Motion,
     moving: &Bounds,
-    choices: &mut Vec<String>,
+    choices: &mut Vec<Diagnostic>,
 ) -> Basis {
     let kernel = match schedule.rbf.kernel {
         KernelName::WendlandC0 => Kernel::WendlandC0,
@@ -323,7 +325,7 @@ fn basis(
             }
         };
         let radius = region.diagonal().min(DEFAULT_RADIUS * moving.diagonal());
-        choices.push(format!("support_radius = {radius} (chosen)"));
+        choices.push(DeformNote::SupportRadius { radius }.into());
         radius
     });
     Basis { kernel, radius }
@@ -333,7 +335,7 @@ fn tolerance(
     schedule: &Schedule,
     moving: &Bounds,
     first_cells: &FirstCells,
-    choices: &mut Vec<String>,
+    choices: &mut Vec<Diagnostic>,
 ) -> Result<f64> {
     if let Some(tolerance) = schedule.selection.tolerance {
         return Ok(tolerance);
@@ -349,7 +351,7 @@ fn tolerance(
         .file(&schedule.path)
     })?;
     if schedule.selection.method != SelectionMethod::All {
-        choices.push(format!("selection.tolerance = {tolerance} (chosen)"));
+        choices.push(DeformNote::Tolerance { tolerance }.into());
     }
     Ok(tolerance)
 }

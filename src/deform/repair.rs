@@ -63,25 +63,16 @@ pub(super) fn repair(
 }
 
 impl Repair {
-    /// What the user is told.
-    pub fn sentence(&self, step: &Step) -> String {
-        let (index, azimuth, before) = (step.index, step.azimuth_deg, self.before);
-        let outcome = match (self.substeps, self.after) {
-            (None, _) => "substeps leave no fewer".to_owned(),
-            (Some(n), 0) => format!("{n} substeps leave none"),
-            (Some(n), after) => format!("{n} substeps leave {after}"),
-        };
-        format!("step {index} (azimuth {azimuth} degrees) had {before} inverted cells: {outcome}")
-    }
-
     /// What run.json holds.
     pub fn record(&self, step: &Step) -> RepairRecord {
-        RepairRecord {
+        let mut record = RepairRecord {
             step: step.index,
             substeps: self.substeps,
             inverted_before: self.before,
             inverted: self.after,
-            sentence: self.sentence(step),
-        }
+            sentence: String::new(),
+        };
+        record.sentence = record.note(step.azimuth_deg).to_string();
+        record
     }
 }

@@ -11,6 +11,7 @@
 use super::fields::{Chosen, Fields, Frame};
 use super::layer::{Free, Layer, Method};
 use super::plan::Plan;
+use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{BodyVelocity, Role, Step};
@@ -65,8 +66,8 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
 /// Velocities of the nodes of a mesh at the steps of an interval.
 pub(super) struct Velocities {
     fields: Fields,
-    /// A sentence where base points do not serve and no more may be added.
-    pub warning: Option<String>,
+    /// A note where base points do not serve and no more may be added.
+    pub warning: Option<DeformNote>,
 }
 
 impl Velocities {
@@ -129,7 +130,7 @@ fn select_for(
     layer: &Layer,
     base: Vec<usize>,
     interval: &Range<usize>,
-) -> Result<(Selection, Option<String>)> {
+) -> Result<(Selection, Option<DeformNote>)> {
     let (space, targets) = (&layer.space, plan.targets(layer));
     if layer.modes.n_modes == 0 {
         return Ok((select::from_base(space, targets, base, Measure::Max)?, None));
@@ -152,13 +153,10 @@ fn select_for(
         return Ok((given, None));
     }
     let own = select::extend(space, targets, given.base, limits)?;
-    let warning = (own.error > allowed).then(|| {
-        format!(
-            "{} base points leave {:.1e} of the velocities of the surface, which are up to {speed:.1e}, before the \
-             correction; those of the volume are as far off",
-            own.base.len(),
-            own.error
-        )
+    let warning = (own.error > allowed).then(|| DeformNote::Velocities {
+        base_points: own.base.len(),
+        error: own.error,
+        speed,
     });
     Ok((own, warning))
 }

@@ -3,8 +3,8 @@
 //! Sums of the table in ARCHITECTURE.md. What a run holds changes with its stages: base points are
 //! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
 
-use super::disk::size;
 use crate::deform::Plan;
+use crate::diagnostic::preflight::amount;
 use crate::error::{Error, Result};
 use crate::formats::Compression;
 use crate::motion::{QualityOutput, Step};
@@ -36,9 +36,9 @@ pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
     Err(Error::input(format!(
         "this run needs about {} of memory, and --max-memory allows {}; the mapped input, {}, does not count. \
          boundaries.zones and fewer added arrays need less",
-        size(needed),
-        size(limit),
-        size(mapped)
+        amount(needed),
+        amount(limit),
+        amount(mapped)
     )))
 }
 

@@ -3,6 +3,7 @@
 use super::disk::Demand;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::PreflightNote;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
 use crate::geometry::Bounds;
@@ -26,7 +27,7 @@ pub(crate) fn before_work(
     plan: &Plan,
     format: &dyn Format,
     fail_on: &[Criterion],
-) -> Result<(Vec<String>, u64)> {
+) -> Result<(Vec<Diagnostic>, u64)> {
     check_precision(plan)?;
     check_columns(plan, fail_on)?;
     check_dense(plan)?;
@@ -91,7 +92,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
 /// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
 /// step then, however few digits those of the mesh have.
-fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
+fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
@@ -111,7 +112,7 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> 
     let mut sink = Counter(0);
     let dropped = format.write(&mesh, &mut sink, &options);
     let dropped = dropped.map_err(|error| described(error, plan))?;
-    let mut dropped: Vec<String> = dropped.iter().map(Diagnostic::to_string).collect();
+    let mut dropped: Vec<Diagnostic> = dropped.into_iter().collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
     Ok((dropped, sink.0))
@@ -148,25 +149,22 @@ impl Write for Counter {
 }
 
 /// Sentences where numbers are to be stored in a way that the format does not have.
-fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<String> {
+fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<Diagnostic> {
     let dropped = plan.schedule.output.write_options().without_effect(format);
-    let name = format.name();
+    let format = format.name();
     dropped
-        .iter()
-        .map(|key| format!("output.{key} has no effect on files of format = \"{name}\""))
+        .into_iter()
+        .map(|key| PreflightNote::NoEffect { key, format }.into())
         .collect()
 }
 
-/// A sentence where arrays are asked for that the format does not hold.
-fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
+/// A note where arrays are asked for that the format does not hold.
+fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
     let output = &plan.schedule.output;
     let asked = output.displacement || output.velocity || output.quality == QualityOutput::Cells;
-    (asked && !format.holds_arrays()).then(|| {
-        format!(
-            "output.format = \"{}\" holds no arrays: displacement, velocity and cell quality are left out",
-            format.name()
-        )
-    })
+    let format_holds_none = asked && !format.holds_arrays();
+    let format = format.name();
+    format_holds_none.then(|| PreflightNote::NoArrays { format }.into())
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {

@@ -2,6 +2,7 @@
 //!
 //! What a run of another version does not say is left empty when it is read.
 
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, Result};
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
@@ -268,6 +269,19 @@ impl OptionsRecord {
         match serde_json::to_value(self) {
             Ok(Value::Object(entries)) => entries,
             _ => unreachable!("a struct with named fields is an object"),
+        }
+    }
+}
+
+impl RepairRecord {
+    /// The same as a note; `azimuth_deg` is that of the step.
+    pub fn note(&self, azimuth_deg: f64) -> DeformNote {
+        DeformNote::Substeps {
+            step: self.step,
+            azimuth_deg,
+            before: self.inverted_before,
+            substeps: self.substeps,
+            after: self.inverted,
         }
     }
 }

@@ -1,12 +1,13 @@
 //! The rows of steps.csv, written and read back by one list of their columns.
 
+use crate::diagnostic::shortest;
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 
 /// Rows by their step.
 pub type Rows = BTreeMap<usize, Row>;
 
-/// Defines [`Row`] and [`COLUMNS`]. A number is written by [`number`], or by the function after `as`.
+/// Defines [`Row`] and [`COLUMNS`]. A number is written by [`shortest`], or by the function after `as`.
 macro_rules! columns {
     ($($(#[$doc:meta])* $column:ident: $kind:ty $(as $format:ident)?,)*) => {
         /// Columns of steps.csv, in order.
@@ -36,7 +37,7 @@ macro_rules! columns {
             }
         }
     };
-    (@format) => { number };
+    (@format) => { shortest };
     (@format $format:ident) => { $format };
 }
 
@@ -168,16 +169,7 @@ impl<T: Value> Value for Option<T> {
     }
 }
 
-/// The shortest text that reads back as the same number.
-fn number(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".to_owned(),
-        size if (1e-4..1e9).contains(&size) => value.to_string(),
-        _ => format!("{value:e}"),
-    }
-}
-
-/// The same without an exponent.
+/// The shortest text that reads back as the same number, without an exponent.
 fn decimal(value: f64) -> String {
     value.to_string()
 }
@@ -265,9 +257,9 @@ mod tests {
     #[test]
     fn numbers_read_back_as_they_were() {
         for value in [0.0, 1.0, 37.0, 0.1 + 0.2, 1e-17, -2.9753038973609e-9, 1e300] {
-            assert_eq!(number(value).parse::<f64>(), Ok(value));
+            assert_eq!(shortest(value).parse::<f64>(), Ok(value));
         }
-        assert_eq!(number(1e-17), "1e-17");
+        assert_eq!(shortest(1e-17), "1e-17");
     }
 
     #[test]

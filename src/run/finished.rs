@@ -1,6 +1,8 @@
 //! What a run came to: everything that its rows of steps.csv tell, and where the time went.
 
 use super::names::Names;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::Result;
 use crate::quality::Criterion;
 use crate::record::{Row, Rows, Timings};
@@ -25,14 +27,14 @@ pub struct Finished {
     pub most_inverted: Option<usize>,
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
-    /// Sentences about steps with inverted cells; they are among the warnings as well.
-    pub inverted: Vec<String>,
-    /// Sentences about conditions that failed.
-    pub failures: Vec<String>,
-    /// Sentences about steps that were passed over, with the reason.
-    pub passed_over: Vec<String>,
-    /// Sentences about what the user should know.
-    pub warnings: Vec<String>,
+    /// Steps with inverted cells; they are among the warnings as well.
+    pub inverted: Vec<Diagnostic>,
+    /// Conditions that failed.
+    pub failures: Vec<Diagnostic>,
+    /// Steps that were passed over, with the reason.
+    pub passed_over: Vec<Diagnostic>,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
     /// Bytes of one mesh file, the largest.
     pub mesh_bytes: u64,
     /// Where the time went.
@@ -60,15 +62,20 @@ impl Finished {
         for (step, row) in rows {
             self.take_row(row);
             if row.inverted.is_some_and(|n| n > 0) {
-                let sentence = inverted(row, first_inverted.get(step).copied());
-                self.inverted.push(sentence.clone());
-                self.warnings.push(sentence);
+                let note = inverted(row, first_inverted.get(step).copied());
+                self.inverted.push(note.clone().into());
+                self.warnings.push(note.into());
             }
             let values = row.numbers();
             for criterion in fail_on {
                 if let Some(value) = criterion.met_by(&values)? {
-                    let sentence = format!("step {step}: {}", criterion.sentence("", value));
-                    self.failures.push(sentence);
+                    let note = RunNote::ConditionHolds {
+                        step: *step,
+                        condition: criterion.to_string(),
+                        column: criterion.column().to_owned(),
+                        value,
+                    };
+                    self.failures.push(note.into());
                 }
             }
         }
@@ -96,13 +103,12 @@ impl Finished {
     }
 }
 
-/// A sentence about the inverted cells of a step.
-pub(super) fn inverted(row: &Row, first: Option<usize>) -> String {
-    let first = first.map_or(String::new(), |cell| format!(", cell {cell} first"));
-    format!(
-        "step {} (azimuth {} degrees) has {} inverted cells{first}",
-        row.step,
-        row.azimuth_deg,
-        row.inverted.unwrap_or(0),
-    )
+/// The inverted cells of a step.
+pub(super) fn inverted(row: &Row, first: Option<usize>) -> RunNote {
+    RunNote::Inverted {
+        step: row.step,
+        azimuth_deg: row.azimuth_deg,
+        cells: row.inverted.unwrap_or(0),
+        first,
+    }
 }

@@ -2,8 +2,10 @@
 
 use super::base;
 use super::names::Names;
-use super::record::{Clock, hash_of, selection_record};
+use super::record::{Clock, hash_of, selection_record, sentences};
 use crate::deform::{Deformation, Interval, check_tolerance, choose};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::motion::Step;
 use crate::progress::{Progress, Silent};
@@ -25,8 +27,8 @@ pub(super) struct Intervals<'a> {
     pub base_files: BTreeMap<String, String>,
     /// What each selection came to, for run.json.
     pub selections: Vec<SelectionRecord>,
-    /// Sentences about what the user should know.
-    pub warnings: Vec<String>,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
     /// Seconds of choosing base points.
     pub seconds_selection: f64,
     /// Seconds of evaluating them at the nodes.
@@ -72,7 +74,7 @@ impl<'a> Intervals<'a> {
         self.warnings.extend(interval.warnings.iter().cloned());
         let selected = self.selections.last_mut();
         if let Some(own) = selected.filter(|own| own.first_step == interval.steps().start) {
-            own.warnings = Some(interval.warnings.clone());
+            own.warnings = Some(sentences(&interval.warnings));
         }
         Ok(interval)
     }
@@ -102,9 +104,9 @@ impl<'a> Intervals<'a> {
 
     /// Writes the files of base points again that an earlier run wrote and that are not what they were;
     /// says so of each.
-    pub fn restore(&mut self) -> Result<Vec<String>> {
+    pub fn restore(&mut self) -> Result<Vec<Diagnostic>> {
         let steps = self.names.steps();
-        let mut sentences = Vec::new();
+        let mut notes: Vec<Diagnostic> = Vec::new();
         for interval in self.ranges.clone() {
             let path = self.path_of(&interval);
             let is_ours = interval.start < steps.end && steps.start < interval.end;
@@ -113,21 +115,21 @@ impl<'a> Intervals<'a> {
             }
             let files = [base::picture_of(&path), path];
             let wrong: Vec<_> = files.iter().filter(|path| !self.has_noted(path)).collect();
-            let told = wrong.into_iter().map(|path| {
-                let reason = match path.is_file() {
-                    true => "has another hash than run.json says",
-                    false => "is missing",
+            notes.extend(wrong.into_iter().map(|path| {
+                let fault = match path.is_file() {
+                    true => FileFault::OtherHash("run.json"),
+                    false => FileFault::Missing,
                 };
-                format!("{} {reason}; it is written again", name_of(path))
-            });
-            sentences.extend(told);
+                let file = name_of(path);
+                Diagnostic::new(RunNote::BaseAgain { file, fault })
+            }));
             if !files.iter().all(|path| self.has_noted(path)) {
                 let clock = Clock::start();
                 self.base_points(&interval)?;
                 self.seconds_selection += clock.seconds();
             }
         }
-        Ok(sentences)
+        Ok(notes)
     }
 
     /// The steps have a line of their own once they run.

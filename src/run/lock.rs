@@ -2,6 +2,8 @@
 //! system, which lets go of it when the process ends, however it ends.
 
 use super::names::Names;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Result};
 use crate::formats::{folder_of, is_same, list_hidden, sync_folder, unlist_hidden};
 use crate::record::{file_name, parts_in};
@@ -21,7 +23,7 @@ pub(super) struct Lock {
     /// The folder, where it was made for this run.
     made: Option<PathBuf>,
     /// What the user should know.
-    pub warning: Option<String>,
+    pub warning: Option<Diagnostic>,
 }
 
 impl Lock {
@@ -91,8 +93,8 @@ fn busy(folder: &Path, steps: &Range<usize>) -> Error {
     .file(folder)
 }
 
-/// Opens and locks the file of this run; gives a sentence where the file system has no locks.
-fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<String>)> {
+/// Opens and locks the file of this run; gives a note where the file system has no locks.
+fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<Diagnostic>)> {
     loop {
         let mut options = OpenOptions::new();
         let file = options.create(true).truncate(false).write(true).open(path);
@@ -101,9 +103,8 @@ fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(busy(folder, steps)),
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
-                let sentence =
-                    "this file system has no locks: nothing keeps another run from the same steps";
-                return Ok((file, Some(format!("{}: {sentence}", folder.display()))));
+                let note = Diagnostic::new(RunNote::NoLocks).file(folder);
+                return Ok((file, Some(note)));
             }
             Err(TryLockError::Error(error)) => return Err(refused(path, &error)),
         }

@@ -7,6 +7,8 @@ use super::merge::{Written, damaged};
 use super::names::{self, Names};
 use super::record::{self, RecordFile};
 use super::table;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Result};
 use crate::formats::{
     self, Begin, Encoding, Format, Precision, ReadOptions, Source, WriteOptions, stage_file,
@@ -243,9 +245,14 @@ pub(super) fn finished(names: &Names, parts: &[Written], rows: &Rows) -> Result<
     let mut finished = Finished::default();
     finished.take_rows(names, rows, &BTreeMap::new(), &[])?;
     let ends = || parts.iter().filter_map(|part| part.record.end.as_ref());
-    finished.warnings = union(ends().map(|end| &end.warnings));
-    finished.failures = union(ends().map(|end| &end.failures));
+    finished.warnings = recorded(union(ends().map(|end| &end.warnings)));
+    finished.failures = recorded(union(ends().map(|end| &end.failures)));
     Ok(finished)
+}
+
+fn recorded(sentences: Vec<String>) -> Vec<Diagnostic> {
+    let notes = sentences.into_iter().map(RunNote::Recorded);
+    notes.map(Diagnostic::from).collect()
 }
 
 /// Texts of several lists, each once.

@@ -6,6 +6,7 @@ use super::intervals::Intervals;
 use super::meshes::hash_of;
 use super::run::Run;
 use super::step::{StepArrays, compute};
+use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::motion::Step;
 
@@ -54,10 +55,12 @@ impl Run<'_> {
 
     fn leave_out(&mut self, index: usize) {
         self.earlier.rows.remove(&index);
-        self.warnings.push(format!(
-            "step {index} is done again: {} is not what this run writes",
-            self.names.mesh(index)
-        ));
+        let note = RunNote::StepAgain {
+            step: index,
+            file: self.names.mesh(index),
+            fault: FileFault::OtherBytes,
+        };
+        self.warnings.push(note.into());
     }
 
     fn not_ours(&self, index: usize) -> Error {

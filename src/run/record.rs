@@ -4,6 +4,7 @@ use super::finished::Finished;
 use super::names::Names;
 use super::run::Request;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::formats::{Commit, Precision, check_file, check_no_device, save_text};
 use crate::preflight::body_motion;
@@ -62,7 +63,7 @@ impl RecordFile {
             outcome: "running".to_owned(),
             inputs,
             options: options(plan, request),
-            chosen: plan.choices.clone(),
+            chosen: sentences(&plan.choices),
             dimension: Some(plan.mesh.dimension().into()),
             nodes: Some(plan.mesh.points.len()),
             cells: Some(plan.mesh.cells.len()),
@@ -99,9 +100,9 @@ impl RecordFile {
             steps_written: finished.n_steps,
             inverted_steps: finished.inverted_steps,
             max_surface_error: Some(finished.surface_error),
-            passed_over: finished.passed_over.clone(),
-            warnings: finished.warnings.clone(),
-            failures: finished.failures.clone(),
+            passed_over: sentences(&finished.passed_over),
+            warnings: sentences(&finished.warnings),
+            failures: sentences(&finished.failures),
         });
         let before = content.seconds.unwrap_or_default();
         content.seconds = Some(before.plus(finished.timings));
@@ -111,6 +112,11 @@ impl RecordFile {
     pub fn save(&self) -> Result<()> {
         save_text(&self.content.text(), &self.path, self.commit)
     }
+}
+
+/// Diagnostics as run.json has them.
+pub(super) fn sentences(notes: &[Diagnostic]) -> Vec<String> {
+    notes.iter().map(Diagnostic::to_string).collect()
 }
 
 fn options(plan: &Plan, request: &Request) -> OptionsRecord {

@@ -7,6 +7,8 @@ use super::parts;
 use super::record::{self, hash_of};
 use super::table;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::formats::Format;
 use crate::progress::Progress;
@@ -15,7 +17,7 @@ use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Sentences of one sort that are given one by one.
+/// Notes of one sort that are given one by one.
 const MOST_NOTES: usize = 10;
 
 /// An earlier run.
@@ -36,8 +38,8 @@ pub(super) struct Earlier {
     timings: Timings,
     /// How often it was gone on with.
     n_before: u64,
-    /// Sentences on what has to be done again.
-    pub notes: Vec<String>,
+    /// What has to be done again.
+    pub notes: Vec<Diagnostic>,
     /// Parts that were joined to it.
     parts: Option<Vec<String>>,
     /// Whether its record is lost: rows count then where the same step gives the same bytes.
@@ -87,18 +89,14 @@ impl Earlier {
         if !record.exists() && !names.table().exists() || has_parts(names) {
             return Err(no_record(names));
         }
-        let state = match record.exists() {
-            true => "is empty, cut or no record of a run",
-            false => "is missing",
+        let name = record.file_name().unwrap_or_default();
+        let note = RunNote::LostRecord {
+            record: name.display().to_string(),
+            is_damaged: record.exists(),
         };
-        let sentence = format!(
-            "{} {state}: finished steps are computed again and kept where that gives the same bytes; conditions of \
-             --fail-on that the run had are not known any more",
-            record.file_name().unwrap_or_default().display()
-        );
         Ok(Self {
             n_before: 1,
-            notes: vec![sentence],
+            notes: vec![note.into()],
             ..Self::default()
         })
     }
@@ -155,9 +153,11 @@ impl Earlier {
     }
 
     /// What its selections gave rise to.
-    pub fn selection_warnings(&self) -> Vec<String> {
-        let lists = self.selections.iter().map(|own| own.warnings.iter());
-        lists.flatten().flatten().cloned().collect()
+    pub fn selection_warnings(&self) -> impl Iterator<Item = Diagnostic> {
+        let lists = self.selections.iter().flat_map(|own| &own.warnings);
+        lists
+            .flatten()
+            .map(|text| RunNote::Recorded(text.clone()).into())
     }
 
     /// Leaves out rows that are none of this run's steps.
@@ -179,49 +179,40 @@ impl Earlier {
         progress: &dyn Progress,
     ) {
         progress.start("verifying", Some(self.rows.len() as u64));
-        let mut wrong = Vec::new();
-        self.rows.retain(|step, row| {
-            let found = check_file(plan, names, format, row);
+        let mut wrong: Vec<Diagnostic> = Vec::new();
+        self.rows.retain(|&step, row| {
+            let fault = fault_of(plan, names, format, row);
             progress.advance(1);
-            found
-                .map_err(|reason| {
-                    wrong.push(format!("step {step} is done again: {} {reason}", row.file))
-                })
-                .is_ok()
+            let file = row.file.clone();
+            let note = fault.map(|fault| RunNote::StepAgain { step, file, fault });
+            let is_good = note.is_none();
+            wrong.extend(note.map(Diagnostic::from));
+            is_good
         });
         progress.finish();
-        let more = wrong.len().saturating_sub(MOST_NOTES);
+        let steps = wrong.len().saturating_sub(MOST_NOTES);
         self.notes.extend(wrong.into_iter().take(MOST_NOTES));
-        if more > 0 {
-            self.notes
-                .push(format!("and {more} more steps are done again"));
+        if steps > 0 {
+            self.notes.push(RunNote::MoreAgain { steps }.into());
         }
     }
 }
 
-/// Whether the file of a row, and what belongs beside it, is there as it was written.
-fn check_file(
-    plan: &Plan,
-    names: &Names,
-    format: &dyn Format,
-    row: &Row,
-) -> std::result::Result<(), String> {
+/// What is wrong with the file of a row, or with what belongs beside it.
+fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Option<FileFault> {
     let path = names.path(&row.file);
     if !path.is_file() {
-        return Err("is missing".to_owned());
+        return Some(FileFault::Missing);
     }
     match hash_of(&path) {
         Ok(hash) if hash.to_string() == row.blake3 => {}
-        Ok(_) => return Err("has another hash than steps.csv says".to_owned()),
-        Err(error) => return Err(format!("cannot be read ({error})")),
+        Ok(_) => return Some(FileFault::OtherHash("steps.csv")),
+        Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
     let beside = format.companions(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
-    match beside.iter().any(differs) {
-        true => Err("lacks the file that belongs beside it".to_owned()),
-        false => Ok(()),
-    }
+    beside.iter().any(differs).then_some(FileFault::NoCompanion)
 }
 
 /// Refuses a run with other inputs.

@@ -7,12 +7,13 @@ use super::intervals::Intervals;
 use super::lock::Lock;
 use super::names::{self, Names, Part};
 use super::parts;
-use super::record::{Clock, RecordFile};
+use super::record::{Clock, RecordFile, sentences};
 use super::resume::Earlier;
 use super::step_loop::Pass;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed};
 use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::Result;
 use crate::formats::{self, Begin, Format, Notes};
 use crate::motion::Step;
@@ -63,9 +64,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
     warnings.extend(preflight::warnings(plan));
     if plan.without_boxes {
-        let sentence =
-            "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out";
-        warnings.push(sentence.to_owned());
+        warnings.push(RunNote::NoBoxes.into());
     }
     let n_steps = plan.motion.steps.len();
     let part = Part::new(request.steps.clone(), n_steps)?;
@@ -146,9 +145,9 @@ pub(super) struct Run<'a> {
     pub n_kept: usize,
     /// Rows of all steps that are finished.
     pub rows: Rows,
-    pub passed_over: Vec<String>,
+    pub passed_over: Vec<Diagnostic>,
     pub first_inverted: BTreeMap<usize, usize>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// Of positions and quality, and of writing.
     pub seconds: (f64, f64),
 }
@@ -209,9 +208,9 @@ impl Run<'_> {
 
     /// Keeps in mind what a format could not hold, once for all steps.
     fn take_notes(&mut self, notes: &Notes) {
-        for note in notes.iter().map(Diagnostic::to_string) {
-            if !self.warnings.contains(&note) {
-                self.warnings.push(note);
+        for note in notes.iter() {
+            if !self.warnings.contains(note) {
+                self.warnings.push(note.clone());
             }
         }
     }
@@ -270,8 +269,11 @@ impl Run<'_> {
     fn tell_repairs(&self, finished: &mut Finished) {
         let repairs = self.earlier.repairs.iter();
         let written = repairs.filter(|(step, _)| self.rows.contains_key(step));
-        let sentences = written.map(|(_, repair)| repair.sentence.clone());
-        finished.warnings.extend(sentences);
+        let notes = written.map(|(step, repair)| {
+            let azimuth_deg = self.plan.motion.steps[*step].azimuth_deg;
+            Diagnostic::from(repair.note(azimuth_deg))
+        });
+        finished.warnings.extend(notes);
     }
 
     /// Steps that miss the tolerance that their base points were chosen by.
@@ -279,8 +281,8 @@ impl Run<'_> {
         for (index, row) in &self.rows {
             let (step, n_base) = (&self.plan.motion.steps[*index], row.base_points);
             match missed(self.plan, step, n_base, row.selection_error) {
-                Some((sentence, true)) => finished.failures.push(sentence),
-                Some((sentence, false)) => finished.warnings.push(sentence),
+                Some((note, true)) => finished.failures.push(note.into()),
+                Some((note, false)) => finished.warnings.push(note.into()),
                 None => {}
             }
         }
@@ -305,7 +307,9 @@ impl Run<'_> {
         self.note_misses(&mut finished);
         let warnings = self.earlier.selection_warnings();
         for warning in intervals.warnings.into_iter().chain(warnings) {
-            if !finished.warnings.contains(&warning) {
+            // An earlier run may have recorded the sentence of one that is made again.
+            let sentence = warning.to_string();
+            if !sentences(&finished.warnings).contains(&sentence) {
                 finished.warnings.push(warning);
             }
         }

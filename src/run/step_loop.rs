@@ -6,6 +6,7 @@ use super::intervals::Intervals;
 use super::run::Run;
 use super::step::{Computed, StepArrays, compute, compute_again, row};
 use super::writer::Writer;
+use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, ReadOptions, Source};
 use crate::geometry::vector::Vector;
@@ -138,18 +139,17 @@ impl Run<'_> {
 
     pub(super) fn warn_of_more(&mut self) {
         let file = self.names.mesh(self.names.steps().start);
-        let sentence = format!("{file} did not end with its last step; what came after is cut off");
-        self.warnings.push(sentence);
+        self.warnings.push(RunNote::CutOff { file }.into());
     }
 
     fn warn_of_damage(&mut self, step: &Step) {
-        let sentence = format!(
-            "{} is not at step {} what steps.csv says; it is written again from there",
-            self.names.mesh(step.index),
-            step.index
-        );
-        if !self.warnings.contains(&sentence) {
-            self.warnings.push(sentence);
+        let note = RunNote::DiffersFrom {
+            file: self.names.mesh(step.index),
+            step: step.index,
+        };
+        let note = note.into();
+        if !self.warnings.contains(&note) {
+            self.warnings.push(note);
         }
     }
 
@@ -170,8 +170,8 @@ impl Run<'_> {
         match judged {
             Ok(computed) => Ok(Some(computed)),
             Err(error) if self.passes_over(&error) => {
-                let sentence = format!("{}; passed over", error.message);
-                self.passed_over.push(sentence);
+                let reason = error.message;
+                self.passed_over.push(RunNote::PassedOver { reason }.into());
                 Ok(None)
             }
             Err(mut error) => {
@@ -199,10 +199,8 @@ impl Run<'_> {
         };
         self.first_inverted.insert(step.index, first);
         if self.plan.schedule.output.on_inverted == OnInverted::Stop {
-            return Err(Error::check(inverted(
-                &row(step, &computed.found),
-                Some(first),
-            )));
+            let note = inverted(&row(step, &computed.found), Some(first));
+            return Err(Error::check(note.to_string()));
         }
         Ok(computed)
     }
