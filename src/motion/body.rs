@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// and cyclic motion as one; then those of its parent.
 ///
 /// ```
-/// use azimesh::motion::{AxisRotation, Body, Cyclic};
+/// use azimesh::{AxisRotation, Body, Cyclic};
 ///
 /// let wing = Body::new("wing", ["wing", "wing_tip_*"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0));
 /// let hinge = AxisRotation::new([0.0, 0.0, 1.0]).origin([0.75, 0.0, 0.0]);

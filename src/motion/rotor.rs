@@ -47,7 +47,7 @@ pub struct Signs {
 /// The rotor: hub, axes, frame, speed and signs of its angles.
 ///
 /// ```
-/// use azimesh::motion::{Rotor, Schedule, Steps};
+/// use azimesh::{Rotor, Schedule, Steps};
 ///
 /// let rotor = Rotor::new().hub([0.0, 0.0, 1.2]).inertial().rpm(395.0).azimuth_sign(-1.0);
 /// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0)).rotor(rotor);

@@ -36,7 +36,7 @@ const MOST_HARMONICS: usize = 1000;
 /// and likewise `flap` about its coning angle, and `lag`.
 ///
 /// ```
-/// use azimesh::motion::{Body, Cyclic};
+/// use azimesh::{Body, Cyclic};
 ///
 /// let cyclic = Cyclic::new()
 ///     .collective_deg(10.04)
@@ -97,7 +97,7 @@ setters! { Cyclic {
 
 /// A mean and any number of harmonics, in radians.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Series {
+pub(in crate::motion) struct Series {
     /// Collective or coning.
     pub mean: f64,
     /// First, second, ... harmonic.
@@ -108,7 +108,7 @@ pub struct Series {
 
 /// One harmonic, in radians.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Harmonic {
+pub(in crate::motion) struct Harmonic {
     /// Factor of `sin(m psi + phase)`.
     pub sin: f64,
     /// Factor of `cos(m psi + phase)`.
@@ -330,10 +330,14 @@ impl Hinges {
 
 impl ResolvedMotion for Blade {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let rotations = self.hinges.rotations(at);
+        let rotations = || {
+            self.hinges
+                .rotations(at)
+                .map(|rotation| rotation.part(at.part))
+        };
         (!self.bends).then(|| {
             Link::Rigid(RigidLink {
-                rotations: rotations.map(|rotation| rotation.part(at.part)).to_vec(),
+                rotations: rotations().to_vec(),
                 translation: None,
             })
         })

@@ -26,7 +26,9 @@ mod table;
 
 pub use beam::{Beam, CentreLine};
 pub(super) use clock::Clock;
-pub use cyclic::{Cyclic, Harmonic, Series};
+pub use cyclic::Cyclic;
+#[cfg(test)]
+pub(super) use cyclic::{Harmonic, Series};
 pub(super) use function::Displacements;
 pub(super) use link::Link;
 pub use modes::Modes;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// A right-handed rotation about an axis.
 ///
 /// ```
-/// use azimesh::motion::{AxisRotation, Body};
+/// use azimesh::{AxisRotation, Body};
 ///
 /// let about = AxisRotation::new([0.0, 0.0, 1.0]).origin([0.25, 0.0, 0.0]).angle_deg(20.0);
 /// let airfoil = Body::new("airfoil", ["airfoil"]).rotate(about);
@@ -70,7 +70,7 @@ setters! { AxisRotation {
 /// A translation, in mesh units.
 ///
 /// ```
-/// use azimesh::motion::{Body, Translation};
+/// use azimesh::{Body, Translation};
 ///
 /// let store = Body::new("store", ["store"]).translate(Translation::new([0.0, 0.0, -0.5])).ramp();
 /// ```

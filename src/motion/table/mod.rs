@@ -30,7 +30,7 @@ const IN_MEMORY: &str = "table in memory";
 /// A table of finite numbers under named columns.
 ///
 /// ```
-/// use azimesh::motion::{Body, Table};
+/// use azimesh::{Body, Table};
 ///
 /// // Plunge over time, in s and mesh units; angles would be `rot_x_deg`, `rot_y_deg`, `rot_z_deg`.
 /// let table = Table::from_rows(["time_s", "dy"], [[0.0, 0.0], [0.5, 0.1], [1.0, 0.0]]);

@@ -35,7 +35,7 @@ const FAR: f64 = 2.0;
 /// `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`), all in the axes of the blade.
 ///
 /// ```
-/// use azimesh::motion::{Beam, Body, Table};
+/// use azimesh::{Beam, Body, Table};
 ///
 /// let columns = ["station", "dx", "dy", "dz", "rot_x_deg", "rot_y_deg", "rot_z_deg"];
 /// let bent = [[0.0; 7], [2.0, 0.0, 0.0, 0.1, -1.5, 0.0, 0.0]];
