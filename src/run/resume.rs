@@ -201,7 +201,7 @@ impl Earlier {
 /// What is wrong with the file of a row, or with what belongs beside it.
 fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Option<FileFault> {
     let path = names.path(&row.file);
-    if !path.is_file() {
+    if !path.exists() {
         return Some(FileFault::Missing);
     }
     match hash_of(&path) {
@@ -209,7 +209,7 @@ fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Optio
         Ok(_) => return Some(FileFault::OtherHash("steps.csv")),
         Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
-    let beside = format.companions(&plan.mesh.view(), &path);
+    let beside = format.beside(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
     beside.iter().any(differs).then_some(FileFault::NoCompanion)
@@ -232,7 +232,7 @@ fn check_same(now: &RunRecord, then: &RunRecord, path: &Path) -> Result<()> {
 fn check_names(rows: &Rows, then: Option<&RunRecord>, names: &Names) -> Result<()> {
     let is_other = |(step, row): &(&usize, &Row)| {
         let file = &row.file;
-        names.steps().contains(step) && *file != names.mesh(**step) && names.path(file).is_file()
+        names.steps().contains(step) && *file != names.mesh(**step) && names.path(file).exists()
     };
     let Some((step, row)) = rows.iter().find(is_other) else {
         return Ok(());

@@ -8,7 +8,7 @@ use super::step::{Computed, StepArrays, compute, compute_again, row};
 use super::writer::Writer;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Kind, Result};
-use crate::formats::{self, ReadOptions, Source};
+use crate::formats::{self, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::MeshView;
 use crate::motion::{OnInverted, Step};
@@ -119,7 +119,7 @@ impl Run<'_> {
             ..ReadOptions::default()
         };
         let read =
-            Source::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
+            Location::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
         match read {
             Ok(read) if read.mesh.points.len() == points.len() => {
                 *points = read.mesh.points;

@@ -2,10 +2,9 @@
 
 use super::nodes::At;
 use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, Source};
 use crate::geometry::vector::Vector;
-use crate::mesh::Values;
 use crate::mesh::arrays::with_numbers;
+use crate::mesh::{Mesh, Values};
 use crate::motion::table::{Column, Columns, Table};
 use std::path::Path;
 
@@ -62,8 +61,7 @@ pub(super) type NamedVectors = (String, Vec<Vector>);
 
 /// The points of a mesh file and its point arrays of three components.
 pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)> {
-    let source = Source::open(path)?;
-    let mesh = formats::read(&source, &ReadOptions::default())?.mesh;
+    let mesh = Mesh::read(path)?;
     let mut arrays = Vec::new();
     for array in (mesh.point_arrays.iter()).filter(|array| array.n_components == 3) {
         if let Some(values) = numbers(&array.values) {
