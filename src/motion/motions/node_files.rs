@@ -21,22 +21,37 @@ pub(super) fn place_columns(columns: &mut Columns<'_>, in_plane: bool) -> Result
     if columns.has("node") {
         return Err(columns.both("node", "x"));
     }
-    let [x, y] = ["x", "y"].map(|name| columns.require(name));
+    Ok(PlaceColumns::Place(three(
+        columns,
+        ["x", "y", "z"],
+        in_plane,
+    )?))
+}
+
+/// Three columns, of which the last may be left out in the plane.
+pub(super) fn three(
+    columns: &mut Columns<'_>,
+    [x, y, z]: [&str; 3],
+    in_plane: bool,
+) -> Result<[Option<Column>; 3]> {
+    let [x, y] = [x, y].map(|name| columns.require(name));
     let z = match in_plane {
-        true => columns.optional("z"),
-        false => Some(columns.require("z")?),
+        true => columns.optional(z),
+        false => Some(columns.require(z)?),
     };
-    Ok(PlaceColumns::Place([Some(x?), Some(y?), z]))
+    Ok([Some(x?), Some(y?), z])
+}
+
+/// The values of three columns in a row; one left out is 0.
+pub(super) fn vector(table: &Table, row: usize, axes: [Option<Column>; 3]) -> Vector {
+    axes.map(|axis| axis.map_or(0.0, |axis| table.value(row, axis)))
 }
 
 impl PlaceColumns {
     pub fn at(&self, table: &Table, row: usize) -> Result<At> {
         Ok(match self {
             Self::Node(node) => At::Node(table.whole(row, *node)?),
-            Self::Place(axes) => {
-                let value = |axis: Option<Column>| axis.map_or(0.0, |axis| table.value(row, axis));
-                At::Place(axes.map(value))
-            }
+            Self::Place(axes) => At::Place(vector(table, row, *axes)),
         })
     }
 }
