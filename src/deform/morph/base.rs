@@ -23,7 +23,10 @@ const CANDIDATES: usize = 8;
 const GRADED: f64 = 0.1;
 
 /// Kernel and support radius.
-pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) -> Basis {
+///
+/// # Errors
+/// Where all nodes lie at one place, so that there is no radius to choose.
+pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) -> Result<Basis> {
     let region = Bounds::around(points).diagonal();
     let moving = DEFAULT_RADIUS * moving_bounds(&surface.points).diagonal();
     // A single moving node has no diagonal.
@@ -32,9 +35,14 @@ pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) 
     } else {
         region
     };
-    Basis {
-        kernel: options.kernel,
-        radius: options.support_radius.unwrap_or(chosen),
+    match options.support_radius.unwrap_or(chosen) {
+        radius if radius > 0.0 => Ok(Basis {
+            kernel: options.kernel,
+            radius,
+        }),
+        _ => Err(Error::input(
+            "all nodes lie at one place; no `support_radius` can be chosen",
+        )),
     }
 }
 

@@ -135,8 +135,8 @@ pub struct MorphReport {
 impl Morph {
     /// Chooses base points, factors their system and finds the closest surface points of all nodes.
     ///
-    /// Besides the mesh it keeps about `4 N + 40` bytes for each of the nodes in reach of the
-    /// correction, and `8 n^2` or more for the factors.
+    /// Besides the mesh it keeps 4 bytes for each node that base points reach, 40 for each in reach of
+    /// the correction, and `8 n^2` for each factor.
     ///
     /// # Errors
     /// A mesh that is not valid; options out of range; a tag or node that is not in the mesh, the
@@ -147,7 +147,7 @@ impl Morph {
         options.check()?;
         mesh.validate()?;
         let (mut surface, pairs) = MorphSurface::new(&mesh, &options)?;
-        let basis = base::basis(&options, &mesh.points, &surface);
+        let basis = base::basis(&options, &mesh.points, &surface)?;
         let space = Space {
             constraints: surface.points.constraints(surface.points.sliding.as_ref()),
             images: Arc::new(pairs.images(basis.radius)?),

@@ -155,7 +155,12 @@ impl MorphOptions {
                 "`{name}` is {value}; it must be a positive number"
             ))),
         };
-        size("tolerance", self.tolerance)?;
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return Err(Error::input(format!(
+                "`tolerance` is {}; it must be between 0 and 1",
+                self.tolerance
+            )));
+        }
         size("support_radius", self.support_radius.unwrap_or(1.0))?;
         match self.max_points {
             0 => Err(Error::input("`max_points` is 0; it must be at least 1")),

@@ -57,7 +57,7 @@ impl MorphSurface {
         let roles = roles(mesh, options, &moving)?;
         let (surface, bare) = surface(mesh, options, &roles)?;
         let mut points = SurfacePoints::new(mesh, &surface, Some(&bare))?;
-        check_sliding(&points)?;
+        check_sliding(&points, &surface.nodes, mesh.space_dimension() == 2)?;
         add_lone_points(&mut points);
         let SurfaceNodes { nodes, roles } = surface.nodes;
         let pairs = Pairs::find(mesh, &options.periodic, &points, (&nodes, &roles))?;
@@ -335,11 +335,24 @@ fn bare_faces(mesh: &Mesh, roles: &[Option<Role>], surface: &Surface) -> Cells {
 }
 
 /// # Errors
-/// Where nodes slide on what is not straight: that is not linear.
-fn check_sliding(points: &SurfacePoints) -> Result<()> {
+/// Where nodes have nothing to slide on, or what is not straight: that is not linear.
+fn check_sliding(points: &SurfacePoints, nodes: &SurfaceNodes, in_plane: bool) -> Result<()> {
     let Some(sliding) = &points.sliding else {
         return Ok(());
     };
+    let mut on_face = vec![false; points.points.len()];
+    let is_face = |[_, b, c]: &&[u32; 3]| in_plane || b != c;
+    for &corner in points.sliding_facets.0.iter().filter(is_face).flatten() {
+        on_face[corner as usize] = true;
+    }
+    let mut known = nodes.nodes.iter().zip(&nodes.roles).zip(&points.point_of);
+    let stuck =
+        known.find(|((_, role), point)| **role == Role::Sliding && !on_face[**point as usize]);
+    if let Some(((node, _), _)) = stuck {
+        return Err(Error::input(format!(
+            "node {node} has nothing to slide on: no boundary face between nodes that slide has it"
+        )));
+    }
     match sliding.first_curved() {
         None => Ok(()),
         Some(point) => Err(Error::input(format!(

@@ -447,6 +447,26 @@ fn sliding_on_curved_walls_is_refused() {
 }
 
 #[test]
+fn nodes_that_slide_need_faces_of_nodes_that_slide() {
+    let mesh = read("wing_on_plane.vtu");
+    let plane = mesh.tag_nodes("symmetry").expect("it is there");
+    let inside = (0..mesh.points.len() as u32).filter(|&node| mesh.points[node as usize][2] > 1.0);
+    let inside = inside.take(1).collect::<Vec<_>>();
+    let slide = |nodes: Vec<u32>| MorphOptions {
+        slide: nodes.into(),
+        ..options("wing", &["farfield"], &[])
+    };
+    let error = refused(mesh.clone(), slide([plane.clone(), inside].concat()));
+    assert!(error.message.contains("nothing to slide on"), "{error}");
+    let by_list = Morph::new(mesh.clone(), slide(plane)).expect("the plane's faces are found");
+    let by_tag = options("wing", &["farfield"], &["symmetry"]);
+    let by_tag = Morph::new(mesh, by_tag).expect("it is good");
+    let d = rough(&by_tag, 1);
+    let [a, b] = [by_list, by_tag].map(|morph| morph.points(&d).expect("it is good"));
+    assert_eq!(a, b);
+}
+
+#[test]
 fn a_mesh_made_in_memory_is_checked() {
     let mut mesh = torn();
     mesh.cells.push(CellKind::Triangle, &[0, 1, 77]);

@@ -62,7 +62,7 @@ impl FactoredSystem {
     pub fn transposed(&self, weights: &[Vector]) -> Vec<Vector> {
         let n = self.system.base.len();
         let mut sums = vec![[0.0; 3]; n];
-        for (g, weights) in self.system.group.iter().zip(weights.chunks_exact(n)) {
+        for (g, weights) in self.system.group.iter().zip(weights.chunks_exact(n.max(1))) {
             let back = g.inverse();
             for (sum, w) in sums.iter_mut().zip(weights) {
                 *sum = add(*sum, back.turn(*w));
