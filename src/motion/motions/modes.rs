@@ -7,6 +7,7 @@ use super::{
     At, BodyMotion, Clock, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
     read_interpolation,
 };
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
@@ -140,7 +141,7 @@ struct ModeShapes {
     coordinates: History,
     offset: f64,
     nodes: Arc<BodyNodes>,
-    notes: Vec<String>,
+    notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for ModeShapes {
@@ -166,7 +167,7 @@ impl ResolvedMotion for ModeShapes {
         Reach::Nodes
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &[Diagnostic] {
         &self.notes
     }
 }
