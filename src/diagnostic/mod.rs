@@ -6,6 +6,7 @@
 pub mod deform;
 pub mod formats;
 pub mod motion;
+mod notes;
 pub mod preflight;
 pub mod run;
 
@@ -116,30 +117,6 @@ impl fmt::Display for Kind {
     }
 }
 
-impl From<MotionNote> for Kind {
-    fn from(note: MotionNote) -> Self {
-        Self::Motion(note)
-    }
-}
-
-impl From<DeformNote> for Kind {
-    fn from(note: DeformNote) -> Self {
-        Self::Deform(note)
-    }
-}
-
-impl From<PreflightNote> for Kind {
-    fn from(note: PreflightNote) -> Self {
-        Self::Preflight(note)
-    }
-}
-
-impl From<RunNote> for Kind {
-    fn from(note: RunNote) -> Self {
-        Self::Run(note)
-    }
-}
-
 impl<T: Into<Kind>> From<T> for Diagnostic {
     fn from(kind: T) -> Self {
         Self::new(kind)
@@ -187,7 +164,11 @@ mod tests {
             file: "a".to_owned(),
         });
         assert!(!inverted(1).kind.is_like(&gap));
-        let recorded = |text: &str| Kind::from(RunNote::Recorded(text.to_owned()));
+        let recorded = |text: &str| {
+            Kind::from(RunNote::Recorded {
+                sentence: text.to_owned(),
+            })
+        };
         assert!(recorded("step 1 has 2").is_like(&recorded("step 3 has 4")));
         assert!(!recorded("step 1 has 2").is_like(&recorded("body b moves")));
         let holds = |column: &str| {
