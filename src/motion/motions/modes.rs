@@ -7,6 +7,7 @@ use super::{
     At, BodyMotion, Clock, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
     read_interpolation,
 };
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
@@ -127,7 +128,7 @@ struct ModeShapes {
     coordinates: History,
     offset: f64,
     nodes: Arc<BodyNodes>,
-    notes: Vec<String>,
+    notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for ModeShapes {
@@ -153,7 +154,7 @@ impl ResolvedMotion for ModeShapes {
         Reach::Nodes
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &[Diagnostic] {
         &self.notes
     }
 }
