@@ -57,7 +57,7 @@ fn main() {
         .collect();
     println!(
         "{} nodes, {} facets, {n_modes} modes, reach {:.2e}, {} threads",
-        plan.reference.len(),
+        plan.mesh.points.len(),
         surface.facets.len(),
         REACH * error,
         rayon::current_num_threads()
@@ -70,12 +70,12 @@ fn main() {
     let empty = || Field {
         nodes: None,
         n_modes,
-        values: vec![0.0; plan.reference.len() * n_modes],
+        values: vec![0.0; plan.mesh.points.len() * n_modes],
     };
     let (_, zeros) = timed(empty);
     let (field, added) = timed(|| {
         let mut field = empty();
-        correction.add_to(&mut field, &plan.reference);
+        correction.add_to(&mut field, &plan.mesh.points);
         field
     });
     let rows = field.values.chunks_exact(n_modes);

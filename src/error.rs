@@ -36,6 +36,8 @@ pub enum Position {
     Byte(u64),
     /// A named part: an XML data array, an HDF5 dataset, a section.
     Dataset(String),
+    /// What was given in memory, in words: `body "wing"`, `rbf`.
+    Item(String),
 }
 
 /// An error with its place: file, position, what was found and what would be right.
@@ -102,23 +104,25 @@ impl Error {
         }
     }
 
-    /// Adds the file, unless one is named already.
+    /// Adds the file, unless one is named already. An empty path is that of no file.
     #[must_use]
     pub fn file(mut self, path: &Path) -> Self {
-        self.path.get_or_insert_with(|| path.to_path_buf());
+        if !path.as_os_str().is_empty() {
+            self.path.get_or_insert_with(|| path.to_path_buf());
+        }
         self
     }
 
     /// Adds a one-based line, unless a position is known already.
     #[must_use]
     pub fn line(self, line: u64) -> Self {
-        self.at(Position::Line(line))
+        self.at(Some(Position::Line(line)))
     }
 
     /// Adds a byte offset, unless a position is known already.
     #[must_use]
     pub fn byte(self, offset: u64) -> Self {
-        self.at(Position::Byte(offset))
+        self.at(Some(Position::Byte(offset)))
     }
 
     /// Adds the name of the part of the file, unless a position is known already.
@@ -128,11 +132,13 @@ impl Error {
             "" => "an array without a name",
             name => name,
         };
-        self.at(Position::Dataset(name.to_owned()))
+        self.at(Some(Position::Dataset(name.to_owned())))
     }
 
-    fn at(mut self, position: Position) -> Self {
-        self.position.get_or_insert(position);
+    /// Adds a position, unless one is known already.
+    #[must_use]
+    pub(crate) fn at(mut self, position: Option<Position>) -> Self {
+        self.position = self.position.or(position);
         self
     }
 }
@@ -148,6 +154,13 @@ impl fmt::Display for Error {
             Some(Position::Line(line)) => write!(f, "line {line}: ")?,
             Some(Position::Byte(offset)) => write!(f, " byte {offset}: ")?,
             Some(Position::Dataset(name)) => write!(f, " {}: ", one_line(name))?,
+            Some(Position::Item(item)) => {
+                f.write_str(if self.path.is_some() { " " } else { "" })?;
+                // Not twice where the message is about it anyway.
+                if !self.message.starts_with(item) {
+                    write!(f, "{}: ", one_line(item))?;
+                }
+            }
             None if self.path.is_some() => write!(f, " ")?,
             None => {}
         }
@@ -247,6 +260,15 @@ mod tests {
     fn a_part_without_a_name_is_called_so() {
         let error = Error::input("x").dataset("").file(Path::new("a"));
         assert_eq!(error.to_string(), "a: an array without a name: x");
+    }
+
+    #[test]
+    fn an_item_is_named_once() {
+        let at =
+            |message: &str| Error::input(message).at(Some(Position::Item("body \"a\"".into())));
+        assert_eq!(at("x").to_string(), "body \"a\": x");
+        assert_eq!(at("body \"a\" flaps").to_string(), "body \"a\" flaps");
+        assert_eq!(at("x").file(Path::new("")).to_string(), "body \"a\": x");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 
 /// Hears of stages and of the work done in each.
-pub trait Progress: Sync {
+pub trait Progress: Send + Sync {
     /// A stage begins; `total` is its work where that is known.
     fn start(&self, stage: &str, total: Option<u64>);
     /// So much more is done.

@@ -2,6 +2,7 @@
 
 use super::{Context, Outcome, memory};
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Result, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
 use crate::preflight::{
@@ -27,14 +28,14 @@ pub struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    let mut plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
+    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
-    let n_bytes = estimate_bytes(&mut plan)?;
+    let n_bytes = estimate_bytes(&plan)?;
     let mut warnings = preflight::warnings(&plan);
     let extremes = Extremes::new(&plan);
     warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT), &extremes));
     for warning in &warnings {
-        context.warn(warning);
+        context.warn(&warning.to_string());
     }
     let mapped = memory::mapped_bytes(&args.mesh);
     match context.common.json {
@@ -60,7 +61,7 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
 /// a second and thread, a gigabyte a second to disk. Order of magnitude only.
 fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
     let threads = rayon::current_num_threads() as f64;
-    let evaluations = 1e3 * (plan.reference.len() + 10 * plan.surface.nodes.len()) as f64;
+    let evaluations = 1e3 * (plan.mesh.points.len() + 10 * plan.surface.nodes.len()) as f64;
     evaluations / (1e9 * threads) + n_bytes as f64 / 1e9
 }
 
@@ -68,12 +69,12 @@ fn as_json(
     plan: &Plan,
     extremes: &Extremes,
     (mapped, n_bytes): (u64, u64),
-    warnings: &[String],
+    warnings: &[Diagnostic],
 ) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     json!({
-        "nodes": plan.reference.len(),
+        "nodes": plan.mesh.points.len(),
         "surface_points": plan.surface.nodes.len(),
         "coincident_surface_nodes": plan.surface.n_coincident,
         "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag) })).collect::<Vec<_>>(),
@@ -108,7 +109,7 @@ fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> S
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{name:<22}{}", one_line(&value));
     };
-    line("nodes", plan.reference.len().to_string());
+    line("nodes", plan.mesh.points.len().to_string());
     line(
         "surface nodes",
         format!(
@@ -130,7 +131,7 @@ fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> S
     );
     line("tolerance", plan.tolerance.to_string());
     for choice in &plan.choices {
-        line("", choice.clone());
+        line("", choice.to_string());
     }
     line(
         "modes",

@@ -1,7 +1,8 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::{Context, Outcome, memory};
-use crate::deform::Plan;
+use crate::deform::Deformation;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Result, path_in_line};
 use crate::formats;
 use crate::motion::Schedule;
@@ -70,12 +71,17 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         schedule.output.format = formats::by_name(name)?.name().to_owned();
     }
     let mesh = context.read_any(&args.mesh)?;
-    let mut plan = Plan::new(mesh, schedule).map_err(|error| error.file(&args.mesh))?;
+    let deformation = Deformation::builder(mesh, schedule)
+        .progress(context.progress().into())
+        .stop(Arc::clone(&stop))
+        .plan()
+        .map_err(|error| error.file(&args.mesh))?;
+    let plan = deformation.plan();
     if let Some(limit) = context.common.max_memory {
-        check_memory(&plan, limit, memory::mapped_bytes(&args.mesh))?;
+        check_memory(plan, limit, memory::mapped_bytes(&args.mesh))?;
     }
     for choice in &plan.choices {
-        context.note(choice);
+        context.note(&choice.to_string());
     }
     let request = Request {
         mesh: args.mesh.clone(),
@@ -90,7 +96,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         no_sync: args.no_sync,
         fail_on: args.fail_on.clone(),
     };
-    let finished = run(&mut plan, &request, &*context.progress(), &stop)?;
+    let finished = run(&deformation, &request)?;
     report(&args.output, &finished, context)
 }
 
@@ -145,15 +151,15 @@ pub(super) fn report(folder: &Path, finished: &Finished, context: &Context) -> R
     })
 }
 
-/// A condition may fail at every step: the first sentences of each sort are shown, all with `-v`.
-fn complain_of_some(sentences: &[String], context: &Context) {
-    for alike in by_sort(sentences) {
+/// A condition may fail at every step: the first notes of each sort are shown, all with `-v`.
+fn complain_of_some(notes: &[Diagnostic], context: &Context) {
+    for alike in by_sort(notes) {
         let shown = match context.common.verbose {
             0 => alike.len().min(SHOWN),
             _ => alike.len(),
         };
-        for sentence in &alike[..shown] {
-            context.complain(sentence);
+        for note in &alike[..shown] {
+            context.complain(&note.to_string());
         }
         if shown < alike.len() {
             context.complain(&format!(
@@ -164,19 +170,17 @@ fn complain_of_some(sentences: &[String], context: &Context) {
     }
 }
 
-/// Sentences that are the same but for words with numbers, in the order of the first of each sort.
-fn by_sort(sentences: &[String]) -> Vec<Vec<&str>> {
-    let mut sorts: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
-    for sentence in sentences {
-        let words = sentence.split_whitespace();
-        let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
-        let words: Vec<&str> = words.filter(|word| !has_digit(word)).collect();
-        match sorts.iter_mut().find(|(known, _)| *known == words) {
-            Some((_, alike)) => alike.push(sentence),
-            None => sorts.push((words, vec![sentence])),
+/// Notes by their sort, in the order of the first of each.
+fn by_sort(notes: &[Diagnostic]) -> Vec<Vec<&Diagnostic>> {
+    let mut sorts: Vec<Vec<&Diagnostic>> = Vec::new();
+    for note in notes {
+        let mut known = sorts.iter_mut();
+        match known.find(|alike| alike[0].kind.is_like(&note.kind)) {
+            Some(alike) => alike.push(note),
+            None => sorts.push(vec![note]),
         }
     }
-    sorts.into_iter().map(|(_, alike)| alike).collect()
+    sorts
 }
 
 fn summary(folder: &Path, finished: &Finished) -> String {
@@ -215,14 +219,27 @@ fn summary(folder: &Path, finished: &Finished) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostic::deform::DeformNote;
+    use crate::diagnostic::run::RunNote;
 
     #[test]
-    fn sentences_of_one_sort_stand_together_and_hide_no_other() {
-        let inverted = |step: usize| format!("step {step}: {} cells are inverted", 7 * step);
-        let mut sentences: Vec<String> = (0..9).map(inverted).collect();
-        sentences.insert(8, "two surfaces are 1.2e-3 apart at node 5".to_owned());
-        let sorts = by_sort(&sentences);
+    fn notes_of_one_sort_stand_together_and_hide_no_other() {
+        let inverted = |step: usize| RunNote::Inverted {
+            step,
+            azimuth_deg: 0.0,
+            cells: 7 * step,
+            first: None,
+        };
+        let mut notes: Vec<Diagnostic> = (0..9).map(|step| inverted(step).into()).collect();
+        let gap = Diagnostic::new(DeformNote::NarrowGap {
+            width: 1.2e-3,
+            node: 5,
+            tolerances: 20.0,
+            reach: 1.0,
+        });
+        notes.insert(8, gap.clone());
+        let sorts = by_sort(&notes);
         assert_eq!(sorts.iter().map(Vec::len).collect::<Vec<_>>(), [9, 1]);
-        assert_eq!(sorts[1], ["two surfaces are 1.2e-3 apart at node 5"]);
+        assert_eq!(sorts[1], [&gap]);
     }
 }

@@ -7,7 +7,7 @@ use crate::formats::Commit;
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
 use crate::run::base;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Arguments of `azimesh select`.
@@ -33,18 +33,18 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
     for choice in &plan.choices {
-        context.note(choice);
+        context.note(&choice.to_string());
     }
-    let stretches = plan.stretches();
-    if stretches.len() > 1 {
+    let intervals = plan.intervals();
+    if intervals.len() > 1 {
         return Err(Error::input(format!(
             "method = \"real\" chooses base points {} times along this schedule, and `deform` does it as it goes; \
              select is for methods that choose once",
-            stretches.len()
+            intervals.len()
         ))
         .file(&args.schedule));
     }
-    let selections = choose(&plan, &stretches[0], &*context.progress())?;
+    let selections = choose(&plan, &intervals[0], &*context.progress())?;
     base::save(&plan, &selections, &args.output, commit)?;
     report(args, &plan, &selections, context)
 }
@@ -56,33 +56,10 @@ fn report(
     context: &Context,
 ) -> Result<Outcome> {
     let met = check_tolerance(plan, selections).is_ok();
-    let chosen = plan.layers.iter().zip(selections);
     if context.common.json {
-        let layers = chosen.map(|(layer, selection)| {
-            let history = selection.history.iter();
-            json!({
-                "of": layer.name(),
-                "base_points": selection.base.len(),
-                "modes": layer.modes.n_modes,
-                "support_radius": layer.space.basis.radius,
-                "tolerance": layer.tolerance,
-                "error": selection.error,
-                "measured": selection.measured,
-                "skipped": selection.skipped,
-                "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
-                "residuals": selection.picked,
-            })
-        });
-        context.print_json(json!({
-            "base": args.output.display().to_string(),
-            "surface_points": plan.surface.nodes.len(),
-            "support_radius": plan.basis.radius,
-            "tolerance": plan.tolerance,
-            "tolerance_met": met,
-            "layers": layers.collect::<Vec<_>>(),
-        }))?;
+        context.print_json(as_json(args, plan, selections, met))?;
     } else {
-        for (layer, selection) in chosen {
+        for (layer, selection) in plan.layers.iter().zip(selections) {
             context.print_result(&format!(
                 "{}: {} {} of {} surface points, error {:.3e}, {:.3e} allowed\n",
                 path_in_line(&args.output),
@@ -97,21 +74,49 @@ fn report(
             ))?;
         }
     }
-    if !met {
-        let layers = plan.layers.iter().zip(selections);
-        let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
-        let worst = layers.max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
-        let (_, selection) = worst.expect("there is always a layer");
-        context.complain(&format!(
-            "the tolerance {} is not met: {} base points leave {:.3e}; a smaller support_radius, another kernel or \
-             more max_points would help",
-            plan.tolerance,
-            selection.base.len(),
-            selection.measured
-        ));
+    if met {
+        return Ok(Outcome::Fine);
     }
-    Ok(match met {
-        true => Outcome::Fine,
-        false => Outcome::CheckFailed,
+    let layers = plan.layers.iter().zip(selections);
+    let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
+    let worst = layers.max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+    let (_, selection) = worst.expect("there is always a layer");
+    context.complain(&format!(
+        "the tolerance {} is not met: {} base points leave {:.3e}; a smaller support_radius, another kernel or \
+         more max_points would help",
+        plan.tolerance,
+        selection.base.len(),
+        selection.measured
+    ));
+    Ok(Outcome::CheckFailed)
+}
+
+fn as_json(args: &SelectArgs, plan: &Plan, selections: &[Selection], met: bool) -> Value {
+    let layers = plan
+        .layers
+        .iter()
+        .zip(selections)
+        .map(|(layer, selection)| {
+            let history = selection.history.iter();
+            json!({
+                "of": layer.name(),
+                "base_points": selection.base.len(),
+                "modes": layer.modes.n_modes,
+                "support_radius": layer.space.basis.radius,
+                "tolerance": layer.tolerance,
+                "error": selection.error,
+                "measured": selection.measured,
+                "skipped": selection.skipped,
+                "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
+                "residuals": selection.picked,
+            })
+        });
+    json!({
+        "base": args.output.display().to_string(),
+        "surface_points": plan.surface.nodes.len(),
+        "support_radius": plan.basis.radius,
+        "tolerance": plan.tolerance,
+        "tolerance_met": met,
+        "layers": layers.collect::<Vec<_>>(),
     })
 }

@@ -3,13 +3,15 @@
 use super::layer;
 use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{distance, norm};
 use crate::mesh::Mesh;
 use crate::modes::RigidSurface;
 use crate::motion::{
-    Interpolate, Motion, OnInverted, Polynomial, Schedule, SelectionMethod, SelectionOptions,
+    Interpolate, Motion, OnInverted, Polynomial, Schedule, SelectionMethod, SelectionOptions, Step,
 };
 
 /// Support radii below this part of the diagonal of the mesh are refused.
@@ -45,7 +47,7 @@ pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result
                     "body \"{}\" has displacements at step {} that are not finite numbers, or too large to be squared",
                     motion.bodies[body].name, step.index
                 ))
-                .line(motion.bodies[body].line()));
+                .at(motion.bodies[body].place.clone()));
             }
         }
     }
@@ -83,8 +85,8 @@ pub(super) fn check_constant(schedule: &Schedule, tolerance: f64) -> Result<()> 
     }
 }
 
-/// Sentences on keys that have no effect with the method of the schedule.
-pub(super) fn unused(schedule: &Schedule) -> Vec<String> {
+/// Keys that have no effect with the method of the schedule.
+pub(super) fn unused(schedule: &Schedule) -> Vec<Diagnostic> {
     let (given, default) = (&schedule.selection, SelectionOptions::default());
     let unused = [
         ("max_points", given.max_points != default.max_points),
@@ -93,25 +95,22 @@ pub(super) fn unused(schedule: &Schedule) -> Vec<String> {
     let is_all = given.method == SelectionMethod::All;
     let unused = unused.iter().filter(|(_, is_given)| is_all && *is_given);
     unused
-        .map(|(key, _)| {
-            format!("selection.{key} is not used: method = \"all\" takes every surface node")
-        })
+        .map(|&(key, _)| DeformNote::UnusedKey { key }.into())
         .collect()
 }
 
-/// A sentence on steps of one time.
-pub(super) fn repeated_time(schedule: &Schedule) -> Option<String> {
-    let mut steps: Vec<_> = schedule.steps.iter().collect();
+/// The first two steps of one time.
+pub(super) fn repeated_time(steps: &[Step]) -> Option<Diagnostic> {
+    let mut steps: Vec<_> = steps.iter().collect();
     steps.sort_by(|a, b| a.time().total_cmp(&b.time()));
     let twice = steps
         .windows(2)
         .find(|two| two[0].time() == two[1].time())?;
-    Some(format!(
-        "steps {} and {} have one time, {}; ParaView does not tell them apart",
-        twice[0].index,
-        twice[1].index,
-        twice[0].time()
-    ))
+    let note = DeformNote::OneTime {
+        steps: [twice[0].index, twice[1].index],
+        time: twice[0].time(),
+    };
+    Some(note.into())
 }
 
 /// Refuses what does not go together.

@@ -1,15 +1,17 @@
-//! Base points for a stretch of steps, by the method of the schedule: what they are to reproduce,
+//! Base points for a selection interval, by the method of the schedule: what they are to reproduce,
 //! and when there are enough.
 //!
 //! | method | targets | ends |
 //! |---|---|---|
 //! | `sequence` | the modes over all steps | at the tolerance |
-//! | `real` | the modes at the first step of the stretch that moves anything (Algorithm 1 of the paper) | at the tolerance |
+//! | `real` | the modes at the first step of the interval that moves anything (Algorithm 1 of the paper) | at the tolerance |
 //! | `constant` | one vector on all that moves (Algorithm 2) | at the tolerance or at `max_points` |
 //! | `all` | none: every surface node | |
 
-use super::layer::Layer;
+use super::deformation::BasePoints;
+use super::layer::{Kind, Layer};
 use super::plan::{Plan, SELECTED};
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
@@ -24,27 +26,36 @@ use std::ops::Range;
 /// precision.
 const DISTINCT: f64 = 1e-7;
 
-/// The base points of every layer for the steps of a stretch.
+/// The base points of every layer for the steps of an interval.
 pub fn choose(
     plan: &Plan,
-    stretch: &Range<usize>,
+    interval: &Range<usize>,
     progress: &dyn Progress,
 ) -> Result<Vec<Selection>> {
     progress.start("selection", None);
     let layers = plan.layers.iter();
     let selections = layers
-        .map(|layer| choose_for(plan, layer, stretch, progress))
+        .map(|layer| choose_for(plan, layer, interval, progress))
         .collect::<Result<Vec<_>>>();
     progress.finish();
     selections.map_err(|error| error.file(&plan.schedule.path))
 }
 
-/// The selections that base points chosen before make, for the steps of a stretch.
-pub(crate) fn with_bases(
+/// The selections that base points chosen before make, for the steps of an interval.
+pub(crate) fn from_nodes(
     plan: &Plan,
-    stretch: &Range<usize>,
-    bases: Vec<Vec<usize>>,
+    interval: &Range<usize>,
+    base: &BasePoints,
 ) -> Result<Vec<Selection>> {
+    let points_of = |layer: &Layer| {
+        let nodes = match layer.kind {
+            Kind::Displacement => base.nodes.as_slice(),
+            Kind::Rotation(_) => base.rotation_nodes.as_deref().unwrap_or_default(),
+        };
+        check_distinct(nodes)?;
+        plan.surface.find(nodes)
+    };
+    let bases: Vec<Vec<usize>> = plan.layers.iter().map(points_of).collect::<Result<_>>()?;
     plan.layers
         .iter()
         .zip(bases)
@@ -53,7 +64,7 @@ pub(crate) fn with_bases(
                 SelectionMethod::Constant => Some(constant_error(plan, layer, base.clone())?),
                 _ => None,
             };
-            let criterion = criterion_of(plan, layer, stretch)?;
+            let criterion = criterion_of(plan, layer, interval)?;
             let targets = Targets {
                 criterion: criterion.as_ref().unwrap_or(&layer.criterion),
                 ..plan.targets(layer)
@@ -67,11 +78,20 @@ pub(crate) fn with_bases(
         .collect()
 }
 
+fn check_distinct(nodes: &[u32]) -> Result<()> {
+    let mut sorted = nodes.to_vec();
+    sorted.sort_unstable();
+    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        None => Ok(()),
+        Some(pair) => Err(Error::input(format!("node {} is listed twice", pair[0]))),
+    }
+}
+
 /// The error over one step, which method `real` measures.
-fn criterion_of(plan: &Plan, layer: &Layer, stretch: &Range<usize>) -> Result<Option<Criterion>> {
+fn criterion_of(plan: &Plan, layer: &Layer, interval: &Range<usize>) -> Result<Option<Criterion>> {
     match plan.schedule.selection.method {
         SelectionMethod::Real => {
-            let step = first_that_moves(plan, stretch);
+            let step = first_that_moves(plan, interval);
             Ok(Some(layer.criterion.of_step(step)?))
         }
         _ => Ok(None),
@@ -81,14 +101,14 @@ fn criterion_of(plan: &Plan, layer: &Layer, stretch: &Range<usize>) -> Result<Op
 fn choose_for(
     plan: &Plan,
     layer: &Layer,
-    stretch: &Range<usize>,
+    interval: &Range<usize>,
     progress: &dyn Progress,
 ) -> Result<Selection> {
     let targets = plan.targets(layer);
     let wanted = &plan.schedule.selection;
     match wanted.method {
         SelectionMethod::Sequence | SelectionMethod::Real => {
-            let criterion = criterion_of(plan, layer, stretch)?;
+            let criterion = criterion_of(plan, layer, interval)?;
             let targets = Targets {
                 criterion: criterion.as_ref().unwrap_or(&layer.criterion),
                 ..targets
@@ -110,13 +130,13 @@ fn choose_for(
     }
 }
 
-/// The first step of a stretch, or the first at which anything moves: base points for nothing would
+/// The first step of an interval, or the first at which anything moves: base points for nothing would
 /// serve no other step.
-fn first_that_moves(plan: &Plan, stretch: &Range<usize>) -> usize {
-    let mut steps = stretch.clone();
+fn first_that_moves(plan: &Plan, interval: &Range<usize>) -> usize {
+    let mut steps = interval.clone();
     steps
         .find(|&step| plan.largest_displacement(step) > 0.0)
-        .unwrap_or(stretch.start)
+        .unwrap_or(interval.start)
 }
 
 fn measure(plan: &Plan) -> Measure {
@@ -272,7 +292,7 @@ pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
     Ok(())
 }
 
-/// A sentence where a step misses the tolerance that its base points were chosen by, and whether that
+/// A note where a step misses the tolerance that its base points were chosen by, and whether that
 /// fails the run: not where the correction of every substep has put the surface in its place, nor where
 /// `constant` has ended at `max_points`; `n_base` are the base points of the step.
 pub(crate) fn missed(
@@ -280,7 +300,7 @@ pub(crate) fn missed(
     step: &Step,
     n_base: usize,
     error: f64,
-) -> Option<(String, bool)> {
+) -> Option<(DeformNote, bool)> {
     let wanted = &plan.schedule.selection;
     let cut = plan.schedule.rbf.substeps > 1;
     let by_largest = wanted.criterion == SelectionCriterion::Max;
@@ -292,10 +312,11 @@ pub(crate) fn missed(
     };
     let ended = wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points;
     (is_held && error > plan.tolerance).then(|| {
-        let sentence = format!(
-            "step {}: the base points leave {error:.3e}, more than the tolerance {}",
-            step.index, plan.tolerance
-        );
-        (sentence, !(ended || cut && wanted.correction))
+        let note = DeformNote::Misses {
+            step: step.index,
+            error,
+            tolerance: plan.tolerance,
+        };
+        (note, !(ended || cut && wanted.correction))
     })
 }

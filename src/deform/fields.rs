@@ -115,7 +115,7 @@ fn add_correction(
         chosen.error,
     );
     correction.add_to(field, frame.nodes);
-    let gap = correction.narrowest_gap?;
+    let gap = correction.narrowest_gap()?;
     Some(Narrow {
         point: gap.node,
         width: gap.width,

@@ -9,10 +9,13 @@
 
 mod checks;
 mod choose;
-mod deformer;
+mod deformation;
 mod fields;
 mod first_cells;
+mod interval;
 mod layer;
+mod measures;
+mod morph;
 mod periodic;
 mod plan;
 mod repair;
@@ -26,12 +29,14 @@ mod wall_angles;
 mod zone;
 
 pub use choose::{check_tolerance, choose, constant};
-pub(crate) use choose::{missed, with_bases};
-pub use deformer::Deformer;
+pub(crate) use choose::{from_nodes, missed};
+pub(crate) use deformation::Evaluated;
+pub use deformation::{BasePoints, Deformation, DeformationBuilder};
 pub use first_cells::FirstCells;
+pub use interval::Interval;
 pub use layer::{Centre, Kind, Layer};
+pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use plan::Plan;
-pub(crate) use repair::{Repair, repair, wants_repair};
 pub use surface::SurfacePoints;
 pub use wall_angles::WallAngles;
 

@@ -2,6 +2,8 @@
 //! the last bit.
 
 use super::surface::SurfacePoints;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::{DeformNote, PeriodicMap};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::geometry::{Bounds, Transform};
@@ -22,8 +24,8 @@ pub struct PeriodicNodes {
     followers: Vec<Follower>,
     /// For each surface point whether the point of another is its image; empty when there are none.
     pub is_image: Vec<bool>,
-    /// A sentence for each pair.
-    pub found: Vec<String>,
+    /// What was found of each pair.
+    pub found: Vec<Diagnostic>,
 }
 
 impl PeriodicNodes {
@@ -51,20 +53,21 @@ impl PeriodicNodes {
             let [a, b] = [(&name_a, &nodes_a), (&name_b, &nodes_b)]
                 .map(|(name, nodes)| Side { name, nodes });
             let periodic = Periodic::find(&mesh.points, a, b, Some(axis))
-                .map_err(|error| error.line(pair.line))?;
-            found.push(format!(
-                "{name_a} and {name_b}: {} pairs of nodes by {}, {:.1e} apart at most",
-                periodic.pairs.len(),
-                in_words(&periodic.symmetry),
-                periodic.mismatch
-            ));
+                .map_err(|error| error.at(pair.place.clone()))?;
+            let note = DeformNote::PeriodicPair {
+                sides: [name_a, name_b],
+                pairs: periodic.pairs.len(),
+                map: periodic_map(&periodic.symmetry),
+                distance: periodic.mismatch,
+            };
+            found.push(note.into());
             pairs.push(periodic);
         }
-        let line = tags[0].line;
-        let followers = followers(&pairs, &bounds).map_err(|error| error.line(line))?;
-        let images = images(&pairs, radius, &bounds).map_err(|error| error.line(line))?;
+        let place = || tags[0].place.clone();
+        let followers = followers(&pairs, &bounds).map_err(|error| error.at(place()))?;
+        let images = images(&pairs, radius, &bounds).map_err(|error| error.at(place()))?;
         let nodes = Self {
-            is_image: is_image(motion, surface, &followers),
+            is_image: is_image(&motion.surface.nodes.nodes, surface, &followers),
             images: Arc::new(images),
             followers,
             found,
@@ -144,15 +147,14 @@ impl PeriodicNodes {
     }
 }
 
-fn in_words(symmetry: &Symmetry) -> String {
+fn periodic_map(symmetry: &Symmetry) -> PeriodicMap {
     match symmetry {
-        Symmetry::Translation(by) => format!("a translation by {by:?}"),
-        Symmetry::Rotation { axis, angle } => format!(
-            "a rotation of {} degrees about {:?} through {:?}",
-            angle.to_degrees(),
-            axis.direction,
-            axis.origin
-        ),
+        Symmetry::Translation(by) => PeriodicMap::Translation(*by),
+        Symmetry::Rotation { axis, angle } => PeriodicMap::Rotation {
+            angle_deg: angle.to_degrees(),
+            direction: axis.direction,
+            origin: axis.origin,
+        },
     }
 }
 
@@ -169,9 +171,12 @@ fn role(motion: &Motion, node: u32) -> Option<Role> {
     Some(surface.roles[at])
 }
 
-/// Marks the surface points whose leader is a surface point too.
-fn is_image(motion: &Motion, surface: &SurfacePoints, followers: &[Follower]) -> Vec<bool> {
-    let nodes = &motion.surface.nodes.nodes;
+/// Marks the surface points whose leader is a surface point too; `nodes` are all surface nodes.
+pub(super) fn is_image(
+    nodes: &[u32],
+    surface: &SurfacePoints,
+    followers: &[Follower],
+) -> Vec<bool> {
     let point = |node: u32| {
         let at = nodes.binary_search(&node).ok()?;
         Some(surface.point_of[at] as usize)

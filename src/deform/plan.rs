@@ -11,13 +11,16 @@ use super::sections;
 use super::surface::SurfacePoints;
 use super::velocity;
 use super::zone;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, Result};
+use crate::formats::su2;
 use crate::geometry::vector::{Vector, distance};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::Mesh;
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Pose, Role, Schedule, SelectionMethod, Step,
+    BodyMap, Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SelectionMethod, Step,
     SurfaceFaces,
 };
 use crate::rbf::select::Targets;
@@ -25,6 +28,7 @@ use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The tolerance left out of a schedule, in diagonals of the moving bodies.
 const DEFAULT_TOLERANCE: f64 = 1e-4;
@@ -39,11 +43,10 @@ pub(super) const SELECTED: f64 = 0.99;
 
 /// A mesh, a schedule and what follows from both.
 pub struct Plan {
-    /// The mesh as it is written, without its node positions; where a zone turns, its interface nodes
-    /// are duplicated.
-    pub mesh: Mesh,
-    /// Node positions of the reference mesh.
-    pub reference: Vec<Vector>,
+    /// The reference mesh; where a zone turns, its interface nodes are duplicated.
+    pub mesh: Arc<Mesh>,
+    /// Whether boxes for free-form deformation were left out: they fit the mesh at rest.
+    pub without_boxes: bool,
     /// The schedule as read.
     pub schedule: Schedule,
     /// The schedule on this mesh, without the faces of its surface.
@@ -68,23 +71,29 @@ pub struct Plan {
     pub centres: Vec<Vector>,
     /// Displacement error allowed before the correction, in mesh units.
     pub tolerance: f64,
-    /// What was chosen where the schedule says nothing, as sentences.
-    pub choices: Vec<String>,
+    /// What was chosen where the schedule says nothing.
+    pub choices: Vec<Diagnostic>,
 }
 
 impl Plan {
     /// Resolves a schedule on a mesh and finds its modes. An error without a file is about the mesh.
-    pub fn new(mut mesh: Mesh, schedule: Schedule) -> Result<Self> {
+    pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
+        let mut mesh = mesh.into();
+        let has_boxes = mesh.field_arrays.iter().any(|a| a.name == su2::BOXES);
+        if has_boxes {
+            Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);
+        }
         check_size(&mesh)?;
         let mut motion = schedule.resolve(&mesh)?;
         if motion.carry(&motion.steps[0]).is_some() {
-            zone::detach(&mut mesh, &mut motion)?;
+            zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
-        let surface = SurfacePoints::new(&mesh, &motion).map_err(in_schedule)?;
+        let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
+        let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
-        let mut choices = motion.notes();
-        choices.extend(schedule.note.clone());
+        let of_motion = motion.notes().into_iter().chain(schedule.note());
+        let mut choices: Vec<Diagnostic> = of_motion.map(Diagnostic::from).collect();
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
@@ -94,7 +103,7 @@ impl Plan {
         let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
         check_constant(&schedule, tolerance).map_err(in_schedule)?;
         choices.extend(unused(&schedule));
-        choices.extend(repeated_time(&schedule));
+        choices.extend(repeated_time(&motion.steps));
         let periodic =
             PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());
@@ -106,8 +115,8 @@ impl Plan {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
             velocity: None,
-            reference: std::mem::take(&mut mesh.points),
             mesh,
+            without_boxes: has_boxes,
             schedule,
             motion,
             surface,
@@ -137,7 +146,7 @@ impl Plan {
     fn check_truncation(&self) -> Result<()> {
         if self.truncation() > self.method.truncation {
             let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
-            let diagonal = Bounds::around(&self.reference).diagonal();
+            let diagonal = Bounds::around(&self.mesh.points).diagonal();
             let steps = 0..self.motion.steps.len();
             let largest = steps.map(|step| self.largest_displacement(step));
             let largest = largest.fold(0.0, f64::max);
@@ -182,31 +191,31 @@ impl Plan {
 
     /// The steps that share base points, in order: all of them, or with method `real` those between
     /// two refreshes, counted from the start of the schedule.
-    pub fn stretches(&self) -> Vec<Range<usize>> {
+    pub fn intervals(&self) -> Vec<Range<usize>> {
         let steps = &self.motion.steps;
         let selection = &self.schedule.selection;
         let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
         let span = |step: &Step| match refresh {
             _ if selection.method != SelectionMethod::Real => 0,
-            // A step on the border belongs to the stretch that begins there.
+            // A step on the border belongs to the interval that begins there.
             Some(refresh) => {
                 let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
                 (turned / refresh + 1e-9).floor() as usize
             }
             None => step.index,
         };
-        let mut stretches: Vec<Range<usize>> = Vec::new();
+        let mut intervals: Vec<Range<usize>> = Vec::new();
         for step in steps {
-            match stretches.last_mut() {
+            match intervals.last_mut() {
                 Some(last) if span(&steps[last.start]) == span(step) => last.end += 1,
-                _ => stretches.push(step.index..step.index + 1),
+                _ => intervals.push(step.index..step.index + 1),
             }
         }
-        stretches
+        intervals
     }
 
     /// The exact map of every body at a step, the carrying round of the inertial frame included.
-    pub fn poses_at(&self, step: &Step) -> Vec<Pose<'_>> {
+    pub fn poses_at(&self, step: &Step) -> Vec<BodyMap<'_>> {
         let carry = self.motion.carry(step).unwrap_or(Transform::IDENTITY);
         let poses = self.motion.poses(step, 1.0).into_iter();
         poses.map(|pose| pose.then(&carry)).collect()
@@ -295,7 +304,7 @@ fn basis(
     mesh: &Mesh,
     motion: &Motion,
     moving: &Bounds,
-    choices: &mut Vec<String>,
+    choices: &mut Vec<Diagnostic>,
 ) -> Basis {
     let kernel = match schedule.rbf.kernel {
         KernelName::WendlandC0 => Kernel::WendlandC0,
@@ -316,7 +325,7 @@ fn basis(
             }
         };
         let radius = region.diagonal().min(DEFAULT_RADIUS * moving.diagonal());
-        choices.push(format!("support_radius = {radius} (chosen)"));
+        choices.push(DeformNote::SupportRadius { radius }.into());
         radius
     });
     Basis { kernel, radius }
@@ -326,7 +335,7 @@ fn tolerance(
     schedule: &Schedule,
     moving: &Bounds,
     first_cells: &FirstCells,
-    choices: &mut Vec<String>,
+    choices: &mut Vec<Diagnostic>,
 ) -> Result<f64> {
     if let Some(tolerance) = schedule.selection.tolerance {
         return Ok(tolerance);
@@ -342,7 +351,7 @@ fn tolerance(
         .file(&schedule.path)
     })?;
     if schedule.selection.method != SelectionMethod::All {
-        choices.push(format!("selection.tolerance = {tolerance} (chosen)"));
+        choices.push(DeformNote::Tolerance { tolerance }.into());
     }
     Ok(tolerance)
 }

@@ -6,7 +6,7 @@ use crate::error::{Kind, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::{OnInverted, Step};
 use crate::quality::Summary;
-use serde_json::{Value, json};
+use crate::record::RepairRecord;
 
 /// Substeps that are tried, one after the other.
 const TRIES: [usize; 3] = [2, 4, 8];
@@ -23,14 +23,14 @@ pub(crate) struct Repair {
 }
 
 /// Whether a step is to be repaired.
-pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
+pub(super) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     plan.schedule.output.on_inverted == OnInverted::Substeps && summary.inverted > 0
 }
 
 /// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
 /// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
 /// step in so many parts.
-pub(crate) fn repair(
+pub(super) fn repair(
     plan: &Plan,
     points: &mut [Vector],
     summary: &mut Summary,
@@ -63,25 +63,16 @@ pub(crate) fn repair(
 }
 
 impl Repair {
-    /// What the user is told.
-    pub fn sentence(&self, step: &Step) -> String {
-        let (index, azimuth, before) = (step.index, step.azimuth_deg, self.before);
-        let outcome = match (self.substeps, self.after) {
-            (None, _) => "substeps leave no fewer".to_owned(),
-            (Some(n), 0) => format!("{n} substeps leave none"),
-            (Some(n), after) => format!("{n} substeps leave {after}"),
-        };
-        format!("step {index} (azimuth {azimuth} degrees) had {before} inverted cells: {outcome}")
-    }
-
     /// What run.json holds.
-    pub fn record(&self, step: &Step) -> Value {
-        json!({
-            "step": step.index,
-            "substeps": self.substeps,
-            "inverted_before": self.before,
-            "inverted": self.after,
-            "sentence": self.sentence(step),
-        })
+    pub fn record(&self, step: &Step) -> RepairRecord {
+        let mut record = RepairRecord {
+            step: step.index,
+            substeps: self.substeps,
+            inverted_before: self.before,
+            inverted: self.after,
+            sentence: String::new(),
+        };
+        record.sentence = record.note(step.azimuth_deg).to_string();
+        record
     }
 }

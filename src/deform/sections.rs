@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::geometry::rotation::rotation_vector_near;
 use crate::geometry::vector::{Vector, distance, scale, sub};
 use crate::modes::Modes;
-use crate::motion::Pose;
+use crate::motion::BodyMap;
 use std::ops::Range;
 
 /// Part of the allowed truncation for each of rotations and translations.
@@ -22,7 +22,7 @@ struct Twists<'a> {
     plan: &'a Plan,
     centres: Vec<Centre>,
     /// By steps, of every body.
-    poses: Vec<Vec<Pose<'a>>>,
+    poses: Vec<Vec<BodyMap<'a>>>,
     /// By steps, of every body an unwrapped rotation vector that those of its points are near to.
     near: Vec<Vec<Vector>>,
 }

@@ -109,7 +109,7 @@ pub(super) fn on_moved_surface(
 ) -> Option<Sliding> {
     let sliding = surface.sliding.as_ref()?;
     match sliding.has_curved() {
-        true => surface.find_sliding(motion, points),
+        true => surface.find_sliding(&motion.surface.nodes, points),
         false => None,
     }
 }

@@ -1,8 +1,8 @@
 //! A step by way of several meshes: its motion cut into parts, each interpolated on the mesh that the
 //! part before has left.
 
-use super::deformer::Deformer;
 use super::fields::{Chosen, Fields, Frame};
+use super::interval::Interval;
 use super::layer;
 use super::sliding;
 use crate::error::Result;
@@ -13,7 +13,7 @@ use crate::progress::Silent;
 use crate::rbf::select::{self, Measure};
 use rayon::prelude::*;
 
-impl Deformer<'_> {
+impl Interval {
     /// A step in `n` parts, each interpolated on the mesh left by the one before; gives the largest
     /// error of a part before its correction, or without the correction that of the positions.
     pub(super) fn through_substeps(
@@ -22,15 +22,15 @@ impl Deformer<'_> {
         n: usize,
         out: &mut [Vector],
     ) -> Result<f64> {
-        let plan = self.plan;
-        let mut nodes = plan.reference.clone();
+        let plan = &*self.plan;
+        let mut nodes = plan.mesh.points.clone();
         let mut worst: f64 = 0.0;
         for part in 1..=n {
             let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
             let error = self.substep(step, (from, to), &nodes, out)?;
             worst = worst.max(error);
             plan.periodic
-                .follow(&plan.motion, &plan.reference, None, out);
+                .follow(&plan.motion, &plan.mesh.points, None, out);
             nodes.copy_from_slice(out);
         }
         // What the correction does not take off adds up from part to part.
@@ -47,7 +47,7 @@ impl Deformer<'_> {
         nodes: &[Vector],
         out: &mut [Vector],
     ) -> Result<f64> {
-        let plan = self.plan;
+        let plan = &*self.plan;
         let surface: Vec<Vector> = plan
             .surface
             .nodes

@@ -4,9 +4,9 @@
 use crate::error::{Error, Result};
 use crate::geometry::{curve, vector::Vector};
 use crate::mesh::facets::facets;
-use crate::mesh::{CellKind, CellRef, Mesh};
+use crate::mesh::{CellKind, CellRef, Cells, Mesh};
 use crate::modes::RigidSurface;
-use crate::motion::{Motion, Role};
+use crate::motion::{Role, Surface, SurfaceNodes};
 use crate::rbf::constraint::Constraint;
 use crate::rbf::slide::Sliding;
 use rayon::prelude::*;
@@ -38,10 +38,9 @@ pub struct SurfacePoints {
 }
 
 impl SurfacePoints {
-    /// The surface of a motion on its mesh.
-    pub fn new(mesh: &Mesh, motion: &Motion) -> Result<Self> {
-        let nodes = &motion.surface.nodes.nodes;
-        let roles = &motion.surface.nodes.roles;
+    /// The points of a surface of a mesh; `interface` are faces of it that are no cells of the mesh.
+    pub fn new(mesh: &Mesh, of: &Surface, interface: Option<&Cells>) -> Result<Self> {
+        let SurfaceNodes { nodes, roles } = &of.nodes;
         let place = |&node: &u32| mesh.points[node as usize];
         let places: Vec<Vector> = nodes.par_iter().map(place).collect();
         let along = curve::along(&places);
@@ -62,15 +61,15 @@ impl SurfacePoints {
             ..Self::default()
         };
         surface.n_coincident = nodes.len() - surface.nodes.len();
-        surface.add_facets(mesh, motion);
-        surface.sliding = surface.find_sliding(motion, &surface.points);
+        surface.add_facets(mesh, of, interface);
+        surface.sliding = surface.find_sliding(&of.nodes, &surface.points);
         Ok(surface)
     }
 
     /// The sliding points with the surface points at given places; `None` when none slides.
-    pub fn find_sliding(&self, motion: &Motion, points: &[Vector]) -> Option<Sliding> {
+    pub fn find_sliding(&self, nodes: &SurfaceNodes, points: &[Vector]) -> Option<Sliding> {
         let mut slides = vec![false; points.len()];
-        for (role, &point) in motion.surface.nodes.roles.iter().zip(&self.point_of) {
+        for (role, &point) in nodes.roles.iter().zip(&self.point_of) {
             slides[point as usize] |= *role == Role::Sliding;
         }
         let (facets, tags) = &self.sliding_facets;
@@ -79,19 +78,16 @@ impl SurfacePoints {
             .then(|| Sliding::new(points, facets, tags, &slides))
     }
 
-    fn add_facets(&mut self, mesh: &Mesh, motion: &Motion) {
+    fn add_facets(&mut self, mesh: &Mesh, of: &Surface, interface: Option<&Cells>) {
         let mut point_at = vec![u32::MAX; mesh.points.len()];
-        for (&node, &point) in motion.surface.nodes.nodes.iter().zip(&self.point_of) {
+        for (&node, &point) in of.nodes.nodes.iter().zip(&self.point_of) {
             point_at[node as usize] = point;
         }
-        let faces = &motion.surface.faces;
-        let interface = motion
-            .zone
-            .iter()
-            .flat_map(|zone| zone.interface_faces.iter());
+        let faces = &of.faces;
+        let interface = || interface.into_iter().flat_map(Cells::iter);
         let tagged = faces.cells.iter();
         let tagged = tagged.map(|&cell| mesh.cells.get(cell as usize));
-        let splits = splits(tagged.chain(interface));
+        let splits = splits(tagged.chain(interface()));
         let facets = |face: CellRef<'_>| {
             let split = &splits[&(face.kind, face.nodes.len())];
             let point = |i: usize| point_at[face.nodes[i] as usize];
@@ -111,10 +107,7 @@ impl SurfacePoints {
                 }
             }
         }
-        if let Some(zone) = &motion.zone {
-            let interface = zone.interface_faces.iter();
-            self.facets.extend(interface.flat_map(facets));
-        }
+        self.facets.extend(interface().flat_map(facets));
     }
 
     /// The directions in which each point is held; `None` when none slides.

@@ -5,7 +5,7 @@ use super::layer::{BodyPath, Free, Given, Turns};
 use super::plan::Plan;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, sub};
-use crate::motion::{Interpolate, Pose, Step};
+use crate::motion::{BodyMap, Interpolate, Step};
 use std::ops::Range;
 
 impl Plan {
@@ -34,7 +34,7 @@ impl Plan {
 
     /// Displacements of the surface points between two parts of each step.
     fn free(&self, steps: &[Step], from: f64, to: f64) -> Free<'_> {
-        let poses = |part: f64| -> Vec<Vec<Pose<'_>>> {
+        let poses = |part: f64| -> Vec<Vec<BodyMap<'_>>> {
             let steps = steps.iter();
             steps.map(|step| self.motion.poses(step, part)).collect()
         };

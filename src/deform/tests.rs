@@ -1,6 +1,7 @@
 //! Plans and deformers on the airfoil of testdata: tolerances, methods, refusals.
 
-use super::{Deformer, Plan, check_tolerance, choose};
+use super::{Interval, Plan, check_tolerance, choose};
+use crate::diagnostic::deform::DeformNote;
 use crate::error::Error;
 use crate::formats::{self, Precision};
 use crate::geometry::vector::Vector;
@@ -8,6 +9,7 @@ use crate::mesh::{CellSet, Mesh};
 use crate::motion::Schedule;
 use crate::progress::Silent;
 use std::path::Path;
+use std::sync::Arc;
 
 const WALLS: &str = "boundaries.fixed = [\"farfield\"]\n";
 
@@ -35,11 +37,11 @@ fn with_flap() -> Mesh {
     mesh
 }
 
-fn plan_on(mesh: Mesh, schedule: &str) -> Result<Plan, Error> {
-    Plan::new(mesh, Schedule::parse(schedule, Path::new("s.toml"))?)
+fn plan_on(mesh: Mesh, schedule: &str) -> Result<Arc<Plan>, Error> {
+    Plan::new(mesh, Schedule::parse(schedule, Path::new("s.toml"))?).map(Arc::new)
 }
 
-fn plan(schedule: &str) -> Plan {
+fn plan(schedule: &str) -> Arc<Plan> {
     plan_on(airfoil(), schedule).expect("they fit")
 }
 
@@ -49,12 +51,12 @@ fn told(schedule: &str) -> String {
 }
 
 /// The error that each step reports and the one that its surface has.
-fn errors(plan: &Plan) -> Vec<(f64, f64)> {
+fn errors(plan: &Arc<Plan>) -> Vec<(f64, f64)> {
     let all = 0..plan.motion.steps.len();
     let selections = choose(plan, &all, &Silent).expect("there are base points");
     check_tolerance(plan, &selections).expect("the tolerance is met");
-    let deformer = Deformer::new(plan, selections, &all, &Silent).expect("it can be made");
-    let mut points: Vec<Vector> = plan.reference.clone();
+    let deformer = Interval::new(plan, selections, &all, &Silent).expect("it can be made");
+    let mut points: Vec<Vector> = plan.mesh.points.clone();
     let steps = plan.motion.steps.iter();
     let errors = steps.map(|step| {
         let reported = deformer.points_at(step, &mut points).expect("it deforms");
@@ -172,8 +174,8 @@ fn sliding_nodes_stay_on_a_curved_boundary_without_the_correction() {
         let plan = plan(&schedule);
         let all = 0..2;
         let selections = choose(&plan, &all, &Silent).expect("there are base points");
-        let deformer = Deformer::new(&plan, selections, &all, &Silent).expect("it can be made");
-        let mut points = plan.reference.clone();
+        let deformer = Interval::new(&plan, selections, &all, &Silent).expect("it can be made");
+        let mut points = plan.mesh.points.clone();
         let step = &plan.motion.steps[1];
         deformer.points_at(step, &mut points).expect("it deforms");
         let (off, _) = super::sliding::off_boundary(&plan.motion, &plan.surface, None, &points);
@@ -271,9 +273,8 @@ fn keys_without_effect_on_method_all_are_told() {
         "selection = { tolerance = 1e-3, method = \"all\", max_points = 5, criterion = \"mean\" }";
     let plan = plan(&moved("rigid = { translate = [0.1, 0, 0] }", selection));
     for key in ["max_points", "criterion"] {
-        let sentence =
-            format!("selection.{key} is not used: method = \"all\" takes every surface node");
-        assert!(plan.choices.contains(&sentence), "{:?}", plan.choices);
+        let note = DeformNote::UnusedKey { key }.into();
+        assert!(plan.choices.contains(&note), "{:?}", plan.choices);
     }
 }
 
@@ -302,16 +303,15 @@ fn a_plane_mesh_keeps_its_plane_to_the_last_bit() {
             "azimuth = {{ start = 0.0, stop = 90.0, step = 15.0 }}\nrotor.hub = [0.1, 0.2, {z}]\n\
              body = [ {{ name = \"a\", tags = [\"airfoil\"], {cyclic} }} ]\n{WALLS}"
         );
-        let mut plan = plan_on(mesh, &schedule).expect("they fit");
-        plan.mesh = Mesh::default(); // a run takes it
+        let plan = plan_on(mesh, &schedule).expect("they fit");
         let all = 0..plan.motion.steps.len();
         let selections = choose(&plan, &all, &Silent).expect("there are base points");
-        let deformer = Deformer::new(&plan, selections, &all, &Silent).expect("it can be made");
-        let mut points = plan.reference.clone();
+        let deformer = Interval::new(&plan, selections, &all, &Silent).expect("it can be made");
+        let mut points = plan.mesh.points.clone();
         for step in &plan.motion.steps {
             deformer.points_at(step, &mut points).expect("it deforms");
             let moved = |(x, at_rest): (&Vector, &Vector)| x[..2] != at_rest[..2];
-            assert!(points.iter().zip(&plan.reference).any(moved));
+            assert!(points.iter().zip(&plan.mesh.points).any(moved));
             assert!(points.iter().all(|x| x[2] == z), "step {}", step.index);
         }
     }

@@ -11,9 +11,10 @@
 use super::fields::{Chosen, Fields, Frame};
 use super::layer::{Free, Layer, Method};
 use super::plan::Plan;
+use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, norm};
-use crate::motion::{Pace, Role, Step};
+use crate::motion::{BodyVelocity, Role, Step};
 use crate::progress::Silent;
 use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
 use rayon::prelude::*;
@@ -21,13 +22,16 @@ use std::ops::Range;
 
 /// Part of the largest velocity that the modes of velocities may be off by.
 const ACCURACY: f64 = 1e-6;
-/// Part of the largest velocity of a stretch that its base points may be off by, before the correction.
+/// Part of the largest velocity of an interval that its base points may be off by, before the correction.
 const SERVES: f64 = 2e-3;
 
 /// Velocities of the surface points at every step as a layer.
 pub(super) fn layer(plan: &Plan) -> Result<Layer> {
     let steps = &plan.motion.steps;
-    let paces: Vec<Vec<Pace<'_>>> = steps.iter().map(|step| plan.motion.paces(step)).collect();
+    let paces: Vec<Vec<BodyVelocity<'_>>> = steps
+        .iter()
+        .map(|step| plan.motion.velocities(step))
+        .collect();
     let surface = &plan.surface;
     let velocity = |step: usize, at: usize| match surface.body[at] {
         Some(body) => {
@@ -59,26 +63,25 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
     free.layer(&surface.points, &method)
 }
 
-/// Velocities of the nodes of a mesh at the steps of a stretch.
-pub(super) struct Velocities<'a> {
-    layer: &'a Layer,
+/// Velocities of the nodes of a mesh at the steps of an interval.
+pub(super) struct Velocities {
     fields: Fields,
-    /// A sentence where base points do not serve and no more may be added.
-    pub warning: Option<String>,
+    /// A note where base points do not serve and no more may be added.
+    pub warning: Option<DeformNote>,
 }
 
-impl<'a> Velocities<'a> {
-    /// From the base points of the displacements of a stretch, whose largest error says how far the
+impl Velocities {
+    /// From the base points of the displacements of an interval, whose largest error says how far the
     /// correction of the surface reaches.
     pub fn new(
-        plan: &'a Plan,
-        layer: &'a Layer,
+        plan: &Plan,
+        layer: &Layer,
         frame: Frame<'_>,
         displacements: &Chosen<'_>,
-        stretch: &Range<usize>,
+        interval: &Range<usize>,
     ) -> Result<Self> {
         let base = displacements.selection.base.clone();
-        let (own, warning) = select_for(plan, layer, base, stretch)?;
+        let (own, warning) = select_for(plan, layer, base, interval)?;
         let chosen = [Chosen {
             selection: &own,
             ..*displacements
@@ -86,18 +89,14 @@ impl<'a> Velocities<'a> {
         let layers = std::slice::from_ref(layer);
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(frame, layers, &chosen, correct, &Silent);
-        Ok(Self {
-            layer,
-            fields,
-            warning,
-        })
+        Ok(Self { fields, warning })
     }
 
     /// Velocities at a step in mesh units a second; `points` are the nodes at that step.
     pub fn at(&self, plan: &Plan, step: &Step, frame: Frame<'_>, points: &[Vector]) -> Vec<Vector> {
         let still = vec![[0.0; 3]; points.len()];
         let mut out = still.clone();
-        let layers = std::slice::from_ref(self.layer);
+        let layers = plan.velocity.as_slice();
         let at_rest = Frame {
             nodes: &still,
             ..frame
@@ -124,14 +123,14 @@ impl<'a> Velocities<'a> {
     }
 }
 
-/// The interpolant of the velocities of a stretch from base points that are there, and from further ones
+/// The interpolant of the velocities of an interval from base points that are there, and from further ones
 /// where these do not serve.
 fn select_for(
     plan: &Plan,
     layer: &Layer,
     base: Vec<usize>,
-    stretch: &Range<usize>,
-) -> Result<(Selection, Option<String>)> {
+    interval: &Range<usize>,
+) -> Result<(Selection, Option<DeformNote>)> {
     let (space, targets) = (&layer.space, plan.targets(layer));
     if layer.modes.n_modes == 0 {
         return Ok((select::from_base(space, targets, base, Measure::Max)?, None));
@@ -140,9 +139,9 @@ fn select_for(
         .criterion
         .largest_by_step(&layer.modes.values, &layer.arms);
     let largest = |speeds: &[f64]| speeds.iter().copied().fold(0.0, f64::max);
-    let speed = largest(&by_step[stretch.clone()]);
+    let speed = largest(&by_step[interval.clone()]);
     let allowed = f64::max(SERVES * speed, 2.0 * ACCURACY * largest(&by_step));
-    let criterion = layer.criterion.of_steps(stretch.clone())?;
+    let criterion = layer.criterion.of_steps(interval.clone())?;
     let targets = Targets {
         criterion: &criterion,
         ..targets
@@ -154,26 +153,23 @@ fn select_for(
         return Ok((given, None));
     }
     let own = select::extend(space, targets, given.base, limits)?;
-    let warning = (own.error > allowed).then(|| {
-        format!(
-            "{} base points leave {:.1e} of the velocities of the surface, which are up to {speed:.1e}, before the \
-             correction; those of the volume are as far off",
-            own.base.len(),
-            own.error
-        )
+    let warning = (own.error > allowed).then(|| DeformNote::Velocities {
+        base_points: own.base.len(),
+        error: own.error,
+        speed,
     });
     Ok((own, warning))
 }
 
 /// Surface nodes with the velocities of the motion itself, fixed ones at rest.
 fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
-    let paces = plan.motion.paces(step);
+    let paces = plan.motion.velocities(step);
     let surface = &plan.motion.surface.nodes;
     let nodes = surface.nodes.par_iter().zip(&surface.roles);
     let exact = nodes.map(|(&node, role)| match role {
         Role::Moving(body) => {
             let pace = &paces[usize::from(*body)];
-            Some(pace.velocity(node, plan.reference[node as usize]))
+            Some(pace.velocity(node, plan.mesh.points[node as usize]))
         }
         Role::Fixed => Some([0.0; 3]),
         Role::Sliding => None,
@@ -188,12 +184,13 @@ fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
 
 #[cfg(test)]
 mod tests {
-    use crate::deform::{Deformer, Plan, choose};
+    use crate::deform::{Interval, Plan, choose};
     use crate::geometry::vector::{Vector, distance, norm};
     use crate::mesh::Mesh;
     use crate::motion::Schedule;
     use crate::progress::Silent;
     use std::path::Path;
+    use std::sync::Arc;
 
     /// Velocities of all nodes at the first of some times, by a method, of an airfoil that pitches.
     fn at_first(times: &str, selection: &str) -> Vec<Vector> {
@@ -204,14 +201,15 @@ mod tests {
              body = [ {{ name = \"a\", tags = [\"airfoil\"], cyclic = {{ pitch = [ {{ sin = 5.0 }} ] }} }} ]\n"
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
-        let plan = Plan::new(mesh, schedule).expect("they fit");
-        let stretch = plan.stretches()[0].clone();
-        let selections = choose(&plan, &stretch, &Silent).expect("there are base points");
-        let deformer = Deformer::new(&plan, selections, &stretch, &Silent).expect("it can be made");
+        let plan = Arc::new(Plan::new(mesh, schedule).expect("they fit"));
+        let interval = plan.intervals()[0].clone();
+        let selections = choose(&plan, &interval, &Silent).expect("there are base points");
+        let interval =
+            Interval::new(&plan, selections, &interval, &Silent).expect("it can be made");
         let step = &plan.motion.steps[0];
-        let mut points = plan.reference.clone();
-        deformer.points_at(step, &mut points).expect("it deforms");
-        let velocities = deformer.velocities_at(step, &points);
+        let mut points = plan.mesh.points.clone();
+        interval.points_at(step, &mut points).expect("it deforms");
+        let velocities = interval.velocities_at(step, &points);
         velocities.expect("they are asked for")
     }
 

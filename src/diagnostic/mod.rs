@@ -3,10 +3,18 @@
 //! Every room makes diagnostics; the sentence is made where one is printed, by `Display`. Two of one sort
 //! have the same [`Kind`] but for its numbers.
 
+pub mod deform;
 pub mod formats;
+pub mod preflight;
+pub mod run;
 
 use crate::error::{Position, path_in_line};
+use deform::DeformNote;
+use preflight::PreflightNote;
+use run::RunNote;
+use serde::{Serialize, Serializer};
 use std::fmt;
+use std::mem::discriminant;
 use std::path::{Path, PathBuf};
 
 /// A note or a warning with its place.
@@ -25,6 +33,12 @@ pub struct Diagnostic {
 pub enum Kind {
     /// Of a mesh file, read or written.
     Format(formats::FormatNote),
+    /// Of a deformation.
+    Deform(DeformNote),
+    /// Of a motion on its mesh, before work starts.
+    Preflight(PreflightNote),
+    /// Of a run that writes to a folder.
+    Run(RunNote),
     /// A sentence that has no kind of its own.
     Text(String),
 }
@@ -45,14 +59,45 @@ impl Diagnostic {
         self.path.get_or_insert_with(|| path.to_path_buf());
         self
     }
+
+    /// Adds a line, counted from 1.
+    #[must_use]
+    pub fn line(mut self, line: u64) -> Self {
+        self.position = Some(Position::Line(line));
+        self
+    }
 }
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(path) = &self.path {
-            write!(f, "{}: ", path_in_line(path))?;
+            f.write_str(&path_in_line(path))?;
+            if let Some(Position::Line(line)) = self.position {
+                write!(f, ":{line}")?;
+            }
+            f.write_str(": ")?;
         }
         self.kind.fmt(f)
+    }
+}
+
+/// As its sentence.
+impl Serialize for Diagnostic {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl Kind {
+    /// Whether it is of the same sort as another: the same but for names and numbers.
+    pub fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Format(a), Self::Format(b)) => a.is_like(b),
+            (Self::Deform(a), Self::Deform(b)) => discriminant(a) == discriminant(b),
+            (Self::Preflight(a), Self::Preflight(b)) => discriminant(a) == discriminant(b),
+            (Self::Run(a), Self::Run(b)) => a.is_like(b),
+            _ => self == other,
+        }
     }
 }
 
@@ -60,6 +105,9 @@ impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Format(note) => note.fmt(f),
+            Self::Deform(note) => note.fmt(f),
+            Self::Preflight(note) => note.fmt(f),
+            Self::Run(note) => note.fmt(f),
             Self::Text(text) => f.write_str(text),
         }
     }
@@ -68,5 +116,86 @@ impl fmt::Display for Kind {
 impl From<String> for Kind {
     fn from(text: String) -> Self {
         Self::Text(text)
+    }
+}
+
+impl From<DeformNote> for Kind {
+    fn from(note: DeformNote) -> Self {
+        Self::Deform(note)
+    }
+}
+
+impl From<PreflightNote> for Kind {
+    fn from(note: PreflightNote) -> Self {
+        Self::Preflight(note)
+    }
+}
+
+impl From<RunNote> for Kind {
+    fn from(note: RunNote) -> Self {
+        Self::Run(note)
+    }
+}
+
+impl<T: Into<Kind>> From<T> for Diagnostic {
+    fn from(kind: T) -> Self {
+        Self::new(kind)
+    }
+}
+
+/// The shortest text that reads back as the same number; with an exponent where it is very small or large.
+pub fn shortest(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-4..1e9).contains(&size) => value.to_string(),
+        _ => format!("{value:e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn inverted(step: usize) -> Diagnostic {
+        let note = RunNote::Inverted {
+            step,
+            azimuth_deg: 10.0 * step as f64,
+            cells: 7 * step,
+            first: None,
+        };
+        note.into()
+    }
+
+    #[test]
+    fn a_diagnostic_reads_path_line_sentence() {
+        let note = Diagnostic::new(DeformNote::SupportRadius { radius: 2.5 });
+        assert_eq!(note.to_string(), "support_radius = 2.5 (chosen)");
+        let note = note.file(Path::new("a\nb.csv")).line(3);
+        assert_eq!(
+            note.to_string(),
+            "a\\nb.csv:3: support_radius = 2.5 (chosen)"
+        );
+    }
+
+    #[test]
+    fn diagnostics_of_one_sort_are_the_same_but_for_their_numbers() {
+        assert!(inverted(1).kind.is_like(&inverted(2).kind));
+        let gap = Kind::from(RunNote::CutOff {
+            file: "a".to_owned(),
+        });
+        assert!(!inverted(1).kind.is_like(&gap));
+        let recorded = |text: &str| Kind::from(RunNote::Recorded(text.to_owned()));
+        assert!(recorded("step 1 has 2").is_like(&recorded("step 3 has 4")));
+        assert!(!recorded("step 1 has 2").is_like(&recorded("body b moves")));
+        let holds = |column: &str| {
+            Kind::from(RunNote::ConditionHolds {
+                step: 0,
+                condition: format!("{column}>0"),
+                column: column.to_owned(),
+                value: 1.0,
+            })
+        };
+        assert!(holds("max_skew").is_like(&holds("max_skew")));
+        assert!(!holds("max_skew").is_like(&holds("inverted")));
     }
 }

@@ -1,9 +1,45 @@
-//! Nodes of no cell, and nodes at the same place.
+//! Nodes of tags, nodes of no cell, and nodes at the same place.
 
-use super::Mesh;
+use super::{Group, Mesh};
+use crate::error::{Error, Result};
 use rayon::prelude::*;
 
 impl Mesh {
+    /// Nodes of the boundary tags of this name, ascending.
+    ///
+    /// ```
+    /// # fn main() -> azimesh::Result<()> {
+    /// let mesh = azimesh::Mesh::read("testdata/naca0012.vtu")?;
+    /// let nodes = mesh.tag_nodes("airfoil")?;
+    /// assert!(nodes.is_sorted());
+    /// assert!(mesh.tag_nodes("airfoils").is_err());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// Where the mesh has no boundary tag of that name; the message lists those that it has.
+    pub fn tag_nodes(&self, name: &str) -> Result<Vec<u32>> {
+        let of_name = |tag: &&Group| tag.name == name;
+        let mut tags = self.boundary_tags().filter(of_name).peekable();
+        tags.peek().ok_or_else(|| {
+            let names: Vec<&str> = self.boundary_tags().map(|tag| tag.name.as_str()).collect();
+            Error::input(match names.is_empty() {
+                true => format!("tag \"{name}\" is not in the mesh, which has no boundary tags"),
+                false => format!(
+                    "tag \"{name}\" is not in the mesh; it has: {}",
+                    names.join(", ")
+                ),
+            })
+        })?;
+        let ranges = tags.flat_map(|tag| tag.cells.ranges());
+        let runs = ranges.flat_map(|cells| self.cells.runs_in(cells));
+        let mut nodes: Vec<u32> = runs.flat_map(|run| run.connectivity).copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Ok(nodes)
+    }
+
     /// For each node, whether a cell has it.
     pub fn nodes_of_cells(&self) -> Vec<bool> {
         self.cells.used_nodes(self.points.len())
@@ -46,8 +82,32 @@ impl Mesh {
 
 #[cfg(test)]
 mod tests {
-    use super::super::CellKind;
+    use super::super::{CellKind, Group};
     use super::*;
+
+    #[test]
+    fn the_nodes_of_a_tag_are_found_and_a_tag_that_is_not_there_lists_those_that_are() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 4],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+        mesh.cells.push(CellKind::Line, &[2, 1]);
+        mesh.cells.push(CellKind::Line, &[1, 0]);
+        mesh.groups.push(Group {
+            dimension: 1,
+            name: "wall".into(),
+            number: None,
+            condition: None,
+            cells: (1..3).collect(),
+        });
+        assert_eq!(mesh.tag_nodes("wall").expect("it is there"), [0, 1, 2]);
+        let error = mesh.tag_nodes("wing").expect_err("it is not");
+        assert_eq!(
+            error.to_string(),
+            "tag \"wing\" is not in the mesh; it has: wall"
+        );
+    }
 
     #[test]
     fn nodes_without_a_cell_and_nodes_at_one_place_are_counted() {

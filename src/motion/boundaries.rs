@@ -1,18 +1,10 @@
 //! What the schedule says of the boundaries that belong to no body, and of zones.
 
-use super::body::{pattern, patterns};
-use super::names::Pattern;
-use super::reader::{Entry, Keys};
-use crate::error::Result;
+use super::names::{Pattern, pattern, patterns};
+use super::reader::Entry;
+use crate::error::{Position, Result};
 
-const BOUNDARIES: Keys = Keys {
-    known: &["zones", "fixed", "slide", "periodic", "others"],
-    later: &[],
-};
-const PERIODIC: Keys = Keys {
-    known: &["pair"],
-    later: &[],
-};
+const BOUNDARIES: &[&str] = &["zones", "fixed", "slide", "periodic", "others"];
 
 /// What becomes of boundary tags that are not named anywhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,12 +24,12 @@ pub struct PeriodicPair {
     pub a: Pattern,
     /// Tags of the other side.
     pub b: Pattern,
-    /// Line in the schedule.
-    pub line: u64,
+    /// Where the schedule has it.
+    pub(super) place: Option<Position>,
 }
 
 /// `[boundaries]`: which zones deform and what the boundaries that belong to no body do.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct Boundaries {
     /// Zones that deform; all when empty.
     pub zones: Vec<Pattern>,
@@ -45,35 +37,33 @@ pub struct Boundaries {
     pub fixed: Vec<Pattern>,
     /// Tags whose nodes move along the boundary and never leave it.
     pub slide: Vec<Pattern>,
+    /// Tags inside the mesh whose nodes follow the interpolation.
+    pub free: Vec<Pattern>,
     /// Pairs of tags that are images of one another.
     pub periodic: Vec<PeriodicPair>,
     /// Tags not named anywhere; an error when left out and there are any.
     pub others: Option<Others>,
-    pub(super) line: Option<u64>,
 }
 
 impl Boundaries {
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[boundaries]", &BOUNDARIES)?;
-        let names = |key: &str, what: &str| {
-            let entry = section.get(key);
-            entry.map_or(Ok(Vec::new()), |entry| patterns(&entry, what))
-        };
-        let periodic = section.get("periodic");
+        let section = entry.section("[boundaries]", BOUNDARIES)?;
+        let mut boundaries = Self::default();
+        for (key, what, names) in [
+            ("zones", "zones", &mut boundaries.zones),
+            ("fixed", "tags", &mut boundaries.fixed),
+            ("slide", "tags", &mut boundaries.slide),
+        ] {
+            section.set(key, names, |entry| patterns(entry, what))?;
+        }
+        section.set("periodic", &mut boundaries.periodic, read_pairs)?;
         let known = [
             ("fixed", Others::Fixed),
             ("free", Others::Free),
             ("slide", Others::Slide),
         ];
-        let others = section.get("others");
-        Ok(Self {
-            zones: names("zones", "zones")?,
-            fixed: names("fixed", "tags")?,
-            slide: names("slide", "tags")?,
-            periodic: periodic.map_or(Ok(Vec::new()), |entry| read_pairs(&entry))?,
-            others: others.map(|entry| entry.choice(&known, &[])).transpose()?,
-            line: Some(section.line),
-        })
+        boundaries.others = section.optional("others", |entry| entry.choice(&known))?;
+        Ok(boundaries)
     }
 }
 
@@ -86,7 +76,7 @@ fn read_pairs(entry: &Entry<'_>) -> Result<Vec<PeriodicPair>> {
 }
 
 fn read_pair(element: &Entry<'_>) -> Result<PeriodicPair> {
-    let section = element.section("{ pair = [\"side_a\", \"side_b\"] }", &PERIODIC)?;
+    let section = element.section("{ pair = [\"side_a\", \"side_b\"] }", &["pair"])?;
     let pair = section.require("pair", "pair = [\"side_a\", \"side_b\"]")?;
     let sides = pair.elements("two strings")?;
     let [a, b] = &sides[..] else {
@@ -96,6 +86,6 @@ fn read_pair(element: &Entry<'_>) -> Result<PeriodicPair> {
     Ok(PeriodicPair {
         a: pattern(a)?,
         b: pattern(b)?,
-        line: pair.line(),
+        place: Some(Position::Line(pair.line())),
     })
 }

@@ -10,48 +10,51 @@
 //! interpolated into the volume.
 
 mod body;
+mod body_map;
 mod boundaries;
-mod driven;
+mod builder;
+mod checks;
+mod motions;
 mod names;
 mod options;
 mod output;
-mod pace;
 pub mod periodic;
-mod placed;
+mod places;
 mod pose;
 mod reader;
 mod resolved;
 mod rotor;
 mod schedule;
-mod seams;
+mod shared_nodes;
 mod steps;
 mod surface;
 pub mod table;
 mod tags;
-mod turn;
 mod twist;
+mod velocity;
 mod zones;
 
-pub use body::{
-    BeamMotion, Body, Cyclic, Harmonic, Matching, ModesMotion, Rigid, Series, SurfaceMotion,
-    TableMotion,
-};
+pub use body::Body;
+pub use body_map::BodyMap;
 pub use boundaries::{Boundaries, Others, PeriodicPair};
-pub use driven::CentreLine;
+pub use motions::{
+    AxisRotation, Beam, CentreLine, Cyclic, Harmonic, Modes, Series, SurfaceMotion, TableMotion,
+    TableSource, Translation,
+};
 pub use names::Pattern;
 pub use options::{
     Interpolate, KernelName, Polynomial, RbfOptions, Refresh, SelectionCriterion, SelectionMethod,
     SelectionOptions,
 };
 pub use output::{OnInverted, OutputOptions, QualityOutput};
-pub use pace::Pace;
-pub use placed::Pose;
-pub use resolved::Motion;
+pub use resolved::{Motion, MovingBody};
 pub use rotor::{Frame, Rotor, RotorAxes, Signs};
 pub use schedule::Schedule;
-pub use steps::{MAX_STEPS, Step};
+pub use steps::{MAX_STEPS, Step, Steps};
 pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes};
+pub use table::Table;
 pub use tags::{PeriodicTags, TagRole};
+pub use velocity::BodyVelocity;
 pub use zones::DeformingZone;
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Names of tags and zones in the schedule, globs among them, found in a mesh.
 
-use crate::error::{Error, Result, nearest_name};
+use super::places::Places;
+use super::reader::Entry;
+use crate::error::{Error, Position, Result, nearest_name};
 
 /// Names listed in a message before the rest is counted.
 const LISTED: usize = 24;
@@ -10,11 +12,27 @@ const LISTED: usize = 24;
 pub struct Pattern {
     /// As written.
     pub text: String,
-    /// Line in the schedule.
-    pub line: u64,
+    /// Where the schedule has it.
+    pub(super) place: Option<Position>,
 }
 
 impl Pattern {
+    /// A name given in memory, under a key of `places`.
+    pub(super) fn new(text: String, places: &Places, key: &str) -> Self {
+        let place = places.of(key);
+        Self { text, place }
+    }
+
+    /// Several of them.
+    pub(super) fn all(
+        names: impl IntoIterator<Item = impl Into<String>>,
+        places: &Places,
+        key: &str,
+    ) -> Vec<Self> {
+        let names = names.into_iter().map(Into::into);
+        names.map(|name| Self::new(name, places, key)).collect()
+    }
+
     /// Whether `name` is meant. A name that is written exactly so is always meant, even when it has
     /// a `*` or `?` in it.
     pub fn matches(&self, name: &str) -> bool {
@@ -49,8 +67,25 @@ impl Pattern {
             [] => format!("it has no {what}s"),
             names => format!("it has: {}", list(names.iter().copied())),
         };
-        Err(Error::input(format!("{missing}; {has}")).line(self.line))
+        Err(Error::input(format!("{missing}; {has}")).at(self.place.clone()))
     }
+}
+
+/// A list of names or globs that is not empty.
+pub(super) fn patterns(entry: &Entry<'_>, what: &str) -> Result<Vec<Pattern>> {
+    let elements = entry.elements("strings")?;
+    if elements.is_empty() {
+        return Err(entry.error(&format!("is empty; name the {what}, or leave the key out")));
+    }
+    elements.iter().map(pattern).collect()
+}
+
+/// A name or a glob.
+pub(super) fn pattern(element: &Entry<'_>) -> Result<Pattern> {
+    Ok(Pattern {
+        text: element.string()?.to_owned(),
+        place: Some(Position::Line(element.line())),
+    })
 }
 
 /// Glob matching with one point of return: the last `*` seen takes one more character.
@@ -104,7 +139,7 @@ mod tests {
     fn pattern(text: &str) -> Pattern {
         Pattern {
             text: text.into(),
-            line: 7,
+            place: Some(Position::Line(7)),
         }
     }
 

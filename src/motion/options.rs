@@ -1,32 +1,27 @@
 //! What the schedule says of the interpolation and of base points.
 
-use super::reader::{AngleUnit, Entry, Keys, Section};
+use super::places::Places;
+use super::reader::{AngleUnit, Entry};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
 
-const RBF: Keys = Keys {
-    known: &[
-        "kernel",
-        "support_radius",
-        "polynomial",
-        "interpolate",
-        "rotation_radius",
-        "substeps",
-    ],
-    later: &[],
-};
-const SELECTION: Keys = Keys {
-    known: &[
-        "method",
-        "tolerance",
-        "criterion",
-        "constant",
-        "max_points",
-        "refresh",
-        "correction",
-    ],
-    later: &[],
-};
+const RBF: &[&str] = &[
+    "kernel",
+    "support_radius",
+    "polynomial",
+    "interpolate",
+    "rotation_radius",
+    "substeps",
+];
+const SELECTION: &[&str] = &[
+    "method",
+    "tolerance",
+    "criterion",
+    "constant",
+    "max_points",
+    "refresh",
+    "correction",
+];
 
 /// Substeps a step may be cut into at most.
 const MAX_SUBSTEPS: usize = 1000;
@@ -109,41 +104,46 @@ impl Default for RbfOptions {
 
 impl RbfOptions {
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[rbf]", &RBF)?;
+        let section = entry.section("[rbf]", RBF)?;
         let mut options = Self::default();
-        if let Some(kernel) = section.get("kernel") {
-            options.kernel = kernel.choice(&KernelName::ALL, &[])?;
-        }
-        if let Some(radius) = section.get("support_radius") {
-            options.support_radius = Some(radius.positive()?);
-        }
-        if let Some(polynomial) = section.get("polynomial") {
-            let known = [("none", Polynomial::None), ("linear", Polynomial::Linear)];
-            options.polynomial = polynomial.choice(&known, &[])?;
-        }
-        if let Some(interpolate) = section.get("interpolate") {
-            let known = [
-                ("displacement", Interpolate::Displacement),
-                ("twist", Interpolate::Twist),
-            ];
-            options.interpolate = interpolate.choice(&known, &[])?;
-        }
-        if let Some(radius) = section.get("rotation_radius") {
-            if options.interpolate != Interpolate::Twist {
-                return Err(
-                    radius.error("needs interpolate = \"twist\"; set that, or leave the key out")
-                );
-            }
-            options.rotation_radius = Some(radius.positive()?);
-        }
-        if let Some(substeps) = section.get("substeps") {
-            options.substeps = substeps.count()?;
-            if options.substeps > MAX_SUBSTEPS {
-                let n = options.substeps;
-                return Err(substeps.error(&format!("is {n}; at most {MAX_SUBSTEPS} are possible")));
-            }
-        }
+        section.set("kernel", &mut options.kernel, |entry| {
+            entry.choice(&KernelName::ALL)
+        })?;
+        options.support_radius = section.optional("support_radius", Entry::positive)?;
+        let known = [("none", Polynomial::None), ("linear", Polynomial::Linear)];
+        section.set("polynomial", &mut options.polynomial, |entry| {
+            entry.choice(&known)
+        })?;
+        let known = [
+            ("displacement", Interpolate::Displacement),
+            ("twist", Interpolate::Twist),
+        ];
+        section.set("interpolate", &mut options.interpolate, |entry| {
+            entry.choice(&known)
+        })?;
+        options.rotation_radius = section.optional("rotation_radius", Entry::positive)?;
+        section.set("substeps", &mut options.substeps, Entry::count)?;
         Ok(options)
+    }
+
+    /// Refuses numbers out of their range, and what does not go together.
+    pub(super) fn check(&self, places: &Places) -> Result<()> {
+        if let Some(radius) = self.support_radius {
+            places.positive("rbf.support_radius", radius)?;
+        }
+        if let Some(radius) = self.rotation_radius {
+            if self.interpolate != Interpolate::Twist {
+                let message = "`rotation_radius` needs interpolate = \"twist\"; set that, or leave the key out";
+                return Err(places.error("rbf.rotation_radius", message));
+            }
+            places.positive("rbf.rotation_radius", radius)?;
+        }
+        let n = self.substeps;
+        if !(1..=MAX_SUBSTEPS).contains(&n) {
+            let message = format!("`substeps` is {n}; at most {MAX_SUBSTEPS} are possible");
+            return Err(places.error("rbf.substeps", message));
+        }
+        Ok(())
     }
 }
 
@@ -216,70 +216,67 @@ impl Default for SelectionOptions {
 
 impl SelectionOptions {
     pub(super) fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
-        let section = entry.section("[selection]", &SELECTION)?;
+        let section = entry.section("[selection]", SELECTION)?;
         let mut options = Self::default();
-        if let Some(method) = section.get("method") {
-            let known = [
-                ("sequence", SelectionMethod::Sequence),
-                ("constant", SelectionMethod::Constant),
-                ("real", SelectionMethod::Real),
-                ("all", SelectionMethod::All),
-            ];
-            options.method = method.choice(&known, &[])?;
-        }
-        if let Some(tolerance) = section.get("tolerance") {
-            options.tolerance = Some(tolerance.positive()?);
-        }
-        if let Some(criterion) = section.get("criterion") {
-            let known = [
-                ("max", SelectionCriterion::Max),
-                ("mean", SelectionCriterion::Mean),
-            ];
-            options.criterion = criterion.choice(&known, &[])?;
-        }
-        options.constant = read_constant(&section, options.method)?;
-        if let Some(max_points) = section.get("max_points") {
-            options.max_points = max_points.count()?;
-        }
-        options.refresh = read_refresh(&section, options.method, unit)?;
-        if let Some(correction) = section.get("correction") {
-            options.correction = correction.boolean()?;
-        }
+        let known = [
+            ("sequence", SelectionMethod::Sequence),
+            ("constant", SelectionMethod::Constant),
+            ("real", SelectionMethod::Real),
+            ("all", SelectionMethod::All),
+        ];
+        section.set("method", &mut options.method, |entry| entry.choice(&known))?;
+        options.tolerance = section.optional("tolerance", Entry::positive)?;
+        let known = [
+            ("max", SelectionCriterion::Max),
+            ("mean", SelectionCriterion::Mean),
+        ];
+        section.set("criterion", &mut options.criterion, |entry| {
+            entry.choice(&known)
+        })?;
+        options.constant = section.optional("constant", Entry::numbers)?;
+        section.set("max_points", &mut options.max_points, Entry::count)?;
+        let refresh = section.optional("refresh", Entry::positive)?;
+        options.refresh = refresh.map(|angle| Refresh {
+            azimuth: unit.to_radians(angle),
+            azimuth_deg: unit.to_degrees(angle),
+        });
+        section.set("correction", &mut options.correction, Entry::boolean)?;
         Ok(options)
     }
-}
 
-fn read_constant(section: &Section<'_>, method: SelectionMethod) -> Result<Option<Vector>> {
-    let Some(entry) = section.get("constant") else {
-        return Ok(None);
-    };
-    if method != SelectionMethod::Constant {
-        return Err(entry.error("needs method = \"constant\"; set that, or leave the key out"));
+    /// Refuses numbers out of their range, and keys that go with another method.
+    pub(super) fn check(&self, places: &Places) -> Result<()> {
+        if let Some(tolerance) = self.tolerance {
+            places.positive("selection.tolerance", tolerance)?;
+        }
+        places.positive("selection.max_points", self.max_points as f64)?;
+        if let Some(constant) = self.constant {
+            let key = "selection.constant";
+            if self.method != SelectionMethod::Constant {
+                return Err(places.error(
+                    key,
+                    "`constant` needs method = \"constant\"; set that, or leave the key out",
+                ));
+            }
+            places.finite(key, &constant)?;
+            if constant == [0.0; 3] {
+                return Err(places.error(
+                    key,
+                    "`constant` is zero, which every choice of base points reproduces; give a displacement such as \
+                     [0.0, 0.0, 1.0], or leave the key out for that of the motion",
+                ));
+            }
+        }
+        if let Some(refresh) = self.refresh {
+            let key = "selection.refresh";
+            if self.method != SelectionMethod::Real {
+                return Err(places.error(
+                    key,
+                    "`refresh` needs method = \"real\"; set that, or leave the key out",
+                ));
+            }
+            places.positive(key, refresh.azimuth_deg)?;
+        }
+        Ok(())
     }
-    let constant: Vector = entry.numbers()?;
-    if constant == [0.0; 3] {
-        return Err(entry.error(
-            "is zero, which every choice of base points reproduces; give a displacement such as \
-             [0.0, 0.0, 1.0], or leave the key out for that of the motion",
-        ));
-    }
-    Ok(Some(constant))
-}
-
-fn read_refresh(
-    section: &Section<'_>,
-    method: SelectionMethod,
-    unit: AngleUnit,
-) -> Result<Option<Refresh>> {
-    let Some(entry) = section.get("refresh") else {
-        return Ok(None);
-    };
-    if method != SelectionMethod::Real {
-        return Err(entry.error("needs method = \"real\"; set that, or leave the key out"));
-    }
-    let angle = entry.positive()?;
-    Ok(Some(Refresh {
-        azimuth: unit.to_radians(angle),
-        azimuth_deg: unit.to_degrees(angle),
-    }))
 }

@@ -1,22 +1,20 @@
 //! What the schedule says of the files that are written.
 
-use super::reader::{Entry, Keys};
+use super::places::Places;
+use super::reader::Entry;
 use crate::error::Result;
 use crate::formats::{self, Compression, Encoding, Precision, WriteOptions};
 
-const OUTPUT: Keys = Keys {
-    known: &[
-        "format",
-        "precision",
-        "quality",
-        "displacement",
-        "velocity",
-        "encoding",
-        "compression",
-        "on_inverted",
-    ],
-    later: &[],
-};
+const OUTPUT: &[&str] = &[
+    "format",
+    "precision",
+    "quality",
+    "displacement",
+    "velocity",
+    "encoding",
+    "compression",
+    "on_inverted",
+];
 
 /// How much quality is worked out at each step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,57 +92,57 @@ impl OutputOptions {
     }
 
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[output]", &OUTPUT)?;
+        let section = entry.section("[output]", OUTPUT)?;
         let mut options = Self::default();
-        if let Some(format) = section.get("format") {
-            let known: Vec<(&str, &str)> = formats::with_flavours()
-                .map(|format| (format.name(), format.name()))
-                .collect();
-            options.format = format.choice(&known, &[])?.to_owned();
-        }
-        if let Some(precision) = section.get("precision") {
-            let known = [("f64", Precision::F64), ("f32", Precision::F32)];
-            options.precision = precision.choice(&known, &[])?;
-        }
-        if let Some(quality) = section.get("quality") {
-            let known = [
-                ("summary", QualityOutput::Summary),
-                ("cells", QualityOutput::Cells),
-                ("none", QualityOutput::None),
-            ];
-            options.quality = quality.choice(&known, &[])?;
-        }
-        if let Some(displacement) = section.get("displacement") {
-            options.displacement = displacement.boolean()?;
-        }
-        if let Some(velocity) = section.get("velocity") {
-            options.velocity = velocity.boolean()?;
-        }
-        if let Some(encoding) = section.get("encoding") {
-            let known = [
-                ("raw", Encoding::Raw),
-                ("base64", Encoding::Base64),
-                ("ascii", Encoding::Ascii),
-            ];
-            options.encoding = encoding.choice(&known, &[])?;
-        }
-        if let Some(compression) = section.get("compression") {
-            let known = [
-                ("none", Compression::None),
-                ("zlib", Compression::Zlib),
-                ("lz4", Compression::Lz4),
-                ("lzma", Compression::Lzma),
-            ];
-            options.compression = compression.choice(&known, &[])?;
-        }
-        if let Some(on_inverted) = section.get("on_inverted") {
-            let known = [
-                ("warn", OnInverted::Warn),
-                ("stop", OnInverted::Stop),
-                ("substeps", OnInverted::Substeps),
-            ];
-            options.on_inverted = on_inverted.choice(&known, &[])?;
-        }
+        let names = formats::with_flavours().map(|format| format.name());
+        let known: Vec<(&str, &str)> = names.map(|name| (name, name)).collect();
+        let format = |entry: &Entry<'_>| Ok(entry.choice(&known)?.to_owned());
+        section.set("format", &mut options.format, format)?;
+        let known = [("f64", Precision::F64), ("f32", Precision::F32)];
+        section.set("precision", &mut options.precision, |entry| {
+            entry.choice(&known)
+        })?;
+        let known = [
+            ("summary", QualityOutput::Summary),
+            ("cells", QualityOutput::Cells),
+            ("none", QualityOutput::None),
+        ];
+        section.set("quality", &mut options.quality, |entry| {
+            entry.choice(&known)
+        })?;
+        section.set("displacement", &mut options.displacement, Entry::boolean)?;
+        section.set("velocity", &mut options.velocity, Entry::boolean)?;
+        let known = [
+            ("raw", Encoding::Raw),
+            ("base64", Encoding::Base64),
+            ("ascii", Encoding::Ascii),
+        ];
+        section.set("encoding", &mut options.encoding, |entry| {
+            entry.choice(&known)
+        })?;
+        let known = [
+            ("none", Compression::None),
+            ("zlib", Compression::Zlib),
+            ("lz4", Compression::Lz4),
+            ("lzma", Compression::Lzma),
+        ];
+        section.set("compression", &mut options.compression, |entry| {
+            entry.choice(&known)
+        })?;
+        let known = [
+            ("warn", OnInverted::Warn),
+            ("stop", OnInverted::Stop),
+            ("substeps", OnInverted::Substeps),
+        ];
+        section.set("on_inverted", &mut options.on_inverted, |entry| {
+            entry.choice(&known)
+        })?;
         Ok(options)
+    }
+
+    /// Refuses a format that cannot be written.
+    pub(super) fn check(&self, places: &Places) -> Result<()> {
+        let known = formats::by_name(&self.format).map(|_| ());
+        known.map_err(|error| places.error("output.format", error.message))
     }
 }

@@ -3,22 +3,11 @@
 //! Knows what a table may hold and how to say that a key or a value is wrong; nothing of what the
 //! keys mean.
 
+use super::checks::{MOST_TURNED, is_angle};
 use super::names::list;
+use super::places::Places;
 use crate::error::{Error, Result, nearest_name};
-use crate::geometry::vector::{Vector, unit};
 use toml::de::{DeTable, DeValue};
-
-/// What is said of a key whose feature this version does not have.
-pub(super) const NOT_YET: &str = "is not available in this version";
-
-/// Largest angle in radians; of one as large a ten-millionth of a turn is left.
-const MOST_TURNED: f64 = 1e9;
-
-/// The keys of a table: those that are read, and those of later versions with what is said of them.
-pub(super) struct Keys {
-    pub known: &'static [&'static str],
-    pub later: &'static [(&'static str, &'static str)],
-}
 
 /// A table whose keys are known to be right.
 #[derive(Clone, Copy)]
@@ -85,14 +74,14 @@ impl Lines {
 
 impl<'a> Section<'a> {
     /// The whole document.
-    pub(super) fn root(lines: &'a Lines, table: &'a DeTable<'a>, keys: &Keys) -> Result<Self> {
+    pub(super) fn root(lines: &'a Lines, table: &'a DeTable<'a>, known: &[&str]) -> Result<Self> {
         let section = Self {
             lines,
             title: "the schedule",
             table,
             line: 1,
         };
-        section.checked(keys)
+        section.checked(known)
     }
 
     /// The value of a key.
@@ -116,14 +105,53 @@ impl<'a> Section<'a> {
         })
     }
 
+    /// What a key holds as `read` takes it; `None` where it is left out.
+    pub(super) fn optional<T>(
+        &self,
+        key: &str,
+        read: impl FnOnce(&Entry<'a>) -> Result<T>,
+    ) -> Result<Option<T>> {
+        self.get(key).map(|entry| read(&entry)).transpose()
+    }
+
+    /// Puts what a key holds in the place of a default, which stays where the key is left out.
+    pub(super) fn set<T>(
+        &self,
+        key: &str,
+        value: &mut T,
+        read: impl FnOnce(&Entry<'a>) -> Result<T>,
+    ) -> Result<()> {
+        if let Some(found) = self.optional(key, read)? {
+            *value = found;
+        }
+        Ok(())
+    }
+
+    /// The lines of the keys of this table and of those of tables in it, by names such as `rbf.kernel`.
+    pub(super) fn places(&self) -> Places {
+        let mut places = Places::default();
+        self.add_places("", self.table, &mut places);
+        places
+    }
+
+    fn add_places(&self, before: &str, table: &DeTable<'_>, places: &mut Places) {
+        for (key, value) in table {
+            let name = format!("{before}{}", key.get_ref());
+            if let DeValue::Table(inner) = value.get_ref() {
+                self.add_places(&format!("{name}."), inner, places);
+            }
+            places.add(name, self.lines.at(key.span().start));
+        }
+    }
+
     /// An error at the table's first line.
     pub(super) fn error(&self, message: impl Into<String>) -> Error {
         Error::input(message).line(self.line)
     }
 
     /// Refuses the first key that is not known.
-    fn checked(self, keys: &Keys) -> Result<Self> {
-        let wrong = |name: &str| !keys.known.contains(&name);
+    fn checked(self, known: &[&str]) -> Result<Self> {
+        let wrong = |name: &str| !known.contains(&name);
         let first = self
             .table
             .keys()
@@ -133,10 +161,7 @@ impl<'a> Section<'a> {
             return Ok(self);
         };
         let name: &str = key.get_ref();
-        let message = match keys.later.iter().find(|(later, _)| *later == name) {
-            Some((_, sentence)) => format!("`{name}` {sentence}"),
-            None => unknown(&format!("key `{name}` in {}", self.title), name, keys.known),
-        };
+        let message = unknown(&format!("key `{name}` in {}", self.title), name, known);
         Err(Error::input(message).line(self.lines.at(key.span().start)))
     }
 }
@@ -207,7 +232,7 @@ impl<'a> Entry<'a> {
     pub(super) fn angle(&self, unit: AngleUnit) -> Result<f64> {
         let expected = "an angle, a finite number";
         let angle = unit.to_radians(self.number_or(expected)?);
-        match angle.abs() <= MOST_TURNED {
+        match is_angle(angle) {
             true => Ok(angle),
             false => Err(self.error(&format!(
                 "is {angle:e} radians, so many turns that where it ends is round-off; it must be {expected} of at most \
@@ -255,8 +280,8 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// One of a few names; those of `later` are refused as not available yet.
-    pub(super) fn choice<T: Copy>(&self, known: &[(&str, T)], later: &[&str]) -> Result<T> {
+    /// One of a few names.
+    pub(super) fn choice<T: Copy>(&self, known: &[(&str, T)]) -> Result<T> {
         let names = || known.iter().map(|(name, _)| *name);
         let DeValue::String(found) = self.value else {
             return Err(self.expected(&format!("one of the strings {}", list(names()))));
@@ -264,10 +289,6 @@ impl<'a> Entry<'a> {
         let found: &str = found;
         if let Some((_, value)) = known.iter().find(|(name, _)| *name == found) {
             return Ok(*value);
-        }
-        let available = list(names());
-        if later.contains(&found) {
-            return Err(self.error(&format!("= \"{found}\" {NOT_YET}; available: {available}")));
         }
         let all: Vec<&str> = names().collect();
         let what = format!("{} \"{}\"", self.key, found.escape_debug());
@@ -303,15 +324,8 @@ impl<'a> Entry<'a> {
         Ok(numbers)
     }
 
-    /// A direction of any length but zero, as a unit vector.
-    pub(super) fn direction(&self) -> Result<Vector> {
-        unit(self.numbers::<3>()?).ok_or_else(|| {
-            self.error("has no length; it must be a direction such as [0.0, 0.0, 1.0]")
-        })
-    }
-
     /// The table under this key.
-    pub(super) fn section(&self, title: &'static str, keys: &Keys) -> Result<Section<'a>> {
+    pub(super) fn section(&self, title: &'static str, known: &[&str]) -> Result<Section<'a>> {
         let DeValue::Table(table) = self.value else {
             return Err(self.expected(&format!("a table, {title}")));
         };
@@ -321,6 +335,6 @@ impl<'a> Entry<'a> {
             table,
             line: self.line(),
         }
-        .checked(keys)
+        .checked(known)
     }
 }

@@ -1,16 +1,18 @@
 //! A schedule on a mesh: steps, axes, bodies, and the role of every surface node.
 
 use super::body::Body;
-use super::driven::{BladeSurface, Clock, Driven};
+use super::motions::{AtRest, Clock, Displacements, OnMesh, Reach, ResolvedMotion, Rigid};
 use super::rotor::RotorAxes;
 use super::schedule::Schedule;
 use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
-use crate::error::{Error, Result};
+use crate::error::{Error, Position, Result};
 use crate::geometry::Bounds;
 use crate::mesh::{Group, Mesh};
+use std::cell::OnceCell;
+use std::sync::Arc;
 
 /// Extent in z, relative to the diagonal, above which a mesh of 2D cells is not plane.
 const PLANE: f64 = 1e-6;
@@ -23,7 +25,7 @@ pub struct Motion {
     /// The rotor's axes.
     pub rotor: RotorAxes,
     /// The moving bodies, in the order of the schedule.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<MovingBody>,
     /// The surface nodes with their roles, and the faces between them.
     pub surface: Surface,
     /// The periodic pairs, in the order of the schedule.
@@ -32,10 +34,23 @@ pub struct Motion {
     pub zone: Option<DeformingZone>,
     /// By how much the azimuth grows, in radians a second, where the schedule says.
     pub azimuth_rate: Option<f64>,
-    /// What the bodies' motions have from files, in the order of the bodies.
-    pub(super) driven: Vec<Driven>,
     /// For each step those next to it in time.
     pub(super) neighbours: Vec<[u32; 2]>,
+}
+
+/// A body on a mesh.
+#[derive(Debug, Clone)]
+pub struct MovingBody {
+    /// Its name, of its own among the bodies.
+    pub name: String,
+    /// Azimuth of its blade when the rotor's is zero, in radians.
+    pub azimuth_offset: f64,
+    /// The body it moves with, which stands before it.
+    pub(super) parent: Option<usize>,
+    /// In the order in which they act; a rigid map is always among them.
+    pub(super) motions: Vec<Arc<dyn ResolvedMotion>>,
+    /// Where the schedule names it.
+    pub(crate) place: Option<Position>,
 }
 
 impl Motion {
@@ -49,86 +64,107 @@ impl Motion {
         if dimension == 2 {
             check_plane(mesh, &schedule.bodies)?;
         }
-        let rotor = schedule.rotor.axes(dimension)?;
+        let rotor = schedule.rotor.axes(dimension, &schedule.places)?;
         let zone = DeformingZone::find(&schedule.boundaries.zones, mesh)?;
         let tags: Vec<&Group> = mesh.boundary_tags().collect();
-        let named = TagRoles::find(
-            &tags,
-            &schedule.bodies,
-            &schedule.boundaries,
-            zone.as_ref(),
-            mesh,
-        )?;
-        let surface = Surface::find(&tags, named.tags, zone.as_ref(), mesh);
-        let neighbours = neighbours(&schedule.steps);
-        let driven = read_driven(schedule, &neighbours, &rotor, &surface, mesh)?;
-        Ok(Self {
-            driven,
-            neighbours,
-            steps: schedule.steps.clone(),
+        let named = TagRoles::find(&tags, schedule, zone.as_ref(), mesh)?;
+        let steps = schedule.steps()?;
+        let mut motion = Self {
+            neighbours: neighbours(&steps),
+            steps,
             rotor,
-            bodies: schedule.bodies.clone(),
-            surface,
+            bodies: Vec::new(),
+            surface: Surface::find(&tags, named.tags, zone.as_ref(), mesh),
             periodic: named.periodic,
             zone,
-            azimuth_rate: schedule.azimuth_rate,
+            azimuth_rate: schedule.steps.azimuth_rate(&schedule.rotor),
+        };
+        for body in &schedule.bodies {
+            let body = motion.resolve(body, schedule, mesh)?;
+            motion.bodies.push(body);
+        }
+        motion.check_parents(schedule)?;
+        Ok(motion)
+    }
+
+    /// The next body: its motions on the mesh.
+    fn resolve(&self, body: &Body, schedule: &Schedule, mesh: &Mesh) -> Result<MovingBody> {
+        let is_parent = |other: &MovingBody| Some(&other.name) == body.parent.as_ref();
+        let parent = self.bodies.iter().position(is_parent);
+        let inherited = parent.map_or(0.0, |parent| self.bodies[parent].azimuth_offset);
+        let azimuth_offset = body.azimuth_offset.unwrap_or(inherited);
+        let on = OnMesh {
+            mesh,
+            faces: &self.surface.faces,
+            surface_nodes: &self.surface.nodes,
+            role: Role::Moving(self.bodies.len() as u16),
+            blade: self.rotor.blade(azimuth_offset),
+            offset: azimuth_offset,
+            clock: Clock {
+                steps: &self.steps,
+                azimuth_rate: self.azimuth_rate,
+                neighbours: &self.neighbours,
+            },
+            body,
+            folder: schedule.path.with_file_name(""),
+            nodes: OnceCell::new(),
+        };
+        let mut motions = Vec::new();
+        for motion in &body.motions {
+            motions.push(motion.resolve(&on)?);
+        }
+        if body.motion::<Rigid>().is_none() {
+            let nodes = motions
+                .iter()
+                .filter(|motion| motion.reach() == Reach::Nodes);
+            motions.insert(nodes.count(), Arc::new(AtRest));
+        }
+        Ok(MovingBody {
+            name: body.name.clone(),
+            azimuth_offset,
+            parent,
+            motions,
+            place: body.places.of("name"),
         })
+    }
+
+    /// Refuses parents that are known at their own nodes alone.
+    fn check_parents(&self, schedule: &Schedule) -> Result<()> {
+        for (child, declared) in self.bodies.iter().zip(&schedule.bodies) {
+            let has_nodes = |parent: &usize| {
+                let mut motions = self.bodies[*parent].motions.iter();
+                motions.any(|motion| motion.reach() == Reach::Nodes)
+            };
+            if let Some(parent) = child.parent.filter(has_nodes) {
+                let what = match schedule.bodies[parent].motion::<Displacements>() {
+                    Some(_) => "displacements",
+                    None => "`surface` or `modes`",
+                };
+                let message = format!(
+                    "body \"{}\" cannot move with \"{}\", whose {what} are known at its own nodes alone; give the \
+                     child a motion of its own",
+                    child.name, self.bodies[parent].name
+                );
+                return Err(declared.places.error("name", message));
+            }
+        }
+        Ok(())
     }
 
     /// What the user should know of the files of the motions, as sentences.
     pub fn notes(&self) -> Vec<String> {
-        self.driven
+        // Of a beam before those of displacements.
+        let motions = self
+            .bodies
             .iter()
-            .flat_map(Driven::notes)
-            .cloned()
-            .collect()
+            .flat_map(|body| body.motions.iter().rev());
+        motions.flat_map(|motion| motion.notes()).cloned().collect()
     }
 
     /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
     pub fn periodic_nodes(&self, pair: &PeriodicTags, mesh: &Mesh) -> [Vec<u32>; 2] {
         [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), mesh))
     }
-}
-
-/// Reads the files that the bodies' motions name.
-fn read_driven(
-    schedule: &Schedule,
-    neighbours: &[[u32; 2]],
-    rotor: &RotorAxes,
-    surface: &Surface,
-    mesh: &Mesh,
-) -> Result<Vec<Driven>> {
-    let clock = Clock {
-        steps: &schedule.steps,
-        azimuth_rate: schedule.azimuth_rate,
-        neighbours,
-    };
-    let in_plane = mesh.dimension() == 2;
-    let read = |(body, index): (&Body, u16)| {
-        let faces = BladeSurface {
-            mesh,
-            faces: &surface.faces,
-            nodes: &surface.nodes,
-            role: Role::Moving(index),
-            blade: &rotor.blade(body.azimuth_offset),
-        };
-        Driven::read(body, &schedule.path, &clock, in_plane, &faces)
-    };
-    let driven: Vec<Driven> = (schedule.bodies.iter().zip(0..).map(read)).collect::<Result<_>>()?;
-    for body in &schedule.bodies {
-        if let Some(parent) = body
-            .parent
-            .filter(|&parent| driven[parent].has_displacements())
-        {
-            return Err(Error::input(format!(
-                "body \"{}\" cannot move with \"{}\", whose `surface` or `modes` are known at its own nodes alone; \
-                 give the child a motion of its own",
-                body.name, schedule.bodies[parent].name
-            ))
-            .line(body.line));
-        }
-    }
-    Ok(driven)
 }
 
 /// Refuses what would leave the plane of a 2D mesh.
@@ -140,21 +176,8 @@ fn check_plane(mesh: &Mesh, bodies: &[Body]) -> Result<()> {
             "the mesh has 2D cells only, but z runs from {low} to {high}; a 2D mesh must lie in a plane of constant z"
         )));
     }
-    for body in bodies {
-        if let Some(line) = body.cyclic.as_ref().and_then(|cyclic| cyclic.out_of_plane) {
-            return Err(Error::input(format!(
-                "body \"{}\" flaps or lags, which needs a 3D mesh; in 2D a cyclic motion is pitch alone",
-                body.name
-            ))
-            .line(line));
-        }
-        if let Some(line) = body.rigid.as_ref().and_then(|rigid| rigid.out_of_plane) {
-            return Err(Error::input(format!(
-                "body \"{}\" leaves the plane of the 2D mesh; turn it about [0, 0, 1] and translate it in x and y",
-                body.name
-            ))
-            .line(line));
-        }
-    }
-    Ok(())
+    let mut motions = bodies
+        .iter()
+        .flat_map(|body| body.motions.iter().rev().map(move |motion| (body, motion)));
+    motions.try_for_each(|(body, motion)| motion.check_plane(body))
 }

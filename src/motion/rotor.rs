@@ -1,24 +1,22 @@
 //! The rotor: where its hub and axes are, in which frame the mesh is seen, and signs.
 
-use super::reader::{Entry, Keys};
-use crate::error::{Error, Result};
+use super::places::Places;
+use super::reader::Entry;
+use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, cross, dot, scale, unit};
 
-const ROTOR: Keys = Keys {
-    known: &[
-        "hub",
-        "span_axis",
-        "shaft_axis",
-        "frame",
-        "rpm",
-        "azimuth_sign",
-        "pitch_sign",
-        "flap_sign",
-        "lag_sign",
-    ],
-    later: &[],
-};
+const ROTOR: &[&str] = &[
+    "hub",
+    "span_axis",
+    "shaft_axis",
+    "frame",
+    "rpm",
+    "azimuth_sign",
+    "pitch_sign",
+    "flap_sign",
+    "lag_sign",
+];
 
 /// Sine of the angle under which span and shaft count as parallel.
 const PARALLEL: f64 = 1e-6;
@@ -45,26 +43,28 @@ pub struct Signs {
     pub lag: f64,
 }
 
-/// `[rotor]` as written; axes left out depend on the mesh's dimension.
+/// The rotor: hub, axes, frame, speed and signs of its angles.
+///
+/// ```
+/// use azimesh::motion::{Rotor, Schedule, Steps};
+///
+/// let rotor = Rotor::new().hub([0.0, 0.0, 1.2]).inertial().rpm(395.0).azimuth_sign(-1.0);
+/// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0)).rotor(rotor);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rotor {
     /// Hub centre, in mesh units.
-    pub hub: Vector,
-    /// Direction of the span of the blade at zero azimuth.
-    pub span_axis: Option<Vector>,
-    /// Direction of the shaft, towards the thrust side.
-    pub shaft_axis: Option<Vector>,
+    pub(super) hub: Vector,
+    /// Unit vector along the span of the blade at zero azimuth; zero where one of no length was given.
+    pub(super) span_axis: Option<Vector>,
+    /// Unit vector along the shaft, towards the thrust side; likewise.
+    pub(super) shaft_axis: Option<Vector>,
     /// In which frame the mesh is written.
-    pub frame: Frame,
+    pub(super) frame: Frame,
     /// Revolutions a minute.
-    pub rpm: Option<f64>,
+    pub(super) rpm: Option<f64>,
     /// Signs of the angles.
-    pub signs: Signs,
-    /// Line of the frame, or of the section.
-    pub(super) frame_line: u64,
-    /// Line of an axis that is given.
-    pub(super) axis_line: Option<u64>,
-    pub(super) rpm_line: Option<u64>,
+    pub(super) signs: Signs,
 }
 
 impl Default for Rotor {
@@ -81,57 +81,151 @@ impl Default for Rotor {
                 flap: 1.0,
                 lag: 1.0,
             },
-            frame_line: 1,
-            axis_line: None,
-            rpm_line: None,
         }
     }
 }
 
 impl Rotor {
+    /// A hub at the origin, in 3D the span along x and the shaft along z, in 2D the span along -z and the
+    /// shaft along y; the rotating frame.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Hub centre, in mesh units.
+    #[must_use]
+    pub fn hub(self, hub: Vector) -> Self {
+        Self { hub, ..self }
+    }
+
+    /// Direction, of any length, of the span of the blade at zero azimuth.
+    #[must_use]
+    pub fn span_axis(self, direction: Vector) -> Self {
+        Self {
+            span_axis: Some(unit(direction).unwrap_or_default()),
+            ..self
+        }
+    }
+
+    /// Direction, of any length, of the shaft, towards the thrust side.
+    #[must_use]
+    pub fn shaft_axis(self, direction: Vector) -> Self {
+        Self {
+            shaft_axis: Some(unit(direction).unwrap_or_default()),
+            ..self
+        }
+    }
+
+    /// Meshes are written in the inertial frame: carried round with the azimuth.
+    #[must_use]
+    pub fn inertial(self) -> Self {
+        Self {
+            frame: Frame::Inertial,
+            ..self
+        }
+    }
+
+    /// Meshes are written in the frame that turns with the rotor, which is the default.
+    #[must_use]
+    pub fn rotating(self) -> Self {
+        Self {
+            frame: Frame::Rotating,
+            ..self
+        }
+    }
+
+    /// Revolutions a minute, which give azimuths their times.
+    #[must_use]
+    pub fn rpm(self, rpm: f64) -> Self {
+        Self {
+            rpm: Some(rpm),
+            ..self
+        }
+    }
+
+    /// 1, or -1 for a rotor that turns clockwise seen from the thrust side.
+    #[must_use]
+    pub fn azimuth_sign(mut self, sign: f64) -> Self {
+        self.signs.azimuth = sign;
+        self
+    }
+
+    /// 1, or -1 for the other convention of the pitch angle.
+    #[must_use]
+    pub fn pitch_sign(mut self, sign: f64) -> Self {
+        self.signs.pitch = sign;
+        self
+    }
+
+    /// 1, or -1 for the other convention of the flap angle.
+    #[must_use]
+    pub fn flap_sign(mut self, sign: f64) -> Self {
+        self.signs.flap = sign;
+        self
+    }
+
+    /// 1, or -1 for the other convention of the lag angle.
+    #[must_use]
+    pub fn lag_sign(mut self, sign: f64) -> Self {
+        self.signs.lag = sign;
+        self
+    }
+
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[rotor]", &ROTOR)?;
+        let section = entry.section("[rotor]", ROTOR)?;
         let mut rotor = Self::default();
-        if let Some(hub) = section.get("hub") {
-            rotor.hub = hub.numbers()?;
+        section.set("hub", &mut rotor.hub, Entry::numbers)?;
+        if let Some(span) = section.optional("span_axis", Entry::numbers)? {
+            rotor = rotor.span_axis(span);
         }
-        for (key, axis) in [
-            ("span_axis", &mut rotor.span_axis),
-            ("shaft_axis", &mut rotor.shaft_axis),
-        ] {
-            if let Some(entry) = section.get(key) {
-                *axis = Some(entry.direction()?);
-                rotor.axis_line = Some(entry.line());
-            }
+        if let Some(shaft) = section.optional("shaft_axis", Entry::numbers)? {
+            rotor = rotor.shaft_axis(shaft);
         }
-        if let Some(frame) = section.get("frame") {
-            rotor.frame_line = frame.line();
-            let known = [("rotating", Frame::Rotating), ("inertial", Frame::Inertial)];
-            rotor.frame = frame.choice(&known, &[])?;
-        }
-        if let Some(rpm) = section.get("rpm") {
-            rotor.rpm_line = Some(rpm.line());
-            rotor.rpm = Some(rpm.positive()?);
-        }
+        let known = [("rotating", Frame::Rotating), ("inertial", Frame::Inertial)];
+        section.set("frame", &mut rotor.frame, |entry| entry.choice(&known))?;
+        rotor.rpm = section.optional("rpm", Entry::positive)?;
         for (key, sign) in [
             ("azimuth_sign", &mut rotor.signs.azimuth),
             ("pitch_sign", &mut rotor.signs.pitch),
             ("flap_sign", &mut rotor.signs.flap),
             ("lag_sign", &mut rotor.signs.lag),
         ] {
-            if let Some(entry) = section.get(key) {
-                *sign = entry.sign()?;
-            }
+            section.set(key, sign, Entry::sign)?;
         }
         Ok(rotor)
     }
 
+    /// Refuses numbers that mean nothing.
+    pub(super) fn check(&self, places: &Places) -> Result<()> {
+        places.finite("rotor.hub", &self.hub)?;
+        let axes = [
+            ("rotor.span_axis", self.span_axis),
+            ("rotor.shaft_axis", self.shaft_axis),
+        ];
+        for (key, axis) in axes {
+            axis.map_or(Ok(()), |axis| places.direction(key, axis))?;
+        }
+        if let Some(rpm) = self.rpm {
+            places.positive("rotor.rpm", rpm)?;
+        }
+        for (key, sign) in [
+            ("rotor.azimuth_sign", self.signs.azimuth),
+            ("rotor.pitch_sign", self.signs.pitch),
+            ("rotor.flap_sign", self.signs.flap),
+            ("rotor.lag_sign", self.signs.lag),
+        ] {
+            places.check(sign.abs() == 1.0, key, &sign.to_string(), "1 or -1")?;
+        }
+        Ok(())
+    }
+
     /// The axes for a mesh of this dimension. The shaft is kept, the span made perpendicular to it.
-    pub(super) fn axes(&self, dimension: u8) -> Result<RotorAxes> {
-        let error = |message: &str| match self.axis_line {
-            Some(line) => Error::input(message).line(line),
-            None => Error::input(message),
+    pub(super) fn axes(&self, dimension: u8, places: &Places) -> Result<RotorAxes> {
+        let key = match self.shaft_axis {
+            Some(_) => "rotor.shaft_axis",
+            None => "rotor.span_axis",
         };
+        let error = |message: &str| places.error(key, message);
         let (span, shaft) = match dimension {
             2 => ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
             _ => ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
@@ -148,10 +242,9 @@ impl Rotor {
         let e_x = cross(e_y, e_z);
         if dimension == 2 {
             if self.frame == Frame::Inertial {
-                return Err(Error::input(
-                    "`frame = \"inertial\"` needs a 3D mesh; a 2D mesh has the rotating frame only",
-                )
-                .line(self.frame_line));
+                let message =
+                    "`frame = \"inertial\"` needs a 3D mesh; a 2D mesh has the rotating frame only";
+                return Err(places.error("rotor.frame", message));
             }
             if e_x[0].hypot(e_x[1]) > PARALLEL {
                 return Err(error(

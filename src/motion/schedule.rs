@@ -1,59 +1,63 @@
-//! The schedule: a TOML file, checked once into types.
+//! The schedule: from a TOML file or made in memory, and checked as one.
 
 use super::body::Body;
 use super::boundaries::Boundaries;
+use super::motions::Displacements;
 use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::{OnInverted, OutputOptions};
-use super::reader::{AngleUnit, Entry, Keys, Lines, Section};
+use super::places::Places;
+use super::reader::{AngleUnit, Entry, Lines, Section};
 use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
-use super::steps::{self, Step};
+use super::steps::{Step, Steps};
 use crate::error::{Error, Result};
 use crate::formats::check_no_device;
 use crate::mesh::Mesh;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
-const SCHEDULE: Keys = Keys {
-    known: &[
-        "version",
-        "angle_unit",
-        "azimuth",
-        "time",
-        "rotor",
-        "body",
-        "boundaries",
-        "rbf",
-        "selection",
-        "output",
-    ],
-    later: &[],
-};
+const SCHEDULE: &[&str] = &[
+    "version",
+    "angle_unit",
+    "azimuth",
+    "time",
+    "rotor",
+    "body",
+    "boundaries",
+    "rbf",
+    "selection",
+    "output",
+];
 
-/// A motion schedule. Angles are in radians, lengths in mesh units.
-#[derive(Debug, Clone, PartialEq)]
+/// A motion schedule: which bodies move how at which steps, and how the mesh follows. From a file, or made
+/// in memory; both are held against the same checks when it is [resolved](Self::resolve) on a mesh.
+///
+/// ```
+/// use azimesh::motion::{Body, Cyclic, Schedule, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 10.0))
+///     .body(Body::new("airfoil", ["airfoil"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0)))
+///     .fixed(["farfield"]);
+/// assert_eq!(schedule.steps()?.len(), 37);
+/// # Ok::<(), azimesh::error::Error>(())
+/// ```
+#[derive(Debug, Clone)]
 pub struct Schedule {
-    /// The file it came from; files it names are relative to it.
-    pub path: PathBuf,
-    /// The steps, at least one.
-    pub steps: Vec<Step>,
-    /// By how much the azimuth grows, in radians a second, where `rpm` or `[time]` says.
-    pub azimuth_rate: Option<f64>,
-    /// The rotor.
-    pub rotor: Rotor,
+    /// The file it came from, empty without one; files it names are relative to it.
+    pub(crate) path: PathBuf,
+    pub(super) steps: Steps,
+    pub(super) rotor: Rotor,
     /// The moving bodies, at least one.
-    pub bodies: Vec<Body>,
+    pub(super) bodies: Vec<Body>,
     /// Zones that deform, and boundaries that do not move with a body.
-    pub boundaries: Boundaries,
+    pub(super) boundaries: Boundaries,
     /// The interpolation.
-    pub rbf: RbfOptions,
+    pub(crate) rbf: RbfOptions,
     /// The base points.
-    pub selection: SelectionOptions,
+    pub(crate) selection: SelectionOptions,
     /// What is written.
-    pub output: OutputOptions,
-    /// A sentence where the last step is not at `stop`.
-    pub note: Option<String>,
+    pub(crate) output: OutputOptions,
+    pub(super) places: Places,
 }
 
 impl Schedule {
@@ -88,44 +92,79 @@ impl Schedule {
                 return Err(version.error(&format!("is {found}; this program reads version 1")));
             }
         }
-        let unit = match root.get("angle_unit") {
-            Some(unit) => unit.choice(
-                &[("deg", AngleUnit::Degrees), ("rad", AngleUnit::Radians)],
-                &[],
-            )?,
-            None => AngleUnit::Degrees,
-        };
-        let rotor = section(root, "rotor", Rotor::read)?;
-        let (steps, azimuth_rate) = read_steps(root, unit, &rotor)?;
-        let bodies = read_bodies(root, unit)?;
-        let schedule = Self {
-            path: path.to_path_buf(),
-            steps,
-            azimuth_rate,
-            rotor,
-            bodies,
-            boundaries: section(root, "boundaries", Boundaries::read)?,
-            rbf: section(root, "rbf", RbfOptions::read)?,
-            selection: section(root, "selection", |entry| {
-                SelectionOptions::read(entry, unit)
-            })?,
-            output: section(root, "output", OutputOptions::read)?,
-            note: (root.get("azimuth").or(root.get("time")))
-                .and_then(|entry| steps::short_of_stop(&entry)),
-        };
-        if let (Some(time), None) = (root.get("time"), azimuth_rate) {
-            check_needs_no_azimuth(&time, &schedule)?;
-        }
-        if let Some(output) = root.get("output") {
-            schedule.check_velocity(&output)?;
-        }
+        let units = [("deg", AngleUnit::Degrees), ("rad", AngleUnit::Radians)];
+        let unit = root.optional("angle_unit", |entry| entry.choice(&units))?;
+        let unit = unit.unwrap_or(AngleUnit::Degrees);
+        let mut schedule = Self::new(Steps::read(root, unit)?);
+        schedule.path = path.to_path_buf();
+        schedule.places = root.places();
+        root.set("rotor", &mut schedule.rotor, Rotor::read)?;
+        root.set("body", &mut schedule.bodies, |entry| {
+            read_bodies(entry, unit)
+        })?;
+        root.set("boundaries", &mut schedule.boundaries, Boundaries::read)?;
+        root.set("rbf", &mut schedule.rbf, RbfOptions::read)?;
+        root.set("selection", &mut schedule.selection, |entry| {
+            SelectionOptions::read(entry, unit)
+        })?;
+        root.set("output", &mut schedule.output, OutputOptions::read)?;
+        schedule.check()?;
         Ok(schedule)
+    }
+
+    /// The steps, at least one.
+    ///
+    /// # Errors
+    /// When there is none, a million are not enough, or a number is not finite.
+    pub fn steps(&self) -> Result<Vec<Step>> {
+        self.steps.steps(&self.rotor, &self.places)
+    }
+
+    /// A sentence where the last step is not at the stop that was asked for.
+    pub(crate) fn note(&self) -> Option<String> {
+        self.steps.short_of_stop()
+    }
+
+    /// Refuses what means nothing, and what does not go together.
+    fn check(&self) -> Result<()> {
+        let places = &self.places;
+        self.rotor.check(places)?;
+        let steps = self.steps()?;
+        if self.bodies.is_empty() {
+            return Err(Error::input(
+                "the schedule has no [[body]]: nothing would move; give one with name, tags and a motion",
+            ));
+        }
+        for (at, body) in self.bodies.iter().enumerate() {
+            body.check(&self.bodies[..at])?;
+        }
+        self.rbf.check(places)?;
+        self.selection.check(places)?;
+        self.output.check(places)?;
+        self.check_azimuth()?;
+        self.check_velocity(&steps)
+    }
+
+    /// Refuses times without a frequency where something depends on the azimuth.
+    fn check_azimuth(&self) -> Result<()> {
+        let turning = self.bodies.iter().find(|body| body.has_harmonics());
+        let what = match turning {
+            _ if !self.steps.has_no_azimuth() => return Ok(()),
+            Some(body) => format!("the harmonics of body \"{}\" need", body.name),
+            None if self.selection.refresh.is_some() => "`refresh` in [selection] needs".to_owned(),
+            None if self.rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
+            None => return Ok(()),
+        };
+        let message = format!(
+            "`time` has no `frequency`, and {what} the azimuth; write for instance  frequency = 2.0"
+        );
+        Err(self.places.error("time", message))
     }
 
     /// Refuses velocities where there is no time to differentiate by, and where the interpolation is
     /// not linear in the motion.
-    fn check_velocity(&self, output: &Entry<'_>) -> Result<()> {
-        let message = match (self.steps[0].time_s, self.rbf.interpolate) {
+    fn check_velocity(&self, steps: &[Step]) -> Result<()> {
+        let message = match (steps[0].time_s, self.rbf.interpolate) {
             _ if !self.output.velocity => return Ok(()),
             (None, _) => {
                 "`velocity` = true needs the time of every step; give the schedule [time], or `rpm` in [rotor]"
@@ -141,13 +180,14 @@ impl Schedule {
             }
             _ => return Ok(()),
         };
-        Err(Error::input(message).line(output.line()))
+        Err(self.places.error("output", message))
     }
 
     /// The files that the motions name, each once, in their order.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
-        for file in self.bodies.iter().flat_map(Body::files) {
+        let motions = self.bodies.iter().flat_map(|body| &body.motions);
+        for file in motions.flat_map(|motion| motion.files()) {
             let path = self.path.with_file_name("").join(file);
             if !files.contains(&path) {
                 files.push(path);
@@ -156,19 +196,23 @@ impl Schedule {
         files
     }
 
-    /// What the schedule means on this mesh: axes, poses, and the role of every surface node.
-    pub fn resolve(&self, mesh: &Mesh) -> Result<Motion> {
-        Motion::new(self, mesh).map_err(|error| error.file(&self.path))
+    /// Bodies that a function moves, with the name of the function where it has one.
+    pub fn functions(&self) -> Vec<(&str, Option<&str>)> {
+        let bodies = self.bodies.iter();
+        let functions = bodies.filter_map(|body| Some((body, body.motion::<Displacements>()?)));
+        functions
+            .map(|(body, function)| (body.name.as_str(), function.name.as_deref()))
+            .collect()
     }
-}
 
-/// A section that may be left out.
-fn section<T: Default>(
-    root: &Section<'_>,
-    key: &str,
-    read: impl Fn(&Entry<'_>) -> Result<T>,
-) -> Result<T> {
-    root.get(key).map_or(Ok(T::default()), |entry| read(&entry))
+    /// What the schedule means on this mesh: axes, motions, and the role of every surface node.
+    ///
+    /// # Errors
+    /// When the schedule does not hold together, names what the mesh does not have, or a file of it is wrong.
+    pub fn resolve(&self, mesh: &Mesh) -> Result<Motion> {
+        let motion = self.check().and_then(|()| Motion::new(self, mesh));
+        motion.map_err(|error| error.file(&self.path))
+    }
 }
 
 fn not_toml(lines: &Lines, error: &toml::de::Error) -> Error {
@@ -177,63 +221,10 @@ fn not_toml(lines: &Lines, error: &toml::de::Error) -> Error {
     Error::input(format!("this is not TOML: {message}")).line(lines.at(place))
 }
 
-/// The steps, and by how much the azimuth grows in a second.
-fn read_steps(
-    root: &Section<'_>,
-    unit: AngleUnit,
-    rotor: &Rotor,
-) -> Result<(Vec<Step>, Option<f64>)> {
-    match (root.get("azimuth"), root.get("time")) {
-        (Some(azimuth), None) => {
-            let rate = rotor.rpm.map(|rpm| (6.0 * rpm).to_radians());
-            Ok((steps::from_azimuth(&azimuth, unit, rotor.rpm)?, rate))
-        }
-        (None, Some(time)) => match rotor.rpm_line {
-            None => steps::from_time(&time),
-            Some(line) => Err(Error::input(
-                "`rpm` and [time] both say when the steps are; keep one of them",
-            )
-            .line(line)),
-        },
-        (Some(_), Some(time)) => {
-            Err(time.error("and [azimuth] both say which steps there are; keep one of them"))
-        }
-        (None, None) => Err(Error::input(
-            "the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values",
-        )),
-    }
-}
-
-/// Refuses times without a frequency where something depends on the azimuth.
-fn check_needs_no_azimuth(time: &Entry<'_>, schedule: &Schedule) -> Result<()> {
-    let turning = schedule.bodies.iter().find(|body| body.has_harmonics());
-    let what = match turning {
-        Some(body) => format!("the harmonics of body \"{}\" need", body.name),
-        None if schedule.selection.refresh.is_some() => "`refresh` in [selection] needs".to_owned(),
-        None if schedule.rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
-        None => return Ok(()),
-    };
-    let message =
-        format!("has no `frequency`, and {what} the azimuth; write for instance  frequency = 2.0");
-    Err(time.error(&message))
-}
-
-fn read_bodies(root: &Section<'_>, unit: AngleUnit) -> Result<Vec<Body>> {
-    let elements = match root.get("body") {
-        Some(entry) => entry.elements("tables; write [[body]], one for each moving body")?,
-        None => Vec::new(),
-    };
-    if elements.is_empty() {
-        return Err(Error::input(
-            "the schedule has no [[body]]: nothing would move; give one with name, tags and a motion",
-        ));
-    }
-    let mut bodies: Vec<Body> = Vec::new();
-    let mut names = BTreeMap::new();
-    for element in elements {
-        let body = Body::read(&element, (&bodies, &names), unit)?;
-        names.insert(body.name.clone(), bodies.len());
-        bodies.push(body);
-    }
-    Ok(bodies)
+fn read_bodies(entry: &Entry<'_>, unit: AngleUnit) -> Result<Vec<Body>> {
+    let elements = entry.elements("tables; write [[body]], one for each moving body")?;
+    elements
+        .iter()
+        .map(|element| Body::read(element, unit))
+        .collect()
 }

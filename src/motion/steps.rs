@@ -1,8 +1,11 @@
 //! The steps of a schedule: which azimuths, and when.
 
-use super::reader::{AngleUnit, Entry, Keys, Section};
-use crate::error::Result;
+use super::places::Places;
+use super::reader::{AngleUnit, Entry, Section};
+use super::rotor::Rotor;
+use crate::error::{Error, Result};
 use std::f64::consts::TAU;
+use std::fmt;
 
 /// Steps a schedule may have at most.
 pub const MAX_STEPS: usize = 1_000_000;
@@ -12,92 +15,326 @@ const LANDING: f64 = 1e-6;
 /// Numbers from here on are shown with an exponent.
 const LONG: f64 = 1e16;
 
-const AZIMUTH: Keys = Keys {
-    known: &["start", "stop", "step", "values"],
-    later: &[],
-};
-const TIME: Keys = Keys {
-    known: &["start", "stop", "step", "values", "frequency"],
-    later: &[],
-};
-
 /// One step of the schedule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Zero-based place in the whole schedule.
-    pub index: usize,
-    /// Azimuth in degrees.
-    pub azimuth_deg: f64,
+    pub(crate) index: usize,
+    /// Azimuth in degrees; 0 where the schedule has none.
+    pub(crate) azimuth_deg: f64,
     /// Azimuth in radians.
-    pub azimuth: f64,
+    pub(crate) azimuth: f64,
     /// Time in seconds, where `rpm` or `[time]` gives it.
-    pub time_s: Option<f64>,
+    pub(crate) time_s: Option<f64>,
+    /// Whether the schedule has an azimuth: not with times without a frequency.
+    pub(crate) has_azimuth: bool,
 }
 
 impl Step {
+    /// Zero-based place in the whole schedule.
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Azimuth in degrees; `None` where the schedule has times without a frequency.
+    pub fn azimuth_deg(&self) -> Option<f64> {
+        self.has_azimuth.then_some(self.azimuth_deg)
+    }
+
+    /// Time in seconds; `None` where the schedule has azimuths and the rotor no revolutions a minute.
+    pub fn time_s(&self) -> Option<f64> {
+        self.time_s
+    }
+
     /// The time that viewers are told: in seconds where that is known, else the azimuth in degrees.
-    pub fn time(&self) -> f64 {
+    pub(crate) fn time(&self) -> f64 {
         self.time_s.unwrap_or(self.azimuth_deg)
     }
 }
 
-/// The steps of `[azimuth]`; `rpm` in revolutions a minute gives each its time.
-pub(super) fn from_azimuth(
-    entry: &Entry<'_>,
-    unit: AngleUnit,
-    rpm: Option<f64>,
-) -> Result<Vec<Step>> {
-    let section = entry.section("[azimuth]", &AZIMUTH)?;
-    let azimuths = match section.get("values") {
-        Some(values) => listed(&section, &values)?,
-        None => range(&section)?,
-    };
-    let step = |(index, azimuth): (usize, f64)| {
-        let azimuth_deg = unit.to_degrees(azimuth);
-        Step {
-            index,
-            azimuth_deg,
-            azimuth: unit.to_radians(azimuth),
-            time_s: rpm.map(|rpm| azimuth_deg / (6.0 * rpm)),
+/// As in `step 3 (azimuth 30 degrees)`.
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.azimuth_deg(), self.time_s) {
+            (None, Some(time)) => write!(f, "step {} ({time} s)", self.index),
+            _ => write!(
+                f,
+                "step {} (azimuth {} degrees)",
+                self.index, self.azimuth_deg
+            ),
         }
-    };
-    let steps: Vec<Step> = azimuths.into_iter().enumerate().map(step).collect();
-    let no_time = |step: &&Step| step.time_s.is_some_and(|time| !time.is_finite());
-    if let Some(step) = steps.iter().find(no_time) {
-        let message = format!("with this `rpm` gives step {} no time", step.index);
-        return Err(entry.error(&message));
     }
-    Ok(steps)
 }
 
-/// The steps of `[time]` and the rate of the azimuth in radians a second: azimuth = 360 frequency
-/// time, in degrees; 0 throughout without a frequency.
-pub(super) fn from_time(entry: &Entry<'_>) -> Result<(Vec<Step>, Option<f64>)> {
-    let section = entry.section("[time]", &TIME)?;
-    let frequency = section
-        .get("frequency")
-        .map(|frequency| frequency.positive());
-    let frequency = frequency.transpose()?;
-    let times = match section.get("values") {
-        Some(values) => listed(&section, &values)?,
-        None => range(&section)?,
-    };
-    let step = |(index, time): (usize, f64)| {
-        let azimuth_deg = frequency.map_or(0.0, |frequency| 360.0 * frequency * time);
+/// The steps of a schedule as they are declared: azimuths, or times.
+///
+/// ```
+/// use azimesh::motion::Steps;
+///
+/// let revolution = Steps::azimuth_deg(0.0, 360.0, 10.0); // 37 steps, 360 included
+/// let listed = Steps::azimuths_deg([0.0, 30.0, 90.0]);
+/// let second = Steps::time_s(0.0, 1.0, 0.05).frequency_hz(2.0); // azimuth = 360 * 2 * time
+/// ```
+#[derive(Debug, Clone)]
+pub struct Steps {
+    values: Values,
+    of: Of,
+    /// Revolutions a second, of times.
+    frequency: Option<f64>,
+}
+
+#[derive(Debug, Clone)]
+enum Values {
+    Range { start: f64, stop: f64, step: f64 },
+    Listed(Vec<f64>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Of {
+    Azimuth(AngleUnit),
+    Time,
+}
+
+impl Steps {
+    /// Azimuths in degrees from `start` by `step`; `stop` is the last where a step lands on it.
+    pub fn azimuth_deg(start: f64, stop: f64, step: f64) -> Self {
+        Self::new(
+            Values::Range { start, stop, step },
+            Of::Azimuth(AngleUnit::Degrees),
+        )
+    }
+
+    /// These azimuths in degrees, in any order.
+    pub fn azimuths_deg(values: impl IntoIterator<Item = f64>) -> Self {
+        let values = Values::Listed(values.into_iter().collect());
+        Self::new(values, Of::Azimuth(AngleUnit::Degrees))
+    }
+
+    /// Times in seconds from `start` by `step`; `stop` is the last where a step lands on it.
+    pub fn time_s(start: f64, stop: f64, step: f64) -> Self {
+        Self::new(Values::Range { start, stop, step }, Of::Time)
+    }
+
+    /// These times in seconds, in any order.
+    pub fn times_s(values: impl IntoIterator<Item = f64>) -> Self {
+        Self::new(Values::Listed(values.into_iter().collect()), Of::Time)
+    }
+
+    /// Revolutions a second, which give times an azimuth of `360 frequency time` degrees.
+    #[must_use]
+    pub fn frequency_hz(mut self, frequency: f64) -> Self {
+        self.frequency = Some(frequency);
+        self
+    }
+
+    fn new(values: Values, of: Of) -> Self {
+        Self {
+            values,
+            of,
+            frequency: None,
+        }
+    }
+
+    /// Reads `[azimuth]` or `[time]`, of which there must be one.
+    pub(super) fn read(root: &Section<'_>, unit: AngleUnit) -> Result<Self> {
+        let (azimuth, time) = (root.get("azimuth"), root.get("time"));
+        match (azimuth, time) {
+            (Some(azimuth), None) => {
+                let keys = ["start", "stop", "step", "values"];
+                let section = azimuth.section("[azimuth]", &keys)?;
+                Ok(Self::new(Values::read(&section)?, Of::Azimuth(unit)))
+            }
+            (None, Some(time)) => {
+                let keys = ["start", "stop", "step", "values", "frequency"];
+                let section = time.section("[time]", &keys)?;
+                let frequency = section.optional("frequency", Entry::positive)?;
+                Ok(Self {
+                    frequency,
+                    ..Self::new(Values::read(&section)?, Of::Time)
+                })
+            }
+            (Some(_), Some(time)) => {
+                Err(time.error("and [azimuth] both say which steps there are; keep one of them"))
+            }
+            (None, None) => Err(Error::input(
+                "the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values",
+            )),
+        }
+    }
+
+    /// The section of a schedule that they are.
+    pub(super) fn section(&self) -> &'static str {
+        match self.of {
+            Of::Azimuth(_) => "azimuth",
+            Of::Time => "time",
+        }
+    }
+
+    /// Whether they are times without an azimuth.
+    pub(super) fn has_no_azimuth(&self) -> bool {
+        self.of == Of::Time && self.frequency.is_none()
+    }
+
+    /// By how much the azimuth grows, in radians a second, where that is known.
+    pub(super) fn azimuth_rate(&self, rotor: &Rotor) -> Option<f64> {
+        match self.of {
+            Of::Azimuth(_) => rotor.rpm.map(|rpm| (6.0 * rpm).to_radians()),
+            Of::Time => self.frequency.map(|frequency| TAU * frequency),
+        }
+    }
+
+    /// The steps, at least one; `rpm` of the rotor gives azimuths their times.
+    pub(super) fn steps(&self, rotor: &Rotor, places: &Places) -> Result<Vec<Step>> {
+        let section = self.section();
+        let values = self.values.all(section, places)?;
+        if let (Of::Time, Some(_)) = (self.of, rotor.rpm) {
+            let message = "`rpm` and [time] both say when the steps are; keep one of them";
+            return Err(places.error("rotor.rpm", message));
+        }
+        if let (Of::Azimuth(_), Some(_)) = (self.of, self.frequency) {
+            let message = "a frequency goes with times; azimuths have theirs by `rpm` of the rotor";
+            return Err(places.error(section, message));
+        }
+        if let Some(frequency) = self.frequency {
+            places.positive("time.frequency", frequency)?;
+        }
+        let step = |(index, value)| self.step(index, value, rotor.rpm);
+        let steps: Vec<Step> = values.into_iter().enumerate().map(step).collect();
+        let no_time = |step: &&Step| step.time_s.is_some_and(|time| !time.is_finite());
+        if let Some(step) = steps.iter().find(no_time) {
+            let message = format!(
+                "`{section}` with this `rpm` gives step {} no time",
+                step.index
+            );
+            return Err(places.error(section, message));
+        }
+        if let Some(step) = steps.iter().find(|step| !step.azimuth.is_finite()) {
+            let message = format!(
+                "`frequency` is so large that step {} has no azimuth",
+                step.index
+            );
+            return Err(places.error("time.frequency", message));
+        }
+        Ok(steps)
+    }
+
+    fn step(&self, index: usize, value: f64, rpm: Option<f64>) -> Step {
+        let (azimuth_deg, azimuth, time_s) = match self.of {
+            Of::Azimuth(unit) => {
+                let degrees = unit.to_degrees(value);
+                let time = rpm.map(|rpm| degrees / (6.0 * rpm));
+                (degrees, unit.to_radians(value), time)
+            }
+            Of::Time => {
+                let degrees = self
+                    .frequency
+                    .map_or(0.0, |frequency| 360.0 * frequency * value);
+                (degrees, degrees.to_radians(), Some(value))
+            }
+        };
         Step {
             index,
             azimuth_deg,
-            azimuth: azimuth_deg.to_radians(),
-            time_s: Some(time),
+            azimuth,
+            time_s,
+            has_azimuth: !self.has_no_azimuth(),
         }
-    };
-    let steps: Vec<Step> = times.into_iter().enumerate().map(step).collect();
-    if let Some(step) = steps.iter().find(|step| !step.azimuth.is_finite()) {
-        let entry = section.get("frequency").expect("without one it is 0");
-        let message = format!("is so large that step {} has no azimuth", step.index);
-        return Err(entry.error(&message));
     }
-    Ok((steps, frequency.map(|frequency| TAU * frequency)))
+
+    /// A sentence where the last step is not at `stop`.
+    pub(super) fn short_of_stop(&self) -> Option<String> {
+        let Values::Range { stop, step, .. } = self.values else {
+            return None;
+        };
+        let last = *self.values.all("", &Places::default()).ok()?.last()?;
+        (last != stop).then(|| {
+            format!(
+                "the last step is at {}: `stop` = {} is not a whole number of steps of {} from the first",
+                shown(last),
+                shown(stop),
+                shown(step)
+            )
+        })
+    }
+}
+
+impl Values {
+    fn read(section: &Section<'_>) -> Result<Self> {
+        let Some(values) = section.get("values") else {
+            return Ok(Self::Range {
+                start: section.optional("start", Entry::number)?.unwrap_or(0.0),
+                stop: section.require("stop", "stop = 360.0")?.number()?,
+                step: section.require("step", "step = 10.0")?.number()?,
+            });
+        };
+        for key in ["start", "stop", "step"] {
+            if let Some(entry) = section.get(key) {
+                return Err(
+                    entry.error("and `values` both say which steps there are; keep one of them")
+                );
+            }
+        }
+        let elements = values.elements("numbers")?;
+        Ok(Self::Listed(
+            elements.iter().map(Entry::number).collect::<Result<_>>()?,
+        ))
+    }
+
+    /// The values one by one: `start`, `start + step`, ... up to `stop`, which is the last when a step lands
+    /// on it.
+    fn all(&self, section: &str, places: &Places) -> Result<Vec<f64>> {
+        let at = |key: &str| format!("{section}.{key}");
+        let too_many = |key: &str, n: f64| {
+            let n = shown(n.round());
+            let message = format!("`{key}` gives {n} steps; at most {MAX_STEPS} are possible");
+            places.error(&at(key), message)
+        };
+        let (start, stop, step) = match self {
+            Self::Range { start, stop, step } => (*start, *stop, *step),
+            Self::Listed(values) if values.is_empty() => {
+                let message = "`values` is empty: the schedule has no steps; give at least one";
+                return Err(places.error(&at("values"), message));
+            }
+            Self::Listed(values) if values.len() > MAX_STEPS => {
+                return Err(too_many("values", values.len() as f64));
+            }
+            Self::Listed(values) => {
+                let wrong = values.iter().find(|x| !x.is_finite());
+                let number = wrong.copied().unwrap_or(0.0);
+                places.finite(&at("values"), &[number])?;
+                return Ok(values.clone());
+            }
+        };
+        places.finite(&at("start"), &[start])?;
+        places.finite(&at("stop"), &[stop])?;
+        places.finite(&at("step"), &[step])?;
+        if step == 0.0 {
+            let message =
+                "`step` is 0: the schedule would never reach `stop`; give a step other than 0";
+            return Err(places.error(&at("step"), message));
+        }
+        let intervals = (stop - start) / step;
+        if !intervals.is_finite() || intervals + 1.0 > MAX_STEPS as f64 {
+            return Err(too_many("step", intervals + 1.0));
+        }
+        if intervals < -LANDING {
+            let message = format!(
+                "`step` leads away from `stop` ({} from {} by {}): the schedule has no steps; reverse its sign",
+                shown(stop),
+                shown(start),
+                shown(step)
+            );
+            return Err(places.error(&at("step"), message));
+        }
+        let last = (intervals + LANDING).floor();
+        let lands = (intervals - last).abs() <= LANDING;
+        let steps = 0..=last as usize;
+        let mut values: Vec<f64> = steps.map(|i| start + i as f64 * step).collect();
+        if lands && let Some(value) = values.last_mut() {
+            *value = stop;
+        }
+        Ok(values)
+    }
 }
 
 /// For each step those with the next smaller and the next larger time, itself where there is none;
@@ -116,87 +353,10 @@ pub(super) fn neighbours(steps: &[Step]) -> Vec<[u32; 2]> {
     (0..steps.len()).map(beside).collect()
 }
 
-fn listed(section: &Section<'_>, values: &Entry<'_>) -> Result<Vec<f64>> {
-    for key in ["start", "stop", "step"] {
-        if let Some(entry) = section.get(key) {
-            return Err(
-                entry.error("and `values` both say which steps there are; keep one of them")
-            );
-        }
-    }
-    let elements = values.elements("numbers")?;
-    if elements.is_empty() {
-        return Err(values.error("is empty: the schedule has no steps; give at least one"));
-    }
-    if elements.len() > MAX_STEPS {
-        return Err(too_many(values, elements.len() as f64));
-    }
-    elements.iter().map(Entry::number).collect()
-}
-
-/// `start`, `start + step`, ... up to `stop`, which is the last when a step lands on it.
-fn range(section: &Section<'_>) -> Result<Vec<f64>> {
-    let start = section
-        .get("start")
-        .map_or(Ok(0.0), |entry| entry.number())?;
-    let stop_entry = section.require("stop", "stop = 360.0")?;
-    let stop = stop_entry.number()?;
-    let step_entry = section.require("step", "step = 10.0")?;
-    let step = step_entry.number()?;
-    if step == 0.0 {
-        return Err(step_entry
-            .error("is 0: the schedule would never reach `stop`; give a step other than 0"));
-    }
-    let intervals = (stop - start) / step;
-    if !intervals.is_finite() || intervals + 1.0 > MAX_STEPS as f64 {
-        return Err(too_many(&step_entry, intervals + 1.0));
-    }
-    if intervals < -LANDING {
-        return Err(step_entry.error(&format!(
-            "leads away from `stop` ({} from {} by {}): the schedule has no steps; reverse its sign",
-            shown(stop),
-            shown(start),
-            shown(step)
-        )));
-    }
-    let last = (intervals + LANDING).floor();
-    let lands = (intervals - last).abs() <= LANDING;
-    let mut values: Vec<f64> = (0..=last as usize)
-        .map(|i| start + i as f64 * step)
-        .collect();
-    if lands && let Some(value) = values.last_mut() {
-        *value = stop;
-    }
-    Ok(values)
-}
-
-fn too_many(entry: &Entry<'_>, n: f64) -> crate::error::Error {
-    entry.error(&format!(
-        "gives {} steps; at most {MAX_STEPS} are possible",
-        shown(n.round())
-    ))
-}
-
 /// A number without hundreds of digits.
 fn shown(x: f64) -> String {
     match x.abs() < LONG {
         true => x.to_string(),
         false => format!("{x:.1e}"),
     }
-}
-
-/// A sentence where the last step is not at `stop`.
-pub(super) fn short_of_stop(entry: &Entry<'_>) -> Option<String> {
-    let section = entry.section("steps", &TIME).ok()?;
-    let [stop, step] = ["stop", "step"].map(|key| section.get(key)?.number().ok());
-    let (stop, step) = (stop?, step?);
-    let last = *range(&section).ok()?.last()?;
-    (last != stop).then(|| {
-        format!(
-            "the last step is at {}: `stop` = {} is not a whole number of steps of {} from the first",
-            shown(last),
-            shown(stop),
-            shown(step)
-        )
-    })
 }

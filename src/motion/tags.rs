@@ -3,9 +3,10 @@
 use super::body::Body;
 use super::boundaries::{Boundaries, Others};
 use super::names::{Pattern, list};
+use super::schedule::Schedule;
 use super::surface::{Role, nodes_of};
 use super::zones::DeformingZone;
-use crate::error::{Error, Result};
+use crate::error::{Error, Position, Result};
 use crate::mesh::{Group, Mesh};
 
 /// A tag with what the schedule makes of it; for `azimesh check`.
@@ -28,8 +29,8 @@ pub struct PeriodicTags {
     pub a: Vec<usize>,
     /// Tags of the other side.
     pub b: Vec<usize>,
-    /// Line in the schedule.
-    pub line: u64,
+    /// Where the schedule has it.
+    pub(crate) place: Option<Position>,
 }
 
 /// Every boundary tag of a mesh, in file order, and the periodic pairs.
@@ -44,16 +45,17 @@ enum Named {
     Role(Role),
     /// A side, 0 or 1, of the periodic pair of this index.
     Periodic(usize, u8),
+    Free,
 }
 
 impl TagRoles {
     pub(super) fn find(
         tags: &[&Group],
-        bodies: &[Body],
-        boundaries: &Boundaries,
+        schedule: &Schedule,
         zone: Option<&DeformingZone>,
         mesh: &Mesh,
     ) -> Result<Self> {
+        let (bodies, boundaries) = (&schedule.bodies, &schedule.boundaries);
         if tags.is_empty() {
             return Err(Error::input(
                 "the mesh has no boundary tags, so nothing says which nodes move; tag its boundary faces",
@@ -75,12 +77,15 @@ impl TagRoles {
             Some(Others::Fixed) => Some(Named::Role(Role::Fixed)),
             Some(Others::Slide) => Some(Named::Role(Role::Sliding)),
             None if unnamed.is_empty() => None,
-            None => return Err(not_named(&names, &unnamed, boundaries.line)),
+            None => {
+                let error = not_named(&names, &unnamed);
+                return Err(error.at(schedule.places.of("boundaries")));
+            }
         };
         unnamed.iter().for_each(|&i| named[i] = others);
         let role = |i: usize| match named[i] {
             Some(Named::Role(role)) => Some(role),
-            Some(Named::Periodic(..)) | None => None,
+            Some(Named::Periodic(..) | Named::Free) | None => None,
         };
         let roles = (0..tags.len()).map(|i| TagRole {
             tag: names[i].to_owned(),
@@ -108,8 +113,8 @@ fn named_tags(
             if let Some(before) = named[tag].replace(what)
                 && before != what
             {
-                let (name, line) = (names[tag], pattern.line);
-                return Err(two_roles(name, before, what, bodies).line(line));
+                let error = two_roles(names[tag], before, what, bodies);
+                return Err(error.at(pattern.place.clone()));
             }
         }
     }
@@ -131,6 +136,7 @@ fn all_named<'s>(
     moving
         .chain(fixed.map(|tag| (tag, Named::Role(Role::Fixed))))
         .chain(slide.map(|tag| (tag, Named::Role(Role::Sliding))))
+        .chain(boundaries.free.iter().map(|tag| (tag, Named::Free)))
         .chain(periodic.flat_map(|(i, pair)| {
             [
                 (&pair.a, Named::Periodic(i, 0)),
@@ -147,6 +153,7 @@ fn two_roles(tag: &str, before: Named, after: Named, bodies: &[Body]) -> Error {
         Named::Role(Role::Fixed) => "fixed".into(),
         Named::Role(Role::Sliding) => "sliding".into(),
         Named::Periodic(..) => "periodic".into(),
+        Named::Free => "free".into(),
     };
     Error::input(match (before, after) {
         (Named::Periodic(one, _), Named::Periodic(other, _)) if one == other => format!(
@@ -163,16 +170,12 @@ fn two_roles(tag: &str, before: Named, after: Named, bodies: &[Body]) -> Error {
     })
 }
 
-fn not_named(names: &[&str], unnamed: &[usize], line: Option<u64>) -> Error {
-    let error = Error::input(format!(
+fn not_named(names: &[&str], unnamed: &[usize]) -> Error {
+    Error::input(format!(
         "the schedule does not say what these tags do: {}; name them under a body, `fixed`, `slide` or \
          `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         list(unnamed.iter().map(|&i| names[i]))
-    ));
-    match line {
-        Some(line) => error.line(line),
-        None => error,
-    }
+    ))
 }
 
 fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<PeriodicTags> {
@@ -185,7 +188,7 @@ fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<Period
         .map(|(i, pair)| PeriodicTags {
             a: of_side(i, 0),
             b: of_side(i, 1),
-            line: pair.line,
+            place: pair.place.clone(),
         })
         .collect()
 }
@@ -212,7 +215,7 @@ fn check_bodies(
                 "the tags of body \"{}\" have no faces in the mesh; it needs at least one",
                 body.name
             ))
-            .line(body.line));
+            .at(body.places.of("name")));
         }
         let Some(zone) = zone else { continue };
         for tag in own() {
@@ -228,7 +231,7 @@ fn check_bodies(
                     "tag \"{}\" moves with body \"{}\", but its node {node} is {place}",
                     tags[tag].name, body.name
                 ))
-                .line(body.line));
+                .at(body.places.of("name")));
             }
         }
     }

@@ -1,16 +1,14 @@
 //! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
 //! "twist"` interpolates.
 
-use super::body::Body;
-use super::driven::{Driven, SixDegrees};
+use super::motions::{AxisRotation, Reach};
 use super::options::{Interpolate, RbfOptions};
 use super::resolved::Motion;
 use super::steps::Step;
-use super::turn::Turn;
 use crate::geometry::rotation::Quaternion;
 use crate::geometry::vector::{Vector, add, cross, norm, scale, sub};
 use crate::geometry::{Bounds, Twist};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Largest rotation between two points at which the path of a body is looked at.
 const INCREMENT: f64 = PI / 9.0;
@@ -29,24 +27,13 @@ impl Motion {
     /// # Panics
     /// When there is no such body.
     pub fn twist_centre(&self, body: usize, bounds: &Bounds) -> Vector {
-        let table = self.driven[body].table.as_ref();
-        let table = table.and_then(SixDegrees::centre);
-        let body = &self.bodies[body];
-        let rigid = body.rigid.as_ref().and_then(|rigid| rigid.rotate);
-        let rigid = rigid.filter(|(_, _, angle)| *angle != 0.0);
-        let rigid = rigid.map(|(_, origin, _)| origin);
-        let cyclic = body.cyclic.as_ref();
-        let centre = match (rigid.or(table), cyclic) {
-            (Some(origin), _) => origin,
-            (_, Some(cyclic)) => {
-                let [chordwise, shaftwise] = cyclic.pitch_axis;
-                let blade = self.rotor.blade(body.azimuth_offset);
-                blade.point(0.0, chordwise, shaftwise)
-            }
+        let motions = self.bodies[body].motions.iter();
+        let own = motions.filter_map(|motion| motion.centre()).next();
+        let centre = own.unwrap_or_else(|| match bounds.low[0] > bounds.high[0] {
             // A body that shares all of its nodes with others has none of its own.
-            (_, None) if bounds.low[0] > bounds.high[0] => self.rotor.hub,
-            (_, None) => bounds.centre(),
-        };
+            true => self.rotor.hub,
+            false => bounds.centre(),
+        });
         bounds.nearest(&centre)
     }
 
@@ -84,19 +71,23 @@ impl Motion {
     /// # Panics
     /// When there is no such body.
     pub fn rotation(&self, body: usize, step: &Step, from: f64, to: f64) -> Vector {
-        let mut turns = self.turns(body, step, [0.0; 3]);
-        turns.retain(|turn| turn.angle != 0.0);
-        match about_one_axis(&turns) {
+        let mut rotations = self.rotations(body, step, [0.0; 3]);
+        rotations.retain(|rotation| rotation.angle != 0.0);
+        match about_one_axis(&rotations) {
             Some(theta) => scale(theta, to - from),
-            None => followed(&turns, from, to),
+            None => followed(&rotations, from, to),
         }
     }
 
     /// What the user should know of the motion before it is interpolated, as sentences.
     pub fn warnings(&self, rbf: &RbfOptions) -> Vec<String> {
-        let files = self.driven.iter().flat_map(Driven::warnings).cloned();
-        let angles = self.bodies.iter().filter_map(more_than_a_turn);
-        let mut warnings: Vec<String> = files.chain(angles).collect();
+        let mut motions: Vec<_> = self.bodies.iter().flat_map(|body| &body.motions).collect();
+        // What files hold comes first.
+        motions.sort_by_key(|motion| motion.reach() == Reach::Whole);
+        let mut warnings: Vec<String> = motions
+            .iter()
+            .filter_map(|motion| motion.warning())
+            .collect();
         if rbf.interpolate == Interpolate::Twist {
             let bodies = 0..self.bodies.len();
             warnings.extend(bodies.filter_map(|body| self.turns_far(body, rbf.substeps)));
@@ -127,43 +118,26 @@ impl Motion {
     }
 }
 
-/// A sentence on a body whose pitch, flap or lag is more than a turn, which no blade does.
-fn more_than_a_turn(body: &Body) -> Option<String> {
-    let cyclic = body.cyclic.as_ref()?;
-    let series = [
-        ("pitch", &cyclic.pitch),
-        ("flap", &cyclic.flap),
-        ("lag", &cyclic.lag),
-    ];
-    let mut far = series.iter().filter(|(_, series)| series.bound() > TAU);
-    let (name, series) = far.next()?;
-    Some(format!(
-        "body \"{}\": mean and harmonics of its {name} add up to {:.0} degrees, more than a turn; is `angle_unit` right?",
-        body.name,
-        series.bound().to_degrees()
-    ))
-}
-
 /// The sum of rotations whose axes are parallel; `None` where they are not.
-fn about_one_axis(turns: &[Turn]) -> Option<Vector> {
-    let Some(first) = turns.first() else {
+fn about_one_axis(rotations: &[AxisRotation]) -> Option<Vector> {
+    let Some(first) = rotations.first() else {
         return Some([0.0; 3]);
     };
-    let parallel = |turn: &Turn| cross(first.axis, turn.axis) == [0.0; 3];
-    turns.iter().all(parallel).then(|| {
-        let vectors = turns.iter().map(|turn| scale(turn.axis, turn.angle));
+    let parallel = |next: &AxisRotation| cross(first.axis, next.axis) == [0.0; 3];
+    rotations.iter().all(parallel).then(|| {
+        let vectors = rotations.iter().map(|next| scale(next.axis, next.angle));
         vectors.fold([0.0; 3], add)
     })
 }
 
-fn followed(turns: &[Turn], from: f64, to: f64) -> Vector {
+fn followed(rotations: &[AxisRotation], from: f64, to: f64) -> Vector {
     let at = |part: f64| {
-        let parts = turns
+        let parts = rotations
             .iter()
-            .map(|turn| Quaternion::rotation(turn.axis, part * turn.angle));
+            .map(|next| Quaternion::rotation(next.axis, part * next.angle));
         parts.fold(Quaternion::IDENTITY, Quaternion::then)
     };
-    let whole: f64 = turns.iter().map(|turn| turn.angle.abs()).sum();
+    let whole: f64 = rotations.iter().map(|next| next.angle.abs()).sum();
     let increments = whole * (to - from).abs() / INCREMENT;
     let increments = increments.clamp(1.0, MAX_INCREMENTS);
     // Of two ends on one path the shorter is looked at in the points of the longer, then at its end.

@@ -3,6 +3,8 @@
 
 use super::extremes::Extremes;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::PreflightNote;
 use crate::geometry::Bounds;
 use crate::geometry::crossing::{segments_cross, triangles_cross};
 use crate::geometry::vector::{Vector, dot, norm, sub};
@@ -53,7 +55,7 @@ pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
 
 /// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
 /// steps or where they have gone farthest.
-pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &Extremes) -> Vec<String> {
+pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &Extremes) -> Vec<Diagnostic> {
     let facets = Facets::new(plan);
     let mut meeting: BTreeMap<(Owner, Owner), Vec<(usize, Vector)>> = BTreeMap::new();
     let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index))
@@ -66,31 +68,24 @@ pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &Extremes) -> Vec<Strin
             meeting.entry(pair).or_default().push((step.index, place));
         }
     }
-    let name = |owner: Owner| match owner {
-        Some(body) => format!("body \"{}\"", plan.motion.bodies[usize::from(body)].name),
-        None => "a fixed boundary".to_owned(),
-    };
-    let all = steps.len();
-    let mut sentences = Vec::new();
-    for (&body, steps) in &extremes.leaving {
-        let body = &plan.motion.bodies[body].name;
-        sentences.push(format!(
-            "body \"{body}\" leaves the box around the mesh at {} of {} steps looked at, step {} first",
-            steps.len(),
-            extremes.n_steps,
-            steps[0]
-        ));
-    }
-    for ((one, other), steps) in meeting {
-        let (first, place) = steps[0];
-        sentences.push(format!(
-            "the surfaces of {} and {} cut through each other at {} of {all} steps looked at, step {first} first, near {place:?}",
-            name(other),
-            name(one),
-            steps.len()
-        ));
-    }
-    sentences
+    let bodies = &plan.motion.bodies;
+    let name = |owner: Owner| owner.map(|body| bodies[usize::from(body)].name.clone());
+    let leaving = extremes.leaving.iter();
+    let leaving = leaving.map(|(&body, steps)| PreflightNote::LeavesBox {
+        body: bodies[body].name.clone(),
+        steps: steps.len(),
+        looked_at: extremes.n_steps,
+        first: steps[0],
+    });
+    let meeting = meeting.into_iter();
+    let meeting = meeting.map(|((one, other), found)| PreflightNote::SurfacesMeet {
+        bodies: [other, one].map(name),
+        steps: found.len(),
+        looked_at: steps.len(),
+        first: found[0].0,
+        place: found[0].1,
+    });
+    leaving.chain(meeting).map(Diagnostic::from).collect()
 }
 
 /// The surface points that move with a body.
@@ -231,6 +226,7 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostic::Kind;
     use crate::mesh::Mesh;
     use crate::motion::Schedule;
     use std::path::Path;
@@ -241,7 +237,7 @@ mod tests {
         Plan::new(mesh, schedule).expect("they fit")
     }
 
-    fn told(mesh: &str, tag: &str, by: &str) -> Vec<String> {
+    fn told(mesh: &str, tag: &str, by: &str) -> Vec<Diagnostic> {
         let plan = plan(
             mesh,
             &format!(
@@ -252,13 +248,38 @@ mod tests {
         conflicts(&plan, &steps, &Extremes::new(&plan))
     }
 
+    fn leaves(steps: usize, looked_at: usize, first: usize) -> Diagnostic {
+        let note = PreflightNote::LeavesBox {
+            body: "it".to_owned(),
+            steps,
+            looked_at,
+            first,
+        };
+        note.into()
+    }
+
+    /// Steps at which the body meets a fixed boundary, of how many, and the first.
+    fn meeting(told: &[Diagnostic]) -> Option<(usize, usize, usize)> {
+        let own = [Some("it".to_owned()), None];
+        told.iter().find_map(|told| match &told.kind {
+            Kind::Preflight(PreflightNote::SurfacesMeet {
+                bodies,
+                steps,
+                looked_at,
+                first,
+                ..
+            }) if *bodies == own => Some((*steps, *looked_at, *first)),
+            _ => None,
+        })
+    }
+
     #[test]
     fn a_body_that_stays_clear_is_not_warned_of() {
         for (mesh, tag) in [
             ("testdata/body_in_duct.vtu", "body"),
             ("testdata/naca0012.vtu", "airfoil"),
         ] {
-            assert_eq!(told(mesh, tag, "[0.05, 0.05, 0]"), [""; 0]);
+            assert_eq!(told(mesh, tag, "[0.05, 0.05, 0]"), []);
         }
     }
 
@@ -278,35 +299,16 @@ mod tests {
         assert_eq!((extremes.n_steps, extremes.farthest[0]), (361, (100, 5.0)));
         let steps: Vec<&Step> = plan.motion.steps.iter().step_by(6).collect();
         let told = conflicts(&plan, &steps, &extremes);
-        assert!(
-            told[0].ends_with(
-                "leaves the box around the mesh at 1 of 361 steps looked at, step 100 first"
-            ),
-            "{told:?}"
-        );
+        assert_eq!(told[0], leaves(1, 361, 100));
     }
 
     #[test]
     fn a_body_that_runs_into_a_wall_or_out_of_the_mesh_is_warned_of() {
         let duct = told("testdata/body_in_duct.vtu", "body", "[0, 1.2, 0]");
-        assert!(
-            duct.iter().any(|told| told.starts_with(
-                "the surfaces of body \"it\" and a fixed boundary cut through each other at "
-            )),
-            "{duct:?}"
-        );
+        assert!(meeting(&duct).is_some(), "{duct:?}");
         let airfoil = told("testdata/naca0012.vtu", "airfoil", "[2.0, 0, 0]");
-        assert!(
-            airfoil[0].starts_with(
-                "body \"it\" leaves the box around the mesh at 1 of 3 steps looked at, step 2 first"
-            ),
-            "{airfoil:?}"
-        );
-        assert!(
-            airfoil[1]
-                .contains("cut through each other at 1 of 3 steps looked at, step 2 first, near ["),
-            "{airfoil:?}"
-        );
+        assert_eq!(airfoil[0], leaves(1, 3, 2));
+        assert_eq!(meeting(&airfoil), Some((1, 3, 2)));
     }
 
     #[test]

@@ -4,8 +4,8 @@ use super::bodies::{points_of, tip_of};
 use crate::deform::Plan;
 use crate::geometry::vector::{Vector, distance, scale, sub};
 use crate::motion::{Frame, Role, Step};
+use crate::record::{BodyRecord, MotionRecord};
 use rayon::prelude::*;
-use serde_json::{Map, Value, json};
 
 /// Nodes of a body whose displacements are looked at, at most: the largest of so many, evenly taken,
 /// is close enough to draw, and a surface of a million nodes costs no more than a small one.
@@ -19,7 +19,7 @@ struct At {
 }
 
 /// The motion of the whole schedule in the rotating frame, and how the inertial one turns against it.
-pub(crate) fn body_motion(plan: &Plan) -> Value {
+pub(crate) fn body_motion(plan: &Plan) -> MotionRecord {
     let motion = &plan.motion;
     let bodies: Vec<Followed> = (0..motion.bodies.len())
         .map(|body| Followed::new(plan, body))
@@ -30,16 +30,18 @@ pub(crate) fn body_motion(plan: &Plan) -> Value {
         .map(|step| at_step(plan, &bodies, step))
         .collect();
     let rotor = &motion.rotor;
-    let courses = (0..bodies.len()).map(|body| body_course(plan, body, &steps));
-    json!({
-        "frame": match rotor.frame {
-            Frame::Rotating => "rotating",
-            Frame::Inertial => "inertial",
-        },
-        "hub": rotor.hub,
-        "turn_axis": scale(rotor.e_z, rotor.signs.azimuth),
-        "bodies": courses.collect::<Vec<_>>(),
-    })
+    let frame = match rotor.frame {
+        Frame::Rotating => "rotating",
+        Frame::Inertial => "inertial",
+    };
+    MotionRecord {
+        frame: frame.to_owned(),
+        hub: rotor.hub,
+        turn_axis: scale(rotor.e_z, rotor.signs.azimuth),
+        bodies: (0..bodies.len())
+            .map(|body| body_record(plan, body, &steps))
+            .collect(),
+    }
 }
 
 /// The surface points of a body that are followed.
@@ -76,27 +78,24 @@ fn at_step(plan: &Plan, bodies: &[Followed], step: &Step) -> Vec<At> {
     bodies.iter().enumerate().map(of_body).collect()
 }
 
-fn body_course(plan: &Plan, body: usize, steps: &[Vec<At>]) -> Value {
+fn body_record(plan: &Plan, body: usize, steps: &[Vec<At>]) -> BodyRecord {
     let motion = &plan.motion;
     let moves =
         |role: Option<Role>| matches!(role, Some(Role::Moving(b)) if usize::from(b) == body);
     let tags = motion.surface.tags.iter().filter(|tag| moves(tag.role));
-    let tags: Vec<&str> = tags.map(|tag| tag.tag.as_str()).collect();
-    let mut course = Map::new();
-    course.insert("name".into(), json!(motion.bodies[body].name));
-    course.insert("tags".into(), json!(tags));
-    for (axis, key) in ["pitch_deg", "flap_deg", "lag_deg"].into_iter().enumerate() {
-        let angles = steps.iter().map(|at| at[body].angles);
-        let degrees = angles.map(|angles| angles.map(|angles| angles[axis].to_degrees()));
-        if let Some(degrees) = degrees.collect::<Option<Vec<f64>>>() {
-            course.insert(key.into(), json!(degrees));
-        }
+    let steps = || steps.iter().map(|at| &at[body]);
+    let degrees = |axis: usize| {
+        let angles = steps().map(|at| Some(at.angles?[axis].to_degrees()));
+        angles.collect::<Option<Vec<f64>>>().unwrap_or_default()
+    };
+    let tips: Option<Vec<Vector>> = steps().map(|at| at.tip).collect();
+    BodyRecord {
+        name: motion.bodies[body].name.clone(),
+        tags: tags.map(|tag| tag.tag.clone()).collect(),
+        pitch_deg: degrees(0),
+        flap_deg: degrees(1),
+        lag_deg: degrees(2),
+        tip_displacement: tips.unwrap_or_default(),
+        max_displacement: steps().map(|at| at.largest).collect(),
     }
-    let tips = steps.iter().map(|at| at[body].tip);
-    if let Some(tips) = tips.collect::<Option<Vec<Vector>>>() {
-        course.insert("tip_displacement".into(), json!(tips));
-    }
-    let largest: Vec<f64> = steps.iter().map(|at| at[body].largest).collect();
-    course.insert("max_displacement".into(), json!(largest));
-    Value::Object(course)
 }

@@ -1,6 +1,8 @@
 //! Whether the disk has room for what a run will write.
 
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::{PreflightNote, amount};
 use crate::error::{Error, Result};
 use crate::formats::{Compression, Format, Precision, StepSize};
 use crate::motion::QualityOutput;
@@ -77,8 +79,8 @@ fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
     };
     let n_volume: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     StepSize {
-        n_nodes: plan.reference.len() as u64,
-        is_plane: plan.reference.iter().all(|x| x[2] == 0.0),
+        n_nodes: plan.mesh.points.len() as u64,
+        is_plane: plan.mesh.points.iter().all(|x| x[2] == 0.0),
         number: match output.precision {
             Precision::F64 => 8,
             Precision::F32 => 4,
@@ -98,7 +100,7 @@ pub(crate) fn check_disk(
     folder: &Path,
     demand: &Demand,
     freed: u64,
-) -> Result<Option<String>> {
+) -> Result<Option<Diagnostic>> {
     let Ok(free) = fs4::available_space(existing(folder)) else {
         return Ok(None);
     };
@@ -106,18 +108,22 @@ pub(crate) fn check_disk(
     if needed <= free {
         return Ok(None);
     }
-    let figures = format!(
-        "{} steps take {} ({} each), and {} are free",
-        demand.n_steps,
-        size(needed),
-        size(demand.others),
-        size(free)
-    );
     if plan.schedule.output.compression != Compression::None {
-        return Ok(Some(format!("{}: unpacked, {figures}", folder.display())));
+        let note = PreflightNote::LittleRoom {
+            steps: demand.n_steps,
+            needed,
+            each: demand.others,
+            free,
+        };
+        return Ok(Some(Diagnostic::new(note).file(folder)));
     }
     Err(Error::system(format!(
-        "{figures}; free some, write fewer with --steps, or go on until the disk is full with --no-space-check"
+        "{} steps take {} ({} each), and {} are free; free some, write fewer with --steps, or go on until the disk is \
+         full with --no-space-check",
+        demand.n_steps,
+        amount(needed),
+        amount(demand.others),
+        amount(free)
     ))
     .file(folder))
 }
@@ -129,31 +135,16 @@ fn existing(folder: &Path) -> PathBuf {
     above.next().map_or(here, Path::to_path_buf)
 }
 
-/// Bytes as people read them.
-pub(super) fn size(bytes: u64) -> String {
-    const UNITS: [&str; 5] = ["B", "kB", "MB", "GB", "TB"];
-    let mut value = bytes as f64;
-    let mut unit = 0;
-    while value >= 999.5 && unit + 1 < UNITS.len() {
-        value /= 1000.0;
-        unit += 1;
-    }
-    match unit {
-        0 => format!("{bytes} B"),
-        _ => format!("{value:.3} {}", UNITS[unit]),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn sizes_are_told_in_units_that_fit() {
-        assert_eq!(size(12), "12 B");
-        assert_eq!(size(1_500), "1.500 kB");
-        assert_eq!(size(999_600), "1.000 MB");
-        assert_eq!(size(7_654_000_000_000_000), "7654.000 TB");
+        assert_eq!(amount(12), "12 B");
+        assert_eq!(amount(1_500), "1.500 kB");
+        assert_eq!(amount(999_600), "1.000 MB");
+        assert_eq!(amount(7_654_000_000_000_000), "7654.000 TB");
     }
 
     #[test]

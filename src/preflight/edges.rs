@@ -2,6 +2,8 @@
 //! that stay, and a zone that turns out of the rest of the mesh.
 
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::PreflightNote;
 use crate::geometry::Bounds;
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, distance, dot, norm, scale, sub};
@@ -16,7 +18,7 @@ const TURNS: usize = 8;
 const NODES: usize = 2000;
 
 /// Bodies with nodes in a sliding plane that are moved out of it.
-pub(super) fn leaving_planes(plan: &Plan) -> Vec<String> {
+pub(super) fn leaving_planes(plan: &Plan) -> Vec<Diagnostic> {
     let Some(sliding) = &plan.surface.sliding else {
         return Vec::new();
     };
@@ -26,7 +28,7 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<String> {
         .filter_map(|&(at, normal)| Some((at as usize, surface.body[at as usize]?, normal)))
         .collect();
     let [of_way, of_mesh] = ROUND_OFF;
-    let least = of_mesh * Bounds::around(&plan.reference).diagonal();
+    let least = of_mesh * Bounds::around(&plan.mesh.points).diagonal();
     // For each body the points that leave, how far at most, and the step of that.
     let mut left: BTreeMap<u16, (BTreeSet<usize>, f64, usize)> = BTreeMap::new();
     for step in plan.motion.steps.iter().filter(|_| !held.is_empty()) {
@@ -44,19 +46,21 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<String> {
             }
         }
     }
-    let sentence = |(body, (points, most, step)): (u16, (BTreeSet<usize>, f64, usize))| {
-        format!(
-            "{} nodes of body \"{}\" lie in a plane that slides and are moved out of it, by up to {most:.3e} at step \
-             {step}; that boundary does not stay plane",
-            points.len(),
-            plan.motion.bodies[usize::from(body)].name
-        )
-    };
-    left.into_iter().map(sentence).collect()
+    left.into_iter()
+        .map(|(body, (points, distance, step))| {
+            let note = PreflightNote::LeavesPlane {
+                body: plan.motion.bodies[usize::from(body)].name.clone(),
+                nodes: points.len(),
+                distance,
+                step,
+            };
+            note.into()
+        })
+        .collect()
 }
 
 /// Bodies that no step moves.
-pub(super) fn staying(plan: &Plan) -> Vec<String> {
+pub(super) fn staying(plan: &Plan) -> Vec<Diagnostic> {
     let bodies = &plan.motion.bodies;
     let mut points = vec![0; bodies.len()];
     let mut moves = vec![false; bodies.len()];
@@ -76,17 +80,15 @@ pub(super) fn staying(plan: &Plan) -> Vec<String> {
     let still = (0..bodies.len()).filter(|&body| points[body] > 0 && !moves[body]);
     still
         .map(|body| {
-            format!(
-                "body \"{}\" stays where it is at every step of the schedule",
-                bodies[body].name
-            )
+            let body = bodies[body].name.clone();
+            PreflightNote::BodyStays { body }.into()
         })
         .collect()
 }
 
 /// A zone that is carried round although its interface to the rest is no surface of revolution: turned,
 /// its nodes do not lie on it.
-pub(super) fn turning_out(plan: &Plan) -> Option<String> {
+pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
     let zone = plan.motion.zone.as_ref()?;
     // A sector meets its own images there.
     let is_whole = plan.motion.periodic.is_empty();
@@ -95,7 +97,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<String> {
     };
     let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
     let nodes = zone.interface_nodes.iter();
-    let points: Vec<Vector> = nodes.map(|&node| plan.reference[node as usize]).collect();
+    let points: Vec<Vector> = nodes.map(|&node| plan.mesh.points[node as usize]).collect();
     if turned.is_empty() || points.is_empty() {
         return None;
     }
@@ -110,14 +112,9 @@ pub(super) fn turning_out(plan: &Plan) -> Option<String> {
             }
         }
     }
-    let (step, off) = worst;
-    (off > ROUND_OFF[1] * Bounds::around(&points).diagonal()).then(|| {
-        format!(
-            "the zones that are carried round meet the rest of the mesh in a surface that is none of revolution about \
-             the shaft: at step {step} its nodes are up to {off:.3e} off where it was, so cells overlap there or \
-             leave holes"
-        )
-    })
+    let (step, distance) = worst;
+    let is_off = distance > ROUND_OFF[1] * Bounds::around(&points).diagonal();
+    is_off.then(|| PreflightNote::TurnsOut { step, distance }.into())
 }
 
 /// Facets of the interface of a zone between its nodes, by their positions among these.
@@ -153,6 +150,7 @@ fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostic::Kind;
     use crate::mesh::{CellKind, Group, Mesh};
     use crate::motion::Schedule;
     use std::path::Path;
@@ -181,16 +179,18 @@ mod tests {
                 "rigid.rotate = { axis = [0, 0, 1], origin = [0.3, 0, 0], angle = 30 }",
                 None,
             ),
-            ("rigid.translate = [0, 0, -0.001]", Some("1.000e-3")),
-            ("rigid.translate = [0.5, 0, 4]", Some("4.000e0")),
+            ("rigid.translate = [0, 0, -0.001]", Some(0.001)),
+            ("rigid.translate = [0.5, 0, 4]", Some(4.0)),
         ] {
             let told = leaving_planes(&wing(motion));
             assert_eq!(told.len(), usize::from(out.is_some()), "{motion} {told:?}");
-            let by = out.map(|out| format!("moved out of it, by up to {out} at step 0"));
-            assert!(
-                by.is_none_or(|by| told[0].contains(&by)),
-                "{motion} {told:?}"
-            );
+            let is_right = |by: f64| match &told[0].kind {
+                Kind::Preflight(PreflightNote::LeavesPlane { distance, step, .. }) => {
+                    (distance - by).abs() < 1e-12 && *step == 0
+                }
+                _ => false,
+            };
+            assert!(out.is_none_or(is_right), "{motion} {told:?}");
         }
     }
 
@@ -203,8 +203,9 @@ mod tests {
             ("rigid.translate = [0, 1e-6, 0]", false),
         ] {
             let told = staying(&wing(motion));
-            let sentence = "body \"wing\" stays where it is at every step of the schedule";
-            assert_eq!(told == [sentence], stays, "{motion} {told:?}");
+            let body = "wing".to_owned();
+            let note = PreflightNote::BodyStays { body }.into();
+            assert_eq!(told == [note], stays, "{motion} {told:?}");
         }
     }
 

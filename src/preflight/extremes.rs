@@ -72,8 +72,10 @@ struct Region {
 impl Region {
     fn new(plan: &Plan) -> Self {
         let bounds = match plan.deforming_nodes() {
-            Some(nodes) => Bounds::around(nodes.iter().map(|&node| &plan.reference[node as usize])),
-            None => Bounds::around(&plan.reference),
+            Some(nodes) => {
+                Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[node as usize]))
+            }
+            None => Bounds::around(&plan.mesh.points),
         };
         let slack = OUTSIDE * bounds.diagonal();
         let held = |body: usize| {

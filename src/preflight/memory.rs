@@ -3,8 +3,8 @@
 //! Sums of the table in ARCHITECTURE.md. What a run holds changes with its stages: base points are
 //! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
 
-use super::disk::size;
 use crate::deform::Plan;
+use crate::diagnostic::preflight::amount;
 use crate::error::{Error, Result};
 use crate::formats::Compression;
 use crate::motion::{QualityOutput, Step};
@@ -36,28 +36,28 @@ pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
     Err(Error::input(format!(
         "this run needs about {} of memory, and --max-memory allows {}; the mapped input, {}, does not count. \
          boundaries.zones and fewer added arrays need less",
-        size(needed),
-        size(limit),
-        size(mapped)
+        amount(needed),
+        amount(limit),
+        amount(mapped)
     )))
 }
 
 /// What is there from the plan to the end: cells, groups, arrays, the reference, the surface, modes.
 fn held(plan: &Plan) -> usize {
-    let (n, n_surface) = (plan.reference.len(), plan.surface.nodes.len());
+    let n_surface = plan.surface.nodes.len();
     let layers = plan.layers.iter().chain(&plan.velocity);
     let modes: usize = layers
         .map(|layer| 8 * n_surface * layer.modes.n_modes)
         .sum();
     // Coefficients of the modes, in the modes and in their criterion; each step twice.
     let coefficients = plan.motion.steps.len() * (48 * plan.n_modes() + 2 * size_of::<Step>());
-    plan.mesh.memory_bytes() + 24 * n + 80 * n_surface + modes + coefficients
+    plan.mesh.memory_bytes() + 80 * n_surface + modes + coefficients
 }
 
 fn n_deforming(plan: &Plan) -> usize {
     match &plan.motion.zone {
         Some(zone) => zone.nodes.iter().filter(|inside| **inside).count(),
-        None => plan.reference.len(),
+        None => plan.mesh.points.len(),
     }
 }
 
@@ -96,7 +96,7 @@ fn evaluating(plan: &Plan) -> usize {
 /// what is packed before it is written.
 fn writing(plan: &Plan) -> usize {
     let output = &plan.schedule.output;
-    let (n, n_cells) = (plan.reference.len(), plan.mesh.cells.len());
+    let (n, n_cells) = (plan.mesh.points.len(), plan.mesh.cells.len());
     let velocity = plan.velocity.as_ref().map_or(0, |layer| {
         48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
     });

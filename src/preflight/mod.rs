@@ -20,19 +20,24 @@ pub(crate) use output::before_work;
 pub use output::estimate_bytes;
 
 use crate::deform::{Layer, Plan};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::PreflightNote;
 use crate::geometry::Bounds;
 
-/// What the user should know of the motion before it is interpolated, as sentences.
-pub fn warnings(plan: &Plan) -> Vec<String> {
-    let diagonal = Bounds::around(&plan.reference).diagonal();
-    let mut warnings = plan.motion.seams(&plan.reference, diagonal);
-    warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
+/// What the user should know of the motion before it is interpolated.
+pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
+    let diagonal = Bounds::around(&plan.mesh.points).diagonal();
+    let of_motion = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
+    let of_motion = of_motion
+        .into_iter()
+        .chain(plan.motion.warnings(&plan.schedule.rbf));
+    let mut warnings: Vec<Diagnostic> = of_motion.map(Diagnostic::from).collect();
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
     warnings.extend(edges::turning_out(plan));
     let no_velocity = |layer: &Layer| layer.modes.n_modes == 0;
     if plan.velocity.as_ref().is_some_and(no_velocity) {
-        warnings.push("the velocities of all bodies are 0 at every step".to_owned());
+        warnings.push(PreflightNote::NoVelocity.into());
     }
     warnings
 }

@@ -3,12 +3,13 @@
 use super::disk::Demand;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::PreflightNote;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
-use crate::quality::{Criterion, Quality};
+use crate::quality::{Assessment, Criterion};
 use crate::record::COLUMNS;
 use rayon::prelude::*;
 use std::path::Path;
@@ -23,10 +24,10 @@ const NO_NUMBERS: [&str; 2] = ["file", "blake3"];
 /// All that a run can be refused for before it starts; returns what the format cannot hold, and the
 /// bytes of one mesh in it, neither packed nor as text.
 pub(crate) fn before_work(
-    plan: &mut Plan,
+    plan: &Plan,
     format: &dyn Format,
     fail_on: &[Criterion],
-) -> Result<(Vec<String>, u64)> {
+) -> Result<(Vec<Diagnostic>, u64)> {
     check_precision(plan)?;
     check_columns(plan, fail_on)?;
     check_dense(plan)?;
@@ -37,7 +38,7 @@ pub(crate) fn before_work(
 ///
 /// # Errors
 /// Where the format cannot hold the mesh.
-pub fn estimate_bytes(plan: &mut Plan) -> Result<u64> {
+pub fn estimate_bytes(plan: &Plan) -> Result<u64> {
     let format = formats::by_name(&plan.schedule.output.format)?;
     let (_, mesh_bytes) = format_holds(plan, format)?;
     let n_steps = plan.motion.steps.len();
@@ -60,7 +61,7 @@ fn check_dense(plan: &Plan) -> Result<()> {
 
 /// Refuses conditions on columns of steps.csv that have no value in this run.
 fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
-    let quality = Quality::default().columns();
+    let quality = Assessment::default().columns();
     let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
     let skipped = plan.schedule.output.quality == QualityOutput::None;
     let numbers = COLUMNS
@@ -91,7 +92,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
 /// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
 /// step then, however few digits those of the mesh have.
-fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u64)> {
+fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         Kind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
@@ -106,12 +107,12 @@ fn format_holds(plan: &mut Plan, format: &dyn Format) -> Result<(Vec<String>, u6
         compression: Compression::None,
         ..plan.schedule.output.write_options()
     };
-    plan.mesh.points = moved_a_little(&plan.reference);
+    let points = moved_a_little(&plan.mesh.points);
+    let mesh = plan.mesh.view().with_points(&points);
     let mut out = OutputSet::nowhere(Path::new("mesh"));
-    let dropped = format.write(&plan.mesh.view(), &mut out, &options);
-    plan.mesh.points = Vec::new();
+    let dropped = format.write(&mesh, &mut out, &options);
     let dropped = dropped.map_err(|error| described(error, plan))?;
-    let mut dropped: Vec<String> = dropped.iter().map(Diagnostic::to_string).collect();
+    let mut dropped: Vec<Diagnostic> = dropped.into_iter().collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
     Ok((dropped, out.finish().n_bytes))
@@ -134,29 +135,26 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
 }
 
 /// Sentences where numbers are to be stored in a way that the format does not have.
-fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<String> {
+fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<Diagnostic> {
     let dropped = plan.schedule.output.write_options().without_effect(format);
-    let name = format.name();
+    let format = format.name();
     dropped
-        .iter()
-        .map(|key| format!("output.{key} has no effect on files of format = \"{name}\""))
+        .into_iter()
+        .map(|key| PreflightNote::NoEffect { key, format }.into())
         .collect()
 }
 
-/// A sentence where arrays are asked for that the format does not hold.
-fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<String> {
+/// A note where arrays are asked for that the format does not hold.
+fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
     let output = &plan.schedule.output;
     let asked = output.displacement || output.velocity || output.quality == QualityOutput::Cells;
-    (asked && !format.holds_arrays()).then(|| {
-        format!(
-            "output.format = \"{}\" holds no arrays: displacement, velocity and cell quality are left out",
-            format.name()
-        )
-    })
+    let format_holds_none = asked && !format.holds_arrays();
+    let format = format.name();
+    format_holds_none.then(|| PreflightNote::NoArrays { format }.into())
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {
-    let change = plan.first_cells.change_in_f32(&plan.reference);
+    let change = plan.first_cells.change_in_f32(&plan.mesh.points);
     if plan.schedule.output.precision == Precision::F32
         && plan.schedule.output.rounds()?
         && change > F32_CHANGE

@@ -1,5 +1,6 @@
 //! Conditions like `min_scaled_jacobian<0.1` under which a result counts as failed.
 
+use crate::diagnostic::shortest;
 use crate::error::{Error, Result, nearest_name};
 use std::fmt;
 use std::str::FromStr;
@@ -75,11 +76,11 @@ impl Criterion {
 
     /// What is told where it is met by a value; `place` is empty, or as in " at step 3".
     pub fn sentence(&self, place: &str, value: f64) -> String {
-        let number = match value.abs() {
-            size if size == 0.0 || (1e-4..1e9).contains(&size) => value.to_string(),
-            _ => format!("{value:e}"),
-        };
-        format!("{self} holds{place}: {} is {number}", self.column)
+        format!(
+            "{self} holds{place}: {} is {}",
+            self.column,
+            shortest(value)
+        )
     }
 
     /// Whether a value is further beyond the limit than another.

@@ -19,9 +19,9 @@ pub struct Judge {
     pub adjacency: Adjacency,
 }
 
-/// Quality of a mesh in a few numbers.
+/// All that a mesh is assessed by, with the cells that have the extremes.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Quality {
+pub struct Assessment {
     /// Of its cells.
     pub cells: Summary,
     /// Of its faces.
@@ -30,7 +30,7 @@ pub struct Quality {
     pub size_skew: SizeSkew,
 }
 
-impl Quality {
+impl Assessment {
     /// Names and values, those of `steps.csv` among them; a metric that is not defined is `None`.
     pub fn columns(&self) -> Vec<(&'static str, Option<f64>)> {
         let mut columns = self.cells.columns().to_vec();
@@ -53,7 +53,7 @@ impl Judge {
     ///
     /// # Panics
     /// When there are fewer positions than nodes, or the mesh has other cells than the reference.
-    pub fn assess(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Quality {
+    pub fn assess(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Assessment {
         self.complete(self.cells(mesh, points), mesh, points, before)
     }
 
@@ -69,8 +69,8 @@ impl Judge {
         mesh: &Mesh,
         points: &[Vector],
         before: &[Vector],
-    ) -> Quality {
-        Quality {
+    ) -> Assessment {
+        Assessment {
             cells,
             faces: self.faces(mesh, points),
             size_skew: self.size_skew(mesh, points, before),

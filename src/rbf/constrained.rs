@@ -19,6 +19,10 @@ use crate::geometry::vector::{Vector, add, distance, dot, scale};
 use crate::linear::{Cholesky, Matrix};
 use rayon::prelude::*;
 
+mod factored;
+
+pub use factored::FactoredSystem;
+
 /// A point that an image puts within this part of the support radius of itself is its own image.
 const OWN_IMAGE: f64 = 1e-9;
 /// Components of a unit direction below this are round-off.
@@ -77,18 +81,9 @@ pub fn constrained_weights(
     assert!(values.len() == n * n_columns && n_columns.is_multiple_of(3));
     let system = System::new(basis, base, images)?;
     let mut own = vec![0.0; values.len()];
-    let mut solved: Vec<Block> = Vec::new();
-    for block in system.blocks(constraints) {
-        if block.is_at_rest(values, n_columns) {
-            continue;
-        }
-        match solved.iter_mut().find(|one| system.are_alike(one, &block)) {
-            Some(one) => one.alike.push(block.axes.0),
-            None => solved.push(block),
-        }
-    }
-    for block in &solved {
-        system.solve(block, values, n_columns, &mut own)?;
+    let moves = |block: &Block| !block.is_at_rest(values, n_columns);
+    for block in system.distinct_blocks(constraints, moves) {
+        system.solve(&block, &system.factor(&block)?, values, &mut own);
     }
     Ok(system.expand(&own, n_columns))
 }
@@ -105,6 +100,7 @@ impl Axes {
 }
 
 /// The directions within some axes, an unknown each.
+#[derive(Debug, Clone)]
 struct Block {
     axes: Axes,
     /// Other axes along which the same points have the same matrix.
@@ -151,17 +147,18 @@ impl Block {
     }
 }
 
-struct System<'a> {
+#[derive(Debug, Clone)]
+struct System {
     basis: Basis,
-    base: &'a [Vector],
+    base: Vec<Vector>,
     /// The identity, then the images.
     group: Vec<Transform>,
 }
 
-impl<'a> System<'a> {
+impl System {
     /// # Errors
     /// Where a base point is an image of another.
-    fn new(basis: Basis, base: &'a [Vector], images: &[Transform]) -> Result<Self> {
+    fn new(basis: Basis, base: &[Vector], images: &[Transform]) -> Result<Self> {
         let mut group = vec![Transform::IDENTITY];
         group.extend_from_slice(images);
         let near = OWN_IMAGE * basis.radius;
@@ -177,15 +174,35 @@ impl<'a> System<'a> {
                 "the base points {i} and {j} are periodic images of each other; only one of them \
                  may be chosen"
             ))),
-            None => Ok(Self { basis, base, group }),
+            None => Ok(Self {
+                basis,
+                base: base.to_vec(),
+                group,
+            }),
         }
+    }
+
+    /// The blocks that are wanted, those with the same matrix as one.
+    fn distinct_blocks(
+        &self,
+        constraints: &[Constraint],
+        is_wanted: impl Fn(&Block) -> bool,
+    ) -> Vec<Block> {
+        let mut distinct: Vec<Block> = Vec::new();
+        for block in self.blocks(constraints).into_iter().filter(is_wanted) {
+            match distinct.iter_mut().find(|one| self.are_alike(one, &block)) {
+                Some(one) => one.alike.push(block.axes.0),
+                None => distinct.push(block),
+            }
+        }
+        distinct
     }
 
     /// The unknowns in blocks that have nothing to do with each other.
     fn blocks(&self, constraints: &[Constraint]) -> Vec<Block> {
         let constraints: Vec<Constraint> = constraints
             .iter()
-            .zip(self.base)
+            .zip(&self.base)
             .map(|(constraint, x)| self.within_symmetry(constraint, *x))
             .collect();
         let columns = constraints.iter().flat_map(Constraint::columns);
@@ -243,13 +260,8 @@ impl<'a> System<'a> {
     }
 
     /// Adds to `own (n, 3 r)` the weights that a block and those alike give the base points.
-    fn solve(
-        &self,
-        block: &Block,
-        values: &[f64],
-        n_columns: usize,
-        own: &mut [f64],
-    ) -> Result<()> {
+    fn solve(&self, block: &Block, factor: &Cholesky, values: &[f64], own: &mut [f64]) {
+        let n_columns = values.len() / self.base.len();
         let r = n_columns / 3;
         let axis_of = |axes: &u8| axes.trailing_zeros() as usize;
         let shifts: Vec<usize> = block.alike.iter().map(axis_of).collect();
@@ -273,7 +285,7 @@ impl<'a> System<'a> {
                 }
             }
         }
-        self.factor(block)?.solve(&mut rhs);
+        factor.solve(&mut rhs);
         for (at, &(point, _)) in block.points.iter().enumerate() {
             for row in block.of_point(at) {
                 let w = own[point * n_columns..][..n_columns].as_chunks_mut::<3>().0;
@@ -286,7 +298,6 @@ impl<'a> System<'a> {
                 }
             }
         }
-        Ok(())
     }
 
     fn factor(&self, block: &Block) -> Result<Cholesky> {

@@ -26,11 +26,16 @@ const BLOCKS: usize = 256;
 
 /// A surface with residuals at its nodes.
 pub struct Correction<'a> {
-    surface: ClosestSurface<'a>,
+    fading: Fading<'a>,
     residuals: &'a [f64],
     n_modes: usize,
+}
+
+/// A surface with the distance over which residuals at its nodes fade out.
+pub struct Fading<'a> {
+    surface: ClosestSurface<'a>,
     /// `rho` at each surface node.
-    reach: Vec<f64>,
+    pub reach: Vec<f64>,
     largest_reach: f64,
     /// Smallest gap between two surfaces that was found within twice the reach.
     pub narrowest_gap: Option<Gap>,
@@ -45,6 +50,90 @@ pub struct Gap {
     pub width: f64,
 }
 
+/// How much of the residuals at three surface nodes is added at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Faded {
+    /// The point, by its position.
+    pub point: u32,
+    /// Surface nodes of the facet that is closest.
+    pub corners: [u32; 3],
+    /// `psi(q / rho)` times the barycentric weights of the foot.
+    pub weights: [f64; 3],
+}
+
+impl<'a> Fading<'a> {
+    /// The surface of `facets` (triangles, or edges with the second corner repeated) between `points`.
+    /// The `reach` of each is lowered to half the gap to the nearest facet of a surface that is not
+    /// connected to its own.
+    pub fn new(points: &'a [Vector], facets: &[[u32; 3]], mut reach: Vec<f64>) -> Self {
+        let surface = ClosestSurface::new(points, facets);
+        let gaps = gaps(&surface, &reach);
+        for (reach, gap) in reach.iter_mut().zip(&gaps) {
+            *reach = reach.min(0.5 * gap);
+        }
+        let narrowest = gaps.iter().enumerate().filter(|(_, gap)| gap.is_finite());
+        Self {
+            narrowest_gap: narrowest
+                .map(|(node, &width)| Gap { node, width })
+                .min_by(|a, b| a.width.total_cmp(&b.width)),
+            largest_reach: reach.iter().copied().fold(0.0, f64::max),
+            surface,
+            reach,
+        }
+    }
+
+    /// What of the residuals is added at those of `points` that are in reach, in the order of a
+    /// space-filling curve. `12 N` bytes on the way for the `N` points in the surface's box.
+    pub fn faded(&self, points: &[Vector]) -> Vec<Faded> {
+        let order = self.order(points.len(), |row| points[row]);
+        let blocks = order.par_chunks(BLOCK).flat_map_iter(|rows| {
+            let mut found = Vec::new();
+            self.near(
+                rows,
+                |row| points[row],
+                |point, foot, fade| {
+                    found.push(Faded {
+                        point,
+                        corners: foot.corners,
+                        weights: foot.weights.map(|weight| fade * weight),
+                    });
+                },
+            );
+            found
+        });
+        blocks.collect()
+    }
+
+    /// The points in the box of the reach along a space-filling curve, so that those which ask one
+    /// after another have their feet near each other.
+    fn order(&self, n_points: usize, place: impl Fn(usize) -> Vector + Sync) -> Vec<u32> {
+        if self.largest_reach == 0.0 {
+            return Vec::new();
+        }
+        let within = self.surface.bounds().grown(self.largest_reach);
+        curve::rough_order(n_points, place, &within)
+    }
+
+    /// Calls `found(row, foot, psi(q / rho))` for each of the rows that is in reach.
+    fn near(
+        &self,
+        rows: &[u32],
+        place: impl Fn(usize) -> Vector,
+        mut found: impl FnMut(u32, &Foot, f64),
+    ) {
+        let points: Vec<Vector> = rows.iter().map(|&row| place(row as usize)).collect();
+        let mut each = |i: usize, foot: &Foot| {
+            let reach = interpolate(foot, |node| self.reach[node]);
+            if reach > 0.0 {
+                let fade = Kernel::WendlandC2.value(foot.distance_squared.sqrt() / reach);
+                found(rows[i], foot, fade);
+            }
+        };
+        self.surface
+            .nearest_each(&points, self.largest_reach, &mut each);
+    }
+}
+
 impl<'a> Correction<'a> {
     /// The surface of `facets` (triangles, or edges with the second corner repeated) between
     /// `points`, with residuals (N_s, r) that reach `error` at most.
@@ -55,35 +144,29 @@ impl<'a> Correction<'a> {
         n_modes: usize,
         error: f64,
     ) -> Self {
-        let surface = ClosestSurface::new(points, facets);
-        let rho = REACH * error;
-        let gaps = gaps(&surface, points.len(), 2.0 * rho);
-        let reach: Vec<f64> = gaps.iter().map(|gap| rho.min(0.5 * gap)).collect();
-        let narrowest = gaps.iter().enumerate().filter(|(_, gap)| gap.is_finite());
+        let reach = vec![REACH * error; points.len()];
         Self {
-            narrowest_gap: narrowest
-                .map(|(node, &width)| Gap { node, width })
-                .min_by(|a, b| a.width.total_cmp(&b.width)),
-            largest_reach: reach.iter().copied().fold(0.0, f64::max),
-            surface,
+            fading: Fading::new(points, facets, reach),
             residuals,
             n_modes,
-            reach,
         }
     }
 
-    /// Adds the correction to the field at `points`. Nodes are taken along a space-filling curve, so
-    /// that those which ask one after another have their feet near each other. `12 N` bytes on the
-    /// way for the `N` nodes in the surface's box.
+    /// Smallest gap between two surfaces that was found within twice the reach.
+    pub fn narrowest_gap(&self) -> Option<Gap> {
+        self.fading.narrowest_gap
+    }
+
+    /// Adds the correction to the field at `points`. `12 N` bytes on the way for the `N` nodes in the
+    /// surface's box.
     pub fn add_to(&self, field: &mut Field, points: &[Vector]) {
-        if self.n_modes == 0 || self.largest_reach == 0.0 {
+        if self.n_modes == 0 {
             return;
         }
         let Field { nodes, values, .. } = field;
         let nodes = nodes.as_deref();
         let place = |row: usize| points[nodes.map_or(row, |nodes| nodes[row] as usize)];
-        let within = self.surface.bounds().grown(self.largest_reach);
-        let order = curve::rough_order(values.len() / self.n_modes, place, &within);
+        let order = self.fading.order(values.len() / self.n_modes, place);
         let mut found: Vec<Near> = Vec::new();
         for blocks in order.chunks(BLOCK * BLOCKS) {
             let blocks = blocks.par_chunks(BLOCK);
@@ -104,20 +187,13 @@ impl<'a> Correction<'a> {
 
     /// What is added at those of the rows that are in reach.
     fn near(&self, rows: &[u32], place: impl Fn(usize) -> Vector) -> Near {
-        let points: Vec<Vector> = rows.iter().map(|&row| place(row as usize)).collect();
         let mut near = Near::default();
-        let mut add = |i: usize, foot: &Foot| {
-            let reach = interpolate(foot, |node| self.reach[node]);
-            if reach > 0.0 {
-                let fade = Kernel::WendlandC2.value(foot.distance_squared.sqrt() / reach);
-                near.rows.push(rows[i]);
-                near.added.extend((0..self.n_modes).map(|mode| {
-                    fade * interpolate(foot, |node| self.residuals[node * self.n_modes + mode])
-                }));
-            }
-        };
-        self.surface
-            .nearest_each(&points, self.largest_reach, &mut add);
+        self.fading.near(rows, place, |row, foot, fade| {
+            near.rows.push(row);
+            near.added.extend((0..self.n_modes).map(|mode| {
+                fade * interpolate(foot, |node| self.residuals[node * self.n_modes + mode])
+            }));
+        });
         near
     }
 }
@@ -144,13 +220,13 @@ fn interpolate(foot: &Foot, value: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// Distance from each surface node to the nearest facet of another connected surface; infinite where
-/// that is beyond `limit`.
-fn gaps(surface: &ClosestSurface<'_>, n_points: usize, limit: f64) -> Vec<f64> {
-    let gap = |node: usize| {
-        let foot = surface.nearest_apart(node, limit);
+/// that is beyond twice its reach.
+fn gaps(surface: &ClosestSurface<'_>, reach: &[f64]) -> Vec<f64> {
+    let gap = |(node, reach): (usize, &f64)| {
+        let foot = surface.nearest_apart(node, 2.0 * reach);
         foot.map_or(f64::INFINITY, |foot| foot.distance_squared.sqrt())
     };
-    (0..n_points).into_par_iter().map(gap).collect()
+    reach.par_iter().enumerate().map(gap).collect()
 }
 
 #[cfg(test)]
@@ -185,7 +261,7 @@ mod tests {
         let residuals = [0.03, 0.03, 0.0, 0.0];
         let facets = [[0, 1, 1], [2, 3, 3]];
         let correction = Correction::new(&points, &facets, &residuals, 1, 0.03);
-        let gap = correction.narrowest_gap.expect("there is one");
+        let gap = correction.narrowest_gap().expect("there is one");
         assert!((gap.width - 0.2).abs() < 1e-15);
         let mut field = Field {
             nodes: None,

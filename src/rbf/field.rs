@@ -139,7 +139,20 @@ fn evaluate_at(base: &Interpolant, points: &[Vector], out: &mut [f64], progress:
     }
     // Blocks much smaller than the support radius serve; a finer order would take twice the memory.
     let order = curve::rough_order(points.len(), |i| points[i], &everywhere);
-    let mut values = vec![0.0; BATCH.min(points.len()) * r];
+    evaluate_along(base, points, &order, out, progress);
+}
+
+/// Writes the interpolant at those of `points` that are in `order` to their rows of `out`; neighbours
+/// in the order should be neighbours in space.
+pub fn evaluate_along(
+    base: &Interpolant,
+    points: &[Vector],
+    order: &[u32],
+    out: &mut [f64],
+    progress: &dyn Fn(usize),
+) {
+    let r = base.n_columns;
+    let mut values = vec![0.0; BATCH.min(order.len()) * r];
     for batch in order.chunks(BATCH) {
         let near: Vec<Vector> = batch.iter().map(|&i| points[i as usize]).collect();
         let values = &mut values[..batch.len() * r];

@@ -12,10 +12,12 @@ pub mod field;
 pub mod interpolant;
 pub mod kernel;
 mod newton;
+pub mod power;
 pub mod select;
 pub mod slide;
 pub mod space;
 pub mod system;
+pub mod transposed;
 
 pub use kernel::Kernel;
 

@@ -228,7 +228,7 @@ impl Chunk {
 
 /// `values (m) -= rows^T (m, n) . factors (n)`, four rows at a time.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn subtract_rows(values: &mut [f64], rows: &[f64], factors: &[f64]) {
+pub(super) fn subtract_rows(values: &mut [f64], rows: &[f64], factors: &[f64]) {
     let m = values.len();
     let four = factors.len() / 4 * 4;
     for (rows, f) in rows.chunks_exact(4 * m).zip(factors.chunks_exact(4)) {

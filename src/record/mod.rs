@@ -1,7 +1,20 @@
 //! What a run leaves behind besides meshes, as types of plain numbers.
 //!
-//! Owns the layout of steps.csv. Leaves to `run` when it is written, and to `report` what is shown of it.
+//! Owns the layout of run.json, steps.csv and base.toml and the names of their files: what is written is
+//! what is read, by one definition. Leaves to `run` when they are written, and to `report` what is shown of
+//! them.
 
+mod base;
+mod names;
+mod run;
 mod steps;
+#[cfg(test)]
+mod tests;
 
-pub use steps::{COLUMNS, Row, Rows, number, parse, text};
+pub use base::BaseFile;
+pub use names::{file_name, numbered, part_of, parts_in, step_of};
+pub use run::{
+    BodyRecord, EndRecord, InputRecord, LayerRecord, MotionRecord, OptionsRecord, RepairRecord,
+    RunRecord, SelectionRecord, Timings,
+};
+pub use steps::{COLUMNS, Row, Rows, lines, parse, text};

@@ -1,81 +1,181 @@
-//! The rows of steps.csv as text, written and read back.
+//! The rows of steps.csv, written and read back by one list of their columns.
 
+use crate::diagnostic::shortest;
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
-
-/// Columns of steps.csv, in order.
-pub const COLUMNS: [&str; 24] = [
-    "step",
-    "azimuth_deg",
-    "time_s",
-    "file",
-    "base_points",
-    "max_displacement",
-    "selection_error",
-    "max_surface_error",
-    "rms_surface_error",
-    "inverted",
-    "inverted_reference",
-    "min_volume",
-    "min_scaled_jacobian",
-    "mean_scaled_jacobian",
-    "p01_scaled_jacobian",
-    "max_edge_ratio",
-    "max_skew",
-    "max_non_orthogonality",
-    "min_size_skew",
-    "mean_size_skew",
-    "min_first_cell_ratio",
-    "max_normal_change_deg",
-    "blake3",
-    "seconds",
-];
 
 /// Rows by their step.
 pub type Rows = BTreeMap<usize, Row>;
 
-/// The values of a step, one for each of [`COLUMNS`]; empty where a value is not known.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Row(Vec<String>);
+/// Defines [`Row`] and [`COLUMNS`]. A number is written by [`shortest`], or by the function after `as`.
+macro_rules! columns {
+    ($($(#[$doc:meta])* $column:ident: $kind:ty $(as $format:ident)?,)*) => {
+        /// Columns of steps.csv, in order.
+        pub const COLUMNS: [&str; [$(stringify!($column)),*].len()] = [$(stringify!($column)),*];
+
+        /// The values of a step. What is not known is `None`, and empty in the file.
+        #[derive(Debug, Clone, Default, PartialEq)]
+        pub struct Row {
+            $($(#[$doc])* pub $column: $kind,)*
+        }
+
+        impl Row {
+            /// The values as they stand in the file.
+            fn texts(&self) -> [String; COLUMNS.len()] {
+                [$(self.$column.text(columns!(@format $($format)?))),*]
+            }
+
+            /// The row with these values; `None` where one is not of its column.
+            fn of_texts(texts: &[String]) -> Option<Self> {
+                let [$($column),*] = texts else { return None };
+                Some(Self { $($column: Value::read($column)?),* })
+            }
+
+            /// Every column with its value where that is a number.
+            pub fn numbers(&self) -> [(&'static str, Option<f64>); COLUMNS.len()] {
+                [$((stringify!($column), self.$column.number())),*]
+            }
+        }
+    };
+    (@format) => { shortest };
+    (@format $format:ident) => { $format };
+}
+
+columns! {
+    /// Number of the step, from 0.
+    step: usize,
+    /// Azimuth in degrees.
+    azimuth_deg: f64 as decimal,
+    /// Time in s.
+    time_s: Option<f64> as decimal,
+    /// Name of the mesh's file.
+    file: String,
+    /// Number of base points.
+    base_points: usize,
+    /// Largest prescribed displacement of a surface node, in mesh units.
+    max_displacement: f64,
+    /// Largest displacement error before the correction, in mesh units.
+    selection_error: f64,
+    /// Largest distance of a written surface node from its place, in mesh units.
+    max_surface_error: f64,
+    /// Root mean square of the same.
+    rms_surface_error: f64,
+    /// Cells that are valid in the reference mesh and inverted now.
+    inverted: Option<usize>,
+    /// Cells that are inverted in the reference mesh.
+    inverted_reference: Option<usize>,
+    /// Smallest volume (area in 2D).
+    min_volume: Option<f64>,
+    /// Smallest scaled Jacobian.
+    min_scaled_jacobian: Option<f64>,
+    /// Mean scaled Jacobian.
+    mean_scaled_jacobian: Option<f64>,
+    /// First percentile of the scaled Jacobian.
+    p01_scaled_jacobian: Option<f64>,
+    /// Largest ratio of longest to shortest edge of a cell.
+    max_edge_ratio: Option<f64>,
+    /// Largest equiangle skew.
+    max_skew: Option<f64>,
+    /// Largest non-orthogonality of a face, in degrees.
+    max_non_orthogonality: Option<f64>,
+    /// Smallest size-skew against the reference mesh.
+    min_size_skew: Option<f64>,
+    /// Mean size-skew.
+    mean_size_skew: Option<f64>,
+    /// Smallest ratio of a first-cell height to that in the reference mesh.
+    min_first_cell_ratio: Option<f64>,
+    /// Largest change of the angle between a wall's normal and the line to its first cell, in degrees.
+    max_normal_change_deg: Option<f64>,
+    /// Hash of what was written.
+    blake3: String,
+    /// Seconds of computing and writing, in thousandths.
+    seconds: f64 as thousandths,
+}
 
 impl Row {
-    /// A row without values.
-    pub fn new() -> Self {
-        Self(vec![String::new(); COLUMNS.len()])
-    }
-
-    /// Sets the value of a column.
-    pub fn set(&mut self, column: &str, value: String) {
-        self.0[at(column)] = value;
-    }
-
-    /// The value of a column as it stands in the file.
-    pub fn text(&self, column: &str) -> &str {
-        &self.0[at(column)]
-    }
-
-    /// The value of a column that holds numbers.
-    pub fn number(&self, column: &str) -> Option<f64> {
-        self.text(column).parse().ok()
-    }
-
-    /// Every column with its value where that is a number.
-    pub fn numbers(&self) -> Vec<(&'static str, Option<f64>)> {
-        let values = COLUMNS.into_iter().zip(&self.0);
-        values
-            .map(|(column, value)| (column, value.parse().ok()))
-            .collect()
-    }
-
     /// Its line in the file.
     pub fn line(&self) -> String {
-        joined(self.0.iter().map(String::as_str))
+        joined(self.texts().iter().map(String::as_str))
     }
 }
 
-fn at(column: &str) -> usize {
-    let at = COLUMNS.iter().position(|name| *name == column);
-    at.expect("it is a column of steps.csv")
+/// A value of a column.
+trait Value: Sized {
+    /// As it stands in the file; numbers with a fraction are written by `format`.
+    fn text(&self, format: fn(f64) -> String) -> String;
+    /// Back from there.
+    fn read(text: &str) -> Option<Self>;
+    /// As a number, where it is one.
+    fn number(&self) -> Option<f64>;
+}
+
+impl Value for usize {
+    fn text(&self, _: fn(f64) -> String) -> String {
+        self.to_string()
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    fn number(&self) -> Option<f64> {
+        Some(*self as f64)
+    }
+}
+
+impl Value for f64 {
+    fn text(&self, format: fn(f64) -> String) -> String {
+        format(*self)
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    fn number(&self) -> Option<f64> {
+        Some(*self)
+    }
+}
+
+impl Value for String {
+    fn text(&self, _: fn(f64) -> String) -> String {
+        self.clone()
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        Some(text.to_owned())
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+impl<T: Value> Value for Option<T> {
+    fn text(&self, format: fn(f64) -> String) -> String {
+        self.as_ref()
+            .map_or_else(String::new, |value| value.text(format))
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        match text {
+            "" => Some(None),
+            text => T::read(text).map(Some),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        self.as_ref().and_then(T::number)
+    }
+}
+
+/// The shortest text that reads back as the same number, without an exponent.
+fn decimal(value: f64) -> String {
+    value.to_string()
+}
+
+fn thousandths(value: f64) -> String {
+    format!("{value:.3}")
 }
 
 /// The text of a table.
@@ -86,32 +186,38 @@ pub fn text(rows: &Rows) -> String {
 
 /// The rows in the bytes of a table. A row that a killed run left cut is none; nor is one that is no row,
 /// as a power cut may leave it.
+///
+/// # Errors
+/// Where the table has other columns.
 pub fn parse(bytes: &[u8]) -> Result<Rows> {
-    let mut lines = bytes
-        .split_inclusive(|byte| *byte == b'\n')
-        .filter_map(|line| line.strip_suffix(b"\n"))
-        .map(|line| {
-            std::str::from_utf8(line)
-                .ok()
-                .filter(|text| !text.contains('\0'))
-        });
+    let mut lines = lines(bytes);
     match lines.next() {
-        None => return Ok(Rows::new()),
-        Some(Some(header)) if cut(header) != COLUMNS => {
+        Some((line, Some(header))) if header != COLUMNS => {
             return Err(Error::input(format!(
-                "the columns are \"{header}\"; this version has \"{}\"",
+                "the columns are \"{}\"; this version has \"{}\"",
+                header.join(","),
                 COLUMNS.join(",")
             ))
-            .line(1));
+            .line(line));
         }
-        Some(_) => {}
+        _ => {}
     }
-    let row = |line| {
-        let row = cut(line);
-        let step = (row.len() == COLUMNS.len()).then(|| row[0].parse().ok());
-        Some((step.flatten()?, Row(row)))
-    };
-    Ok(lines.flatten().filter_map(row).collect())
+    let rows = lines.filter_map(|(_, values)| Row::of_texts(&values?));
+    Ok(rows.map(|row| (row.step, row)).collect())
+}
+
+/// The lines of a table that have ended, with their numbers from 1 and their values; `None` for one that is
+/// no text.
+pub fn lines(bytes: &[u8]) -> impl Iterator<Item = (u64, Option<Vec<String>>)> {
+    let ended = bytes
+        .split_inclusive(|byte| *byte == b'\n')
+        .filter_map(|line| line.strip_suffix(b"\n"));
+    let values = ended.map(|line| {
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        let text = std::str::from_utf8(line).ok();
+        text.filter(|text| !text.contains('\0')).map(cut)
+    });
+    (1..).zip(values)
 }
 
 fn joined<'a>(values: impl IntoIterator<Item = &'a str>) -> String {
@@ -120,9 +226,10 @@ fn joined<'a>(values: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 fn quoted(value: &str) -> String {
-    match value.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", value.replace('"', "\"\"")),
-        false => value.to_owned(),
+    if value.contains([',', '"', '\n']) {
+        format!("\"{}\"", value.replace('"', "\"\""))
+    } else {
+        value.to_owned()
     }
 }
 
@@ -143,15 +250,6 @@ fn cut(line: &str) -> Vec<String> {
     values
 }
 
-/// The shortest text that reads back as the same number.
-pub fn number(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".to_owned(),
-        size if (1e-4..1e9).contains(&size) => value.to_string(),
-        _ => format!("{value:e}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,8 +257,39 @@ mod tests {
     #[test]
     fn numbers_read_back_as_they_were() {
         for value in [0.0, 1.0, 37.0, 0.1 + 0.2, 1e-17, -2.9753038973609e-9, 1e300] {
-            assert_eq!(number(value).parse::<f64>(), Ok(value));
+            assert_eq!(shortest(value).parse::<f64>(), Ok(value));
         }
-        assert_eq!(number(1e-17), "1e-17");
+        assert_eq!(shortest(1e-17), "1e-17");
+    }
+
+    #[test]
+    fn a_row_has_the_text_of_each_of_its_values() {
+        let row = Row {
+            step: 3,
+            azimuth_deg: 1e-5,
+            max_displacement: 1e-5,
+            file: "a, \"b\".vtu".to_owned(),
+            inverted: Some(0),
+            max_edge_ratio: Some(f64::INFINITY),
+            seconds: 0.25,
+            ..Row::default()
+        };
+        let line = row.line();
+        assert_eq!(
+            line,
+            "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250\n"
+        );
+        let table = text(&[(3, row.clone())].into());
+        assert_eq!(parse(table.as_bytes()).expect("it is whole")[&3], row);
+        let of = |column: &str| {
+            let numbers = row.numbers();
+            let found = numbers.into_iter().find(|(name, _)| *name == column);
+            found.expect("it is a column").1
+        };
+        assert_eq!(
+            (of("inverted"), of("inverted_reference")),
+            (Some(0.0), None)
+        );
+        assert_eq!((of("azimuth_deg"), of("file")), (Some(1e-5), None));
     }
 }

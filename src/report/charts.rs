@@ -100,12 +100,7 @@ impl<'a> Charts<'a> {
             include: vec![0.0],
             ..plot
         });
-        let tolerance = self
-            .sequence
-            .record
-            .options
-            .get("tolerance")
-            .and_then(|t| t.as_f64());
+        let tolerance = self.sequence.record.options.tolerance;
         let errors = self
             .plot("Errors at the surface", "mesh units", &errors)
             .map(|plot| {

@@ -70,7 +70,7 @@ fn label(column: &str) -> (String, &'static str) {
 }
 
 /// The same for a mesh of known dimension, which volumes have their unit from: in a plane they are areas.
-pub fn label_in(dimension: Option<u64>, column: &str) -> (String, &'static str) {
+pub fn label_in(dimension: Option<usize>, column: &str) -> (String, &'static str) {
     match (column, dimension) {
         ("min_volume", Some(2)) => ("smallest area".to_owned(), "mesh units²"),
         ("min_volume", Some(3)) => ("smallest volume".to_owned(), "mesh units³"),

@@ -1,10 +1,10 @@
 //! The folder of a sequence: its record and its table, with the motion as columns.
 
 use super::columns::label_in;
-use super::record::{Body, Record};
-use super::table::{self, Table};
+use super::table::Table;
 use crate::error::{Error, Result};
-use serde_json::Value;
+use crate::formats::check_file;
+use crate::record::{BodyRecord, EndRecord, RunRecord, file_name, parts_in};
 use std::path::{Path, PathBuf};
 
 /// Bodies whose motion is shown.
@@ -15,7 +15,7 @@ pub struct Sequence {
     /// The folder.
     pub folder: PathBuf,
     /// The run, or the first part of it.
-    pub record: Record,
+    pub record: RunRecord,
     /// The finished steps. Motions of bodies are columns `body/pitch_deg` and so on.
     pub table: Table,
     /// Sentences on what is missing.
@@ -43,7 +43,7 @@ impl Sequence {
         }
         let mut sequence = Self {
             folder: folder.to_path_buf(),
-            record: Record::default(),
+            record: RunRecord::default(),
             table: Table::read(&tables)?,
             notes: Vec::new(),
         };
@@ -57,18 +57,20 @@ impl Sequence {
     /// are not complete that.
     fn take_records(&mut self, paths: &[PathBuf]) -> Result<()> {
         for (at, path) in paths.iter().enumerate() {
-            let record = Record::read(path)?;
+            let record = read(path)?;
             if at == 0 {
                 self.record = record;
                 continue;
             }
-            add_new(&mut self.record.warnings, record.warnings);
-            add_new(&mut self.record.passed_over, record.passed_over);
-            add_new(&mut self.record.failures, record.failures);
-            for (stage, seconds) in record.seconds {
-                let known = self.record.seconds.get(&stage).and_then(Value::as_f64);
-                let sum = known.unwrap_or(0.0) + seconds.as_f64().unwrap_or(0.0);
-                self.record.seconds.insert(stage, sum.into());
+            if let Some(end) = record.end {
+                let all = self.record.end.get_or_insert_default();
+                add_new(&mut all.warnings, end.warnings);
+                add_new(&mut all.passed_over, end.passed_over);
+                add_new(&mut all.failures, end.failures);
+            }
+            if let Some(seconds) = record.seconds {
+                let all = self.record.seconds.get_or_insert_default();
+                *all = all.plus(seconds);
             }
             if record.outcome != "complete" {
                 self.record.outcome = record.outcome;
@@ -139,8 +141,23 @@ impl Sequence {
         }
     }
 
+    /// What the run came to; empty while it is under way.
+    pub fn end(&self) -> EndRecord {
+        self.record.end.clone().unwrap_or_default()
+    }
+
+    /// How far the run came, in a word or two.
+    pub fn state(&self) -> &str {
+        match self.record.outcome.as_str() {
+            "" => "not known",
+            "running" => "not finished",
+            outcome if outcome.starts_with("complete") => outcome,
+            _ => "stopped",
+        }
+    }
+
     /// The bodies' motions, where the record has them.
-    pub fn bodies(&self) -> &[Body] {
+    pub fn bodies(&self) -> &[BodyRecord] {
         let motion = self.record.motion.as_ref();
         motion.map_or(&[], |motion| {
             &motion.bodies[..motion.bodies.len().min(BODIES)]
@@ -175,6 +192,13 @@ impl Sequence {
     }
 }
 
+/// Reads a run.json.
+fn read(path: &Path) -> Result<RunRecord> {
+    let bytes = check_file(path).and_then(|()| std::fs::read(path));
+    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+    RunRecord::parse(&bytes).map_err(|error| error.file(path))
+}
+
 /// Adds sentences that are not there yet.
 fn add_new(to: &mut Vec<String>, sentences: Vec<String>) {
     for sentence in sentences {
@@ -185,7 +209,7 @@ fn add_new(to: &mut Vec<String>, sentences: Vec<String>) {
 }
 
 /// What is known of a body over the steps of the schedule; angles that are always zero are left out.
-fn courses(body: &Body) -> Vec<(&'static str, Vec<f64>)> {
+fn courses(body: &BodyRecord) -> Vec<(&'static str, Vec<f64>)> {
     let tip = |axis: usize| body.tip_displacement.iter().map(|tip| tip[axis]).collect();
     let angles = [
         ("pitch_deg", body.pitch_deg.clone()),
@@ -208,9 +232,10 @@ fn courses(body: &Body) -> Vec<(&'static str, Vec<f64>)> {
 
 /// The file of a whole sequence, or those of its parts.
 fn whole_or_parts(folder: &Path, stem: &str, extension: &str) -> Vec<PathBuf> {
-    let whole = folder.join(format!("{stem}.{extension}"));
-    match whole.is_file() {
-        true => vec![whole],
-        false => table::parts(folder, stem, extension),
+    let whole = folder.join(file_name(stem, None, extension));
+    if whole.is_file() {
+        return vec![whole];
     }
+    let parts = parts_in(folder, stem, extension).unwrap_or_default();
+    parts.into_iter().map(|(_, path)| path).collect()
 }

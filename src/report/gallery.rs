@@ -7,13 +7,13 @@ use super::folder::Sequence;
 use super::html::short;
 use super::meshes::Meshes;
 use super::plot::Plot;
-use super::record::Motion;
 use super::slice::Slice;
 use super::view::View;
 use crate::error::{Error, Result};
 use crate::formats::ReadOptions;
 use crate::mesh::Mesh;
 use crate::quality::{Reference, per_cell};
+use crate::record::MotionRecord;
 
 /// Bars of the histogram.
 const BARS: usize = 40;
@@ -91,28 +91,24 @@ fn draw(
     drop(before);
     for &row in rows {
         let is_worst = Some(row) == worst;
+        let step = sequence.table.step(row);
         let caption = caption(sequence, row, is_worst);
-        let mesh = meshes.at(row).and_then(|mesh| studio.check(mesh));
-        match mesh {
-            Ok(mesh) => {
-                let (svg, quality) = studio.picture(&mesh, sequence.azimuth(row), &caption);
-                if is_worst {
-                    counted.insert(
-                        0,
-                        (format!("worst step, {}", sequence.table.step(row)), quality),
-                    );
-                }
-                gallery.pictures.push(Picture {
-                    row: Some(row),
-                    caption,
-                    svg,
-                });
+        let mesh = match meshes.at(row).and_then(|mesh| studio.check(mesh)) {
+            Ok(mesh) => mesh,
+            Err(error) => {
+                notes.push(format!("The mesh of step {step} is not shown: {error}."));
+                continue;
             }
-            Err(error) => notes.push(format!(
-                "The mesh of step {} is not shown: {error}.",
-                sequence.table.step(row)
-            )),
+        };
+        let (svg, quality) = studio.picture(&mesh, sequence.azimuth(row), &caption);
+        if is_worst {
+            counted.insert(0, (format!("worst step, {step}"), quality));
         }
+        gallery.pictures.push(Picture {
+            row: Some(row),
+            caption,
+            svg,
+        });
     }
     gallery.histogram = histogram(&counted);
     gallery
@@ -142,7 +138,7 @@ struct Studio<'a> {
     view: View,
     n_cells: usize,
     reference: Reference,
-    motion: Option<&'a Motion>,
+    motion: Option<&'a MotionRecord>,
 }
 
 impl Studio<'_> {

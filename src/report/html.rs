@@ -39,7 +39,7 @@ pub fn short(value: f64) -> String {
 }
 
 /// A count with its digits in groups of three.
-pub fn count(n: u64) -> String {
+pub fn count(n: usize) -> String {
     let digits = n.to_string();
     let mut grouped = String::new();
     for (at, digit) in digits.chars().enumerate() {

@@ -4,7 +4,6 @@ use super::folder::Sequence;
 use crate::error::{Error, Result};
 use crate::formats::{ReadOptions, check_file};
 use crate::mesh::Mesh;
-use serde_json::Value;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -47,12 +46,11 @@ impl<'a> Meshes<'a> {
         let input = input.ok_or_else(|| Error::input("run.json does not name it"))?;
         let hash = input.blake3.as_ref();
         let hash = hash.ok_or_else(|| Error::input("it came from standard input"))?;
-        let record = &self.sequence.record;
-        let tag_array = record.options.get("tag_array").and_then(Value::as_str);
+        let tag_array = self.sequence.record.options.tag_array.clone();
         let own = self.options.tag_array.clone();
         let options = ReadOptions {
             step: None,
-            tag_array: own.or_else(|| tag_array.map(str::to_owned)),
+            tag_array: own.or(tag_array),
         };
         let mut is_there = false;
         for path in self.places(&input.file) {

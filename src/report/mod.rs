@@ -22,7 +22,6 @@ mod html;
 mod meshes;
 mod page;
 mod plot;
-mod record;
 mod section;
 mod selection;
 mod series;

@@ -72,17 +72,18 @@ fn header(sequence: &Sequence, case: &str) -> String {
         "<header>\n<h1>{case}</h1>\n<p>A mesh in motion{program}</p>\n<dl class=\"tiles\">{tiles}</dl>\n"
     );
     html += &list("notes", "", &sequence.notes);
-    if record.state() == "stopped" {
+    if sequence.state() == "stopped" {
         html += &list("notes", "", std::slice::from_ref(&record.outcome));
     }
+    let end = sequence.end();
     for (sentences, one, many) in [
         (
-            &record.passed_over,
+            &end.passed_over,
             "step was passed over",
             "steps were passed over",
         ),
-        (&record.failures, "check failed", "checks failed"),
-        (&record.warnings, "warning", "warnings"),
+        (&end.failures, "check failed", "checks failed"),
+        (&end.warnings, "warning", "warnings"),
     ] {
         html += &folded(sentences, one, many);
     }
@@ -99,9 +100,9 @@ fn tiles(sequence: &Sequence) -> Vec<(&'static str, String, bool)> {
         Some(all) if all != table.len() => format!("{} of {all}", table.len()),
         _ => table.len().to_string(),
     };
-    let n_passed = record.passed_over.len();
+    let n_passed = sequence.end().passed_over.len();
     let mut tiles = vec![
-        ("run", record.state().to_owned(), n_passed > 0),
+        ("run", sequence.state().to_owned(), n_passed > 0),
         ("steps", steps, n_passed > 0),
     ];
     let mut add = |name, value: Option<String>, is_bad: bool| {
@@ -129,8 +130,10 @@ fn tiles(sequence: &Sequence) -> Vec<(&'static str, String, bool)> {
     };
     let is_bad = inverted.is_some_and(|n| n > 0.0 || n_passed > 0);
     add("inverted cells, most", told, is_bad);
-    let seconds = record.seconds.get("total").and_then(Value::as_f64);
-    add("seconds", seconds.map(|s| format!("{s:.3}")), false);
+    let seconds = record
+        .seconds
+        .map(|seconds| format!("{:.3}", seconds.total));
+    add("seconds", seconds, false);
     tiles
 }
 
@@ -265,21 +268,17 @@ fn cuts(gallery: &Gallery) -> String {
 
 /// Seconds of each stage of the run.
 fn stages(sequence: &Sequence) -> String {
-    let names = [
-        ("selection", "choosing base points"),
-        ("modes", "evaluating them at the nodes"),
-        ("steps", "positions and quality of all steps"),
-        ("writing", "writing meshes, beside the next step"),
-        ("total", "the whole run"),
-    ];
-    let seconds = &sequence.record.seconds;
-    let row = |key: &String, value: &Value| {
-        let name = names.iter().find(|(name, _)| name == key);
-        let name = name.map_or(key.as_str(), |(_, name)| name);
-        let value = value.as_f64().map(short)?;
-        Some((capitalized(name), format!("{value} s")))
+    let Some(seconds) = sequence.record.seconds else {
+        return String::new();
     };
-    rows(seconds.iter().filter_map(|(key, value)| row(key, value)))
+    let stages = [
+        ("Choosing base points", seconds.selection),
+        ("Evaluating them at the nodes", seconds.modes),
+        ("Positions and quality of all steps", seconds.steps),
+        ("Writing meshes, beside the next step", seconds.writing),
+        ("The whole run", seconds.total),
+    ];
+    rows(stages.map(|(name, seconds)| (name.to_owned(), format!("{} s", short(seconds)))))
 }
 
 fn inputs(sequence: &Sequence) -> String {
@@ -293,11 +292,10 @@ fn inputs(sequence: &Sequence) -> String {
             .as_str()
             .map_or_else(|| value.to_string(), str::to_owned)
     };
-    let options = record
-        .options
-        .iter()
+    let options = record.options.entries().into_iter();
+    let options = options
         .filter(|(_, value)| !value.is_null())
-        .map(|(key, value)| (key.replace('_', " "), text(value)));
+        .map(|(key, value)| (key.replace('_', " "), text(&value)));
     let counts = [
         ("surface points", record.surface_points),
         ("modes of the motion", record.modes),
@@ -320,8 +318,9 @@ fn inputs(sequence: &Sequence) -> String {
     )
 }
 
-fn rows(entries: impl Iterator<Item = (String, String)>) -> String {
+fn rows(entries: impl IntoIterator<Item = (String, String)>) -> String {
     let rows: String = entries
+        .into_iter()
         .map(|(name, value)| {
             format!(
                 "<tr><th scope=\"row\">{}</th><td>{}</td></tr>",

@@ -3,7 +3,8 @@
 use super::columns;
 use crate::error::{Error, Result};
 use crate::formats::check_file;
-use std::path::{Path, PathBuf};
+use crate::record::lines;
+use std::path::PathBuf;
 
 /// The rows of one table or of the tables of several parts.
 #[derive(Debug, Clone, Default)]
@@ -18,9 +19,9 @@ impl Table {
     pub fn read(paths: &[PathBuf]) -> Result<Self> {
         let mut table = Self::default();
         for path in paths {
-            let text = check_file(path).and_then(|()| std::fs::read_to_string(path));
-            let text = text.map_err(|error| Error::io(path, &error))?;
-            table.append(&text).map_err(|error| error.file(path))?;
+            let bytes = check_file(path).and_then(|()| std::fs::read(path));
+            let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+            table.append(&bytes).map_err(|error| error.file(path))?;
         }
         let steps = table.numbers("step");
         let mut rows: Vec<(f64, Vec<String>)> = Vec::with_capacity(steps.len());
@@ -33,9 +34,10 @@ impl Table {
         Ok(table)
     }
 
-    fn append(&mut self, text: &str) -> Result<()> {
-        let mut records = records(text).into_iter();
-        let Some((_, header)) = records.next() else {
+    /// The last line counts when it has ended: a run that was killed may leave half a row.
+    fn append(&mut self, bytes: &[u8]) -> Result<()> {
+        let mut rows = lines(bytes).map(|(line, row)| (line, row.unwrap_or_default()));
+        let Some((_, header)) = rows.next() else {
             return Ok(());
         };
         if !header.iter().any(|name| name == "step") {
@@ -45,22 +47,22 @@ impl Table {
             return Err(Error::input("its columns are not those of the other parts").line(1));
         }
         self.columns = header;
-        for (line, record) in records {
-            self.check(&record).map_err(|error| error.line(line))?;
-            self.rows.push(record);
+        for (line, row) in rows {
+            self.check(&row).map_err(|error| error.line(line))?;
+            self.rows.push(row);
         }
         Ok(())
     }
 
-    fn check(&self, record: &[String]) -> Result<()> {
-        if record.len() != self.columns.len() {
+    fn check(&self, row: &[String]) -> Result<()> {
+        if row.len() != self.columns.len() {
             return Err(Error::input(format!(
                 "a row of {} values under {} columns",
-                record.len(),
+                row.len(),
                 self.columns.len()
             )));
         }
-        for (name, value) in self.columns.iter().zip(record) {
+        for (name, value) in self.columns.iter().zip(row) {
             let needed = name == "step" && value.is_empty();
             let wrong = !value.is_empty() && value.parse::<f64>().is_err();
             if needed || columns::is_number(name) && wrong {
@@ -115,52 +117,4 @@ impl Table {
     fn place(&self, column: &str) -> Option<usize> {
         self.columns.iter().position(|name| name == column)
     }
-}
-
-/// Records with the lines that they begin at. The last one counts when its line has ended: a run that
-/// was killed may leave half a row.
-fn records(text: &str) -> Vec<(u64, Vec<String>)> {
-    let mut found = Vec::new();
-    let mut record = vec![String::new()];
-    let (mut line, mut first, mut is_quoted) = (1, 1, false);
-    let mut characters = text.chars().peekable();
-    while let Some(c) = characters.next() {
-        let field = record.last_mut().expect("a record has a field at least");
-        line += u64::from(c == '\n');
-        match (c, is_quoted) {
-            ('"', true) if characters.peek() == Some(&'"') => {
-                characters.next();
-                field.push('"');
-            }
-            ('"', _) => is_quoted = !is_quoted,
-            (',', false) => record.push(String::new()),
-            ('\n', false) => {
-                found.push((first, std::mem::replace(&mut record, vec![String::new()])));
-                first = line;
-            }
-            ('\r', false) => {}
-            _ => field.push(c),
-        }
-    }
-    found
-}
-
-/// Tables of the parts of a sequence in a folder, with the steps that their names say, in order.
-pub fn parts(folder: &Path, stem: &str, extension: &str) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    let mut found: Vec<([usize; 2], PathBuf)> = entries
-        .filter_map(|entry| {
-            let path = entry.ok()?.path();
-            let name = path.file_name()?.to_str()?;
-            let inside = name.strip_prefix(stem)?.strip_prefix('_')?;
-            let range = inside.strip_suffix(extension)?.strip_suffix('.')?;
-            let (start, end) = range.split_once('-')?;
-            let range = [start.parse().ok()?, end.parse().ok()?];
-            Some((range, path))
-        })
-        .collect();
-    found.sort();
-    found.into_iter().map(|(_, path)| path).collect()
 }

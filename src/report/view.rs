@@ -1,10 +1,10 @@
 //! Where to look: a plane through the first moving body, and a window around what it cuts.
 
 use super::cut::{Cut, Flat, Plane, Window};
-use super::record::{Body, Motion};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, dot, sub};
 use crate::mesh::Mesh;
+use crate::record::{BodyRecord, MotionRecord};
 
 /// Height of a picture in widths.
 pub const ASPECT: f64 = 0.7;
@@ -29,7 +29,7 @@ pub struct View {
 
 impl View {
     /// Of the first body with a surface in the mesh, or of all of it where no motion is known.
-    pub fn new(mesh: &Mesh, motion: Option<&Motion>) -> Self {
+    pub fn new(mesh: &Mesh, motion: Option<&MotionRecord>) -> Self {
         let bodies = motion.map_or(&[][..], |motion| &motion.bodies);
         let hub = motion.map_or([0.0; 3], |motion| motion.hub);
         let with_surface = bodies.iter().find_map(|body| {
@@ -61,7 +61,7 @@ impl View {
     }
 
     /// The plane at a step, turned with the inertial frame.
-    pub fn plane(&self, motion: Option<&Motion>, azimuth_deg: f64) -> Plane {
+    pub fn plane(&self, motion: Option<&MotionRecord>, azimuth_deg: f64) -> Plane {
         motion.map_or(self.plane, |motion| {
             self.plane.carried(&motion.carry(azimuth_deg))
         })
@@ -131,7 +131,7 @@ fn around_corners(plane: &Plane, bounds: &Bounds) -> [Flat; 2] {
 }
 
 /// `turns`: whether the frame is inertial.
-fn sentence(body: Option<&Body>, plane: &Plane, axis: Option<usize>, turns: bool) -> String {
+fn sentence(body: Option<&BodyRecord>, plane: &Plane, axis: Option<usize>, turns: bool) -> String {
     let name = body.map(|body| body.name.as_str());
     let follows = match name {
         Some(name) => {

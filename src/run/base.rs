@@ -1,43 +1,13 @@
 //! Base points on disk: base.toml to go on from, base.vtp to look at.
 
-use crate::deform::Kind;
-use crate::deform::Plan;
-use crate::deform::with_bases;
+use crate::deform::{BasePoints, Kind, Plan, from_nodes};
 use crate::error::{Error, Result};
 use crate::formats::{Commit, check_no_device, save_text};
 use crate::geometry::vector::Vector;
 use crate::rbf::select::Selection;
-use serde::{Deserialize, Serialize};
+use crate::record::BaseFile;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// What base.toml holds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BaseFile {
-    /// Version of this layout.
-    pub version: u32,
-    /// Kernel of the interpolation.
-    pub kernel: String,
-    /// Support radius, in mesh units.
-    pub support_radius: f64,
-    /// Tolerance that was asked for, in mesh units.
-    pub tolerance: f64,
-    /// Largest error at any surface node and step that was reached, in mesh units.
-    pub error: f64,
-    /// Number of nodes of the mesh.
-    pub mesh_nodes: usize,
-    /// Hash of the node positions of the mesh.
-    pub mesh_points_blake3: String,
-    /// Mesh nodes that are base points, in the order chosen; with `twist` those of the translations.
-    pub nodes: Vec<u32>,
-    /// With `twist`, those of the rotations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rotation_nodes: Option<Vec<u32>>,
-    /// Support radius of the rotations where it is another.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rotation_radius: Option<f64>,
-}
 
 /// Writes `path` and the .vtp beside it.
 pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) -> Result<()> {
@@ -60,15 +30,13 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
             .iter()
             .map(|selection| selection.error)
             .fold(0.0, f64::max),
-        mesh_nodes: plan.reference.len(),
-        mesh_points_blake3: hash_of(&plan.reference),
+        mesh_nodes: plan.mesh.points.len(),
+        mesh_points_blake3: hash_of(&plan.mesh.points),
         nodes: of("nodes").unwrap_or_default(),
         rotation_nodes: of("rotation_nodes"),
         rotation_radius: plan.schedule.rbf.rotation_radius,
     };
-    let text = toml::to_string(&file)
-        .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))?;
-    save_text(&text, path, commit)?;
+    save_text(&file.text()?, path, commit)?;
     save_picture(plan, selections, &picture_of(path), commit)
 }
 
@@ -89,46 +57,35 @@ pub fn picture_of(path: &Path) -> PathBuf {
 
 /// Base points read from `path`, with weights for the plan's motion.
 pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
-    let stretches = plan.stretches();
-    let [stretch] = stretches.as_slice() else {
+    let intervals = plan.intervals();
+    let [interval] = intervals.as_slice() else {
         return Err(Error::input(
             "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
         )
         .file(path));
     };
-    load_for(plan, stretch, path)
+    load_for(plan, interval, path)
 }
 
-/// Base points that were chosen for a stretch of the same plan.
-pub(super) fn load_for(plan: &Plan, stretch: &Range<usize>, path: &Path) -> Result<Vec<Selection>> {
+/// Base points that were chosen for an interval of the same plan.
+pub(super) fn load_for(
+    plan: &Plan,
+    interval: &Range<usize>,
+    path: &Path,
+) -> Result<Vec<Selection>> {
     let file = read(path)?;
     check(plan, &file).map_err(|error| error.file(path))?;
-    let bases = plan.layers.iter().map(|layer| match layer.kind {
-        Kind::Displacement => plan.surface.find(&file.nodes),
-        Kind::Rotation(_) => plan
-            .surface
-            .find(file.rotation_nodes.as_deref().unwrap_or_default()),
-    });
-    let bases = bases.collect::<Result<Vec<_>>>();
-    let bases = bases.map_err(|error| error.file(path))?;
-    with_bases(plan, stretch, bases)
+    let base = BasePoints {
+        nodes: file.nodes,
+        rotation_nodes: file.rotation_nodes,
+    };
+    from_nodes(plan, interval, &base).map_err(|error| error.file(path))
 }
 
 fn read(path: &Path) -> Result<BaseFile> {
-    let no_base = |reason: &str| {
-        Error::input(format!(
-            "this is no file of base points, as `azimesh select -o` and `azimesh deform` write them: {reason}"
-        ))
-        .file(path)
-    };
     let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;
-    let text = std::str::from_utf8(&bytes).map_err(|_| no_base("it is not text"))?;
-    toml::from_str(text).map_err(|error| {
-        let start = error.span().map_or(0, |span| span.start);
-        let line = text[..start].bytes().filter(|b| *b == b'\n').count() + 1;
-        no_base(error.message()).line(line as u64)
-    })
+    BaseFile::parse(&bytes).map_err(|error| error.file(path))
 }
 
 fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
@@ -138,13 +95,13 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.version
         )));
     }
-    if file.mesh_nodes != plan.reference.len()
-        || file.mesh_points_blake3 != hash_of(&plan.reference)
+    if file.mesh_nodes != plan.mesh.points.len()
+        || file.mesh_points_blake3 != hash_of(&plan.mesh.points)
     {
         return Err(Error::input(format!(
             "the base points were chosen on another mesh: one of {} nodes, this has {}",
             file.mesh_nodes,
-            plan.reference.len()
+            plan.mesh.points.len()
         )));
     }
     let (kernel, radius) = (plan.basis.kernel.name(), plan.basis.radius);
@@ -164,21 +121,6 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
         return Err(Error::input(
             "the base points were chosen with another `interpolate` or `rotation_radius` than the schedule has",
         ));
-    }
-    for nodes in [Some(&file.nodes), file.rotation_nodes.as_ref()]
-        .into_iter()
-        .flatten()
-    {
-        check_distinct(nodes)?;
-    }
-    Ok(())
-}
-
-fn check_distinct(nodes: &[u32]) -> Result<()> {
-    let mut sorted = nodes.to_vec();
-    sorted.sort_unstable();
-    if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(Error::input(format!("node {} is listed twice", pair[0])));
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! In what two runs differ that decides what they write, by their records.
 
-use serde_json::{Map, Value};
+use crate::record::RunRecord;
+use serde_json::Value;
 
 /// The first difference of two runs.
 #[derive(Debug, PartialEq)]
@@ -18,39 +19,33 @@ pub(super) enum Difference {
 }
 
 /// In what two runs differ; `None` where they write the same.
-pub(super) fn difference(one: &Value, other: &Value) -> Option<Difference> {
-    let text = |value: &Value| value.as_str().unwrap_or("an unknown version").to_owned();
-    if one["program"] != other["program"] {
-        let [one, other] = [one, other].map(|record| text(&record["program"]));
+pub(super) fn difference(one: &RunRecord, other: &RunRecord) -> Option<Difference> {
+    if one.program != other.program {
+        let [one, other] = [one, other].map(|record| match record.program.as_str() {
+            "" => "an unknown version".to_owned(),
+            program => program.to_owned(),
+        });
         return Some(Difference::Program(one, other));
     }
-    let list = |record: &Value| record["inputs"].as_array().cloned().unwrap_or_default();
-    let (inputs, others) = (list(one), list(other));
-    for (input, other) in inputs.iter().zip(&others) {
-        if input["what"] != other["what"] {
+    for (input, other) in one.inputs.iter().zip(&other.inputs) {
+        if input.what != other.what {
             return Some(Difference::Inputs);
         }
-        if input["blake3"].is_null() || other["blake3"].is_null() {
+        if input.blake3.is_none() || other.blake3.is_none() {
             return Some(Difference::NoHash);
         }
-        if input["blake3"] != other["blake3"] {
-            let [one, other] = [input, other].map(|input| text(&input["file"]));
-            return Some(Difference::Content(text(&input["what"]), one, other));
+        if input.blake3 != other.blake3 {
+            let [what, one, other] = [&input.what, &input.file, &other.file].map(String::clone);
+            return Some(Difference::Content(what, one, other));
         }
     }
-    if inputs.len() != others.len() {
+    if one.inputs.len() != other.inputs.len() {
         return Some(Difference::Inputs);
     }
-    let empty = Map::new();
-    let options = |record: &Value| record["options"].as_object().unwrap_or(&empty).clone();
-    let (options, others) = (options(one), options(other));
-    let other = |name: &String| others.get(name).cloned().unwrap_or_default();
-    let mut differing = options
-        .into_iter()
-        .filter(|(name, value)| other(name) != *value);
-    differing
-        .next()
-        .map(|(name, value)| Difference::Option(name.clone(), value, other(&name)))
+    let options = one.options.entries().into_iter();
+    let mut pairs = options.zip(other.options.entries());
+    let ((name, value), (_, other)) = pairs.find(|((_, value), (_, other))| value != other)?;
+    Some(Difference::Option(name, value, other))
 }
 
 impl Difference {
@@ -101,20 +96,28 @@ impl Difference {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use crate::record::{InputRecord, OptionsRecord};
 
     #[test]
     fn a_difference_is_told_with_both_names() {
         let of = |schedule: &str, hash: &str, format: &str| {
-            let file = |what: &str, file: &str, hash: &str| json!({ "what": what, "file": file, "blake3": hash });
-            json!({
-                "program": "azimesh 1",
-                "inputs": [file("mesh", "n.vtu", "0"), file("schedule", schedule, hash)],
-                "options": { "format": format },
-            })
+            let file = |what: &str, file: &str, hash: &str| InputRecord {
+                what: what.to_owned(),
+                file: file.to_owned(),
+                blake3: Some(hash.to_owned()),
+            };
+            RunRecord {
+                program: "azimesh 1".to_owned(),
+                inputs: vec![file("mesh", "n.vtu", "0"), file("schedule", schedule, hash)],
+                options: OptionsRecord {
+                    format: Some(format.to_owned()),
+                    ..OptionsRecord::default()
+                },
+                ..RunRecord::default()
+            }
         };
         let one = of("n.toml", "1", "vtu");
-        let found = |other: &Value| {
+        let found = |other: &RunRecord| {
             let difference = difference(&one, other).expect("they differ");
             (difference.since(), difference.beside())
         };

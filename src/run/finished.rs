@@ -1,10 +1,11 @@
 //! What a run came to: everything that its rows of steps.csv tell, and where the time went.
 
 use super::names::Names;
-use super::record::Timings;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::Result;
 use crate::quality::Criterion;
-use crate::record::{Row, Rows};
+use crate::record::{Row, Rows, Timings};
 use std::collections::BTreeMap;
 
 /// What a run came to.
@@ -26,14 +27,14 @@ pub struct Finished {
     pub most_inverted: Option<usize>,
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
-    /// Sentences about steps with inverted cells; they are among the warnings as well.
-    pub inverted: Vec<String>,
-    /// Sentences about conditions that failed.
-    pub failures: Vec<String>,
-    /// Sentences about steps that were passed over, with the reason.
-    pub passed_over: Vec<String>,
-    /// Sentences about what the user should know.
-    pub warnings: Vec<String>,
+    /// Steps with inverted cells; they are among the warnings as well.
+    pub inverted: Vec<Diagnostic>,
+    /// Conditions that failed.
+    pub failures: Vec<Diagnostic>,
+    /// Steps that were passed over, with the reason.
+    pub passed_over: Vec<Diagnostic>,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
     /// Bytes of one mesh file, the largest.
     pub mesh_bytes: u64,
     /// Where the time went.
@@ -60,21 +61,26 @@ impl Finished {
         self.n_steps = rows.len();
         for (step, row) in rows {
             self.take_row(row);
-            if row.number("inverted").is_some_and(|n| n > 0.0) {
-                let sentence = inverted(row, first_inverted.get(step).copied());
-                self.inverted.push(sentence.clone());
-                self.warnings.push(sentence);
+            if row.inverted.is_some_and(|n| n > 0) {
+                let note = inverted(row, first_inverted.get(step).copied());
+                self.inverted.push(note.clone().into());
+                self.warnings.push(note.into());
             }
             let values = row.numbers();
             for criterion in fail_on {
                 if let Some(value) = criterion.met_by(&values)? {
-                    let sentence = format!("step {step}: {}", criterion.sentence("", value));
-                    self.failures.push(sentence);
+                    let note = RunNote::ConditionHolds {
+                        step: *step,
+                        condition: criterion.to_string(),
+                        column: criterion.column().to_owned(),
+                        value,
+                    };
+                    self.failures.push(note.into());
                 }
             }
         }
         let sizes = rows.values().filter_map(|row| {
-            let found = std::fs::metadata(names.path(row.text("file")));
+            let found = std::fs::metadata(names.path(&row.file));
             found.ok().map(|found| found.len())
         });
         self.mesh_bytes = sizes.max().unwrap_or(0);
@@ -82,29 +88,27 @@ impl Finished {
     }
 
     fn take_row(&mut self, row: &Row) {
-        let number = |column| row.number(column).unwrap_or(0.0);
-        self.n_base = self.n_base.max(number("base_points") as usize);
-        self.selection_error = self.selection_error.max(number("selection_error"));
-        self.surface_error = self.surface_error.max(number("max_surface_error"));
-        if let Some(inverted) = row.number("inverted") {
+        self.n_base = self.n_base.max(row.base_points);
+        self.selection_error = self.selection_error.max(row.selection_error);
+        self.surface_error = self.surface_error.max(row.max_surface_error);
+        if let Some(inverted) = row.inverted {
             let (n, most) = (self.inverted_steps, self.most_inverted);
-            self.inverted_steps = Some(n.unwrap_or(0) + usize::from(inverted > 0.0));
-            self.most_inverted = Some(most.unwrap_or(0).max(inverted as usize));
+            self.inverted_steps = Some(n.unwrap_or(0) + usize::from(inverted > 0));
+            self.most_inverted = Some(most.unwrap_or(0).max(inverted));
         }
-        if let Some(jacobian) = row.number("min_scaled_jacobian") {
+        if let Some(jacobian) = row.min_scaled_jacobian {
             let least = self.min_scaled_jacobian.unwrap_or(f64::INFINITY);
             self.min_scaled_jacobian = Some(least.min(jacobian));
         }
     }
 }
 
-/// A sentence about the inverted cells of a step.
-pub(super) fn inverted(row: &Row, first: Option<usize>) -> String {
-    let first = first.map_or(String::new(), |cell| format!(", cell {cell} first"));
-    format!(
-        "step {} (azimuth {} degrees) has {} inverted cells{first}",
-        row.text("step"),
-        row.text("azimuth_deg"),
-        row.text("inverted"),
-    )
+/// The inverted cells of a step.
+pub(super) fn inverted(row: &Row, first: Option<usize>) -> RunNote {
+    RunNote::Inverted {
+        step: row.step,
+        azimuth_deg: row.azimuth_deg,
+        cells: row.inverted.unwrap_or(0),
+        first,
+    }
 }

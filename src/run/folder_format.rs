@@ -1,13 +1,11 @@
 //! A run in a format that is a folder: it fits without a word of it in this room.
 
 use super::{Request, run};
-use crate::deform::Plan;
+use crate::deform::Deformation;
 use crate::formats::ReadOptions;
 use crate::mesh::Mesh;
 use crate::motion::Schedule;
-use crate::progress::{Silent, Stop};
 use std::path::Path;
-use std::sync::Arc;
 
 const SCHEDULE: &str = "azimuth.values = [0, 45, 90]\noutput.format = \"toy\"\noutput.quality = \"none\"\n\
     boundaries.fixed = [\"inlet\", \"outlet\", \"walls\"]\nrbf.support_radius = 3.0\n\
@@ -20,7 +18,8 @@ fn deform(folder: &Path, steps: Option<std::ops::Range<usize>>, resume: bool) ->
     std::fs::write(&path, SCHEDULE).expect("it can be written");
     let schedule = Schedule::parse(SCHEDULE, &path).expect("it is good");
     let read = Mesh::read(mesh).expect("it is there");
-    let mut plan = Plan::new(read, schedule).expect("they fit");
+    let deformation = Deformation::builder(read, schedule).plan();
+    let deformation = deformation.expect("they fit");
     let request = Request {
         mesh: mesh.to_path_buf(),
         folder: folder.join("out"),
@@ -29,7 +28,7 @@ fn deform(folder: &Path, steps: Option<std::ops::Range<usize>>, resume: bool) ->
         no_sync: true,
         ..Request::default()
     };
-    let done = run(&mut plan, &request, &Silent, &Arc::new(Stop::default()));
+    let done = run(&deformation, &request);
     done.unwrap_or_else(|error| panic!("{error}")).n_kept
 }
 

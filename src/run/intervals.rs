@@ -1,58 +1,53 @@
-//! Base points and fields for the step at hand: chosen when a step enters a new stretch, kept while
-//! it lasts.
+//! Base points for the step at hand: chosen and saved when a step enters a new selection interval.
 
 use super::base;
 use super::names::Names;
-use super::record::{Clock, hash_of, selection_record};
-use crate::deform::Deformer;
-use crate::deform::Plan;
-use crate::deform::{check_tolerance, choose};
+use super::record::{Clock, hash_of, selection_record, sentences};
+use crate::deform::{Deformation, Interval, check_tolerance, choose};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::motion::Step;
 use crate::progress::{Progress, Silent};
 use crate::rbf::select::Selection;
-use serde_json::{Value, json};
+use crate::record::SelectionRecord;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// The stretches of a run, with the deformer of the one that it is in.
-pub(super) struct Stretches<'a> {
-    plan: &'a Plan,
+/// The selection intervals of a run.
+pub(super) struct Intervals<'a> {
+    pub deformation: &'a Deformation,
     names: &'a Names,
     ranges: Vec<Range<usize>>,
     /// Base points chosen before the run.
     loaded: Option<Vec<Selection>>,
     /// Files of base points that this run or an earlier one has chosen, and their hashes.
     pub base_files: BTreeMap<String, String>,
-    progress: &'a dyn Progress,
-    current: Option<(Range<usize>, Deformer<'a>)>,
     /// What each selection came to, for run.json.
-    pub selections: Vec<Value>,
-    /// Sentences about what the user should know.
-    pub warnings: Vec<String>,
+    pub selections: Vec<SelectionRecord>,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
     /// Seconds of choosing base points.
     pub seconds_selection: f64,
     /// Seconds of evaluating them at the nodes.
     pub seconds_modes: f64,
 }
 
-impl<'a> Stretches<'a> {
+impl<'a> Intervals<'a> {
     pub fn new(
-        plan: &'a Plan,
+        deformation: &'a Deformation,
         names: &'a Names,
         loaded: Option<Vec<Selection>>,
         base_files: BTreeMap<String, String>,
-        progress: &'a dyn Progress,
     ) -> Self {
         Self {
-            plan,
+            deformation,
             names,
-            ranges: plan.stretches(),
+            ranges: deformation.plan().intervals(),
             loaded,
             base_files,
-            progress,
-            current: None,
             selections: Vec::new(),
             warnings: Vec::new(),
             seconds_selection: 0.0,
@@ -60,52 +55,39 @@ impl<'a> Stretches<'a> {
         }
     }
 
-    /// The deformer of a step.
-    pub fn enter(&mut self, step: &Step) -> Result<&Deformer<'a>> {
-        let inside = |(range, _): &(Range<usize>, Deformer<'_>)| range.contains(&step.index);
-        if !self.current.as_ref().is_some_and(inside) {
-            self.current = None;
-            let deformer = self.prepare(step)?;
-            self.current = Some(deformer);
-        }
-        let (_, deformer) = self.current.as_ref().expect("it has been prepared");
-        Ok(deformer)
-    }
-
-    /// Base points for the stretch of a step, saved, and their fields.
-    fn prepare(&mut self, step: &Step) -> Result<(Range<usize>, Deformer<'a>)> {
+    /// The interval of a step; where it is entered, its base points are chosen and saved.
+    pub fn enter(&mut self, step: &Step) -> Result<Arc<Interval>> {
         let clock = Clock::start();
-        let plan = self.plan;
-        let stretch = self
-            .ranges
-            .iter()
-            .find(|range| range.contains(&step.index))
-            .expect("every step is in a stretch")
-            .clone();
-        let progress = self.progress();
-        let selections = self.base_points(&stretch)?;
-        check_tolerance(plan, &selections)?;
-        self.seconds_selection += clock.seconds();
-        let clock = Clock::start();
-        let deformer = Deformer::new(plan, selections, &stretch, progress)?;
-        self.warnings.extend(deformer.warnings.iter().cloned());
+        let (deformation, progress) = (self.deformation, self.progress());
+        let mut selecting = None;
+        let interval = deformation.enter(step, progress, &mut |steps| {
+            let selections = self.base_points(steps)?;
+            check_tolerance(deformation.plan(), &selections)?;
+            selecting = Some(clock.seconds());
+            Ok(selections)
+        })?;
+        let Some(selecting) = selecting else {
+            return Ok(interval);
+        };
+        self.seconds_selection += selecting;
+        self.seconds_modes += clock.seconds() - selecting;
+        self.warnings.extend(interval.warnings.iter().cloned());
         let selected = self.selections.last_mut();
-        if let Some(own) = selected.filter(|own| own["first_step"] == stretch.start) {
-            own["warnings"] = json!(deformer.warnings);
+        if let Some(own) = selected.filter(|own| own.first_step == interval.steps().start) {
+            own.warnings = Some(sentences(&interval.warnings));
         }
-        self.seconds_modes += clock.seconds();
-        Ok((stretch, deformer))
+        Ok(interval)
     }
 
-    /// Base points for a stretch: given, as the file has them, or chosen and saved.
-    fn base_points(&mut self, stretch: &Range<usize>) -> Result<Vec<Selection>> {
-        let plan = self.plan;
-        let path = self.path_of(stretch);
+    /// Base points for an interval: given, as the file has them, or chosen and saved.
+    fn base_points(&mut self, interval: &Range<usize>) -> Result<Vec<Selection>> {
+        let plan = self.deformation.plan();
+        let path = self.path_of(interval);
         let progress = self.progress();
         match (self.loaded.take(), self.has_noted(&path)) {
-            (Some(loaded), _) => self.note(stretch, loaded, &path),
+            (Some(loaded), _) => self.note(interval, loaded, &path),
             (None, true) => {
-                let selections = base::load_for(plan, stretch, &path)?;
+                let selections = base::load_for(plan, interval, &path)?;
                 let picture = base::picture_of(&path);
                 if !self.has_noted(&picture) {
                     base::save_picture(plan, &selections, &picture, self.names.commit)?;
@@ -114,52 +96,52 @@ impl<'a> Stretches<'a> {
                 Ok(selections)
             }
             (None, false) => {
-                let chosen = choose(plan, stretch, progress)?;
-                self.note(stretch, chosen, &path)
+                let chosen = choose(plan, interval, progress)?;
+                self.note(interval, chosen, &path)
             }
         }
     }
 
     /// Writes the files of base points again that an earlier run wrote and that are not what they were;
     /// says so of each.
-    pub fn restore(&mut self) -> Result<Vec<String>> {
+    pub fn restore(&mut self) -> Result<Vec<Diagnostic>> {
         let steps = self.names.steps();
-        let mut sentences = Vec::new();
-        for stretch in self.ranges.clone() {
-            let path = self.path_of(&stretch);
-            let is_ours = stretch.start < steps.end && steps.start < stretch.end;
+        let mut notes: Vec<Diagnostic> = Vec::new();
+        for interval in self.ranges.clone() {
+            let path = self.path_of(&interval);
+            let is_ours = interval.start < steps.end && steps.start < interval.end;
             if !is_ours || !self.base_files.contains_key(&name_of(&path)) {
                 continue;
             }
             let files = [base::picture_of(&path), path];
             let wrong: Vec<_> = files.iter().filter(|path| !self.has_noted(path)).collect();
-            let told = wrong.into_iter().map(|path| {
-                let reason = match path.is_file() {
-                    true => "has another hash than run.json says",
-                    false => "is missing",
+            notes.extend(wrong.into_iter().map(|path| {
+                let fault = match path.is_file() {
+                    true => FileFault::OtherHash("run.json"),
+                    false => FileFault::Missing,
                 };
-                format!("{} {reason}; it is written again", name_of(path))
-            });
-            sentences.extend(told);
+                let file = name_of(path);
+                Diagnostic::new(RunNote::BaseAgain { file, fault })
+            }));
             if !files.iter().all(|path| self.has_noted(path)) {
                 let clock = Clock::start();
-                self.base_points(&stretch)?;
+                self.base_points(&interval)?;
                 self.seconds_selection += clock.seconds();
             }
         }
-        Ok(sentences)
+        Ok(notes)
     }
 
     /// The steps have a line of their own once they run.
     fn progress(&self) -> &'a dyn Progress {
         match self.selections.is_empty() {
-            true => self.progress,
+            true => self.deformation.progress(),
             false => &Silent,
         }
     }
 
-    fn path_of(&self, stretch: &Range<usize>) -> PathBuf {
-        let first = (self.ranges.len() > 1).then_some(stretch.start);
+    fn path_of(&self, interval: &Range<usize>) -> PathBuf {
+        let first = (self.ranges.len() > 1).then_some(interval.start);
         self.names.base(first)
     }
 
@@ -180,13 +162,21 @@ impl<'a> Stretches<'a> {
     /// Writes base points, and keeps in mind what they came to.
     fn note(
         &mut self,
-        stretch: &Range<usize>,
+        interval: &Range<usize>,
         selections: Vec<Selection>,
         path: &Path,
     ) -> Result<Vec<Selection>> {
-        self.selections
-            .push(selection_record(self.plan, stretch, &selections));
-        base::save(self.plan, &selections, path, self.names.commit)?;
+        self.selections.push(selection_record(
+            self.deformation.plan(),
+            interval,
+            &selections,
+        ));
+        base::save(
+            self.deformation.plan(),
+            &selections,
+            path,
+            self.names.commit,
+        )?;
         self.note_file(path)?;
         self.note_file(&base::picture_of(path))?;
         Ok(selections)

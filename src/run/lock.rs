@@ -2,15 +2,18 @@
 //! system, which lets go of it when the process ends, however it ends.
 
 use super::names::Names;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Result};
 use crate::formats::{folder_of, is_same, list_hidden, sync_folder, unlist_hidden};
+use crate::record::{file_name, parts_in};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-const START: &str = ".azimesh_";
-const END: &str = ".lock";
+const STEM: &str = ".azimesh";
+const EXTENSION: &str = "lock";
 
 /// The steps of a folder, held by this process until it is dropped.
 pub(super) struct Lock {
@@ -20,7 +23,7 @@ pub(super) struct Lock {
     /// The folder, where it was made for this run.
     made: Option<PathBuf>,
     /// What the user should know.
-    pub warning: Option<String>,
+    pub warning: Option<Diagnostic>,
 }
 
 impl Lock {
@@ -33,7 +36,7 @@ impl Lock {
         let made = (!folder.exists()).then(|| folder.clone());
         make_folder(folder).map_err(|error| Error::io(folder, &error))?;
         let steps = names.steps();
-        let path = folder.join(format!("{START}{}-{}{END}", steps.start, steps.end));
+        let path = folder.join(file_name(STEM, Some(&steps), EXTENSION));
         let (file, warning) = own(&path, folder, &steps)?;
         list_hidden(&path);
         let lock = Self {
@@ -42,7 +45,7 @@ impl Lock {
             made,
             warning,
         };
-        for (path, other) in others(folder) {
+        for (other, path) in others(folder) {
             let overlaps = other.start < steps.end && steps.start < other.end;
             if path != lock.path && overlaps && is_locked(&path)? {
                 return Err(busy(folder, &other));
@@ -74,7 +77,7 @@ fn make_folder(folder: &Path) -> std::io::Result<()> {
 
 /// Removes the lock files of killed runs.
 pub(super) fn remove_left(folder: &Path) -> Result<()> {
-    for (path, _) in others(folder) {
+    for (_, path) in others(folder) {
         if !is_locked(&path)? {
             fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
         }
@@ -90,8 +93,8 @@ fn busy(folder: &Path, steps: &Range<usize>) -> Error {
     .file(folder)
 }
 
-/// Opens and locks the file of this run; gives a sentence where the file system has no locks.
-fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<String>)> {
+/// Opens and locks the file of this run; gives a note where the file system has no locks.
+fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<Diagnostic>)> {
     loop {
         let mut options = OpenOptions::new();
         let file = options.create(true).truncate(false).write(true).open(path);
@@ -100,9 +103,8 @@ fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(busy(folder, steps)),
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
-                let sentence =
-                    "this file system has no locks: nothing keeps another run from the same steps";
-                return Ok((file, Some(format!("{}: {sentence}", folder.display()))));
+                let note = Diagnostic::new(RunNote::NoLocks).file(folder);
+                return Ok((file, Some(note)));
             }
             Err(TryLockError::Error(error)) => return Err(refused(path, &error)),
         }
@@ -114,22 +116,8 @@ fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option
 }
 
 /// The lock files of a folder and their steps, in order.
-fn others(folder: &Path) -> Vec<(PathBuf, Range<usize>)> {
-    let entries = fs::read_dir(folder).into_iter().flatten();
-    let steps = |path: PathBuf| {
-        let name = path.file_name()?.to_str()?;
-        let (start, end) = name
-            .strip_prefix(START)?
-            .strip_suffix(END)?
-            .split_once('-')?;
-        let steps = start.parse().ok()?..end.parse().ok()?;
-        Some((path, steps))
-    };
-    let mut found: Vec<_> = entries
-        .filter_map(|entry| steps(entry.ok()?.path()))
-        .collect();
-    found.sort_by_key(|(_, steps)| (steps.start, steps.end));
-    found
+fn others(folder: &Path) -> Vec<(Range<usize>, PathBuf)> {
+    parts_in(folder, STEM, EXTENSION).unwrap_or_default()
 }
 
 /// Whether a run holds this file; none does when it is gone.

@@ -6,16 +6,12 @@ use super::finished::Finished;
 use super::lock::{self, Lock};
 use super::merged::{self, Standing};
 use super::names::{self, Names, Part};
-use super::parts;
-use super::record::{self, Clock, Timings, hash_of, hash_of_range};
+use super::record::{self, Clock, hash_of, hash_of_range};
 use super::table;
 use crate::error::{Error, Result};
 use crate::formats::{self, Format, clear_left, save_text};
 use crate::progress::Progress;
-use crate::record::Rows;
-use serde_json::Value;
-use std::collections::BTreeMap;
-use std::fs;
+use crate::record::{Rows, RunRecord, file_name, parts_in};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -28,7 +24,7 @@ const SUPERBLOCK: u64 = 48;
 pub(super) struct Written {
     pub steps: Range<usize>,
     pub names: Names,
-    pub record: Value,
+    pub record: RunRecord,
     pub rows: Rows,
 }
 
@@ -41,11 +37,12 @@ pub(super) struct Written {
 pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Finished> {
     let clock = Clock::start();
     let records = records(folder)?;
-    let (first, names, format) = sequence(folder, &records)?;
+    let (names, format) = sequence(folder, &records[0])?;
     let _lock = Lock::take(&names)?;
+    let first = records[0].record.clone();
     let parts: Vec<Written> = records
-        .iter()
-        .map(|(path, content)| part(&names, &first, path, content))
+        .into_iter()
+        .map(|found| part(&names, &first, found))
         .collect::<Result<_>>()?;
     check_steps(&names, &parts)?;
     check_files(&names, &parts, progress)?;
@@ -64,46 +61,49 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     let record = merged::record(&names, &parts, &ends, &finished);
     let mut texts = vec![(names.table(), crate::record::text(&rows))];
     texts.extend(names::series(&names, &rows));
-    if standing.is_whole(&record, &texts) {
+    if standing.is_whole(&record.content, &texts) {
         finished.n_kept = finished.n_steps;
-        finished.timings = standing
-            .record
-            .as_ref()
-            .map_or(finished.timings, Timings::of);
+        finished.timings = standing.seconds().unwrap_or(finished.timings);
     } else {
         merged::remove_record(&names)?;
         let mut texts = texts.iter();
         texts.try_for_each(|(path, text)| save_text(text, path, names.commit))?;
         record.save()?;
-        finished.timings = record.timings();
+        finished.timings = record.content.seconds.unwrap_or_default();
     }
     lock::remove_left(folder)?;
     Ok(finished)
 }
 
+/// The record of a part and where it lies.
+struct Found {
+    steps: Range<usize>,
+    path: PathBuf,
+    record: RunRecord,
+}
+
 /// The records of all parts, by their first step.
-fn records(folder: &Path) -> Result<Vec<(PathBuf, Value)>> {
-    let entries = fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
-    let found = entries.filter_map(|entry| {
-        let path = entry.ok()?.path();
-        let steps = parts::steps_of(&path)?;
-        Some(((steps.start, steps.end), path))
-    });
-    let found: BTreeMap<(usize, usize), PathBuf> = found.collect();
+fn records(folder: &Path) -> Result<Vec<Found>> {
+    let found = parts_in(folder, "run", "json").map_err(|error| Error::io(folder, &error))?;
     if found.is_empty() {
         return Err(Error::input(
             "holds no parts of a sequence: `azimesh deform --steps A..B` leaves a run_A-B.json for each",
         )
         .file(folder));
     }
-    let read = |(steps, path): (_, PathBuf)| match record::read(&path)? {
-        Some(record) => Ok((path, record)),
-        None => Err(lost(&path, steps)),
+    let read = |(steps, path): (Range<usize>, PathBuf)| match record::read(&path)? {
+        Some(record) => Ok(Found {
+            steps,
+            path,
+            record,
+        }),
+        None => Err(lost(&path, &steps)),
     };
     found.into_iter().map(read).collect()
 }
 
-fn lost(record: &Path, (start, end): (usize, usize)) -> Error {
+fn lost(record: &Path, steps: &Range<usize>) -> Error {
+    let Range { start, end } = steps;
     Error::input(format!(
         "is empty, cut or no record of a part; `azimesh deform --steps {start}..{end} --resume`, \
          with the mesh and the schedule of the part, verifies its steps and writes it again"
@@ -111,33 +111,34 @@ fn lost(record: &Path, (start, end): (usize, usize)) -> Error {
     .file(record)
 }
 
-/// What all parts have in common: a record, and the names of the whole sequence.
-fn sequence(
-    folder: &Path,
-    records: &[(PathBuf, Value)],
-) -> Result<(Value, Names, &'static dyn Format)> {
-    let (path, first) = &records[0];
+/// What all parts have in common, by the first of them: the names of the whole sequence and its format.
+fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static dyn Format)> {
+    let Found { path, record, .. } = first;
     let wrong = || Error::input("this is no record of a part of a sequence").file(path);
-    let mesh = first["inputs"][0]["file"].as_str().ok_or_else(wrong)?;
-    let format = first["options"]["format"].as_str().ok_or_else(wrong)?;
-    let n_steps = first["steps"].as_u64().ok_or_else(wrong)? as usize;
+    let mesh = &record.inputs.first().ok_or_else(wrong)?.file;
+    let format = record.options.format.as_ref().ok_or_else(wrong)?;
+    let n_steps = record.steps.ok_or_else(wrong)?;
     let format = formats::by_name(format).map_err(|error| error.file(path))?;
     let whole = Part::new(None, n_steps).map_err(|error| error.file(path))?;
     let names = Names::new(folder, Path::new(mesh), format, n_steps, whole);
-    Ok((first.clone(), names, format))
+    Ok((names, format))
 }
 
-fn part(names: &Names, first: &Value, path: &Path, content: &Value) -> Result<Written> {
-    let steps = parts::steps_of(path).expect("it was found by its name");
-    if let Some(difference) = difference(first, content) {
+fn part(names: &Names, first: &RunRecord, found: Found) -> Result<Written> {
+    let Found {
+        steps,
+        path,
+        record,
+    } = found;
+    if let Some(difference) = difference(first, &record) {
         return Err(Error::input(format!(
             "this part does not belong to the first one: {}",
             difference.beside()
         ))
-        .file(path));
+        .file(&path));
     }
     let n_steps = names.steps().len();
-    let part = Part::new(Some(steps.clone()), n_steps).map_err(|error| error.file(path))?;
+    let part = Part::new(Some(steps.clone()), n_steps).map_err(|error| error.file(&path))?;
     let names = names.part(part);
     let table = names.table();
     let rows = match table.exists() {
@@ -150,7 +151,7 @@ fn part(names: &Names, first: &Value, path: &Path, content: &Value) -> Result<Wr
     Ok(Written {
         steps,
         names,
-        record: content.clone(),
+        record,
         rows,
     })
 }
@@ -193,7 +194,7 @@ fn ranges<'a>(parts: impl Iterator<Item = &'a Written>) -> String {
 
 /// Where steps are missing, in which parts or in none, and what writes them.
 fn lacking(missing: &[usize], parts: &[Written]) -> String {
-    let record = |part: &Written| format!("run_{}-{}.json", part.steps.start, part.steps.end);
+    let record = |part: &Written| file_name("run", Some(&part.steps), "json");
     let mut rest = missing.to_vec();
     let mut sentences = Vec::new();
     for part in parts {
@@ -277,13 +278,13 @@ pub(super) fn damaged(
     let mut wrong = Vec::new();
     let mut from = SUPERBLOCK;
     for (at, (step, row)) in rows.iter().enumerate() {
-        let path = names.path(row.text("file"));
+        let path = names.path(&row.file);
         let found = match ends.get(at) {
             Some(end) => hash_of_range(&path, from..*end),
             None => hash_of(&path),
         };
         from = ends.get(at).copied().unwrap_or(from);
-        if !found.is_ok_and(|hash| hash.to_string() == row.text("blake3")) {
+        if !found.is_ok_and(|hash| hash.to_string() == row.blake3) {
             wrong.push(*step);
         }
         progress.advance(1);
@@ -296,7 +297,7 @@ fn ends(part: &Written) -> Result<Vec<u64>> {
     if !part.names.is_in_one() {
         return Ok(Vec::new());
     }
-    let ends = merged::step_ends(&part.record);
+    let ends = part.record.step_ends.clone().unwrap_or_default();
     match ends.len() == part.rows.len() {
         true => Ok(ends),
         false => Err(Error::input(format!(
@@ -321,18 +322,5 @@ mod tests {
             "{}",
             told(&many)
         );
-    }
-
-    #[test]
-    fn a_part_is_known_by_the_name_of_its_record() {
-        assert_eq!(parts::steps_of(Path::new("d/run_0-12.json")), Some(0..12));
-        for other in [
-            "run.json",
-            "run_0-12.csv",
-            "steps_0-12.json",
-            "run_a-b.json",
-        ] {
-            assert_eq!(parts::steps_of(Path::new(other)), None, "{other}");
-        }
     }
 }

@@ -5,19 +5,20 @@ use super::compatibility::difference;
 use super::finished::Finished;
 use super::merge::{Written, damaged};
 use super::names::{self, Names};
-use super::record::{self, Record, Timings};
+use super::record::{self, RecordFile};
 use super::table;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Result};
 use crate::formats::{
     self, Encoding, Format, Location, Precision, ReadOptions, WriteOptions, stage_sequence,
 };
 use crate::progress::Progress;
-use crate::record::COLUMNS;
-use crate::record::{Row, Rows};
-use serde_json::{Value, json};
+use crate::record::{Row, Rows, RunRecord, Timings};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
+use std::ops::Range;
 use std::path::PathBuf;
 
 /// Rows, and where each ends where one file holds all steps.
@@ -27,7 +28,7 @@ pub(super) type RowsAndEnds = (Rows, Vec<u64>);
 #[derive(Default)]
 pub(super) struct Standing {
     /// Its record, where that is whole.
-    pub record: Option<Value>,
+    record: Option<RunRecord>,
     /// Its rows, where they, and the file of all steps, are what the parts give.
     pub rows: Option<RowsAndEnds>,
 }
@@ -44,12 +45,8 @@ impl Standing {
         progress: &dyn Progress,
     ) -> Result<Self> {
         let path = names.record();
-        let record = match path.exists() {
-            true => record::read(&path)?,
-            false => None,
-        };
         // Without a record it is what a join that was ended has left.
-        let Some(record) = record else {
+        let Some(record) = record::read(&path)? else {
             return Ok(Self::default());
         };
         let is_other = |reason: &str| {
@@ -75,31 +72,36 @@ impl Standing {
     /// Whether a run in one go has written it, which has the steps of the parts.
     fn is_of_one_run(&self) -> bool {
         let record = self.record.as_ref();
-        record.is_some_and(|record| !record["parts"].is_array())
+        record.is_some_and(|record| record.parts.is_none())
     }
 
     fn is_complete(&self) -> bool {
         let record = self.record.as_ref();
-        self.rows.is_some() && record.is_some_and(|record| record["outcome"] == "complete")
+        self.rows.is_some() && record.is_some_and(|record| record.outcome == "complete")
     }
 
     /// Whether nothing is left to be written of this record and these texts.
-    pub fn is_whole(&self, joined: &Record, texts: &[(PathBuf, String)]) -> bool {
-        let keys = [
-            "outcome",
-            "parts",
-            "steps_written",
-            "inverted_steps",
-            "failures",
-            "fail_on",
-        ];
-        let own = self.record.as_ref();
-        let says = |key: &str| own.is_some_and(|own| own[key] == joined.content()[key]);
+    pub fn is_whole(&self, joined: &RunRecord, texts: &[(PathBuf, String)]) -> bool {
+        let is_same = |own: &RunRecord| {
+            let ends = [own, joined].map(|record| {
+                let end = record.end.as_ref()?;
+                Some((end.steps_written, end.inverted_steps, &end.failures))
+            });
+            own.outcome == joined.outcome
+                && own.parts == joined.parts
+                && own.fail_on == joined.fail_on
+                && ends[0] == ends[1]
+        };
         let is_there = |(path, text): &(PathBuf, String)| {
             fs::read(path).is_ok_and(|own| own == text.as_bytes())
         };
-        self.is_complete()
-            && (self.is_of_one_run() || keys.into_iter().all(says) && texts.iter().all(is_there))
+        let is_joined = || self.record.as_ref().is_some_and(is_same) && texts.iter().all(is_there);
+        self.is_complete() && (self.is_of_one_run() || is_joined())
+    }
+
+    /// Where the time of what is there went.
+    pub fn seconds(&self) -> Option<Timings> {
+        self.record.as_ref()?.seconds
     }
 }
 
@@ -108,32 +110,34 @@ fn rows_there(
     names: &Names,
     format: &'static dyn Format,
     parts: &[Written],
-    record: &Value,
+    record: &RunRecord,
     progress: &dyn Progress,
 ) -> Option<RowsAndEnds> {
     let there = table::read(&names.table()).ok()?;
     // A run in one go took other seconds; a mesh among others lies elsewhere than in the file of its part.
-    let other: &[&str] = match (record["parts"].is_array(), names.is_in_one()) {
-        (true, true) => &["file", "blake3"],
-        (true, false) => &[],
-        (false, true) => &["file", "blake3", "seconds"],
-        (false, false) => &["seconds"],
+    let comparable = |row: &Row| {
+        let mut row = row.clone();
+        if record.parts.is_none() {
+            row.seconds = 0.0;
+        }
+        if names.is_in_one() {
+            (row.file, row.blake3) = Default::default();
+        }
+        row.line()
     };
     let wanted = rows(parts);
-    let mut pairs = there.iter().zip(&wanted);
-    let is_same = there.len() == wanted.len()
-        && pairs.all(|((step, row), (other_step, wanted))| {
-            let mut columns = COLUMNS.iter().filter(|column| !other.contains(column));
-            step == other_step && columns.all(|column| row.text(column) == wanted.text(column))
-        });
-    if !is_same {
+    if !there
+        .values()
+        .map(comparable)
+        .eq(wanted.values().map(comparable))
+    {
         return None;
     }
-    let ends = step_ends(record);
-    match names.is_in_one() {
-        true => is_file_of(names, format, &there, &ends, progress).then_some((there, ends)),
-        false => Some((there, Vec::new())),
+    if !names.is_in_one() {
+        return Some((there, Vec::new()));
     }
+    let ends = record.step_ends.clone().unwrap_or_default();
+    is_file_of(names, format, &there, &ends, progress).then_some((there, ends))
 }
 
 /// Whether the file of all steps is the one that these rows speak of.
@@ -159,12 +163,6 @@ fn is_file_of(
     };
     let read = || formats::read_as(format, &Location::open(&path)?, &options);
     is_as_written && read().is_ok()
-}
-
-/// Where each step ends in a file of all, by the record of its run.
-pub(super) fn step_ends(record: &Value) -> Vec<u64> {
-    let ends = record["step_ends"].as_array().into_iter().flatten();
-    ends.filter_map(Value::as_u64).collect()
 }
 
 /// run.json goes before what it speaks of changes, and comes back last.
@@ -194,19 +192,18 @@ pub(super) fn join_meshes(
         let (mut rows, mut ends) = (Rows::new(), Vec::new());
         progress.start("joining", Some(names.steps().len() as u64));
         for (step, (part, at, row)) in in_order(parts) {
-            let from = part.names.path(row.text("file"));
+            let from = part.names.path(&row.file);
             // Parts have their boundary tags under the common name.
             let options = ReadOptions {
                 step: Some(at),
                 tag_array: None,
             };
             let loaded = formats::read_as(format, &Location::open(&from)?, &options)?;
-            let time = names::time(row).unwrap_or(step as f64);
-            let hash = file.push(time, &loaded.mesh.view());
+            let hash = file.push(names::time(row), &loaded.mesh.view());
             let hash = hash.map_err(|error| error.file(&path))?;
             let mut row = row.clone();
-            row.set("file", names.mesh(step));
-            row.set("blake3", hash.to_string());
+            row.file = names.mesh(step);
+            row.blake3 = hash.to_string();
             rows.insert(step, row);
             ends.push(file.n_bytes());
             progress.advance(1);
@@ -230,7 +227,7 @@ fn in_order(parts: &[Written]) -> BTreeMap<usize, (&Written, usize, &Row)> {
 
 /// Coordinates are written as the parts have them.
 fn write_options(parts: &[Written]) -> WriteOptions {
-    let precision = match parts[0].record["options"]["precision"].as_str() {
+    let precision = match parts[0].record.options.precision.as_deref() {
         Some("f32") => Precision::F32,
         _ => Precision::F64,
     };
@@ -245,25 +242,26 @@ fn write_options(parts: &[Written]) -> WriteOptions {
 pub(super) fn finished(names: &Names, parts: &[Written], rows: &Rows) -> Result<Finished> {
     let mut finished = Finished::default();
     finished.take_rows(names, rows, &BTreeMap::new(), &[])?;
-    finished.warnings = union(parts, "warnings");
-    finished.failures = union(parts, "failures");
+    let ends = || parts.iter().filter_map(|part| part.record.end.as_ref());
+    finished.warnings = recorded(union(ends().map(|end| &end.warnings)));
+    finished.failures = recorded(union(ends().map(|end| &end.failures)));
     Ok(finished)
 }
 
-/// Texts of a list that the records of the parts have, each once.
-fn union(parts: &[Written], key: &str) -> Vec<String> {
+fn recorded(sentences: Vec<String>) -> Vec<Diagnostic> {
+    let notes = sentences.into_iter().map(RunNote::Recorded);
+    notes.map(Diagnostic::from).collect()
+}
+
+/// Texts of several lists, each once.
+fn union<'a>(lists: impl Iterator<Item = &'a Vec<String>>) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
-    for text in values(parts, key).iter().filter_map(Value::as_str) {
-        if !all.iter().any(|known| known == text) {
-            all.push(text.to_owned());
+    for text in lists.flatten() {
+        if !all.contains(text) {
+            all.push(text.clone());
         }
     }
     all
-}
-
-fn values(parts: &[Written], key: &str) -> Vec<Value> {
-    let lists = parts.iter().filter_map(|part| part.record[key].as_array());
-    lists.flatten().cloned().collect()
 }
 
 /// The record of the whole sequence.
@@ -272,33 +270,36 @@ pub(super) fn record(
     parts: &[Written],
     ends: &[u64],
     finished: &Finished,
-) -> Record {
-    let mut record = Record::of(names, parts[0].record.clone());
-    for key in ["resumed", "steps_kept", "step_ends"] {
-        record.remove(key);
-    }
-    if names.is_in_one() {
-        record.set("step_ends", json!(ends));
-    }
-    let by_step = |key: &str, step: &str| -> Vec<Value> {
-        let all = values(parts, key).into_iter();
-        let by_step: BTreeMap<_, _> = all.map(|value| (value[step].as_u64(), value)).collect();
-        by_step.into_values().collect()
+) -> RecordFile {
+    let records = || parts.iter().map(|part| &part.record);
+    let selections = records().flat_map(|record| &record.selections);
+    let selections: BTreeMap<usize, _> = selections
+        .map(|selection| (selection.first_step, selection.clone()))
+        .collect();
+    let repairs = records().flat_map(|record| record.repairs.iter().flatten());
+    let repairs: BTreeMap<usize, _> = repairs
+        .map(|repair| (repair.step, repair.clone()))
+        .collect();
+    let bases = records().flat_map(|record| record.base_files.clone());
+    let ranges = parts.iter().map(|part| &part.steps);
+    let seconds = records().filter_map(|record| record.seconds);
+    let content = RunRecord {
+        resumed: None,
+        steps_kept: None,
+        step_ends: names.is_in_one().then(|| ends.to_vec()),
+        seconds: seconds.reduce(Timings::plus),
+        selections: selections.into_values().collect(),
+        repairs: Some(repairs.into_values().collect()),
+        base_files: bases.collect(),
+        parts: Some(
+            ranges
+                .map(|Range { start, end }| format!("{start}..{end}"))
+                .collect(),
+        ),
+        fail_on: union(records().map(|record| &record.fail_on)),
+        ..parts[0].record.clone()
     };
-    let bases = parts
-        .iter()
-        .filter_map(|part| part.record["base_files"].as_object());
-    let bases: BTreeMap<&String, &Value> = bases.flatten().collect();
-    let ranges = parts
-        .iter()
-        .map(|part| format!("{}..{}", part.steps.start, part.steps.end));
-    let seconds = parts.iter().map(|part| Timings::of(&part.record));
-    record.set_timings(seconds.fold(Timings::default(), Timings::plus));
-    record.set("selections", json!(by_step("selections", "first_step")));
-    record.set("repairs", json!(by_step("repairs", "step")));
-    record.set("base_files", json!(bases));
-    record.set("parts", json!(ranges.collect::<Vec<_>>()));
-    record.set("fail_on", json!(union(parts, "fail_on")));
+    let mut record = RecordFile::of(names, content);
     record.close(finished, None);
     record
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::formats::{Commit, Format, case_name, pvd, vtk_series};
-use crate::record::{Row, Rows};
+use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -83,14 +83,10 @@ impl Names {
     /// Name of the file that holds the mesh of a step.
     pub fn mesh(&self, step: usize) -> String {
         if self.in_one {
-            return self.of_part(&self.stem, self.extension);
+            self.of_part(&self.stem, self.extension)
+        } else {
+            numbered(&self.stem, step, self.digits, self.extension)
         }
-        format!(
-            "{}_{step:0digits$}.{}",
-            self.stem,
-            self.extension,
-            digits = self.digits
-        )
     }
 
     /// Whether one file holds all steps.
@@ -140,59 +136,39 @@ impl Names {
     /// Path of the base points; of those chosen at a step where there are several choices.
     pub fn base(&self, step: Option<usize>) -> PathBuf {
         self.path(&match step {
-            None => "base.toml".to_owned(),
-            Some(step) => format!("base_{step:0digits$}.toml", digits = self.digits),
+            None => file_name("base", None, "toml"),
+            Some(step) => numbered("base", step, self.digits, "toml"),
         })
     }
 
     fn of_part(&self, stem: &str, extension: &str) -> String {
-        match self.part.whole {
-            true => format!("{stem}.{extension}"),
-            false => {
-                let Range { start, end } = &self.part.steps;
-                format!("{stem}_{start}-{end}.{extension}")
-            }
-        }
+        let part = self.is_part().then_some(&self.part.steps);
+        file_name(stem, part, extension)
     }
 
     /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
-        let parts = |stem: &str, extension: &str| {
-            let rest = name.strip_prefix(stem)?.strip_suffix(extension)?;
-            let rest = rest.strip_suffix('.')?;
-            let numbers = rest.is_empty()
-                || rest.starts_with('_')
-                    && rest
-                        .bytes()
-                        .all(|b| b.is_ascii_digit() || matches!(b, b'_' | b'-'));
-            numbers.then_some(())
-        };
-        let numbered = |stem: &str, extension: &str| {
-            let rest = name.strip_prefix(stem)?.strip_prefix('_')?;
-            let digits = rest.strip_suffix(extension)?.strip_suffix('.')?;
-            let is_number = digits.len() >= 4 && digits.bytes().all(|b| b.is_ascii_digit());
-            is_number.then(|| digits.parse::<usize>().ok()).flatten()
-        };
-        let mesh = numbered(&self.stem, self.extension);
+        let mesh = step_of(name, &self.stem, self.extension);
         if self.is_part() {
             return mesh.is_some_and(|step| self.part.steps.contains(&step))
                 || self.in_one && name == self.mesh(self.part.steps.start)
                 || name == self.of_part("steps", "csv")
                 || name == self.of_part("run", "json");
         }
-        let whole = [
-            ("steps", "csv"),
-            ("run", "json"),
-            ("base", "toml"),
-            ("base", "vtp"),
-        ];
+        let of_any_part = |stem: &str, extension: &str| {
+            name == file_name(stem, None, extension) || part_of(name, stem, extension).is_some()
+        };
+        let of_any_choice = |extension: &str| {
+            name == file_name("base", None, extension) || step_of(name, "base", extension).is_some()
+        };
         mesh.is_some()
-            || self.in_one && parts(&self.stem, self.extension).is_some()
+            || self.in_one && of_any_part(&self.stem, self.extension)
             || name == format!("{}.pvd", self.stem)
             || name == format!("{}.vtk.series", self.stem)
-            || whole
-                .iter()
-                .any(|(stem, extension)| parts(stem, extension).is_some())
+            || of_any_part("steps", "csv")
+            || of_any_part("run", "json")
+            || of_any_choice("toml")
+            || of_any_choice("vtp")
     }
 }
 
@@ -256,8 +232,7 @@ fn remove(files: Vec<PathBuf>, names: &Names) -> Result<()> {
 /// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
 /// azimuth. Legacy VTK files have a list of their own besides the .pvd.
 pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
-    let entry = |row| Some((time(row)?, row.text("file")));
-    let entries = || rows.values().filter_map(entry);
+    let entries = || rows.values().map(|row| (time(row), row.file.as_str()));
     let Some(path) = names.series().filter(|_| !rows.is_empty()) else {
         return Vec::new();
     };
@@ -270,8 +245,8 @@ pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
 }
 
 /// The time that a step has in a time series.
-pub(super) fn time(row: &Row) -> Option<f64> {
-    row.number("time_s").or_else(|| row.number("azimuth_deg"))
+pub(super) fn time(row: &Row) -> f64 {
+    row.time_s.unwrap_or(row.azimuth_deg)
 }
 
 #[cfg(test)]

@@ -2,15 +2,13 @@
 
 use super::names::{Names, files};
 use crate::error::{Error, Result};
+use crate::record::part_of;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// The steps that the name of a record says; `None` for one of a whole sequence.
+/// The steps of the part that a record is of; `None` for one of a whole sequence.
 pub(super) fn steps_of(record: &Path) -> Option<Range<usize>> {
-    let name = record.file_name()?.to_str()?;
-    let steps = name.strip_prefix("run_")?.strip_suffix(".json")?;
-    let (start, end) = steps.split_once('-')?;
-    Some(start.parse().ok()?..end.parse().ok()?)
+    part_of(record.file_name()?.to_str()?, "run", "json")
 }
 
 /// Refuses a part some steps of which belong to another part, or to a whole sequence: a step that is

@@ -2,14 +2,13 @@
 //! bytes that they have. So neither other inputs nor another version slips in. Where one file holds all
 //! steps, going over it ([`super::step_loop`]) does that.
 
-use super::intervals::Stretches;
+use super::intervals::Intervals;
 use super::meshes::hash_of;
 use super::run::Run;
-use super::step::{Measures, add_arrays, compute};
+use super::step::{StepArrays, compute};
+use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
 use crate::motion::Step;
-use crate::progress::Progress;
 
 impl Run<'_> {
     /// Leaves out the finished steps that this run would write otherwise.
@@ -17,21 +16,16 @@ impl Run<'_> {
     /// # Errors
     /// Where the first of them that moves anything is such a one: its file is whole, so that its run had
     /// other inputs.
-    pub(super) fn prove(
-        &mut self,
-        stretches: &mut Stretches<'_>,
-        mesh: &mut Mesh,
-        measures: Option<&Measures>,
-        progress: &dyn Progress,
-    ) -> Result<()> {
+    pub(super) fn prove(&mut self, intervals: &mut Intervals<'_>) -> Result<()> {
         let kept: Vec<usize> = self.earlier.rows.keys().copied().collect();
+        let progress = self.deformation.progress();
         progress.start("verifying", Some(kept.len() as u64));
         let mut is_ours = false;
         for index in kept {
-            self.stop.check()?;
+            self.deformation.stop().check()?;
             let step = self.plan.motion.steps[index];
             let moves = self.plan.largest_displacement(index) > 0.0;
-            match self.is_same(&step, stretches, mesh, measures)? {
+            match self.is_same(&step, intervals)? {
                 true => is_ours |= moves,
                 false if moves && !is_ours => return Err(self.not_ours(index)),
                 false => self.leave_out(index),
@@ -45,34 +39,28 @@ impl Run<'_> {
     }
 
     /// Whether a step, computed again, gives the bytes of its row.
-    fn is_same(
-        &mut self,
-        step: &Step,
-        stretches: &mut Stretches<'_>,
-        mesh: &mut Mesh,
-        measures: Option<&Measures>,
-    ) -> Result<bool> {
-        let mut points = vec![[0.0; 3]; mesh.points.len()];
-        let computed = compute(stretches, measures, mesh, step, &mut points)?;
-        mesh.points = points;
+    fn is_same(&mut self, step: &Step, intervals: &mut Intervals<'_>) -> Result<bool> {
+        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
+        let computed = compute(intervals, step, &mut points)?;
         let mut computed = self.judge(step, computed)?;
-        if self.format.holds_arrays() {
-            add_arrays(self.plan, mesh, &mut computed, measures);
-        }
-        let hash = hash_of(
-            &mesh.view(),
-            self.format,
-            &self.plan.schedule.output.write_options(),
-        )?;
-        Ok(self.earlier.rows[&step.index].text("blake3") == hash.to_string())
+        let arrays = match self.format.holds_arrays() {
+            true => StepArrays::of(self.deformation, &points, &mut computed.found),
+            false => StepArrays::default(),
+        };
+        let mesh = arrays.view(&self.plan.mesh, &points);
+        let options = self.plan.schedule.output.write_options();
+        let hash = hash_of(&mesh, self.format, &options)?;
+        Ok(self.earlier.rows[&step.index].blake3 == hash.to_string())
     }
 
     fn leave_out(&mut self, index: usize) {
         self.earlier.rows.remove(&index);
-        self.warnings.push(format!(
-            "step {index} is done again: {} is not what this run writes",
-            self.names.mesh(index)
-        ));
+        let note = RunNote::StepAgain {
+            step: index,
+            file: self.names.mesh(index),
+            fault: FileFault::OtherBytes,
+        };
+        self.warnings.push(note.into());
     }
 
     fn not_ours(&self, index: usize) -> Error {
@@ -93,7 +81,7 @@ impl Run<'_> {
             return Ok(());
         }
         self.earlier.is_unproven = false;
-        self.record.set("steps_kept", self.n_kept.into());
+        self.record.content.steps_kept = Some(self.n_kept);
         self.record.save()
     }
 

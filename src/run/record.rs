@@ -1,14 +1,17 @@
-//! run.json: what a run was given, what it did and how it ended.
+//! run.json of a run under way: filled, completed and written again as it goes; files and their hashes.
 
 use super::finished::Finished;
 use super::names::Names;
 use super::run::Request;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::formats::{Commit, Precision, check_file, check_no_device, hash_of_folder, save_text};
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
-use serde_json::{Value, json};
+use crate::record::{
+    EndRecord, InputRecord, LayerRecord, OptionsRecord, RunRecord, SelectionRecord,
+};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -18,26 +21,12 @@ use std::time::Instant;
 /// Bytes that are read at once.
 const PIECE: usize = 4 << 20;
 
-/// The record of a run; written at its start and completed at its end.
-pub struct Record {
+/// The record of a run with its place on the disk.
+pub(super) struct RecordFile {
     path: PathBuf,
-    content: Value,
     commit: Commit,
-}
-
-/// Seconds of each stage of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Timings {
-    /// Choosing base points.
-    pub selection: f64,
-    /// Evaluating the modes at the nodes, and the correction.
-    pub modes: f64,
-    /// Node positions and quality, all steps.
-    pub steps: f64,
-    /// Writing meshes, all steps; overlaps with the next step's positions.
-    pub writing: f64,
-    /// The whole run.
-    pub total: f64,
+    /// What it holds.
+    pub content: RunRecord,
 }
 
 /// A clock that gives seconds.
@@ -55,32 +44,7 @@ impl Clock {
     }
 }
 
-impl Timings {
-    /// Those that a record holds; zero where it holds none.
-    pub(super) fn of(record: &Value) -> Self {
-        let seconds = |stage: &str| record["seconds"][stage].as_f64().unwrap_or(0.0);
-        Self {
-            selection: seconds("selection"),
-            modes: seconds("modes"),
-            steps: seconds("steps"),
-            writing: seconds("writing"),
-            total: seconds("total"),
-        }
-    }
-
-    /// Of two runs together.
-    pub(super) fn plus(self, other: Self) -> Self {
-        Self {
-            selection: self.selection + other.selection,
-            modes: self.modes + other.modes,
-            steps: self.steps + other.steps,
-            writing: self.writing + other.writing,
-            total: self.total + other.total,
-        }
-    }
-}
-
-impl Record {
+impl RecordFile {
     /// The record of a run of `plan`, not yet written.
     pub fn new(names: &Names, plan: &Plan, request: &Request) -> Result<Self> {
         let mut inputs = vec![
@@ -93,124 +57,108 @@ impl Record {
         if let Some(base) = &request.base {
             inputs.push(input("base", base)?);
         }
-        let content = json!({
-            "version": 1,
-            "program": concat!("azimesh ", env!("CARGO_PKG_VERSION")),
-            "outcome": "running",
-            "inputs": inputs,
-            "options": {
-                "kernel": plan.basis.kernel.name(),
-                "support_radius": plan.basis.radius,
-                "tolerance": plan.tolerance,
-                "max_points": plan.schedule.selection.max_points,
-                "correction": plan.schedule.selection.correction,
-                "format": plan.schedule.output.format,
-                "precision": match plan.schedule.output.precision {
-                    Precision::F64 => "f64",
-                    Precision::F32 => "f32",
-                },
-                "tag_array": request.tag_array,
-            },
-            "chosen": plan.choices,
-            "dimension": plan.mesh.dimension(),
-            "nodes": plan.reference.len(),
-            "cells": plan.mesh.cells.len(),
-            "surface_points": plan.surface.nodes.len(),
-            "coincident_surface_nodes": plan.surface.n_coincident,
-            "steps": plan.motion.steps.len(),
-            "modes": plan.n_modes(),
-            "mode_truncation": plan.truncation(),
-            "motion": body_motion(plan),
-        });
+        let content = RunRecord {
+            version: 1,
+            program: concat!("azimesh ", env!("CARGO_PKG_VERSION")).to_owned(),
+            outcome: "running".to_owned(),
+            inputs,
+            options: options(plan, request),
+            chosen: sentences(&plan.choices),
+            dimension: Some(plan.mesh.dimension().into()),
+            nodes: Some(plan.mesh.points.len()),
+            cells: Some(plan.mesh.cells.len()),
+            surface_points: Some(plan.surface.nodes.len()),
+            coincident_surface_nodes: Some(plan.surface.n_coincident),
+            steps: Some(plan.motion.steps.len()),
+            modes: Some(plan.n_modes()),
+            mode_truncation: Some(plan.truncation()),
+            motion: Some(body_motion(plan)),
+            ..RunRecord::default()
+        };
         Ok(Self::of(names, content))
     }
 
-    /// A record that was read.
-    pub fn of(names: &Names, content: Value) -> Self {
+    /// A record that was read, or put together.
+    pub fn of(names: &Names, content: RunRecord) -> Self {
         Self {
             path: names.record(),
-            content,
             commit: names.commit,
+            content,
         }
-    }
-
-    /// Its content.
-    pub fn content(&self) -> &Value {
-        &self.content
-    }
-
-    /// Adds a value.
-    pub fn set(&mut self, key: &str, value: Value) {
-        self.content[key] = value;
     }
 
     /// Adds what the run came to; `error` is what ended it. Its seconds are added to those that are
     /// there.
     pub fn close(&mut self, finished: &Finished, error: Option<&Error>) {
-        let outcome = match (error, finished.passed_over.len()) {
+        let content = &mut self.content;
+        content.outcome = match (error, finished.passed_over.len()) {
             (Some(error), _) => error.to_string(),
             (None, 0) => "complete".to_owned(),
             (None, n) => format!("complete but for {n} steps"),
         };
-        self.set("outcome", json!(outcome));
-        self.set("steps_written", json!(finished.n_steps));
-        self.set("inverted_steps", json!(finished.inverted_steps));
-        self.set("max_surface_error", json!(finished.surface_error));
-        self.set("passed_over", json!(finished.passed_over));
-        self.set("warnings", json!(finished.warnings));
-        self.set("failures", json!(finished.failures));
-        self.set_timings(self.timings().plus(finished.timings));
-    }
-
-    /// Where the time went, in all runs so far.
-    pub fn timings(&self) -> Timings {
-        Timings::of(&self.content)
-    }
-
-    /// Says where the time went.
-    pub fn set_timings(&mut self, t: Timings) {
-        self.content["seconds"] = json!({
-            "selection": t.selection,
-            "modes": t.modes,
-            "steps": t.steps,
-            "writing": t.writing,
-            "total": t.total,
+        content.end = Some(EndRecord {
+            steps_written: finished.n_steps,
+            inverted_steps: finished.inverted_steps,
+            max_surface_error: Some(finished.surface_error),
+            passed_over: sentences(&finished.passed_over),
+            warnings: sentences(&finished.warnings),
+            failures: sentences(&finished.failures),
         });
-    }
-
-    /// Leaves a value out.
-    pub fn remove(&mut self, key: &str) {
-        if let Some(object) = self.content.as_object_mut() {
-            object.shift_remove(key);
-        }
+        let before = content.seconds.unwrap_or_default();
+        content.seconds = Some(before.plus(finished.timings));
     }
 
     /// Writes the record as it stands.
     pub fn save(&self) -> Result<()> {
-        save_text(&format!("{:#}\n", self.content), &self.path, self.commit)
+        save_text(&self.content.text(), &self.path, self.commit)
+    }
+}
+
+/// Diagnostics as run.json has them.
+pub(super) fn sentences(notes: &[Diagnostic]) -> Vec<String> {
+    notes.iter().map(Diagnostic::to_string).collect()
+}
+
+fn options(plan: &Plan, request: &Request) -> OptionsRecord {
+    let (selection, output) = (&plan.schedule.selection, &plan.schedule.output);
+    let precision = match output.precision {
+        Precision::F64 => "f64",
+        Precision::F32 => "f32",
+    };
+    OptionsRecord {
+        kernel: Some(plan.basis.kernel.name().to_owned()),
+        support_radius: Some(plan.basis.radius),
+        tolerance: Some(plan.tolerance),
+        max_points: Some(selection.max_points),
+        correction: Some(selection.correction),
+        format: Some(output.format.clone()),
+        precision: Some(precision.to_owned()),
+        tag_array: request.tag_array.clone(),
     }
 }
 
 /// An input and its hash; what came from a pipe is gone and has none.
-fn input(what: &str, path: &Path) -> Result<Value> {
+fn input(what: &str, path: &Path) -> Result<InputRecord> {
     let is_pipe = |found: std::fs::Metadata| !found.is_file() && !found.is_dir();
-    if path.as_os_str() == "-" || path.metadata().is_ok_and(is_pipe) {
-        return Ok(json!({ "what": what, "file": path.display().to_string() }));
-    }
-    let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
-    Ok(json!({
-        "what": what,
-        "file": path.display().to_string(),
-        "blake3": hash.to_string(),
-    }))
+    let has_hash = path.as_os_str() != "-" && !path.metadata().is_ok_and(is_pipe);
+    let hash = has_hash.then(|| hash_of(path)).transpose();
+    let hash = hash.map_err(|error| Error::io(path, &error))?;
+    Ok(InputRecord {
+        what: what.to_owned(),
+        file: path.display().to_string(),
+        blake3: hash.map(|hash| hash.to_string()),
+    })
 }
 
-/// A record on disk; `None` where it is not whole, as after a power cut: empty, cut, or no record.
-pub(super) fn read(path: &Path) -> Result<Option<Value>> {
-    let text = check_file(path).and_then(|()| std::fs::read(path));
-    let text = text.map_err(|error| Error::io(path, &error))?;
-    let read: Option<Value> = serde_json::from_slice(&text).ok();
-    Ok(read.filter(|record| record["inputs"].is_array() && record["options"].is_object()))
+/// A record on disk; `None` where there is none, and where it is not whole, as after a power cut: empty,
+/// cut, or no record.
+pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let bytes = check_file(path).and_then(|()| std::fs::read(path));
+    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+    Ok(RunRecord::parse(&bytes).ok().filter(RunRecord::is_whole))
 }
 
 /// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, that of
@@ -239,30 +187,31 @@ pub(super) fn hash_of_range(path: &Path, bytes: Range<u64>) -> std::io::Result<b
     }
 }
 
-/// What the selections of a stretch came to. `history` holds pairs of base points and the largest
-/// error over all nodes, a pair a sweep; `residuals` the error of each base point when it was chosen.
+/// What the selections of an interval came to.
 pub(super) fn selection_record(
     plan: &Plan,
-    stretch: &Range<usize>,
+    interval: &Range<usize>,
     selections: &[Selection],
-) -> Value {
+) -> SelectionRecord {
     let layers = plan.layers.iter().zip(selections);
-    let layers = layers.map(|(layer, selection)| {
-        let history = selection.history.iter();
-        json!({
-            "of": layer.name(),
-            "base_points": selection.base.len(),
-            "tolerance": layer.tolerance,
-            "error": selection.error,
-            "measured": selection.measured,
-            "skipped": selection.skipped,
-            "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
-            "residuals": selection.picked,
-        })
+    let layers = layers.map(|(layer, selection)| LayerRecord {
+        of: layer.name().to_owned(),
+        base_points: selection.base.len(),
+        tolerance: Some(layer.tolerance),
+        error: Some(selection.error),
+        measured: Some(selection.measured),
+        skipped: selection.skipped,
+        history: selection
+            .history
+            .iter()
+            .map(|&(n, error)| (n, Some(error)))
+            .collect(),
+        residuals: selection.picked.iter().copied().map(Some).collect(),
     });
-    json!({
-        "first_step": stretch.start,
-        "steps": stretch.len(),
-        "layers": layers.collect::<Vec<_>>(),
-    })
+    SelectionRecord {
+        first_step: interval.start,
+        steps: interval.len(),
+        layers: layers.collect(),
+        warnings: None,
+    }
 }

@@ -4,19 +4,20 @@
 use super::compatibility::difference;
 use super::names::{Names, existing_outputs};
 use super::parts;
-use super::record::{self, Record, Timings, hash_of};
+use super::record::{self, hash_of};
 use super::table;
 use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::formats::Format;
 use crate::progress::Progress;
 use crate::quality::Criterion;
-use crate::record::{Row, Rows};
-use serde_json::{Value, json};
+use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Sentences of one sort that are given one by one.
+/// Notes of one sort that are given one by one.
 const MOST_NOTES: usize = 10;
 
 /// An earlier run.
@@ -28,19 +29,19 @@ pub(super) struct Earlier {
     /// Files of base points that it chose, and their hashes.
     pub bases: BTreeMap<String, String>,
     /// What it noted of each selection.
-    selections: Vec<Value>,
+    selections: Vec<SelectionRecord>,
     /// Steps that it took in substeps, as it had inverted cells.
-    pub repairs: BTreeMap<usize, Value>,
+    pub repairs: BTreeMap<usize, RepairRecord>,
     /// Conditions that it was to fail by.
     fail_on: Vec<Criterion>,
     /// Where its time went.
     timings: Timings,
     /// How often it was gone on with.
     n_before: u64,
-    /// Sentences on what has to be done again.
-    pub notes: Vec<String>,
+    /// What has to be done again.
+    pub notes: Vec<Diagnostic>,
     /// Parts that were joined to it.
-    parts: Value,
+    parts: Option<Vec<String>>,
     /// Whether its record is lost: rows count then where the same step gives the same bytes.
     pub is_unproven: bool,
 }
@@ -54,18 +55,15 @@ impl Earlier {
         plan: &Plan,
         names: &Names,
         format: &dyn Format,
-        now: &Record,
+        now: &RunRecord,
         progress: &dyn Progress,
     ) -> Result<Self> {
         let path = names.record();
-        let then = match path.exists() {
-            true => record::read(&path)?,
-            false => None,
-        };
+        let then = record::read(&path)?;
         let mut earlier = match &then {
             Some(then) => {
                 check_same(now, then, &path)?;
-                Self::of(then)
+                Self::of(then.clone())
             }
             None if existing_outputs(names).is_empty() => return Ok(Self::default()),
             None => Self::without_record(names)?,
@@ -91,64 +89,50 @@ impl Earlier {
         if !record.exists() && !names.table().exists() || has_parts(names) {
             return Err(no_record(names));
         }
-        let state = match record.exists() {
-            true => "is empty, cut or no record of a run",
-            false => "is missing",
+        let name = record.file_name().unwrap_or_default();
+        let note = RunNote::LostRecord {
+            record: name.display().to_string(),
+            is_damaged: record.exists(),
         };
-        let sentence = format!(
-            "{} {state}: finished steps are computed again and kept where that gives the same bytes; conditions of \
-             --fail-on that the run had are not known any more",
-            record.file_name().unwrap_or_default().display()
-        );
         Ok(Self {
             n_before: 1,
-            notes: vec![sentence],
+            notes: vec![note.into()],
             ..Self::default()
         })
     }
 
     /// What a record tells.
-    fn of(then: &Value) -> Self {
-        let bases = then["base_files"].as_object().into_iter().flatten();
-        let base =
-            |(name, hash): (&String, &Value)| Some((name.clone(), hash.as_str()?.to_owned()));
-        let repairs = then["repairs"].as_array().into_iter().flatten();
-        let repair = |repair: &Value| Some((repair["step"].as_u64()? as usize, repair.clone()));
-        let fail_on = then["fail_on"].as_array().into_iter().flatten();
+    fn of(then: RunRecord) -> Self {
+        let repairs = then.repairs.unwrap_or_default().into_iter();
+        let fail_on = then.fail_on.iter();
         Self {
-            bases: bases.filter_map(base).collect(),
-            selections: then["selections"].as_array().cloned().unwrap_or_default(),
-            repairs: repairs.filter_map(repair).collect(),
-            fail_on: fail_on
-                .filter_map(|text| text.as_str()?.parse().ok())
-                .collect(),
-            timings: Timings::of(then),
-            n_before: then["resumed"].as_u64().unwrap_or(0) + 1,
-            parts: then["parts"].clone(),
+            bases: then.base_files,
+            selections: then.selections,
+            repairs: repairs.map(|repair| (repair.step, repair)).collect(),
+            fail_on: fail_on.filter_map(|text| text.parse().ok()).collect(),
+            timings: then.seconds.unwrap_or_default(),
+            n_before: then.resumed.unwrap_or(0) + 1,
+            parts: then.parts,
             ..Self::default()
         }
     }
 
     /// Writes what is known of the earlier run into the record of this one.
-    pub fn note_in(&self, record: &mut Record) {
-        record.set("resumed", json!(self.n_before));
-        record.set("steps_kept", json!(self.rows.len()));
-        record.set("base_files", json!(self.bases));
-        record.set("selections", json!(self.selections));
-        let fail_on = self.fail_on.iter().map(Criterion::to_string);
-        record.set("fail_on", json!(fail_on.collect::<Vec<_>>()));
-        record.set_timings(self.timings);
-        if !self.parts.is_null() {
-            record.set("parts", self.parts.clone());
-        }
-        if !self.repairs.is_empty() {
-            record.set("repairs", self.all_repairs());
-        }
+    pub fn note_in(&self, record: &mut RunRecord) {
+        record.resumed = Some(self.n_before);
+        record.steps_kept = Some(self.rows.len());
+        record.base_files.clone_from(&self.bases);
+        record.selections.clone_from(&self.selections);
+        record.fail_on = self.fail_on.iter().map(Criterion::to_string).collect();
+        record.seconds = Some(self.timings);
+        record.parts.clone_from(&self.parts);
+        record.repairs = self.all_repairs();
     }
 
-    /// Repairs in the order of their steps.
-    pub fn all_repairs(&self) -> Value {
-        json!(self.repairs.values().collect::<Vec<_>>())
+    /// Repairs in the order of their steps; `None` where there are none.
+    pub fn all_repairs(&self) -> Option<Vec<RepairRecord>> {
+        let repairs = self.repairs.values().cloned().collect();
+        (!self.repairs.is_empty()).then_some(repairs)
     }
 
     /// Conditions of a run that goes on with this one: its own, or else those that this one had.
@@ -160,19 +144,20 @@ impl Earlier {
     }
 
     /// The selections of both runs by their first step; those of this one count.
-    pub fn with_selections(&self, new: &[Value]) -> Vec<Value> {
-        let first = |selection: &Value| selection["first_step"].as_u64();
+    pub fn with_selections(&self, new: &[SelectionRecord]) -> Vec<SelectionRecord> {
         let all = self.selections.iter().chain(new);
-        let by_step: BTreeMap<_, &Value> =
-            all.map(|selection| (first(selection), selection)).collect();
+        let by_step: BTreeMap<usize, &SelectionRecord> = all
+            .map(|selection| (selection.first_step, selection))
+            .collect();
         by_step.into_values().cloned().collect()
     }
 
     /// What its selections gave rise to.
-    pub fn selection_warnings(&self) -> Vec<String> {
-        let lists = self.selections.iter().map(|own| own["warnings"].as_array());
-        let warnings = lists.flatten().flatten().filter_map(Value::as_str);
-        warnings.map(str::to_owned).collect()
+    pub fn selection_warnings(&self) -> impl Iterator<Item = Diagnostic> {
+        let lists = self.selections.iter().flat_map(|own| &own.warnings);
+        lists
+            .flatten()
+            .map(|text| RunNote::Recorded(text.clone()).into())
     }
 
     /// Leaves out rows that are none of this run's steps.
@@ -180,8 +165,8 @@ impl Earlier {
         let steps = &plan.motion.steps;
         self.rows.retain(|&index, row| {
             names.steps().contains(&index)
-                && row.text("file") == names.mesh(index)
-                && row.text("azimuth_deg") == steps[index].azimuth_deg.to_string()
+                && row.file == names.mesh(index)
+                && row.azimuth_deg == steps[index].azimuth_deg
         });
     }
 
@@ -194,57 +179,45 @@ impl Earlier {
         progress: &dyn Progress,
     ) {
         progress.start("verifying", Some(self.rows.len() as u64));
-        let mut wrong = Vec::new();
-        self.rows.retain(|step, row| {
-            let found = check_file(plan, names, format, row);
+        let mut wrong: Vec<Diagnostic> = Vec::new();
+        self.rows.retain(|&step, row| {
+            let fault = fault_of(plan, names, format, row);
             progress.advance(1);
-            found
-                .map_err(|reason| {
-                    wrong.push(format!(
-                        "step {step} is done again: {} {reason}",
-                        row.text("file")
-                    ))
-                })
-                .is_ok()
+            let file = row.file.clone();
+            let note = fault.map(|fault| RunNote::StepAgain { step, file, fault });
+            let is_good = note.is_none();
+            wrong.extend(note.map(Diagnostic::from));
+            is_good
         });
         progress.finish();
-        let more = wrong.len().saturating_sub(MOST_NOTES);
+        let steps = wrong.len().saturating_sub(MOST_NOTES);
         self.notes.extend(wrong.into_iter().take(MOST_NOTES));
-        if more > 0 {
-            self.notes
-                .push(format!("and {more} more steps are done again"));
+        if steps > 0 {
+            self.notes.push(RunNote::MoreAgain { steps }.into());
         }
     }
 }
 
-/// Whether the file of a row, and what belongs beside it, is there as it was written.
-fn check_file(
-    plan: &Plan,
-    names: &Names,
-    format: &dyn Format,
-    row: &Row,
-) -> std::result::Result<(), String> {
-    let path = names.path(row.text("file"));
+/// What is wrong with the file of a row, or with what belongs beside it.
+fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Option<FileFault> {
+    let path = names.path(&row.file);
     if !path.exists() {
-        return Err("is missing".to_owned());
+        return Some(FileFault::Missing);
     }
     match hash_of(&path) {
-        Ok(hash) if hash.to_string() == row.text("blake3") => {}
-        Ok(_) => return Err("has another hash than steps.csv says".to_owned()),
-        Err(error) => return Err(format!("cannot be read ({error})")),
+        Ok(hash) if hash.to_string() == row.blake3 => {}
+        Ok(_) => return Some(FileFault::OtherHash("steps.csv")),
+        Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
     let beside = format.beside(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
-    match beside.iter().any(differs) {
-        true => Err("lacks the file that belongs beside it".to_owned()),
-        false => Ok(()),
-    }
+    beside.iter().any(differs).then_some(FileFault::NoCompanion)
 }
 
 /// Refuses a run with other inputs.
-fn check_same(now: &Record, then: &Value, path: &Path) -> Result<()> {
-    match difference(now.content(), then) {
+fn check_same(now: &RunRecord, then: &RunRecord, path: &Path) -> Result<()> {
+    match difference(now, then) {
         None => Ok(()),
         Some(difference) => Err(Error::input(format!(
             "this run cannot be gone on with: {}; --force starts anew",
@@ -256,20 +229,21 @@ fn check_same(now: &Record, then: &Value, path: &Path) -> Result<()> {
 
 /// Refuses rows of meshes that are there and would have another name now: they would be written again
 /// beside the ones that are there.
-fn check_names(rows: &Rows, then: Option<&Value>, names: &Names) -> Result<()> {
+fn check_names(rows: &Rows, then: Option<&RunRecord>, names: &Names) -> Result<()> {
     let is_other = |(step, row): &(&usize, &Row)| {
-        let file = row.text("file");
-        names.steps().contains(step) && file != names.mesh(**step) && names.path(file).exists()
+        let file = &row.file;
+        names.steps().contains(step) && *file != names.mesh(**step) && names.path(file).exists()
     };
     let Some((step, row)) = rows.iter().find(is_other) else {
         return Ok(());
     };
-    let (old, new) = (row.text("file"), names.mesh(*step));
+    let (old, new) = (&row.file, names.mesh(*step));
     let way_out = "start anew in another folder";
-    Err(Error::input(match then.and_then(|then| then["inputs"][0]["file"].as_str()) {
+    Err(Error::input(match then.and_then(|then| then.inputs.first()) {
         Some(mesh) => format!(
-            "the mesh of this run was called {mesh}, and its files are named after that: step {step} is {old} and \
-             would be {new} now. Give the mesh (or a link to it) that name again to go on, or {way_out}"
+            "the mesh of this run was called {}, and its files are named after that: step {step} is {old} and \
+             would be {new} now. Give the mesh (or a link to it) that name again to go on, or {way_out}",
+            mesh.file
         ),
         None => format!(
             "step {step} of the earlier run is {old} and would be {new} now: the mesh had another name, or the run \
@@ -284,8 +258,8 @@ fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
     let steps = &plan.motion.steps[names.steps()];
     let other = steps.iter().find_map(|step| {
         let row = rows.get(&step.index)?;
-        let (then, now) = (row.text("azimuth_deg"), step.azimuth_deg.to_string());
-        let is_other = row.text("file") == names.mesh(step.index) && then != now;
+        let (then, now) = (row.azimuth_deg, step.azimuth_deg);
+        let is_other = row.file == names.mesh(step.index) && then != now;
         is_other.then_some((step.index, then, now))
     });
     match other {

@@ -1,32 +1,28 @@
-//! The run: plan, base points once a stretch, mode fields, then step after step; a step is written
+//! The run: plan, base points once an interval, mode fields, then step after step; a step is written
 //! while the next one is computed.
 
 use super::base;
 use super::finished::Finished;
-use super::intervals::Stretches;
+use super::intervals::Intervals;
 use super::lock::Lock;
 use super::names::{self, Names, Part};
 use super::parts;
-use super::record::{Clock, Record};
+use super::record::{Clock, RecordFile, sentences};
 use super::resume::Earlier;
-use super::step::Measures;
 use super::step_loop::Pass;
 use super::writer::Writer;
-use crate::deform::{Plan, missed};
+use crate::deform::{Deformation, Plan, missed};
 use crate::diagnostic::Diagnostic;
+use crate::diagnostic::run::RunNote;
 use crate::error::Result;
-use crate::formats::{self, Begin, Format, Notes, su2};
-use crate::mesh::Mesh;
-use crate::motion::{QualityOutput, Step};
+use crate::formats::{self, Begin, Format, Notes};
+use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk};
-use crate::progress::{Progress, Stop};
 use crate::quality::Criterion;
 use crate::record::Rows;
-use serde_json::json;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 /// What a run is asked for.
 #[derive(Debug, Clone, Default)]
@@ -55,32 +51,26 @@ pub struct Request {
     pub fail_on: Vec<Criterion>,
 }
 
-/// Runs a plan: base points, mode fields, and one mesh a step in the request's folder.
+/// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder.
 ///
 /// # Errors
 /// [`Kind::Check`](crate::error::Kind::Check) when the tolerance cannot be met (base points are saved, no mesh is written), and
 /// where `on_inverted = "stop"` stops it; [`Kind::Interrupted`](crate::error::Kind::Interrupted) between two steps when `stop` was
 /// asked to.
-pub fn run(
-    plan: &mut Plan,
-    request: &Request,
-    progress: &dyn Progress,
-    stop: &Arc<Stop>,
-) -> Result<Finished> {
+pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let clock = Clock::start();
+    let plan = deformation.plan();
     let format = formats::by_name(&plan.schedule.output.format)?;
     let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
     warnings.extend(preflight::warnings(plan));
-    if !plan.mesh.remove_field_arrays(&[su2::BOXES]).is_empty() {
-        let sentence =
-            "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out";
-        warnings.push(sentence.to_owned());
+    if plan.without_boxes {
+        warnings.push(RunNote::NoBoxes.into());
     }
     let n_steps = plan.motion.steps.len();
     let part = Part::new(request.steps.clone(), n_steps)?;
     let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
     names.commit.sync = !request.no_sync;
-    let mut record = Record::new(&names, plan, request)?;
+    let mut record = RecordFile::new(&names, plan, request)?;
     let base = request.base.as_deref();
     let loaded = base.map(|path| base::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
@@ -89,7 +79,13 @@ pub fn run(
         parts::refuse_overlap(&names)?;
     }
     let mut earlier = match request.resume {
-        true => Earlier::find(plan, &names, format, &record, progress)?,
+        true => Earlier::find(
+            plan,
+            &names,
+            format,
+            &record.content,
+            deformation.progress(),
+        )?,
         false => Earlier::default(),
     };
     if !request.resume && !request.force {
@@ -110,16 +106,15 @@ pub fn run(
     }
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
-    earlier.note_in(&mut record);
-    let mut mesh = std::mem::take(&mut plan.mesh);
+    earlier.note_in(&mut record.content);
     let base_files = earlier.bases.clone();
-    let mut stretches = Stretches::new(plan, &names, loaded, base_files, progress);
+    let mut intervals = Intervals::new(deformation, &names, loaded, base_files);
     let mut run = Run {
+        deformation,
         plan,
         request,
         names: &names,
         format,
-        stop,
         fail_on,
         record,
         rows: earlier.rows.clone(),
@@ -131,56 +126,47 @@ pub fn run(
         seconds: (0.0, 0.0),
     };
     run.save_record()?;
-    let result = run.steps(&mut stretches, &mut mesh, progress);
-    run.close(result, stretches, &clock)
+    let result = run.steps(&mut intervals);
+    run.close(result, intervals, &clock)
 }
 
 /// A run under way.
 pub(super) struct Run<'a> {
+    pub deformation: &'a Deformation,
     pub plan: &'a Plan,
     pub request: &'a Request,
     pub names: &'a Names,
     pub format: &'static dyn Format,
-    pub stop: &'a Arc<Stop>,
     /// Conditions that fail the run.
     fail_on: Vec<Criterion>,
-    pub record: Record,
+    pub record: RecordFile,
     /// What is known of the run that is gone on with; its rows are those that still count.
     pub earlier: Earlier,
     pub n_kept: usize,
     /// Rows of all steps that are finished.
     pub rows: Rows,
-    pub passed_over: Vec<String>,
+    pub passed_over: Vec<Diagnostic>,
     pub first_inverted: BTreeMap<usize, usize>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// Of positions and quality, and of writing.
     pub seconds: (f64, f64),
 }
 
 impl Run<'_> {
-    fn steps(
-        &mut self,
-        stretches: &mut Stretches<'_>,
-        mesh: &mut Mesh,
-        progress: &dyn Progress,
-    ) -> Result<()> {
-        let restored = stretches.restore();
-        self.note_choices(stretches)?;
+    fn steps(&mut self, intervals: &mut Intervals<'_>) -> Result<()> {
+        let restored = intervals.restore();
+        self.note_choices(intervals)?;
         self.warnings.extend(restored?);
         if self.is_complete() {
             return Ok(());
         }
-        self.choose_first(stretches)?;
-        mesh.points.clone_from(&self.plan.reference);
-        let wanted = self.plan.schedule.output.quality != QualityOutput::None;
-        let measures = wanted.then(|| Measures::new(mesh, self.plan));
+        self.choose_first(intervals)?;
         if self.earlier.is_unproven && !self.is_to_be_retraced() {
-            self.prove(stretches, mesh, measures.as_ref(), progress)?;
-            self.note_choices(stretches)?;
+            self.prove(intervals)?;
+            self.note_choices(intervals)?;
             if self.is_complete() {
                 return Ok(());
             }
-            mesh.points.clone_from(&self.plan.reference);
         }
         loop {
             let begin = match self.request.resume {
@@ -192,14 +178,14 @@ impl Run<'_> {
                 self.format,
                 self.plan.schedule.output.write_options(),
                 self.earlier.rows.clone(),
-                self.stop,
+                self.deformation.stop(),
                 begin,
             )?;
-            let pass = self.pass(&mut writer, stretches, mesh, measures.as_ref(), progress);
+            let pass = self.pass(&mut writer, intervals);
             let settled = writer.settle();
             self.seconds.1 += writer.seconds;
             if self.names.is_in_one() {
-                self.record.set("step_ends", json!(writer.ends()));
+                self.record.content.step_ends = Some(writer.ends().to_vec());
             }
             self.take_notes(writer.notes());
             let mended = match (&pass, &settled) {
@@ -214,7 +200,7 @@ impl Run<'_> {
             settled?;
             if pass == Pass::Done {
                 self.vouch()?;
-                progress.finish();
+                self.deformation.progress().finish();
                 return Ok(());
             }
         }
@@ -222,9 +208,9 @@ impl Run<'_> {
 
     /// Keeps in mind what a format could not hold, once for all steps.
     fn take_notes(&mut self, notes: &Notes) {
-        for note in notes.iter().map(Diagnostic::to_string) {
-            if !self.warnings.contains(&note) {
-                self.warnings.push(note);
+        for note in notes.iter() {
+            if !self.warnings.contains(note) {
+                self.warnings.push(note.clone());
             }
         }
     }
@@ -249,34 +235,33 @@ impl Run<'_> {
     }
 
     /// Base points for the first step: without them there is no table of steps either.
-    fn choose_first(&mut self, stretches: &mut Stretches<'_>) -> Result<()> {
+    fn choose_first(&mut self, intervals: &mut Intervals<'_>) -> Result<()> {
         let todo = self.todo();
         let Some(first) = todo.first() else {
             return Ok(());
         };
-        let entered = stretches.enter(first).map(|_| ());
-        self.note_choices(stretches)?;
+        let entered = intervals.enter(first).map(|_| ());
+        self.note_choices(intervals)?;
         match entered {
-            Err(error) if self.plan.stretches().len() > 1 && self.passes_over(&error) => Ok(()),
+            Err(error) if self.plan.intervals().len() > 1 && self.passes_over(&error) => Ok(()),
             entered => entered,
         }
     }
 
     /// Puts into run.json what a resumed run must know of base points.
-    pub(super) fn note_choices(&mut self, stretches: &Stretches<'_>) -> Result<()> {
-        let base_files = json!(stretches.base_files);
-        if self.record.content()["base_files"] == base_files {
+    pub(super) fn note_choices(&mut self, intervals: &Intervals<'_>) -> Result<()> {
+        let content = &mut self.record.content;
+        if content.base_files == intervals.base_files {
             return Ok(());
         }
-        let selections = self.earlier.with_selections(&stretches.selections);
-        self.record.set("base_files", base_files);
-        self.record.set("selections", json!(selections));
+        content.base_files.clone_from(&intervals.base_files);
+        content.selections = self.earlier.with_selections(&intervals.selections);
         self.save_record()
     }
 
     /// Puts into run.json which steps were taken in substeps; before they are written.
     pub(super) fn note_repairs(&mut self) -> Result<()> {
-        self.record.set("repairs", self.earlier.all_repairs());
+        self.record.content.repairs = self.earlier.all_repairs();
         self.save_record()
     }
 
@@ -284,18 +269,20 @@ impl Run<'_> {
     fn tell_repairs(&self, finished: &mut Finished) {
         let repairs = self.earlier.repairs.iter();
         let written = repairs.filter(|(step, _)| self.rows.contains_key(step));
-        let sentences = written.filter_map(|(_, repair)| repair["sentence"].as_str());
-        finished.warnings.extend(sentences.map(str::to_owned));
+        let notes = written.map(|(step, repair)| {
+            let azimuth_deg = self.plan.motion.steps[*step].azimuth_deg;
+            Diagnostic::from(repair.note(azimuth_deg))
+        });
+        finished.warnings.extend(notes);
     }
 
     /// Steps that miss the tolerance that their base points were chosen by.
     fn note_misses(&self, finished: &mut Finished) {
         for (index, row) in &self.rows {
-            let error = row.number("selection_error").unwrap_or(0.0);
-            let n_base = row.number("base_points").unwrap_or(0.0) as usize;
-            match missed(self.plan, &self.plan.motion.steps[*index], n_base, error) {
-                Some((sentence, true)) => finished.failures.push(sentence),
-                Some((sentence, false)) => finished.warnings.push(sentence),
+            let (step, n_base) = (&self.plan.motion.steps[*index], row.base_points);
+            match missed(self.plan, step, n_base, row.selection_error) {
+                Some((note, true)) => finished.failures.push(note.into()),
+                Some((note, false)) => finished.warnings.push(note.into()),
                 None => {}
             }
         }
@@ -305,10 +292,10 @@ impl Run<'_> {
     fn close(
         mut self,
         result: Result<()>,
-        stretches: Stretches<'_>,
+        intervals: Intervals<'_>,
         clock: &Clock,
     ) -> Result<Finished> {
-        let _held = self.stop.hold();
+        let _held = self.deformation.stop().hold();
         let mut finished = Finished {
             n_kept: self.n_kept,
             warnings: std::mem::take(&mut self.warnings),
@@ -319,13 +306,15 @@ impl Run<'_> {
         finished.take_rows(self.names, &self.rows, &self.first_inverted, &self.fail_on)?;
         self.note_misses(&mut finished);
         let warnings = self.earlier.selection_warnings();
-        for warning in stretches.warnings.into_iter().chain(warnings) {
-            if !finished.warnings.contains(&warning) {
+        for warning in intervals.warnings.into_iter().chain(warnings) {
+            // An earlier run may have recorded the sentence of one that is made again.
+            let sentence = warning.to_string();
+            if !sentences(&finished.warnings).contains(&sentence) {
                 finished.warnings.push(warning);
             }
         }
-        finished.timings.selection = stretches.seconds_selection;
-        finished.timings.modes = stretches.seconds_modes;
+        finished.timings.selection = intervals.seconds_selection;
+        finished.timings.modes = intervals.seconds_modes;
         (finished.timings.steps, finished.timings.writing) = self.seconds;
         finished.timings.total = clock.seconds();
         if self.earlier.is_unproven {

@@ -2,16 +2,16 @@
 //! earlier run has put it into the file of all steps, gone over there.
 
 use super::finished::inverted;
-use super::intervals::Stretches;
+use super::intervals::Intervals;
 use super::run::Run;
-use super::step::{Computed, Measures, add_arrays, compute, compute_again, row};
+use super::step::{Computed, StepArrays, compute, compute_again, row};
 use super::writer::Writer;
+use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Kind, Result};
 use crate::formats::{self, Location, ReadOptions};
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::MeshView;
 use crate::motion::{OnInverted, Step};
-use crate::progress::Progress;
 
 /// How a pass over the steps ended.
 #[derive(PartialEq, Eq)]
@@ -41,44 +41,47 @@ impl Run<'_> {
     pub(super) fn pass(
         &mut self,
         writer: &mut Writer<'_>,
-        stretches: &mut Stretches<'_>,
-        mesh: &mut Mesh,
-        measures: Option<&Measures>,
-        progress: &dyn Progress,
+        intervals: &mut Intervals<'_>,
     ) -> Result<Pass> {
         let todo = self.todo();
         let Some(first) = todo.first() else {
             return Ok(Pass::Done);
         };
+        let progress = self.deformation.progress();
         progress.start("steps", Some(todo.len() as u64));
-        let mut next = vec![[0.0; 3]; mesh.points.len()];
+        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
+        let mut next = points.clone();
         let mut task = self.task(first);
-        let mut computed = task.run(stretches, measures, mesh, first, &mut next);
+        let mut computed = task.run(intervals, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
-            self.stop.check()?;
+            self.deformation.stop().check()?;
             if task == Task::New {
                 self.vouch()?;
             }
-            std::mem::swap(&mut mesh.points, &mut next);
-            if task == Task::ReadBack && !self.read_back(writer, step, &mut mesh.points) {
+            std::mem::swap(&mut points, &mut next);
+            if task == Task::ReadBack && !self.read_back(writer, step, &mut points) {
                 return Ok(self.again_from(step));
             }
             let mut ready = self.accept(step, computed, task)?;
             // A format without arrays would say of each that it is left out: that is known already.
-            if let Some(ready) = ready.as_mut().filter(|_| self.format.holds_arrays()) {
-                add_arrays(self.plan, mesh, ready, measures);
-            }
+            let holds_arrays = |_: &&mut Computed| self.format.holds_arrays();
+            let arrays = ready
+                .as_mut()
+                .filter(holds_arrays)
+                .map(|ready| StepArrays::of(self.deformation, &points, &mut ready.found));
+            let arrays = arrays.unwrap_or_default();
+            let mesh = arrays.view(&self.plan.mesh, &points);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_retracing = writer.is_retracing();
             let (written, then) = rayon::join(
-                || write(writer, mesh, step, ready, task),
+                || write(writer, &mesh, step, ready, task),
                 || {
                     let (step, task) = following?;
-                    Some(task.run(stretches, measures, mesh, step, &mut next))
+                    Some(task.run(intervals, step, &mut next))
                 },
             );
             let is_same = written?;
-            self.note_choices(stretches)?;
+            self.note_choices(intervals)?;
             if !is_same {
                 return Ok(self.again_from(step));
             }
@@ -136,18 +139,17 @@ impl Run<'_> {
 
     pub(super) fn warn_of_more(&mut self) {
         let file = self.names.mesh(self.names.steps().start);
-        let sentence = format!("{file} did not end with its last step; what came after is cut off");
-        self.warnings.push(sentence);
+        self.warnings.push(RunNote::CutOff { file }.into());
     }
 
     fn warn_of_damage(&mut self, step: &Step) {
-        let sentence = format!(
-            "{} is not at step {} what steps.csv says; it is written again from there",
-            self.names.mesh(step.index),
-            step.index
-        );
-        if !self.warnings.contains(&sentence) {
-            self.warnings.push(sentence);
+        let note = RunNote::DiffersFrom {
+            file: self.names.mesh(step.index),
+            step: step.index,
+        };
+        let note = note.into();
+        if !self.warnings.contains(&note) {
+            self.warnings.push(note);
         }
     }
 
@@ -168,8 +170,8 @@ impl Run<'_> {
         match judged {
             Ok(computed) => Ok(Some(computed)),
             Err(error) if self.passes_over(&error) => {
-                let sentence = format!("{}; passed over", error.message);
-                self.passed_over.push(sentence);
+                let reason = error.message;
+                self.passed_over.push(RunNote::PassedOver { reason }.into());
                 Ok(None)
             }
             Err(mut error) => {
@@ -188,16 +190,17 @@ impl Run<'_> {
     /// Keeps in mind what is wrong with a step; refuses it where the schedule says so.
     pub(super) fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
         self.seconds.0 += computed.seconds;
-        if let Some(repair) = &computed.repair {
+        if let Some(repair) = &computed.found.repair {
             self.earlier.repairs.insert(step.index, repair.record(step));
             self.note_repairs()?;
         }
-        let Some(first) = computed.first_inverted() else {
+        let Some(first) = computed.found.first_inverted() else {
             return Ok(computed);
         };
         self.first_inverted.insert(step.index, first);
         if self.plan.schedule.output.on_inverted == OnInverted::Stop {
-            return Err(Error::check(inverted(&row(step, &computed), Some(first))));
+            let note = inverted(&row(step, &computed.found), Some(first));
+            return Err(Error::check(note.to_string()));
         }
         Ok(computed)
     }
@@ -223,15 +226,13 @@ fn at_step(step: &Step, mut error: Error) -> Error {
 impl Task {
     fn run(
         self,
-        stretches: &mut Stretches<'_>,
-        measures: Option<&Measures>,
-        mesh: &Mesh,
+        intervals: &mut Intervals<'_>,
         step: &Step,
         points: &mut [Vector],
     ) -> Result<Computed> {
         match self {
-            Task::New | Task::Prove => compute(stretches, measures, mesh, step, points),
-            Task::Again => compute_again(stretches, step, points),
+            Task::New | Task::Prove => compute(intervals, step, points),
+            Task::Again => compute_again(intervals, step, points),
             Task::ReadBack => Ok(Computed::default()),
         }
     }
@@ -240,18 +241,17 @@ impl Task {
 /// Writes a step, or goes over it; tells whether it is what the rows say.
 fn write(
     writer: &mut Writer<'_>,
-    mesh: &Mesh,
+    mesh: &MeshView<'_>,
     step: &Step,
     ready: Option<Computed>,
     task: Task,
 ) -> Result<bool> {
-    let mesh = mesh.view();
     match (ready, task) {
         (None, _) => Ok(true),
-        (Some(_), Task::Again | Task::Prove | Task::ReadBack) => writer.retrace(&mesh, step),
+        (Some(_), Task::Again | Task::Prove | Task::ReadBack) => writer.retrace(mesh, step),
         (Some(computed), Task::New) => {
-            let row = row(step, &computed);
-            writer.write(&mesh, step, row, computed.seconds)?;
+            let row = row(step, &computed.found);
+            writer.write(mesh, step, row, computed.seconds)?;
             Ok(true)
         }
     }

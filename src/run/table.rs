@@ -33,7 +33,8 @@ impl Table {
 
     /// Adds the row of a step: appended in one write, or, where later steps have theirs, in its
     /// place.
-    pub fn add(&mut self, step: usize, row: Row) -> Result<()> {
+    pub fn add(&mut self, row: Row) -> Result<()> {
+        let step = row.step;
         let is_last = self
             .rows
             .last_key_value()
@@ -51,13 +52,11 @@ impl Table {
             return Err(Error::io(&self.path, &error));
         }
         self.n_bytes += line.len() as u64;
-        match self.commit.sync {
-            true => self
-                .file
-                .sync_data()
-                .map_err(|error| Error::io(&self.path, &error)),
-            false => Ok(()),
+        if self.commit.sync {
+            let synced = self.file.sync_data();
+            synced.map_err(|error| Error::io(&self.path, &error))?;
         }
+        Ok(())
     }
 
     /// The rows so far.
@@ -78,10 +77,11 @@ mod tests {
     use super::*;
 
     fn row(step: usize, file: &str) -> Row {
-        let mut row = Row::new();
-        row.set("step", step.to_string());
-        row.set("file", file.to_owned());
-        row
+        Row {
+            step,
+            file: file.to_owned(),
+            ..Row::default()
+        }
     }
 
     #[test]
@@ -91,14 +91,12 @@ mod tests {
         let mut table =
             Table::start(path.clone(), Rows::new(), Commit::REPLACE).expect("it starts");
         for step in [0, 3, 1, 4] {
-            table
-                .add(step, row(step, "a, \"b\".vtu"))
-                .expect("it is added");
+            table.add(row(step, "a, \"b\".vtu")).expect("it is added");
             assert_eq!(&read(&path).expect("it is whole"), table.rows());
         }
         let steps: Vec<usize> = table.rows().keys().copied().collect();
         assert_eq!(steps, [0, 1, 3, 4]);
-        assert_eq!(table.rows()[&3].text("file"), "a, \"b\".vtu");
+        assert_eq!(table.rows()[&3].file, "a, \"b\".vtu");
         let written = std::fs::read_to_string(&path).expect("it is there");
         assert_eq!(written, text(table.rows()));
     }

@@ -65,14 +65,14 @@ impl<'a> Writer<'a> {
         let (hash, written) = self.meshes.write(mesh, step)?;
         self.settle()?;
         self.seconds += clock.seconds();
-        row.set("file", self.names.mesh(step.index));
-        row.set("blake3", hash.to_string());
-        row.set("seconds", format!("{:.3}", seconds + clock.seconds()));
-        let (table, index) = (Arc::clone(&self.table), step.index);
+        row.file = self.names.mesh(step.index);
+        row.blake3 = hash.to_string();
+        row.seconds = ((seconds + clock.seconds()) * 1e3).round() / 1e3;
+        let table = Arc::clone(&self.table);
         self.finish(move || {
             let _held = held;
             written.keep()?;
-            lock(&table).add(index, row)
+            lock(&table).add(row)
         })
     }
 
@@ -109,7 +109,7 @@ impl<'a> Writer<'a> {
         self.seconds += clock.seconds();
         let table = lock(&self.table);
         let row = table.rows().get(&step.index);
-        Ok(row.is_some_and(|row| row.text("blake3") == hash.to_string()))
+        Ok(row.is_some_and(|row| row.blake3 == hash.to_string()))
     }
 
     /// After the last step: makes the file of all steps end with it; tells whether it did not.

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Shape of the cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum CellShape {
     /// Hexahedra.
     #[default]

@@ -12,13 +12,13 @@ use std::path::Path;
 /// Largest distance between a prescribed displacement and the plain double sum over the base
 /// points, over all surface nodes and steps.
 fn true_error(plan: &Plan) -> (usize, f64) {
-    let selection = &choose(plan, &plan.stretches()[0], &Silent).expect("it can be solved")[0];
+    let selection = &choose(plan, &plan.intervals()[0], &Silent).expect("it can be solved")[0];
     let layer_modes = &plan.layers[0].modes;
     let r = layer_modes.n_modes;
     let surface = &plan.motion.surface.nodes;
     let mut worst: f64 = 0.0;
     for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-        let x = plan.reference[node as usize];
+        let x = plan.mesh.points[node as usize];
         let mut modes = vec![0.0; r];
         for (j, &at) in selection.base.iter().enumerate() {
             let phi = plan.basis.between(&x, &plan.surface.points[at]);
@@ -39,7 +39,10 @@ fn true_error(plan: &Plan) -> (usize, f64) {
             };
             let mut interpolated = [0.0; 3];
             if r > 0 {
-                for (mode, c) in modes.iter().zip(layer_modes.at_step(step.index).chunks(3)) {
+                for (mode, c) in modes
+                    .iter()
+                    .zip(layer_modes.at_step(step.index()).chunks(3))
+                {
                     for axis in 0..3 {
                         interpolated[axis] += mode * c[axis];
                     }

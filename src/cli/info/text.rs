@@ -1,9 +1,8 @@
 //! The facts as lines of text.
 
-use super::facts::Facts;
+use super::facts::{Boundary, Facts};
 use crate::error::{counted, one_line};
 use crate::mesh::{DataArray, Group};
-use std::fmt::Write;
 
 /// Lines of a name and a value.
 struct Rows(Vec<(String, String)>);
@@ -33,6 +32,41 @@ impl Rows {
         let n = self.0.len() - first;
         let count = if n == 0 { "none".into() } else { n.to_string() };
         self.0.insert(first, (title.into(), count));
+    }
+
+    /// What is unusual about the faces around the mesh.
+    fn boundary(&mut self, found: &Boundary) {
+        let of_one = " of one cell that no tag holds";
+        for (name, n, noun, what) in [
+            ("without a tag", found.n_untagged, "face", ""),
+            ("open", found.n_open, "face", of_one),
+            (
+                "inside",
+                found.n_inside,
+                "tagged face",
+                " between two cells",
+            ),
+            ("loose", found.n_loose, "boundary face", " on no cell"),
+            (
+                "crowded",
+                found.n_crowded,
+                "face",
+                " of more than two cells",
+            ),
+        ] {
+            self.push_some(name, n, counted(n, noun) + what);
+        }
+    }
+
+    /// The lines, with the values below each other.
+    fn text(&self) -> String {
+        let width = self.0.iter().map(|(name, _)| name.chars().count()).max();
+        let width = width.unwrap_or(0) + 2;
+        let lines = self.0.iter().map(|(name, value)| {
+            let line = format!("{name:width$}{value}");
+            line.trim_end().to_owned() + "\n"
+        });
+        lines.collect()
     }
 }
 
@@ -64,31 +98,7 @@ pub fn of(facts: &Facts) -> String {
     }
     rows.list("zones", mesh.zones(), "cell");
     rows.list("boundary tags", mesh.boundary_tags(), "face");
-    let boundary = &facts.boundary;
-    for (name, n, noun, what) in [
-        ("without a tag", boundary.n_untagged, "face", ""),
-        (
-            "open",
-            boundary.n_open,
-            "face",
-            " of one cell that no tag holds",
-        ),
-        (
-            "inside",
-            boundary.n_inside,
-            "tagged face",
-            " between two cells",
-        ),
-        ("loose", boundary.n_loose, "boundary face", " on no cell"),
-        (
-            "crowded",
-            boundary.n_crowded,
-            "face",
-            " of more than two cells",
-        ),
-    ] {
-        rows.push_some(name, n, counted(n, noun) + what);
-    }
+    rows.boundary(&facts.boundary);
     if facts.other_groups().next().is_some() {
         rows.list("other groups", facts.other_groups(), "cell");
     }
@@ -100,15 +110,7 @@ pub fn of(facts: &Facts) -> String {
     for (place, array) in facts.arrays() {
         rows.push(format!("{place} array"), told(array));
     }
-    rows.0
-        .iter()
-        .fold(String::new(), |mut text, (name, value)| {
-            let width = rows.0.iter().map(|(name, _)| name.chars().count()).max();
-            let width = width.unwrap_or(0) + 2;
-            let line = format!("{name:width$}{value}");
-            writeln!(text, "{}", line.trim_end()).expect("a string takes any text");
-            text
-        })
+    rows.text()
 }
 
 /// Name, type, components and range of an array.

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::formats::{self, Format};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Cells, Mesh};
-use crate::quality::{Criterion, Judge, Quality, Statistic, statistics};
+use crate::quality::{Assessment, Criterion, Judge, Statistic, statistics};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use worst::WorstCells;
@@ -61,7 +61,7 @@ struct Step {
 struct Judged {
     /// `None` where there is one mesh alone.
     step: Option<Step>,
-    quality: Quality,
+    quality: Assessment,
     /// Positions in `--fail-on` of those that hold, each with the value of its column.
     met: Vec<(usize, f64)>,
 }
@@ -79,7 +79,7 @@ struct Findings<'a> {
 }
 
 pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
-    let columns = Quality::default().columns();
+    let columns = Assessment::default().columns();
     for criterion in &args.fail_on {
         criterion.check_column(columns.iter().map(|(name, _)| *name))?;
     }
@@ -268,7 +268,7 @@ impl<'a> Findings<'a> {
         context: &Context,
     ) -> Result<()> {
         let points = &mesh.points;
-        let quality = Quality {
+        let quality = Assessment {
             cells: context.stage("cells", || Ok(judge.cells(mesh, points)))?,
             faces: context.stage("faces", || Ok(judge.faces(mesh, points)))?,
             size_skew: context.stage("size-skew", || Ok(judge.size_skew(mesh, points, before)))?,

@@ -3,7 +3,7 @@
 use super::worst::WorstCell;
 use super::{Findings, Judged};
 use crate::error::one_line;
-use crate::quality::{Extreme, Quality, Statistic};
+use crate::quality::{Assessment, Extreme, Statistic};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
@@ -30,7 +30,7 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
     text
 }
 
-fn of_mesh(quality: &Quality) -> String {
+fn of_mesh(quality: &Assessment) -> String {
     let summary = &quality.cells;
     let mut text = String::new();
     let mut row = |name: &str, value: String| {
@@ -58,7 +58,7 @@ fn of_mesh(quality: &Quality) -> String {
 /// A column is as wide as its name and numbers need.
 fn of_sequence(meshes: &[Judged]) -> String {
     let names = ["step", "time"].into_iter();
-    let columns = Quality::default().columns();
+    let columns = Assessment::default().columns();
     let columns = columns.iter().map(|(name, _)| *name);
     let mut rows: Vec<Vec<String>> = vec![names.chain(columns).map(str::to_owned).collect()];
     for mesh in meshes {
@@ -165,7 +165,7 @@ fn short(x: f64) -> String {
     }
 }
 
-fn extreme(quality: &Quality, column: &str) -> Option<Extreme> {
+fn extreme(quality: &Assessment, column: &str) -> Option<Extreme> {
     let (summary, faces) = (&quality.cells, &quality.faces);
     match column {
         "min_volume" => summary.min_volume,
@@ -226,7 +226,7 @@ pub(super) fn as_json(findings: &Findings<'_>) -> Value {
     Value::Object(object)
 }
 
-fn json_of_mesh(object: &mut Map<String, Value>, quality: &Quality) {
+fn json_of_mesh(object: &mut Map<String, Value>, quality: &Assessment) {
     let summary = &quality.cells;
     object.insert("cells".into(), summary.n_cells.into());
     object.insert("inner_faces".into(), quality.faces.n_inner.into());

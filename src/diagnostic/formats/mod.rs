@@ -10,8 +10,9 @@ mod write;
 pub use read::{ArrayRead, NotKept, Pieces, Read};
 pub use write::{ArrayWritten, Condition, GroupWritten, Written};
 
-use super::{Diagnostic, Kind};
+use super::Kind;
 use std::fmt::{self, Display, Formatter};
+use std::mem::discriminant;
 
 /// Names that a sentence lists before the rest is counted.
 const LISTED: usize = 5;
@@ -39,6 +40,15 @@ pub enum FormatNote {
 
 macro_rules! kinds {
     ($($kind:ident),*) => {
+        impl FormatNote {
+            /// Whether it is of the same sort: the same but for names and numbers.
+            pub(super) fn is_like(&self, other: &Self) -> bool {
+                match (self, other) {
+                    $((Self::$kind(one), Self::$kind(other)) => discriminant(one) == discriminant(other),)*
+                    _ => false,
+                }
+            }
+        }
         impl Display for FormatNote {
             fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
                 match self {
@@ -50,11 +60,6 @@ macro_rules! kinds {
             impl From<$kind> for Kind {
                 fn from(note: $kind) -> Self {
                     Self::Format(FormatNote::$kind(note))
-                }
-            }
-            impl From<$kind> for Diagnostic {
-                fn from(note: $kind) -> Self {
-                    Self::new(note)
                 }
             }
         )*

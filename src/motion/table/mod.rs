@@ -24,7 +24,18 @@ use crate::error::{Error, Result};
 use crate::formats::Source;
 use std::path::{Path, PathBuf};
 
+/// What stands for the path of a table that is no file.
+const IN_MEMORY: &str = "table in memory";
+
 /// A table of finite numbers under named columns.
+///
+/// ```
+/// use azimesh::motion::{Body, Table};
+///
+/// // Plunge over time, in s and mesh units; angles would be `rot_x_deg`, `rot_y_deg`, `rot_z_deg`.
+/// let table = Table::from_rows(["time_s", "dy"], [[0.0, 0.0], [0.5, 0.1], [1.0, 0.0]]);
+/// let airfoil = Body::new("airfoil", ["airfoil"]).table(table);
+/// ```
 #[derive(Debug, Clone)]
 pub struct Table {
     path: PathBuf,
@@ -35,6 +46,8 @@ pub struct Table {
     values: Vec<f64>,
     /// Line of each row.
     lines: Vec<u32>,
+    /// A row that cannot be one, with what is wrong; of a table that was made in memory.
+    wrong: Option<(usize, String)>,
 }
 
 impl Table {
@@ -48,6 +61,44 @@ impl Table {
     /// The same from the bytes of a file; `path` is named in errors.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         text::parse(bytes, path).map_err(|error| error.file(path))
+    }
+
+    /// A table from the names of its columns and rows of a number for each. Errors name a row by its number,
+    /// counted from 1. A row of another length or with a number that is not finite is told when the table
+    /// is used.
+    pub fn from_rows(
+        columns: impl IntoIterator<Item = impl Into<String>>,
+        rows: impl IntoIterator<Item = impl AsRef<[f64]>>,
+    ) -> Self {
+        let mut table = Self {
+            path: PathBuf::from(IN_MEMORY),
+            names: columns.into_iter().map(Into::into).collect(),
+            header: 0,
+            values: Vec::new(),
+            lines: Vec::new(),
+            wrong: None,
+        };
+        let n = table.names.len();
+        for (at, row) in rows.into_iter().enumerate() {
+            let row = row.as_ref();
+            if table.wrong.is_none() && (row.len() != n || !row.iter().all(|x| x.is_finite())) {
+                let message =
+                    format!("{row:?} is no row of {n} finite numbers, one for each column");
+                table.wrong = Some((at, message));
+            }
+            table.values.extend(row);
+            table.lines.push(u32::try_from(at + 1).unwrap_or(u32::MAX));
+        }
+        table
+    }
+
+    /// Refuses a table that was made in memory and is none.
+    pub(super) fn check(&self) -> Result<()> {
+        match &self.wrong {
+            Some((row, message)) => Err(self.error(*row, message)),
+            None if self.lines.is_empty() => Err(self.header_error("the table has no rows")),
+            None => Ok(()),
+        }
     }
 
     /// Picks columns by name.

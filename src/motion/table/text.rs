@@ -31,6 +31,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
         header: header.line + 1,
         values: Vec::new(),
         lines: Vec::new(),
+        wrong: None,
     };
     let mut first = header.rows_line + 1;
     for part in parts {

@@ -1,11 +1,12 @@
 //! Bending blades: tables over azimuth and span.
 
-use super::driven::*;
 use super::parse;
+use super::tables::*;
 use crate::geometry::vector::{Vector, add, distance, sub};
-use crate::motion::{Motion, RbfOptions, Step};
+use crate::motion::{Beam, Motion, RbfOptions, Step};
 use proptest::prelude::*;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 const BEAM: &str = "station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n";
 
@@ -135,7 +136,7 @@ fn a_wrong_beam_table_is_told_its_line() {
     );
     let axis = "cyclic = { collective = 1, pitch_axis = [0.1, 0] }\nbeam = { table = \"m.csv\" }";
     assert_eq!(
-        super::driven::told(false, axis, "x\n1\n"),
+        super::tables::told(false, axis, "x\n1\n"),
         "hover.toml:7: body \"blade\" has both `pitch_axis` and a beam, whose sections pitch about its lifting line; leave `pitch_axis` out"
     );
 }
@@ -157,8 +158,9 @@ fn a_blade_that_goes_on_far_past_its_table_is_told_of() {
 fn a_schedule_is_parsed_without_its_tables() {
     let text = "azimuth.values = [0]\n[[body]]\nname = \"a\"\ntags = [\"a\"]\nbeam = { table = \"nowhere.csv\", interpolation = \"cubic\", lifting_line = \"line.csv\" }\n";
     let schedule = parse(text).expect("a good schedule");
-    let beam = schedule.bodies[0].beam.as_ref().expect("it is there");
-    assert_eq!(beam.lifting_line.as_deref(), Some("line.csv"));
+    assert!(schedule.bodies[0].motion::<Beam>().is_some());
+    let names: Vec<_> = schedule.files();
+    assert_eq!(names, ["nowhere.csv", "line.csv"].map(PathBuf::from));
 }
 
 /// Everything that eq. 2 and 3 depend on, with two azimuths and two stations.

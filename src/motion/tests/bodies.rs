@@ -59,7 +59,7 @@ fn a_flap_turns_about_its_hinge_where_the_wing_has_taken_it() {
     assert_near(place(&motion, 1, [1.0, 0.0, 0.0]), hinge);
     // The flap goes up with the wing and then comes down by 90 degrees: it points to x again.
     assert_near(place(&motion, 1, [2.0, 0.0, 0.0]), [1.75, 0.75, 0.0]);
-    assert!(motion.seams(&wing_and_flap().points, 2.0).is_empty());
+    assert!(motion.shared_nodes(&wing_and_flap().points, 2.0).is_empty());
 }
 
 #[test]
@@ -86,10 +86,13 @@ fn a_child_without_a_motion_of_its_own_moves_with_its_parent() {
 fn a_child_has_the_azimuth_offset_of_its_parent() {
     let of = |own: &str| {
         let text = format!(
-            "azimuth.values = [0]\n[[body]]\nname = \"a\"\ntags = [\"a\"]\nazimuth_offset = 90.0\nrigid = {{ translate = [1, 0, 0] }}\n[[body]]\nname = \"b\"\ntags = [\"b\"]\nparent = \"a\"\n{own}\n"
+            "azimuth.values = [0]\nboundaries.others = \"fixed\"\n{WING}azimuth_offset = 90.0\n[[body]]\nname = \"flap\"\ntags = [\"flap\"]\nparent = \"wing\"\n{own}\n"
         );
         let schedule = parse(&text).expect("a good schedule");
-        schedule.bodies[1].azimuth_offset.to_degrees()
+        let motion = schedule
+            .resolve(&wing_and_flap())
+            .expect("it fits the mesh");
+        motion.bodies[1].azimuth_offset.to_degrees()
     };
     assert_eq!((of(""), of("azimuth_offset = 0.0")), (90.0, 0.0));
 }
@@ -106,7 +109,7 @@ fn a_shared_node_moves_with_the_body_named_first_and_a_gap_is_told() {
     assert_eq!((at(1), at(2)), (Role::Moving(0), Role::Moving(1)));
     assert_eq!(motion.surface.shared, [(1, 1)]);
     assert_eq!(
-        motion.seams(&wing_and_flap().points, 2.0),
+        motion.shared_nodes(&wing_and_flap().points, 2.0),
         [
             "1 nodes are on tags of body \"wing\" and of body \"flap\"; they move with the first, and the other would put them up to 1.000e-2 elsewhere (step 0)"
         ]
@@ -152,8 +155,6 @@ fn times_need_a_frequency_only_where_the_azimuth_matters() {
     assert_near(nose, [-cos, sin, 0.0]);
     let ramp = "rigid = { translate = [0, 1, 0], ramp = true }";
     let ramp = parse(&text(ramp, "stop = 1, step = 0.25")).expect("no azimuth is needed");
-    assert_eq!(
-        (ramp.steps[1].time_s, ramp.steps[1].azimuth),
-        (Some(0.25), 0.0)
-    );
+    let steps = ramp.steps().expect("steps");
+    assert_eq!((steps[1].time_s, steps[1].azimuth), (Some(0.25), 0.0));
 }

@@ -1,6 +1,6 @@
 //! Displacements of nodes from other programs: surface files and mode shapes.
 
-use super::driven::resolve;
+use super::tables::resolve;
 use super::{two_cubes, two_squares};
 use crate::error::Result;
 use crate::formats::{WriteOptions, by_name};
@@ -261,7 +261,7 @@ fn velocities_are_slopes_over_the_sets_of_the_file() {
     ] {
         let motion = surface(true, head, SURFACE, file).expect("it is good");
         for (step, rate) in motion.steps.iter().zip(expected) {
-            let found = motion.paces(step)[0].velocity(0, [0.0; 3]);
+            let found = motion.velocities(step)[0].velocity(0, [0.0; 3]);
             assert!((found[0] - rate).abs() < 1e-12, "{head} {step:?} {found:?}");
         }
     }
@@ -304,7 +304,7 @@ fn modes_add_up_with_their_coordinates() {
     }
     // From 0 s on the first mode grows by 1 a second, from 1 s on the second falls by 3.
     for (step, rate) in [(0, 0.1), (1, -0.03)] {
-        let pace = &motion.paces(&motion.steps[step])[0];
+        let pace = &motion.velocities(&motion.steps[step])[0];
         assert_near(pace.velocity(2, [1.0, 1.0, 0.0]), [rate, rate, 0.0]);
     }
     let two = beside_mesh(body, &[("shape_1", 0.1)], COORDINATES).expect_err("one is missing");

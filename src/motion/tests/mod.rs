@@ -2,15 +2,18 @@
 
 mod beams;
 mod bodies;
+mod builder;
 mod displacements;
-mod driven;
+mod functions;
+mod links;
 mod options;
-mod pace;
 mod poses;
 mod refusals;
 mod schedule;
 mod surface;
+mod tables;
 mod twist;
+mod velocity;
 mod wrong_files;
 
 use super::Schedule;

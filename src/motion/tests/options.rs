@@ -2,6 +2,7 @@
 
 use super::parse;
 use super::refusals::told;
+use crate::error::Position;
 use crate::motion::{
     Interpolate, Others, Polynomial, Refresh, Schedule, SelectionCriterion, SelectionMethod,
 };
@@ -73,9 +74,16 @@ fn boundaries_slide_and_are_periodic() {
     let pairs: Vec<_> = boundaries
         .periodic
         .iter()
-        .map(|pair| (pair.a.text.as_str(), pair.b.text.as_str(), pair.line))
+        .map(|pair| {
+            (
+                pair.a.text.as_str(),
+                pair.b.text.as_str(),
+                pair.place.clone(),
+            )
+        })
         .collect();
-    assert_eq!(pairs, [("a", "b_*", 11), ("c", "d", 12)]);
+    let line = |line| Some(Position::Line(line));
+    assert_eq!(pairs, [("a", "b_*", line(11)), ("c", "d", line(12))]);
 }
 
 #[test]

@@ -24,6 +24,7 @@ fn at(azimuth_deg: f64) -> Step {
         azimuth_deg,
         azimuth: azimuth_deg.to_radians(),
         time_s: None,
+        has_azimuth: true,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Roles of nodes and faces, zones and their interface.
 
 use super::{group, parse, two_cubes, two_squares};
+use crate::error::Position;
 use crate::mesh::{CellKind, Mesh};
 use crate::motion::{Motion, Role};
 use Role::{Fixed, Moving, Sliding};
@@ -139,7 +140,7 @@ fn periodic_tags_have_no_role_and_know_their_nodes() {
         (&motion.periodic[0].a, &motion.periodic[0].b),
         (&vec![1], &vec![4])
     );
-    assert_eq!(motion.periodic[0].line, 9);
+    assert_eq!(motion.periodic[0].place, Some(Position::Line(9)));
     let periodic: Vec<bool> = motion.surface.tags.iter().map(|tag| tag.periodic).collect();
     assert_eq!(periodic, [false, true, false, false, true, false]);
     assert_eq!(motion.surface.tags[1].role, None);

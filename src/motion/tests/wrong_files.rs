@@ -1,6 +1,6 @@
 //! Whatever is wrong in a file of a motion, the error has that file and a line.
 
-use super::driven::resolve;
+use super::tables::resolve;
 use crate::error::{Error, Position};
 
 /// A kind of file: the body that names it as `m.csv` or `m.dat`, a good one, and what is wrong where it

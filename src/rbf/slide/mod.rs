@@ -159,6 +159,15 @@ impl Sliding {
         !self.shapes.is_empty()
     }
 
+    /// The first sliding point that keeps to a curved surface or edge.
+    pub fn first_curved(&self) -> Option<usize> {
+        let curved = |at: &u32| {
+            let point = self.points.get(*at as usize);
+            point.is_some_and(|point| matches!(point.path, Path::Shape { .. }))
+        };
+        self.index.iter().position(curved)
+    }
+
     /// Points of planar patches that do not slide themselves, with the normals of the planes.
     pub fn rims(&self) -> &[(u32, Vector)] {
         &self.rims

@@ -1,0 +1,421 @@
+//! The deformation of a mesh by a schedule, as a value that owns what it needs.
+
+use super::choose::{check_tolerance, choose, from_nodes};
+use super::interval::Interval;
+use super::layer::Kind;
+use super::measures::Measures;
+use super::plan::Plan;
+use super::repair::{self, Repair};
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
+use crate::progress::{Progress, Silent, Stop};
+use crate::quality::{Assessment, Quality, Summary};
+use crate::rbf::select::Selection;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Base points by their mesh nodes, in the order in which they were chosen.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct BasePoints {
+    /// Those of the displacements; with `interpolate = "twist"` of the translations.
+    pub nodes: Vec<u32>,
+    /// With `interpolate = "twist"`, those of the rotations.
+    pub rotation_nodes: Option<Vec<u32>>,
+}
+
+impl From<Vec<u32>> for BasePoints {
+    fn from(nodes: Vec<u32>) -> Self {
+        Self {
+            nodes,
+            rotation_nodes: None,
+        }
+    }
+}
+
+/// A mesh that deforms by a schedule: node positions, velocities and quality at every step.
+///
+/// Base points are chosen once, and the fields of the motion are evaluated at every node once; a step
+/// then costs a product of small matrices. With method `real` each selection interval does that when a
+/// step of it is first asked for, and the last interval is kept.
+///
+/// It owns what it needs and may be shared between threads. It writes no file.
+///
+/// ```ignore
+/// use azimesh::{Body, Cyclic, Deformation, Mesh, Schedule, Steps};
+///
+/// # fn main() -> azimesh::Result<()> {
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 90.0))
+///     .body(Body::new("airfoil", ["airfoil"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0)))
+///     .fixed(["farfield"]);
+/// let deformation = Deformation::new(mesh, schedule)?;
+/// for step in deformation.steps() {
+///     let points = deformation.points_at(step)?;
+///     assert_eq!(points.len(), deformation.mesh().points().len());
+///     assert_eq!(deformation.quality_of(&points)?.inverted, 0);
+/// }
+/// # Ok(())
+/// # }
+/// ```ignore
+pub struct Deformation {
+    plan: Arc<Plan>,
+    measures: OnceLock<Measures>,
+    base: Option<BasePoints>,
+    /// The interval that was entered last.
+    current: Mutex<Option<Arc<Interval>>>,
+    progress: Arc<dyn Progress>,
+    stop: Arc<Stop>,
+}
+
+/// What a [`Deformation`] is made of, and what it is told beside.
+pub struct DeformationBuilder {
+    mesh: Arc<Mesh>,
+    schedule: Schedule,
+    base: Option<BasePoints>,
+    progress: Arc<dyn Progress>,
+    stop: Arc<Stop>,
+}
+
+impl DeformationBuilder {
+    /// Takes these base points instead of choosing some.
+    #[must_use]
+    pub fn base_points(mut self, base: impl Into<BasePoints>) -> Self {
+        self.base = Some(base.into());
+        self
+    }
+
+    /// Tells of its progress.
+    #[must_use]
+    pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
+        self.progress = progress;
+        self
+    }
+
+    /// Ends its work with an error of kind `Interrupted` when it is asked to.
+    #[must_use]
+    pub fn stop(mut self, stop: Arc<Stop>) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
+    ///
+    /// # Errors
+    /// As [`Deformation::new`].
+    pub fn build(self) -> Result<Deformation> {
+        let deformation = self.plan()?;
+        if deformation.plan.intervals().len() == 1 {
+            deformation.interval(&deformation.plan.motion.steps[0])?;
+        } else if deformation.base.is_some() {
+            return Err(Error::input(
+                "method = \"real\" chooses base points again along the schedule; none can be given",
+            ));
+        }
+        Ok(deformation)
+    }
+
+    /// Checks mesh and schedule; base points are chosen when they are needed.
+    pub(crate) fn plan(self) -> Result<Deformation> {
+        self.mesh.validate()?;
+        Ok(Deformation {
+            plan: Arc::new(Plan::new(self.mesh, self.schedule)?),
+            measures: OnceLock::new(),
+            base: self.base,
+            current: Mutex::new(None),
+            progress: self.progress,
+            stop: self.stop,
+        })
+    }
+}
+
+impl Deformation {
+    /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
+    ///
+    /// # Errors
+    /// Of kind `Input` where the mesh is none (an index out of range, a coordinate that is no number) or
+    /// the schedule does not fit it; of kind `Check` where no base points meet the tolerance.
+    pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
+        Self::builder(mesh, schedule).build()
+    }
+
+    /// The same, with base points, progress or a stop.
+    pub fn builder(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> DeformationBuilder {
+        DeformationBuilder {
+            mesh: mesh.into(),
+            schedule,
+            base: None,
+            progress: Arc::new(Silent),
+            stop: Arc::default(),
+        }
+    }
+
+    /// The mesh before it deforms, in its final order: where a zone turns, nodes of its interface are
+    /// there twice.
+    pub fn mesh(&self) -> &Mesh {
+        &self.plan.mesh
+    }
+
+    /// The steps of the schedule, at least one.
+    pub fn steps(&self) -> &[Step] {
+        &self.plan.motion.steps
+    }
+
+    /// The positions (n, 3) of all nodes at a step, in mesh units, in the order of [`mesh`](Self::mesh).
+    ///
+    /// # Errors
+    /// Where the step is none of this schedule, where an interval of method `real` misses the
+    /// tolerance, and with `on_inverted = "stop"` where a cell is inverted.
+    pub fn points_at(&self, step: &Step) -> Result<Vec<Vector>> {
+        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
+        self.points_into(step, &mut points)?;
+        Ok(points)
+    }
+
+    /// The same, written to `points`.
+    ///
+    /// # Errors
+    /// As [`points_at`](Self::points_at), and where `points` has another length than the mesh has nodes.
+    pub fn points_into(&self, step: &Step, points: &mut [Vector]) -> Result<()> {
+        self.check_length(points)?;
+        self.check_step(step)?;
+        self.stop.check()?;
+        let interval = self.interval(step)?;
+        let judges = self.plan.schedule.output.on_inverted != OnInverted::Warn;
+        let found = self.positions(&interval, step, judges, &|_| (), points)?;
+        let stops = self.plan.schedule.output.on_inverted == OnInverted::Stop;
+        match found.cells.filter(|cells| stops && cells.inverted > 0) {
+            None => Ok(()),
+            Some(cells) => Err(Error::check(format!(
+                "step {} has {} inverted cells, cell {} first",
+                step.index,
+                cells.inverted,
+                cells.inverted_cells.first().copied().unwrap_or_default()
+            ))),
+        }
+    }
+
+    /// The velocities (n, 3) of all nodes at a step, in mesh units a second.
+    ///
+    /// # Errors
+    /// As [`points_at`](Self::points_at), and where the schedule does not ask for velocities.
+    pub fn velocities_at(&self, step: &Step) -> Result<Vec<Vector>> {
+        if self.plan.velocity.is_none() {
+            return Err(Error::input(
+                "the schedule asks for no velocities; set `velocity` before the deformation is made",
+            ));
+        }
+        let points = self.points_at(step)?;
+        let interval = self.interval(step)?;
+        let velocities = interval.velocities_at(step, &points);
+        Ok(velocities.expect("the schedule asks for them"))
+    }
+
+    /// The quality of the mesh with its nodes at `points`, beside the mesh before it deforms.
+    ///
+    /// # Errors
+    /// Where `points` has another length than the mesh has nodes.
+    pub fn quality_of(&self, points: &[Vector]) -> Result<Quality> {
+        self.check_length(points)?;
+        Ok(self.measures().quality(&self.plan, points))
+    }
+
+    /// The base points of the interval that was entered last; none before the first.
+    pub fn base_points(&self) -> BasePoints {
+        let current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut base = BasePoints::default();
+        let Some(interval) = &*current else {
+            return base;
+        };
+        for (layer, points) in self.plan.layers.iter().zip(&interval.bases) {
+            let nodes = points
+                .iter()
+                .map(|&at| self.plan.surface.nodes[at])
+                .collect();
+            match layer.kind {
+                Kind::Displacement => base.nodes = nodes,
+                Kind::Rotation(_) => base.rotation_nodes = Some(nodes),
+            }
+        }
+        base
+    }
+
+    fn check_length(&self, points: &[Vector]) -> Result<()> {
+        let n = self.plan.mesh.points.len();
+        if points.len() != n {
+            return Err(Error::input(format!(
+                "found {} points; the mesh has {n} nodes",
+                points.len()
+            )));
+        }
+        Ok(())
+    }
+
+    fn check_step(&self, step: &Step) -> Result<()> {
+        match self.steps().get(step.index) {
+            Some(own) if own == step => Ok(()),
+            _ => Err(Error::input(format!(
+                "step {} is none of this schedule, which has {}",
+                step.index,
+                self.steps().len()
+            ))),
+        }
+    }
+
+    fn interval(&self, step: &Step) -> Result<Arc<Interval>> {
+        self.enter(step, &*self.progress, &mut |steps| {
+            if let Some(base) = &self.base {
+                return from_nodes(&self.plan, steps, base);
+            }
+            let selections = choose(&self.plan, steps, &*self.progress)?;
+            check_tolerance(&self.plan, &selections)?;
+            Ok(selections)
+        })
+    }
+}
+
+/// What `run` does with it beside.
+impl Deformation {
+    /// Everything that was decided before base points are chosen.
+    pub(crate) fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// What the quality is measured by.
+    pub(crate) fn measures(&self) -> &Measures {
+        self.measures.get_or_init(|| Measures::new(&self.plan))
+    }
+
+    /// Who asks it to end.
+    pub(crate) fn stop(&self) -> &Arc<Stop> {
+        &self.stop
+    }
+
+    /// Who hears of its progress.
+    pub(crate) fn progress(&self) -> &dyn Progress {
+        &*self.progress
+    }
+
+    /// The interval of a step, with base points by `select` where it is entered.
+    pub(crate) fn enter(
+        &self,
+        step: &Step,
+        progress: &dyn Progress,
+        select: &mut dyn FnMut(&Range<usize>) -> Result<Vec<Selection>>,
+    ) -> Result<Arc<Interval>> {
+        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(interval) = &*current
+            && interval.steps().contains(&step.index)
+        {
+            return Ok(Arc::clone(interval));
+        }
+        // Its fields go before those of the next are made.
+        *current = None;
+        let mut intervals = self.plan.intervals().into_iter();
+        let steps = intervals.find(|steps| steps.contains(&step.index));
+        let steps = steps.expect("every step is in an interval");
+        let selections = select(&steps)?;
+        let interval = Interval::new(&self.plan, selections, &steps, progress)?;
+        Ok(Arc::clone(current.insert(Arc::new(interval))))
+    }
+
+    /// Positions of a step, taken in more substeps where the schedule wants that for inverted cells;
+    /// `round` makes coordinates what they will be in a file. With `judges` cells are judged.
+    fn positions(
+        &self,
+        interval: &Interval,
+        step: &Step,
+        judges: bool,
+        round: &dyn Fn(&mut [Vector]),
+        points: &mut [Vector],
+    ) -> Result<Positions> {
+        let plan = self.plan();
+        let mut selection_error = interval.points_at(step, points)?;
+        round(points);
+        let judges = judges && plan.schedule.output.quality != QualityOutput::None;
+        let mut cells = judges.then(|| self.measures().cells(plan, points));
+        let mut repair = None;
+        if let Some(cells) = &mut cells
+            && repair::wants_repair(plan, cells)
+        {
+            let attempt = |n: usize, points: &mut [Vector]| {
+                let error = interval.points_through(step, n, points)?;
+                round(points);
+                Ok((error, self.measures().cells(plan, points)))
+            };
+            let error = &mut selection_error;
+            repair = Some(repair::repair(plan, points, cells, error, attempt)?);
+        }
+        Ok(Positions {
+            selection_error,
+            cells,
+            repair,
+        })
+    }
+
+    /// Everything about a step but its arrays at cells; positions go to `points`.
+    pub(crate) fn evaluate(
+        &self,
+        interval: &Interval,
+        step: &Step,
+        round: &dyn Fn(&mut [Vector]),
+        points: &mut [Vector],
+    ) -> Result<Evaluated> {
+        let plan = self.plan();
+        let found = self.positions(interval, step, true, round, points)?;
+        let measures = found.cells.is_some().then(|| self.measures());
+        Ok(Evaluated {
+            quality: measures
+                .zip(found.cells)
+                .map(|(by, cells)| by.complete(plan, cells, points)),
+            normal_change: measures.and_then(|by| by.normal_change(plan, points)),
+            first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.mesh.points),
+            selection_error: found.selection_error,
+            surface_error: interval.surface_error(step, points),
+            largest_displacement: plan.largest_displacement(step.index),
+            velocities: interval.velocities_at(step, points),
+            n_base: interval.n_base,
+            repair: found.repair,
+        })
+    }
+}
+
+/// Where the nodes are at a step, and what was found on the way.
+struct Positions {
+    selection_error: f64,
+    cells: Option<Summary>,
+    repair: Option<Repair>,
+}
+
+/// Everything about a step but its positions.
+#[derive(Default)]
+pub(crate) struct Evaluated {
+    /// Where the schedule asks for quality.
+    pub quality: Option<Assessment>,
+    /// Largest change of the angle between a moving wall and its first cell, in degrees.
+    pub normal_change: Option<f64>,
+    /// Smallest ratio of a first-cell height to that of the reference mesh.
+    pub first_cell_ratio: Option<f64>,
+    /// Largest displacement error before the correction.
+    pub selection_error: f64,
+    /// Largest and root-mean-square distance of surface nodes from their place.
+    pub surface_error: (f64, f64),
+    /// Largest prescribed displacement.
+    pub largest_displacement: f64,
+    /// Where the schedule asks for them.
+    pub velocities: Option<Vec<Vector>>,
+    /// Distinct base points.
+    pub n_base: usize,
+    /// What became of inverted cells, where the step was taken again.
+    pub repair: Option<Repair>,
+}
+
+impl Evaluated {
+    /// The first inverted cell, where there is one.
+    pub fn first_inverted(&self) -> Option<usize> {
+        let cells = self.quality.as_ref().map(|quality| &quality.cells);
+        let inverted = cells.filter(|cells| cells.inverted > 0);
+        inverted.map(|cells| cells.inverted_cells.first().copied().unwrap_or_default())
+    }
+}

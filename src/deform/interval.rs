@@ -1,0 +1,357 @@
+//! Node positions at the steps of a selection interval: fields of the layers, the exact surface and the
+//! rotation to the inertial frame.
+
+use super::fields::{Chosen, Fields, Frame};
+use super::plan::Plan;
+use super::sliding;
+use super::velocity::Velocities;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
+use crate::error::Result;
+use crate::geometry::Transform;
+use crate::geometry::vector::{Vector, add, distance, sub};
+use crate::motion::{BodyMap, Role, Step};
+use crate::progress::Progress;
+use crate::rbf::select::Selection;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A gap between two surfaces under this many tolerances is warned of.
+const NARROW: f64 = 20.0;
+/// Nodes that one task places.
+const BLOCK: usize = 4096;
+
+/// The deformation of a mesh at the steps of a selection interval: those that share base points.
+pub struct Interval {
+    /// The plan it follows.
+    pub(super) plan: Arc<Plan>,
+    /// The steps.
+    steps: Range<usize>,
+    way: Way,
+    /// Base points of each layer.
+    pub(super) bases: Vec<Vec<usize>>,
+    velocities: Option<Velocities>,
+    deforming: Option<Vec<u32>>,
+    /// Distinct base points of all layers.
+    pub n_base: usize,
+    /// Warnings about the surface.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// How a step is reached.
+enum Way {
+    /// From the reference mesh at once, by fields that serve every step.
+    AtOnce { fields: Fields, errors: Errors },
+    /// Through as many meshes as the schedule has `substeps`, each interpolated anew from the base
+    /// points.
+    Substeps,
+}
+
+/// The largest error before the correction at each step.
+enum Errors {
+    /// As measured over all steps.
+    ByStep(Vec<f64>),
+    /// From the values that the layers have at the surface points before the correction.
+    Uncorrected(Vec<Vec<f64>>),
+}
+
+impl Interval {
+    /// Evaluates the layers at every node that deforms, and corrects them so that the surface is
+    /// exact.
+    pub fn new(
+        plan: &Arc<Plan>,
+        selections: Vec<Selection>,
+        steps: &Range<usize>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let mut interval = Self {
+            plan: Arc::clone(plan),
+            steps: steps.clone(),
+            n_base: distinct_points(&selections),
+            deforming: plan.deforming_nodes(),
+            way: Way::Substeps,
+            bases: selections.iter().map(|s| s.base.clone()).collect(),
+            velocities: None,
+            warnings: Vec::new(),
+        };
+        if plan.schedule.rbf.substeps == 1 {
+            interval.way = interval.at_once(selections, progress)?;
+        }
+        Ok(interval)
+    }
+
+    fn at_once(&mut self, selections: Vec<Selection>, progress: &dyn Progress) -> Result<Way> {
+        let plan = Arc::clone(&self.plan);
+        let plan = &*plan;
+        let by_step: Vec<Vec<f64>> = plan
+            .layers
+            .iter()
+            .zip(&selections)
+            .map(|(layer, selection)| match layer.modes.n_modes {
+                0 => vec![0.0; plan.motion.steps.len()],
+                _ => layer
+                    .criterion
+                    .largest_by_step(&selection.residuals, &layer.arms),
+            })
+            .collect();
+        let largest = |errors: &Vec<f64>| {
+            errors[self.steps.clone()]
+                .iter()
+                .copied()
+                .fold(0.0, f64::max)
+        };
+        let chosen: Vec<Chosen<'_>> = selections
+            .iter()
+            .zip(&by_step)
+            .map(|(selection, errors)| Chosen {
+                selection,
+                error: largest(errors),
+            })
+            .collect();
+        let frame = self.reference();
+        let n_nodes = frame.deforming.map_or(frame.nodes.len(), <[u32]>::len);
+        progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
+        let correct = plan.schedule.selection.correction;
+        let fields = Fields::new(frame, &plan.layers, &chosen, correct, progress);
+        progress.finish();
+        if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
+            let velocities = Velocities::new(plan, layer, frame, chosen, &self.steps)?;
+            let warning = velocities.warning.clone().map(Diagnostic::from);
+            self.warnings.extend(warning);
+            self.velocities = Some(velocities);
+        }
+        self.warn_of_narrow(&fields);
+        let errors = match by_step.len() {
+            1 => Errors::ByStep(by_step.concat()),
+            _ => Errors::Uncorrected(uncorrected(plan, &selections)),
+        };
+        Ok(Way::AtOnce { fields, errors })
+    }
+
+    /// The steps that it serves.
+    pub fn steps(&self) -> &Range<usize> {
+        &self.steps
+    }
+
+    /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them.
+    pub fn velocities_at(&self, step: &Step, points: &[Vector]) -> Option<Vec<Vector>> {
+        let velocities = self.velocities.as_ref()?;
+        Some(velocities.at(&self.plan, step, self.reference(), points))
+    }
+
+    pub(super) fn reference(&self) -> Frame<'_> {
+        Frame {
+            nodes: &self.plan.mesh.points,
+            deforming: self.deforming.as_deref(),
+            surface: &self.plan.surface.points,
+            facets: &self.plan.surface.facets,
+        }
+    }
+
+    fn warn_of_narrow(&mut self, fields: &Fields) {
+        let plan = Arc::clone(&self.plan);
+        let narrow = fields
+            .narrow
+            .filter(|gap| gap.width < NARROW * plan.tolerance);
+        if let Some(gap) = narrow {
+            let note = DeformNote::NarrowGap {
+                width: gap.width,
+                node: plan.surface.nodes[gap.point],
+                tolerances: NARROW,
+                reach: gap.reach,
+            };
+            self.warnings.push(note.into());
+        }
+    }
+
+    /// Writes the node positions at a step to `out`; gives the largest displacement error before the
+    /// correction.
+    pub fn points_at(&self, step: &Step, out: &mut [Vector]) -> Result<f64> {
+        let plan = &*self.plan;
+        let error = match &self.way {
+            Way::AtOnce { fields, errors } => {
+                fields.displace(&plan.layers, step.index, self.reference(), out);
+                self.set_surface(step, 1.0, self.reference(), out);
+                errors.at(plan, step)
+            }
+            Way::Substeps => self.through_substeps(step, plan.schedule.rbf.substeps, out)?,
+        };
+        self.carry(step, out);
+        Ok(error)
+    }
+
+    /// The same by way of `n` meshes, each interpolated on the one before.
+    pub fn points_through(&self, step: &Step, n: usize, out: &mut [Vector]) -> Result<f64> {
+        let error = self.through_substeps(step, n, out)?;
+        self.carry(step, out);
+        Ok(error)
+    }
+
+    /// Carries a step round in the inertial frame, sets nodes that follow others, and keeps a plane mesh
+    /// in its plane.
+    fn carry(&self, step: &Step, out: &mut [Vector]) {
+        let plan = &*self.plan;
+        if let Some(carry) = plan.motion.carry(step) {
+            let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
+            out.par_iter_mut().enumerate().for_each(|(node, x)| {
+                if inside.is_none_or(|inside| inside[node]) {
+                    *x = carry.apply(*x);
+                }
+            });
+            if plan.schedule.selection.correction {
+                set_moving(plan, &plan.poses_at(step), out);
+            }
+        }
+        let carry = plan.motion.carry(step);
+        plan.periodic
+            .follow(&plan.motion, &plan.mesh.points, carry.as_ref(), out);
+        if plan.motion.rotor.in_plane {
+            // Round-off lifts no node out of the plane.
+            let places = out.par_iter_mut().zip(&plan.mesh.points);
+            places.for_each(|(x, at_rest)| x[2] = at_rest[2]);
+        }
+    }
+
+    /// Sliding nodes on their boundary; with the correction also the others where the motion puts them at
+    /// a part of a step, in the rotating frame, fixed ones as they were. `frame` is the mesh that was
+    /// deformed.
+    pub(super) fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
+        let plan = &*self.plan;
+        sliding::place(&plan.motion, &plan.surface, frame, out);
+        if !plan.schedule.selection.correction {
+            return;
+        }
+        let poses = plan.motion.poses(step, part);
+        set_nodes(plan, out, |role, node, x| match role {
+            Role::Fixed => Some(x),
+            Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
+            Role::Sliding => None,
+        });
+    }
+
+    /// Largest and root-mean-square distance of the surface nodes in `points` from where the motion
+    /// puts them.
+    pub fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
+        let carry = self.plan.motion.carry(step);
+        let poses = self.plan.poses_at(step);
+        let (largest, squares) = self.off_place(&poses, carry.as_ref(), points);
+        let n = self.plan.motion.surface.nodes.nodes.len().max(1) as f64;
+        (largest, (squares / n).sqrt())
+    }
+
+    /// Largest distance of the surface nodes in `points` from where the poses of the bodies and the
+    /// carrying round put them, and the sum of its squares.
+    pub(super) fn off_place(
+        &self,
+        poses: &[BodyMap<'_>],
+        carry: Option<&Transform>,
+        points: &[Vector],
+    ) -> (f64, f64) {
+        let plan = &*self.plan;
+        let off = |(node, role): (&u32, &Role)| {
+            let x = plan.mesh.points[*node as usize];
+            let exact = match (role, carry) {
+                (Role::Sliding, _) => return None,
+                (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
+                (_, Some(carry)) => carry.apply(x),
+                (_, None) => x,
+            };
+            Some(distance(points[*node as usize], exact))
+        };
+        let surface = &plan.motion.surface.nodes;
+        let chunks = surface.nodes.par_chunks(BLOCK);
+        let chunks = chunks.zip(surface.roles.par_chunks(BLOCK));
+        let errors: Vec<(f64, f64)> = chunks
+            .map(|(nodes, roles)| {
+                let errors = nodes.iter().zip(roles).filter_map(off);
+                errors.fold((0.0, 0.0), |sum, error| {
+                    combined(sum, (error, error * error))
+                })
+            })
+            .collect();
+        let sliding = sliding::off_boundary(&plan.motion, &plan.surface, carry, points);
+        errors.into_iter().fold(sliding, combined)
+    }
+}
+
+/// The largest error and the sum of squares over both.
+fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0.max(b.0), a.1 + b.1)
+}
+
+/// Moving nodes at their exact places.
+fn set_moving(plan: &Plan, poses: &[BodyMap<'_>], out: &mut [Vector]) {
+    set_nodes(plan, out, |role, node, x| match role {
+        Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
+        Role::Fixed | Role::Sliding => None,
+    });
+}
+
+/// Puts surface nodes in `out` where `place` says for a node of that role, number and place in the
+/// reference mesh; `None` leaves it as it is.
+fn set_nodes(
+    plan: &Plan,
+    out: &mut [Vector],
+    place: impl Fn(Role, u32, Vector) -> Option<Vector> + Sync,
+) {
+    let surface = &plan.motion.surface.nodes;
+    let blocks = out.par_chunks_mut(BLOCK).enumerate();
+    blocks.for_each(|(block, out)| {
+        let first = block * BLOCK;
+        let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
+        for at in before(first)..before(first + out.len()) {
+            let node = surface.nodes[at];
+            let x = plan.mesh.points[node as usize];
+            if let Some(x) = place(surface.roles[at], node, x) {
+                out[node as usize - first] = x;
+            }
+        }
+    });
+}
+
+/// Base points of all selections, each counted once.
+fn distinct_points(selections: &[Selection]) -> usize {
+    let mut all: Vec<usize> = selections.iter().flat_map(|s| s.base.clone()).collect();
+    all.sort_unstable();
+    all.dedup();
+    all.len()
+}
+
+/// Values of the layers at the surface points as the base points give them.
+fn uncorrected(plan: &Plan, selections: &[Selection]) -> Vec<Vec<f64>> {
+    let layers = plan.layers.iter().zip(selections);
+    layers
+        .map(|(layer, selection)| {
+            let values = layer.modes.values.par_iter().zip(&selection.residuals);
+            values.map(|(value, residual)| value - residual).collect()
+        })
+        .collect()
+}
+
+impl Errors {
+    fn at(&self, plan: &Plan, step: &Step) -> f64 {
+        let values = match self {
+            Self::ByStep(errors) => return errors[step.index],
+            Self::Uncorrected(values) => values,
+        };
+        let poses = plan.motion.poses(step, 1.0);
+        let surface = &plan.surface;
+        let error = |(at, x): (usize, &Vector)| {
+            let exact = surface.body[at].map_or(*x, |body| {
+                poses[usize::from(body)].place(surface.nodes[at], *x)
+            });
+            let layers = plan.layers.iter().zip(values);
+            let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
+                let r = layer.modes.n_modes;
+                add(
+                    sum,
+                    layer.displacement(*x, &values[at * r..(at + 1) * r], step.index),
+                )
+            });
+            distance(sub(exact, *x), moved)
+        };
+        let points = plan.surface.points.par_iter().enumerate();
+        points.map(error).reduce(|| 0.0, f64::max)
+    }
+}

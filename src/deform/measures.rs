@@ -1,0 +1,59 @@
+//! The quality of deformed meshes: what is made once for the reference mesh, and what is measured by it.
+
+use super::plan::Plan;
+use super::wall_angles::WallAngles;
+use crate::geometry::vector::Vector;
+use crate::mesh::DataArray;
+use crate::quality::{Assessment, Judge, Quality, Summary};
+
+/// What the quality of every step is measured by.
+pub(crate) struct Measures {
+    judge: Judge,
+    walls: WallAngles,
+}
+
+impl Measures {
+    /// For the reference mesh of a plan.
+    pub fn new(plan: &Plan) -> Self {
+        let judge = Judge::new(&plan.mesh);
+        Self {
+            walls: WallAngles::find(&plan.mesh, &judge.adjacency, &plan.moving_faces),
+            judge,
+        }
+    }
+
+    /// The quality of the cells with their nodes at `points`.
+    pub fn cells(&self, plan: &Plan, points: &[Vector]) -> Summary {
+        self.judge.cells(&plan.mesh, points)
+    }
+
+    /// All that is measured, where the part of the cells is there.
+    pub fn complete(&self, plan: &Plan, cells: Summary, points: &[Vector]) -> Assessment {
+        let before = &plan.mesh.points;
+        self.judge.complete(cells, &plan.mesh, points, before)
+    }
+
+    /// Largest change of the angle between a moving wall and its first cell, in degrees.
+    pub fn normal_change(&self, plan: &Plan, points: &[Vector]) -> Option<f64> {
+        let before = &plan.mesh.points;
+        self.walls.largest_change(&plan.mesh, points, before)
+    }
+
+    /// Every metric as a cell array.
+    pub fn arrays(&self, plan: &Plan, points: &[Vector]) -> Vec<DataArray> {
+        let before = &plan.mesh.points;
+        self.judge.arrays(&plan.mesh, points, before)
+    }
+
+    /// The quality in plain numbers.
+    pub fn quality(&self, plan: &Plan, points: &[Vector]) -> Quality {
+        let all = self.complete(plan, self.cells(plan, points), points);
+        let first_cells = plan.first_cells.smallest_ratio(points, &plan.mesh.points);
+        let normal_change = self.normal_change(plan, points);
+        Quality {
+            min_first_cell_ratio: first_cells.unwrap_or(f64::NAN),
+            max_normal_change_deg: normal_change.unwrap_or(f64::NAN),
+            ..Quality::from(&all)
+        }
+    }
+}

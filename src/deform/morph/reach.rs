@@ -1,0 +1,81 @@
+//! How far a morph carries what the base points leave at the surface into the volume: from the
+//! geometry alone, so that it is the same for all displacements.
+
+use super::surface::MorphSurface;
+use crate::geometry::vector::{Vector, dot, sub};
+use crate::rbf::correct::{Faded, Fading};
+use rayon::prelude::*;
+
+/// The reach in distances between base points.
+const REACH: f64 = 1.0;
+
+/// The reach at every surface point, and what of the residuals is added at which node.
+pub struct Reaching {
+    /// `rho` at each surface point, in mesh units.
+    pub reach: Vec<f64>,
+    /// Nodes within reach, ascending, that are not on the surface themselves.
+    pub rows: Vec<Faded>,
+}
+
+/// The reach at a surface point is the distance of the base point that is the third nearest in the
+/// plane, the fourth in space, which is how far apart base points are there; at most half the gap to
+/// another surface. `base` are the base points and their images; `skipped` are nodes that are placed by
+/// themselves.
+///
+/// Points that do not move and that no base point reaches have no residual, and no reach.
+pub fn reaching(
+    surface: &MorphSurface,
+    base: &[Vector],
+    radius: f64,
+    nodes: &[Vector],
+    skipped: &[bool],
+) -> Reaching {
+    let places = &surface.points.points;
+    let nearest = if surface.in_plane { 3 } else { 4 };
+    let is_moving = surface.is_moving();
+    let reach = places.par_iter().zip(&is_moving).map(|(point, moves)| {
+        let apart = apart(point, base, nearest);
+        match *moves || apart.nearest < radius {
+            true => REACH * apart.among,
+            false => 0.0,
+        }
+    });
+    let fading = Fading::new(places, &surface.points.facets, reach.collect());
+    let mut rows = fading.faded(nodes);
+    rows.retain(|row| !skipped[row.point as usize]);
+    rows.par_sort_unstable_by_key(|row| row.point);
+    rows.shrink_to_fit();
+    Reaching {
+        reach: fading.reach,
+        rows,
+    }
+}
+
+/// Distances of base points from a place.
+struct Apart {
+    nearest: f64,
+    /// That of the n-th nearest, or of the farthest where there are fewer.
+    among: f64,
+}
+
+fn apart(point: &Vector, base: &[Vector], n: usize) -> Apart {
+    const MOST: usize = 4;
+    let mut least = [f64::INFINITY; MOST];
+    for b in base {
+        let away = sub(*b, *point);
+        let mut squared = dot(away, away);
+        if squared >= least[n - 1] {
+            continue;
+        }
+        for place in &mut least[..n] {
+            if squared < *place {
+                std::mem::swap(&mut squared, place);
+            }
+        }
+    }
+    let finite = least[..n].iter().filter(|squared| squared.is_finite());
+    Apart {
+        nearest: least[0].sqrt(),
+        among: finite.copied().fold(0.0, f64::max).sqrt(),
+    }
+}

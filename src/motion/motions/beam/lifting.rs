@@ -1,0 +1,257 @@
+//! The line that the sections of a blade turn about: given as a table, or at a quarter of the chord
+//! of the mesh.
+
+use crate::error::{Error, Result};
+use crate::geometry::Bounds;
+use crate::geometry::vector::{Vector, distance, dot, sub};
+use crate::motion::motions::OnMesh;
+use crate::motion::table::Table;
+
+/// A rounded end of a blade reaches inside by this part of the chord, which is half of what is a thick
+/// section, ...
+const CAP: f64 = 0.1;
+/// ... and by at least this part of the span; the chord is taken that at `NEAR`.
+const INSIDE: f64 = 1e-3;
+const NEAR: f64 = 0.05;
+/// Part of the extent of a blade by which a lifting line may be beside it before it is told of.
+const BESIDE: f64 = 0.5;
+/// Where the line lies between leading and trailing edge.
+const CHORDWISE: f64 = 0.25;
+
+/// The edges of a body's faces, ends in the frame of its blade: span, chord and shaft coordinates from the hub.
+pub(super) struct BladeEdges {
+    edges: Vec<[Vector; 2]>,
+    /// 1, or -1 where the leading edge is away from `e_y`.
+    forward: f64,
+}
+
+/// Points in the frame of the blade, from the hub, over increasing stations. Past its ends it goes on
+/// parallel to the span.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LiftingLine {
+    stations: Vec<f64>,
+    points: Vec<Vector>,
+}
+
+impl LiftingLine {
+    /// From columns `station, x, y, z`; the blade goes from `span[0]` to `span[1]`.
+    pub fn from_table(table: &Table, body: &str, span: [f64; 2]) -> Result<Self> {
+        let mut columns = table.columns();
+        let station = columns.require("station")?;
+        let names = ["x", "y", "z"].map(|name| columns.require(name));
+        let [x, y, z] = names;
+        let axes = [x?, y?, z?];
+        columns.done()?;
+        let rows = 0..table.n_rows();
+        let stations: Vec<f64> = rows.clone().map(|row| table.value(row, station)).collect();
+        if let Some(row) = (1..stations.len()).find(|&row| stations[row] <= stations[row - 1]) {
+            let message = format!(
+                "station {} does not lie outboard of station {} of line {}; rows must go from one `station` to a \
+                 larger one",
+                stations[row],
+                stations[row - 1],
+                table.line(row - 1)
+            );
+            return Err(table.error(row, message));
+        }
+        let ends @ [first, last] = [stations[0], stations[stations.len() - 1]];
+        if last < span[0] || first > span[1] {
+            let nearest = if last < span[0] {
+                stations.len() - 1
+            } else {
+                0
+            };
+            return Err(table.error(nearest, off_blade(ends, body, span)));
+        }
+        let points = rows.map(|row| axes.map(|axis| table.value(row, axis)));
+        Ok(Self {
+            points: points.collect(),
+            stations,
+        })
+    }
+
+    /// A quarter of the chord behind the leading edge, at some stations and inside the rounded ends of the
+    /// blade, and on straight through these.
+    /// The chord of a section is its longest extent; its leading edge is the end towards `e_y`, of a
+    /// clockwise rotor the other.
+    pub fn quarter_chord(blade: &BladeEdges, stations: &[f64], body: &str) -> Result<Self> {
+        let [low, high] = blade.span();
+        let length = high - low;
+        let chords = |stations: &[f64]| -> Result<Vec<[Vector; 2]>> {
+            let cuts = cuts(&blade.edges, stations);
+            let chords = stations.iter().zip(&cuts).map(|(station, cut)| {
+                let none = || no_chord(*station, body);
+                chord(cut, blade.forward).ok_or_else(none)
+            });
+            chords.collect()
+        };
+        let near = chords(&[low + NEAR * length, high - NEAR * length])?;
+        let depth = |[nose, tail]: &[Vector; 2]| {
+            (CAP * distance(*nose, *tail)).clamp(INSIDE * length, 0.5 * NEAR * length)
+        };
+        let [root, tip] = [depth(&near[0]), depth(&near[1])];
+        let (first, last) = (low + root, high - tip);
+        let inside = stations.iter().copied().chain([first + root, last - tip]);
+        let inside = inside.filter(|r| first < *r && *r < last);
+        let mut stations: Vec<f64> = inside.chain([first, last]).collect();
+        stations.sort_by(f64::total_cmp);
+        stations.dedup();
+        let quarter = |[nose, tail]: [Vector; 2]| -> Vector {
+            std::array::from_fn(|i| nose[i] + CHORDWISE * (tail[i] - nose[i]))
+        };
+        let chords = chords(&stations)?;
+        let mut points: Vec<Vector> = chords.into_iter().map(quarter).collect();
+        // On in a straight line through the rounded ends, whose sections are no profiles.
+        let of = |r: f64| stations.partition_point(|station| *station < r);
+        let beyond = |at: usize, inner: usize| -> Vector {
+            std::array::from_fn(|i| 2.0 * points[at][i] - points[inner][i])
+        };
+        let ends = [
+            beyond(0, of(first + root)),
+            beyond(points.len() - 1, of(last - tip)),
+        ];
+        points.insert(0, ends[0]);
+        points.push(ends[1]);
+        stations.insert(0, low);
+        stations.push(high);
+        Ok(Self { stations, points })
+    }
+
+    /// A sentence where a point of the line along the blade, whose box this is, lies far beside it.
+    pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<String> {
+        let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
+        let allowed = BESIDE * across.fold(0.0, f64::max);
+        let (low, high) = (bounds.low[0], bounds.high[0]);
+        let inside = self.stations.iter().filter(|r| (low..=high).contains(*r));
+        let off = [low, high].into_iter().chain(inside.copied()).map(|r| {
+            let x = self.at(r);
+            (r, x, distance(x, bounds.nearest(&x)))
+        });
+        let (station, x, off) =
+            off.reduce(|most, next| if next.2 > most.2 { next } else { most })?;
+        (off > allowed).then(|| {
+            format!(
+                "body \"{body}\": the lifting line is at {x:?} at station {station}, {off:.3e} beside the blade, which \
+                 lies between {:?} and {:?}; its points are along the blade's axes from the hub",
+                bounds.low, bounds.high
+            )
+        })
+    }
+
+    /// Its first and last point.
+    pub fn ends(&self) -> [Vector; 2] {
+        [self.points[0], self.points[self.points.len() - 1]]
+    }
+
+    /// The point of a station.
+    pub fn at(&self, station: f64) -> Vector {
+        let after = self.stations.partition_point(|r| *r <= station);
+        if after == 0 || after == self.stations.len() {
+            let end = after.saturating_sub(1);
+            let [x, y, z] = self.points[end];
+            return [x + station - self.stations[end], y, z];
+        }
+        let (r, p) = (&self.stations[after - 1..], &self.points[after - 1..]);
+        let part = (station - r[0]) / (r[1] - r[0]);
+        std::array::from_fn(|i| p[0][i] + part * (p[1][i] - p[0][i]))
+    }
+}
+
+/// Where the edges of a blade cross some stations, which increase.
+fn cuts(edges: &[[Vector; 2]], stations: &[f64]) -> Vec<Vec<Vector>> {
+    let mut cuts: Vec<Vec<Vector>> = vec![Vec::new(); stations.len()];
+    for [a, b] in edges {
+        let (a, b) = if a[0] <= b[0] { (a, b) } else { (b, a) };
+        let from = stations.partition_point(|r| *r < a[0]);
+        let to = stations.partition_point(|r| *r <= b[0]);
+        for at in from..to {
+            let part = match b[0] - a[0] {
+                0.0 => 0.0,
+                length => (stations[at] - a[0]) / length,
+            };
+            cuts[at].push(std::array::from_fn(|i| a[i] + part * (b[i] - a[i])));
+        }
+    }
+    cuts
+}
+
+fn no_chord(station: f64, body: &str) -> Error {
+    Error::input(format!(
+        "body \"{body}\" has no faces at station {station}, so there is no chord to take a quarter of; give \
+         `lifting_line` a table  station,x,y,z"
+    ))
+}
+
+/// What is said of stations that all lie off the blade.
+pub(super) fn off_blade([first, last]: [f64; 2], body: &str, [low, high]: [f64; 2]) -> String {
+    format!(
+        "the stations go from {first} to {last}, but body \"{body}\" lies between {low} and {high} along its span; \
+         stations are lengths in mesh units from the hub"
+    )
+}
+
+impl BladeEdges {
+    pub fn of(on: &OnMesh<'_>) -> Self {
+        let mut edges = Vec::new();
+        let faces = on.faces.cells.iter().zip(&on.faces.roles);
+        for (&cell, _) in faces.filter(|(_, role)| **role == on.role) {
+            let cell = on.mesh.cells.get(cell as usize);
+            let place = |at: usize| in_blade(on, on.mesh.points[cell.nodes[at] as usize]);
+            let pairs = cell.kind.edges();
+            let n = cell.nodes.len();
+            if pairs.is_empty() {
+                edges.extend((0..n).map(|at| [place(at), place((at + 1) % n)]));
+            }
+            edges.extend(pairs.iter().map(|pair| pair.map(|at| place(at.into()))));
+        }
+        Self {
+            edges,
+            forward: on.blade.signs.azimuth,
+        }
+    }
+
+    /// The box around the blade.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::around(self.edges.iter().flatten())
+    }
+
+    /// Where the blade begins and ends along its span.
+    pub fn span(&self) -> [f64; 2] {
+        let ends = self.edges.iter().flatten().map(|x| x[0]);
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+            [low.min(r), high.max(r)]
+        })
+    }
+}
+
+/// Span, chord and shaft coordinates of a point from the hub.
+fn in_blade(on: &OnMesh<'_>, x: Vector) -> Vector {
+    let from_hub = sub(x, on.blade.hub);
+    [on.blade.e_x, on.blade.e_y, on.blade.e_z].map(|axis| dot(axis, from_hub))
+}
+
+/// The ends of the longest extent of a section, leading edge first, which is towards `e_y` times `sign`:
+/// from one point to the farthest, and on from there while the distance grows.
+fn chord(cut: &[Vector], sign: f64) -> Option<[Vector; 2]> {
+    let farthest = |from: &Vector| {
+        let others = cut.iter();
+        others.reduce(|best, x| {
+            if distance(*x, *from) > distance(*best, *from) {
+                x
+            } else {
+                best
+            }
+        })
+    };
+    let mut ends = [*cut.first()?, *farthest(cut.first()?)?];
+    loop {
+        let next = *farthest(&ends[1])?;
+        if distance(next, ends[1]) <= distance(ends[0], ends[1]) {
+            break;
+        }
+        ends = [ends[1], next];
+    }
+    let [a, b] = ends;
+    let forward = sign * a[1] >= sign * b[1];
+    Some(if forward { [a, b] } else { [b, a] })
+}

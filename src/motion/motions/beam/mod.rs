@@ -1,0 +1,326 @@
+//! `[body.beam]`: a blade that bends: translations and rotations of its sections over azimuth and span.
+
+mod lifting;
+mod sections;
+
+pub(super) use sections::Sections;
+
+use super::cyclic::Hinges;
+use super::link::Link;
+use super::{
+    At, BodyMotion, Clock, Cyclic, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
+    read_interpolation,
+};
+use crate::error::{Error, Result};
+use crate::geometry::Transform;
+use crate::geometry::vector::{Vector, dot, norm, sub};
+use crate::motion::body::Body;
+use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::rotor::RotorAxes;
+use crate::motion::table::{Interpolation, SpanHistory, Table};
+use lifting::{BladeEdges, LiftingLine, off_blade};
+use std::sync::Arc;
+
+/// A blade may go on past the ends of its table by this part of its span before it is told of.
+const BEYOND: f64 = 0.05;
+/// Stations so many times as far out as the blade are told of.
+const FAR: f64 = 2.0;
+
+/// Elastic motion of a blade from a structural code: translations and rotations of its sections about a
+/// lifting line, with the cyclic motion of the body as its pitch, flap and lag (eq. 2 and 3 of the method).
+///
+/// Columns of the table, in any order: `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) unless it holds for
+/// all steps; `station`, the distance from the hub along the span; `dx`, `dy`, `dz` in mesh units;
+/// `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`), all in the axes of the blade.
+///
+/// ```
+/// use azimesh::motion::{Beam, Body, Table};
+///
+/// let columns = ["station", "dx", "dy", "dz", "rot_x_deg", "rot_y_deg", "rot_z_deg"];
+/// let bent = [[0.0; 7], [2.0, 0.0, 0.0, 0.1, -1.5, 0.0, 0.0]];
+/// let blade = Body::new("blade", ["blade"]).beam(Beam::new(Table::from_rows(columns, bent)));
+/// ```
+#[derive(Debug, Clone)]
+pub struct Beam {
+    table: TableSource,
+    /// Table of the points that sections turn about; the quarter chord of the mesh when `None`.
+    lifting_line: Option<TableSource>,
+    /// How values between azimuths are found; along the span it is linear.
+    interpolation: Interpolation,
+}
+
+impl Beam {
+    /// Sections that turn about the quarter chord of the mesh, linear between rows.
+    pub fn new(table: impl Into<TableSource>) -> Self {
+        Self {
+            table: table.into(),
+            lifting_line: None,
+            interpolation: Interpolation::Linear,
+        }
+    }
+
+    /// What sections turn about: a table of `station, x, y, z`, points in the axes of the blade from the hub, in mesh
+    /// units.
+    #[must_use]
+    pub fn lifting_line(mut self, table: impl Into<TableSource>) -> Self {
+        self.lifting_line = Some(table.into());
+        self
+    }
+
+    /// A cubic spline between azimuths, periodic where the table is.
+    #[must_use]
+    pub fn cubic(self) -> Self {
+        Self {
+            interpolation: Interpolation::Cubic,
+            ..self
+        }
+    }
+}
+
+impl FromSchedule for Beam {
+    const KEY: &'static str = "beam";
+
+    fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
+        let keys = ["table", "lifting_line", "interpolation"];
+        let section = entry.section("[body.beam]", &keys)?;
+        let line = section.optional("lifting_line", Entry::string)?;
+        let line = line.filter(|line| *line != "quarter_chord");
+        let table = section.require("table", "table = \"beam.csv\"")?;
+        Ok(Self {
+            table: table.string()?.into(),
+            lifting_line: line.map(TableSource::from),
+            interpolation: read_interpolation(&section)?,
+        })
+    }
+}
+
+impl BodyMotion for Beam {
+    fn order(&self) -> u8 {
+        6
+    }
+
+    fn files(&self) -> Vec<&str> {
+        let tables = [Some(&self.table), self.lifting_line.as_ref()];
+        tables
+            .into_iter()
+            .flatten()
+            .filter_map(TableSource::file)
+            .collect()
+    }
+
+    fn check(&self, body: &Body) -> Result<()> {
+        match body.motion::<Cyclic>() {
+            Some(cyclic) if cyclic.pitch_axis != [0.0; 2] => Err(body.places.error(
+                "beam",
+                format!(
+                    "body \"{}\" has both `pitch_axis` and a beam, whose sections pitch about its lifting line; leave \
+                     `pitch_axis` out",
+                    body.name
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads the table and the lifting line; there must be values at every step.
+    fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
+        let body = &on.body.name;
+        if on.in_plane() {
+            let message = format!(
+                "body \"{body}\" is a beam, which needs a 3D mesh; in 2D a table or modes bend it"
+            );
+            return Err(on.error("beam", message));
+        }
+        let (table, line) = (self.table.read(on, "beam")?, self.read_line(on)?);
+        let span = read_span(&table, self.interpolation)?;
+        on.clock.check(span.history(), on, "beam")?;
+        let edges = BladeEdges::of(on);
+        let mut notes = check_span(&span, &table, body, edges.span())?;
+        let (line, name) = match line {
+            Some(line) => (
+                LiftingLine::from_table(&line, body, edges.span())?,
+                "lifting line",
+            ),
+            None => {
+                let line = LiftingLine::quarter_chord(&edges, span.stations(), body);
+                let line = line.map_err(|error| error.at(on.body.places.of("beam")));
+                (line?, "quarter chord")
+            }
+        };
+        notes.push(where_it_is(name, &line, body, &on.blade));
+        Ok(Arc::new(BendingBlade {
+            warning: line.beside(body, &edges.bounds()),
+            span,
+            line,
+            notes,
+            blade: on.blade,
+            offset: on.offset,
+            hinges: Hinges::of(on),
+        }))
+    }
+}
+
+impl Beam {
+    fn read_line(&self, on: &OnMesh<'_>) -> Result<Option<Arc<Table>>> {
+        let line = self.lifting_line.as_ref();
+        let told = |error: Error| match error.path {
+            Some(_) => error,
+            None => Error {
+                message: format!(
+                    "{}; `lifting_line` is \"quarter_chord\" or a table  station,x,y,z",
+                    error.message
+                ),
+                ..error
+            },
+        };
+        line.map(|line| line.read(on, "beam").map_err(told))
+            .transpose()
+    }
+}
+
+/// Six values at every station and azimuth, and the line that sections turn about.
+#[derive(Debug)]
+struct BendingBlade {
+    span: SpanHistory,
+    line: LiftingLine,
+    blade: RotorAxes,
+    offset: f64,
+    hinges: Option<Hinges>,
+    notes: Vec<String>,
+    warning: Option<String>,
+}
+
+impl ResolvedMotion for BendingBlade {
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
+        let promise = "the table was checked at every step";
+        let key = self.span.history().key();
+        let place = Clock::place(key, at.step, self.offset).expect(promise);
+        let hinges = self.hinges.as_ref().map(|hinges| hinges.rotations(at));
+        let after = hinges.map_or(Transform::IDENTITY, |[_, flap, lag]| {
+            flap.part(at.part).map().then(&lag.part(at.part).map())
+        });
+        Some(Link::Sections(Box::new(Sections {
+            values: self.span.at(place).expect(promise),
+            line: &self.line,
+            blade: self.blade,
+            part: at.part,
+            key_rate: at.clock.rate(key, at.step),
+            hinges,
+            after,
+        })))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::Sections
+    }
+
+    fn centre_line(&self, points: &[Vector]) -> Option<CentreLine> {
+        let stations = points
+            .iter()
+            .map(|x| dot(sub(*x, self.blade.hub), self.blade.e_x));
+        let span = stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+            [low.min(r), high.max(r)]
+        });
+        Some(CentreLine {
+            line: self.line.clone(),
+            blade: self.blade,
+            // A body that shares all of its nodes with others has no point of its own.
+            span: if span[0] <= span[1] { span } else { [0.0; 2] },
+        })
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn warning(&self) -> Option<String> {
+        self.warning.clone()
+    }
+}
+
+/// The lifting line of a blade in the reference mesh, its ends held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CentreLine {
+    line: LiftingLine,
+    blade: RotorAxes,
+    span: [f64; 2],
+}
+
+impl CentreLine {
+    /// The point of the line at the station of `x`.
+    pub fn at(&self, x: Vector) -> Vector {
+        let station = dot(sub(x, self.blade.hub), self.blade.e_x);
+        let [x, y, z] = self.line.at(station.clamp(self.span[0], self.span[1]));
+        self.blade.point(x, y, z)
+    }
+}
+
+/// A sentence on the ends of a lifting line, in the mesh.
+fn where_it_is(name: &str, line: &LiftingLine, body: &str, blade: &RotorAxes) -> String {
+    let ends = line.ends().map(|[x, y, z]| blade.point(x, y, z));
+    let length = norm(sub(ends[1], ends[0]));
+    let digits = (4.0 - length.log10().floor()).clamp(0.0, 17.0) as usize;
+    let shown = |x: Vector, digits: usize| {
+        // What rounds to zero has no sign.
+        let least = 0.5 * 0.1_f64.powi(digits as i32);
+        let numbers = x.map(|x| format!("{:.digits$}", if x.abs() < least { 0.0 } else { x }));
+        format!("[{}]", numbers.join(", "))
+    };
+    let [root, tip] = ends.map(|end| shown(end, digits));
+    let nose = shown(blade.leading_edge(), 3);
+    format!(
+        "body \"{body}\": its {name} goes from {root} to {tip}, with the leading edge towards {nose}"
+    )
+}
+
+fn read_span(table: &Table, interpolation: Interpolation) -> Result<SpanHistory> {
+    let mut columns = table.columns();
+    let key = columns.optional_key()?;
+    let station = columns.require("station")?;
+    let shifts = ["dx", "dy", "dz"].map(|name| columns.require(name));
+    let turns = ["rot_x", "rot_y", "rot_z"].map(|name| columns.require_angle(name));
+    let six = shifts
+        .into_iter()
+        .chain(turns)
+        .collect::<Result<Vec<_>>>()?;
+    columns.done()?;
+    SpanHistory::from_table(table, key, station, &six, interpolation)
+}
+
+/// Refuses a table that lies wholly off the blade; tells of a blade that goes on far past its table,
+/// and of stations far off the blade.
+fn check_span(
+    span: &SpanHistory,
+    table: &Table,
+    body: &str,
+    [low, high]: [f64; 2],
+) -> Result<Vec<String>> {
+    let (stations, path) = (span.stations(), table.path());
+    let (first, last) = (stations[0], stations[stations.len() - 1]);
+    if last < low || first > high {
+        let nearest = if last < low { stations.len() - 1 } else { 0 };
+        let message = off_blade([first, last], body, [low, high]);
+        return Err(Error::input(message).line(span.line(nearest)).file(path));
+    }
+    let mut notes = Vec::new();
+    for (beyond, from, to) in [(first - low, low, first), (high - last, last, high)] {
+        if beyond > BEYOND * (high - low) {
+            notes.push(format!(
+                "body \"{body}\": {} has no stations between {from} and {to}; the values of its {} are held there",
+                path.display(),
+                if from == low { "first one" } else { "last one" }
+            ));
+        }
+    }
+    let reach = FAR * low.abs().max(high.abs());
+    if let Some(at) = stations.iter().position(|station| station.abs() > reach) {
+        notes.push(format!(
+            "{}:{}: station {} lies far off body \"{body}\", which goes from {low} to {high} along its span; stations \
+             are lengths in mesh units from the hub",
+            path.display(),
+            span.line(at),
+            stations[at]
+        ));
+    }
+    Ok(notes)
+}

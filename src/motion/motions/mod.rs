@@ -1,0 +1,288 @@
+//! Motions of a body, a file each behind one trait: as they are declared, and what they are on a mesh.
+//!
+//! ```text
+//! schedule.toml ── MOTIONS: read ──┐
+//!                                  ├─> dyn BodyMotion ── resolve ──> dyn ResolvedMotion ── link ──> Link
+//! Body::new(..).cyclic(..) ────────┘    keys, files, checks           what its files hold            map, velocity,
+//!                                                                                                    rotations at a step
+//! ```
+//!
+//! A new motion is a file here with both traits and a line in [`MOTIONS`].
+
+mod beam;
+mod clock;
+mod cyclic;
+mod function;
+#[cfg(test)]
+mod heave;
+mod link;
+mod modes;
+mod node_files;
+mod nodes;
+mod rigid;
+mod sets;
+mod surface;
+mod table;
+
+pub use beam::{Beam, CentreLine};
+pub(super) use clock::Clock;
+pub use cyclic::{Cyclic, Harmonic, Series};
+pub(super) use function::Displacements;
+pub(super) use link::Link;
+pub use modes::Modes;
+pub(super) use rigid::{AtRest, Rigid};
+pub use rigid::{AxisRotation, Translation};
+pub use surface::SurfaceMotion;
+pub use table::TableMotion;
+
+use super::body::Body;
+use super::reader::{AngleUnit, Entry, Section};
+use super::rotor::RotorAxes;
+use super::steps::Step;
+use super::surface::{Role, SurfaceFaces, SurfaceNodes};
+use super::table::{Interpolation, Table};
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use nodes::BodyNodes;
+use std::any::Any;
+use std::cell::OnceCell;
+use std::fmt::Debug;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The motions that a schedule may name.
+pub(super) const MOTIONS: &[Kind] = &[
+    Kind::of::<Cyclic>(),
+    Kind::of::<Rigid>(),
+    Kind::of::<TableMotion>(),
+    Kind::of::<Beam>(),
+    Kind::of::<Modes>(),
+    Kind::of::<SurfaceMotion>(),
+    #[cfg(test)]
+    Kind::of::<heave::Heave>(),
+];
+
+/// A motion that has a key under `[[body]]`.
+pub(super) struct Kind {
+    pub key: &'static str,
+    pub read: fn(&Entry<'_>, AngleUnit) -> Result<Arc<dyn BodyMotion>>,
+}
+
+impl Kind {
+    const fn of<M: FromSchedule>() -> Self {
+        Self {
+            key: M::KEY,
+            read: |entry, unit| Ok(Arc::new(M::read(entry, unit)?)),
+        }
+    }
+}
+
+/// A motion that a schedule can name.
+pub(super) trait FromSchedule: BodyMotion + Sized {
+    /// Its key under `[[body]]`.
+    const KEY: &'static str;
+
+    /// Reads it from what stands under the key; angles are in `unit`.
+    fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self>;
+}
+
+/// A motion as it is declared.
+pub(super) trait BodyMotion: Any + Debug + Send + Sync {
+    /// When it acts: those of a smaller number before it.
+    fn order(&self) -> u8;
+
+    /// The files it names, relative to the schedule.
+    fn files(&self) -> Vec<&str> {
+        Vec::new()
+    }
+
+    /// Whether it changes with the azimuth by itself, without a table.
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
+    /// Refuses numbers that mean nothing.
+    fn check(&self, body: &Body) -> Result<()>;
+
+    /// Refuses what leaves the plane of a 2D mesh, as far as it is known without files.
+    fn check_plane(&self, _body: &Body) -> Result<()> {
+        Ok(())
+    }
+
+    /// What it is on a mesh; reads its files and holds them against nodes and steps.
+    fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>>;
+}
+
+/// How many maps a motion has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// One rigid map for every point.
+    Whole,
+    /// A rigid map for each section.
+    Sections,
+    /// A displacement for each node, and no rotation.
+    Nodes,
+}
+
+/// A motion on a mesh.
+pub(super) trait ResolvedMotion: Debug + Send + Sync {
+    /// What it does at a part of a step; `None` where another motion does it.
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>>;
+
+    /// How many maps it has.
+    fn reach(&self) -> Reach {
+        Reach::Whole
+    }
+
+    /// The point that it turns about, where it does.
+    fn centre(&self) -> Option<Vector> {
+        None
+    }
+
+    /// Pitch, flap and lag at a step, in radians, without the signs of the rotor.
+    fn cyclic_angles(&self, _step: &Step) -> Option<[f64; 3]> {
+        None
+    }
+
+    /// The line that its sections turn about, held within the span of some points.
+    fn centre_line(&self, _points: &[Vector]) -> Option<CentreLine> {
+        None
+    }
+
+    /// What the user should know of its files, as sentences.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
+
+    /// What is likely to be wrong with it, as a sentence.
+    fn warning(&self) -> Option<String> {
+        None
+    }
+}
+
+/// When a link is asked for.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    pub step: &'a Step,
+    /// The part of the motion, from 0 to 1.
+    pub part: f64,
+    pub clock: Clock<'a>,
+    /// Whether rates of nodes are asked for; other links have theirs always.
+    pub rates: bool,
+}
+
+/// What a motion of a body is held against: the mesh, the steps, the blade.
+pub(super) struct OnMesh<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// Faces with a role.
+    pub faces: &'a SurfaceFaces,
+    /// Nodes with a role.
+    pub surface_nodes: &'a SurfaceNodes,
+    /// The role of the body's own.
+    pub role: Role,
+    /// Axes of the blade at its azimuth offset.
+    pub blade: RotorAxes,
+    /// The azimuth offset in radians.
+    pub offset: f64,
+    pub clock: Clock<'a>,
+    pub body: &'a Body,
+    /// Folder that files are relative to.
+    pub folder: PathBuf,
+    /// The nodes of the body, found when they are first asked for.
+    pub nodes: OnceCell<Arc<BodyNodes>>,
+}
+
+impl OnMesh<'_> {
+    /// Whether the mesh is plane.
+    pub fn in_plane(&self) -> bool {
+        self.blade.in_plane
+    }
+
+    /// The nodes of the body.
+    pub fn nodes(&self) -> Arc<BodyNodes> {
+        let nodes = self.nodes.get_or_init(|| Arc::new(BodyNodes::of(self)));
+        Arc::clone(nodes)
+    }
+
+    /// An error at the place of a key of the body.
+    pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
+        self.body.places.error(key, message)
+    }
+
+    /// The path of a file that a motion names; an error at its key where there is none.
+    pub fn file(&self, file: &str, key: &str) -> Result<PathBuf> {
+        let path = self.folder.join(file);
+        let message = match path.metadata() {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                format!("there is no file {}", path.display())
+            }
+            Ok(found) if found.is_dir() => {
+                format!("{} is a folder; a file belongs here", path.display())
+            }
+            _ => return Ok(path),
+        };
+        Err(self.error(key, message))
+    }
+}
+
+/// A table: a file to be read, or one in memory.
+#[derive(Debug, Clone)]
+pub enum TableSource {
+    /// A path relative to the schedule's file, or to the working folder.
+    File(String),
+    /// One that was read or made before.
+    Table(Arc<Table>),
+}
+
+impl From<Table> for TableSource {
+    fn from(table: Table) -> Self {
+        Self::Table(Arc::new(table))
+    }
+}
+
+impl From<&str> for TableSource {
+    fn from(path: &str) -> Self {
+        Self::File(path.to_owned())
+    }
+}
+
+impl TableSource {
+    /// The path of the file, where it is one.
+    fn file(&self) -> Option<&str> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Table(_) => None,
+        }
+    }
+
+    /// The path of a file that is no table, by its ending.
+    fn mesh_file(&self) -> Option<&str> {
+        let kind = |path: &&str| {
+            std::path::Path::new(*path)
+                .extension()
+                .map(|kind| kind.to_ascii_lowercase())
+        };
+        let is_table = |path: &&str| kind(path).is_none_or(|kind| kind == "csv" || kind == "tsv");
+        self.file().filter(|path| !is_table(path))
+    }
+
+    /// The table; an error at the key of its motion where there is no file.
+    fn read(&self, on: &OnMesh<'_>, key: &str) -> Result<Arc<Table>> {
+        match self {
+            Self::File(path) => Ok(Arc::new(Table::read(&on.file(path, key)?)?)),
+            Self::Table(table) => table.check().map(|()| Arc::clone(table)),
+        }
+    }
+}
+
+/// `interpolation`: `"linear"`, which is the default, or `"cubic"`.
+fn read_interpolation(section: &Section<'_>) -> Result<Interpolation> {
+    let known = [
+        ("linear", Interpolation::Linear),
+        ("cubic", Interpolation::Cubic),
+    ];
+    let found = section.optional("interpolation", |entry| entry.choice(&known))?;
+    Ok(found.unwrap_or(Interpolation::Linear))
+}

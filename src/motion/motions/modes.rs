@@ -1,0 +1,287 @@
+//! `[body.modes]`: mode shapes at the nodes of a body times generalised coordinates.
+
+use super::link::{Link, NodeField, NodeLink};
+use super::node_files::{arrays_of, place_columns, unused};
+use super::nodes::{At as Given, BodyNodes, Filled, Finder, Matching, check_plane};
+use super::{
+    At, BodyMotion, Clock, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
+    read_interpolation,
+};
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+use crate::motion::body::Body;
+use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::table::{History, Interpolation, Table};
+use std::path::Path;
+use std::sync::Arc;
+
+/// What these files have.
+const WHAT: &str = "shapes";
+
+/// Displacements as a sum of mode shapes times generalised coordinates:
+///
+/// ```text
+/// d(node, step) = sum over j of q_j(step) shape_j(node)
+/// ```
+///
+/// Shapes are a table `node, mode, dx, dy, dz` (or `x, y, z` for `node`), modes counted from 1, or a mesh file
+/// with a point array for each mode; coordinates a table of `azimuth_deg` (or another key), `q1`, `q2`, ...
+#[derive(Debug, Clone)]
+pub struct Modes {
+    shapes: TableSource,
+    coordinates: TableSource,
+    interpolation: Interpolation,
+    matching: Matching,
+}
+
+impl Modes {
+    /// Shapes and coordinates, linear between rows; every node of the body needs its shapes.
+    pub fn new(shapes: impl Into<TableSource>, coordinates: impl Into<TableSource>) -> Self {
+        Self {
+            shapes: shapes.into(),
+            coordinates: coordinates.into(),
+            interpolation: Interpolation::Linear,
+            matching: Matching::default(),
+        }
+    }
+
+    /// A cubic spline between rows, periodic where the table is.
+    #[must_use]
+    pub fn cubic(self) -> Self {
+        Self {
+            interpolation: Interpolation::Cubic,
+            ..self
+        }
+    }
+
+    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
+    #[must_use]
+    pub fn match_tolerance(mut self, distance: f64) -> Self {
+        self.matching.tolerance = distance;
+        self
+    }
+
+    /// Nodes that the file does not name stay where they are.
+    #[must_use]
+    pub fn missing_fixed(mut self) -> Self {
+        self.matching.missing_fixed = true;
+        self
+    }
+}
+
+impl FromSchedule for Modes {
+    const KEY: &'static str = "modes";
+
+    fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
+        let keys = [
+            "shapes",
+            "coordinates",
+            "interpolation",
+            "match_tolerance",
+            "missing",
+        ];
+        let section = entry.section("[body.modes]", &keys)?;
+        let shapes = section.require("shapes", "shapes = \"modes.csv\"")?;
+        let coordinates = section.require("coordinates", "coordinates = \"q.csv\"")?;
+        Ok(Self {
+            interpolation: read_interpolation(&section)?,
+            matching: Matching::read(&section)?,
+            ..Self::new(shapes.string()?, coordinates.string()?)
+        })
+    }
+}
+
+impl BodyMotion for Modes {
+    fn order(&self) -> u8 {
+        0
+    }
+
+    fn files(&self) -> Vec<&str> {
+        let tables = [&self.shapes, &self.coordinates];
+        tables.into_iter().filter_map(TableSource::file).collect()
+    }
+
+    fn check(&self, body: &Body) -> Result<()> {
+        body.places
+            .positive("modes.match_tolerance", self.matching.tolerance)
+    }
+
+    /// Reads shapes and coordinates; there must be coordinates at every step.
+    fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
+        let mesh_file = self.shapes.mesh_file();
+        let mesh_file = mesh_file.map(|file| on.file(file, "modes")).transpose()?;
+        let coordinates =
+            read_coordinates(&*self.coordinates.read(on, "modes")?, self.interpolation)?;
+        on.clock.check(&coordinates, on, "modes")?;
+        let n_modes = coordinates.n_values();
+        let ((shapes, others), path) = match mesh_file {
+            Some(path) => (of_mesh(&path, self.matching, on, n_modes)?, path),
+            None => {
+                let table = self.shapes.read(on, "modes")?;
+                let found = of_table(&table, self.matching, on, n_modes)?;
+                (found, table.path().to_path_buf())
+            }
+        };
+        Ok(Arc::new(ModeShapes {
+            shapes,
+            coordinates,
+            offset: on.offset,
+            nodes: on.nodes(),
+            notes: unused(others, &path, &on.body.name),
+        }))
+    }
+}
+
+/// Shapes, and coordinates over azimuth, time or step.
+#[derive(Debug)]
+struct ModeShapes {
+    /// Of every mode the displacement of every node of the body at a coordinate of 1.
+    shapes: Vec<Vec<Vector>>,
+    coordinates: History,
+    offset: f64,
+    nodes: Arc<BodyNodes>,
+    notes: Vec<String>,
+}
+
+impl ResolvedMotion for ModeShapes {
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
+        let promise = "the coordinates were checked at every step";
+        let key = self.coordinates.key();
+        let place = Clock::place(key, at.step, self.offset).expect(promise);
+        let each = at.clock.rate(key, at.step);
+        let rates = || {
+            let rates = self.coordinates.rates_at(place).expect(promise);
+            rates.into_iter().map(|rate| each * rate).collect()
+        };
+        let field = |factors| NodeField::Shapes(&self.shapes, factors);
+        let displacement = field(self.coordinates.at(place).expect(promise));
+        Some(Link::Nodes(NodeLink {
+            nodes: Arc::clone(&self.nodes),
+            fields: vec![(displacement, at.rates.then(|| field(rates())))],
+            part: at.part,
+        }))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::Nodes
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+}
+
+fn read_coordinates(table: &Table, interpolation: Interpolation) -> Result<History> {
+    let mut columns = table.columns();
+    let key = columns.require_key()?;
+    let mut coordinates = vec![columns.require("q1")?];
+    while let Some(next) = columns.optional(&format!("q{}", coordinates.len() + 1)) {
+        coordinates.push(next);
+    }
+    columns.done()?;
+    History::from_table(table, key, &coordinates, interpolation)
+}
+
+/// Rows `node, mode, dx, dy, dz`, modes counted from 1; and how many are for nodes of others.
+fn of_table(
+    table: &Table,
+    matching: Matching,
+    on: &OnMesh<'_>,
+    n_modes: usize,
+) -> Result<(Vec<Vec<Vector>>, usize)> {
+    let (nodes, body, in_plane) = (on.nodes(), on.body.name.as_str(), on.in_plane());
+    let mut columns = table.columns();
+    let place = place_columns(&mut columns, in_plane)?;
+    let mode = columns.require("mode")?;
+    let [dx, dy] = ["dx", "dy"].map(|name| columns.require(name));
+    let dz = match in_plane {
+        true => columns.optional("dz"),
+        false => Some(columns.require("dz")?),
+    };
+    let axes = [Some(dx?), Some(dy?), dz];
+    columns.done()?;
+    let mut filled: Vec<Filled> = Vec::new();
+    filled.resize_with(n_modes, || Filled::new(nodes.nodes.len()));
+    let mut finder = Finder::new(&nodes, matching.tolerance);
+    let mut others = 0;
+    for row in 0..table.n_rows() {
+        let at_row = |message| table.error(row, message);
+        let number = table.whole(row, mode)?;
+        let mode = usize::try_from(number).unwrap_or(usize::MAX);
+        if !(1..=n_modes).contains(&mode) {
+            return Err(at_row(format!(
+                "column `mode` holds {number}; the table of coordinates has q1 to q{n_modes}, so it must be from 1 to {n_modes}"
+            )));
+        }
+        let found = finder.find(place.at(table, row)?).map_err(at_row)?;
+        others += usize::from(found.is_empty());
+        let value = axes.map(|axis| axis.map_or(0.0, |axis| table.value(row, axis)));
+        filled[mode - 1].saw(row);
+        for node in found {
+            check_plane(value, in_plane, WHAT, body).map_err(at_row)?;
+            filled[mode - 1].set(node, value, row).map_err(|before| {
+                at_row(format!(
+                    "node {} of mode {mode} is given twice, first in line {}; keep one of the rows",
+                    nodes.nodes[node],
+                    table.line(before)
+                ))
+            })?;
+        }
+    }
+    let at_row = |row, message| table.error_at(row, message);
+    let shapes = (1..).zip(filled).map(|(mode, filled)| {
+        let what = format!(" of mode {mode}");
+        filled.finish(&finder, matching, body, &what, &at_row)
+    });
+    Ok((shapes.collect::<Result<_>>()?, others))
+}
+
+/// Point arrays of a mesh whose names end in the number of the mode.
+fn of_mesh(
+    path: &Path,
+    matching: Matching,
+    on: &OnMesh<'_>,
+    n_modes: usize,
+) -> Result<(Vec<Vec<Vector>>, usize)> {
+    let (nodes, body, in_plane) = (on.nodes(), on.body.name.as_str(), on.in_plane());
+    let (points, arrays) = arrays_of(path)?;
+    let number = |name: &str| {
+        let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        name[name.len() - digits..].parse::<usize>().ok()
+    };
+    let mut finder = Finder::new(&nodes, matching.tolerance);
+    let at: Vec<Vec<usize>> = points
+        .iter()
+        .map(|x| finder.find(Given::Place(*x)).unwrap_or_default())
+        .collect();
+    let others = at.iter().filter(|found| found.is_empty()).count();
+    let mut all = Vec::new();
+    for mode in 1..=n_modes {
+        let mut of_mode = arrays.iter().filter(|(name, _)| number(name) == Some(mode));
+        let (Some((name, values)), None) = (of_mode.next(), of_mode.next()) else {
+            let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
+            let message = format!(
+                "mode {mode} needs one point array of 3 components whose name ends in {mode}, as in mode{mode}; found: {}",
+                names.join(", ")
+            );
+            return Err(Error::input(message).file(path));
+        };
+        let wrong = |message: String| Error::input(message).dataset(name).file(path);
+        let mut filled = Filled::new(nodes.nodes.len());
+        for (row, (found, value)) in at.iter().zip(values).enumerate() {
+            for &node in found {
+                check_plane(*value, in_plane, WHAT, body).map_err(wrong)?;
+                filled.set(node, *value, row).map_err(|before| {
+                    wrong(format!(
+                        "points {before} and {row} are both at node {} and differ in mode {mode}",
+                        nodes.nodes[node]
+                    ))
+                })?;
+            }
+        }
+        let what = format!(" of mode {mode}");
+        let at_row = |_, message| wrong(message);
+        all.push(filled.finish(&finder, matching, body, &what, &at_row)?);
+    }
+    Ok((all, others))
+}

@@ -1,0 +1,82 @@
+//! What files of displacements of nodes have in common: columns that say which node, arrays of a mesh.
+
+use super::nodes::At;
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+use crate::mesh::arrays::with_numbers;
+use crate::mesh::{Mesh, Values};
+use crate::motion::table::{Column, Columns, Table};
+use std::path::Path;
+
+/// Columns that say which node a row belongs to: `node`, or `x`, `y`, `z`.
+pub(super) enum PlaceColumns {
+    Node(Column),
+    Place([Option<Column>; 3]),
+}
+
+pub(super) fn place_columns(columns: &mut Columns<'_>, in_plane: bool) -> Result<PlaceColumns> {
+    if !columns.has("x") {
+        return Ok(PlaceColumns::Node(columns.require("node")?));
+    }
+    if columns.has("node") {
+        return Err(columns.both("node", "x"));
+    }
+    let [x, y] = ["x", "y"].map(|name| columns.require(name));
+    let z = match in_plane {
+        true => columns.optional("z"),
+        false => Some(columns.require("z")?),
+    };
+    Ok(PlaceColumns::Place([Some(x?), Some(y?), z]))
+}
+
+impl PlaceColumns {
+    pub fn at(&self, table: &Table, row: usize) -> Result<At> {
+        Ok(match self {
+            Self::Node(node) => At::Node(table.whole(row, *node)?),
+            Self::Place(axes) => {
+                let value = |axis: Option<Column>| axis.map_or(0.0, |axis| table.value(row, axis));
+                At::Place(axes.map(value))
+            }
+        })
+    }
+}
+
+/// A point array of three components with its name.
+pub(super) type NamedVectors = (String, Vec<Vector>);
+
+/// The points of a mesh file and its point arrays of three components.
+pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)> {
+    let mesh = Mesh::read(path)?;
+    let mut arrays = Vec::new();
+    for array in (mesh.point_arrays.iter()).filter(|array| array.n_components == 3) {
+        if let Some(values) = numbers(&array.values) {
+            let (vectors, _) = values.as_chunks::<3>();
+            arrays.push((array.name.clone(), vectors.to_vec()));
+        }
+    }
+    let finite = |(_, vectors): &NamedVectors| vectors.iter().flatten().all(|x| x.is_finite());
+    if let Some((name, _)) = arrays.iter().find(|array| !finite(array)) {
+        let message = "the array holds a value that is not a finite number";
+        return Err(Error::input(message).dataset(name).file(path));
+    }
+    Ok((mesh.points, arrays))
+}
+
+/// The values as floats; `None` for text.
+fn numbers(values: &Values) -> Option<Vec<f64>> {
+    #[allow(clippy::unnecessary_cast)] // one arm for every type of number
+    let numbers =
+        with_numbers!(values, v => Some(v.iter().map(|x| *x as f64).collect()), _text => None);
+    numbers
+}
+
+/// A sentence on rows that are for nodes of others.
+pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<String> {
+    let told = (rows > 0).then(|| {
+        format!(
+            "{}: {rows} rows are for nodes that body \"{body}\" does not have, and are not used",
+            path.display()
+        )
+    });
+    told.into_iter().collect()
+}

@@ -1,0 +1,210 @@
+//! Displacements of the nodes of a body at places along a schedule: the set of a step, and how fast it
+//! passes.
+
+use super::clock::NO_TIME;
+use super::link::{Link, NodeField, NodeLink};
+use super::nodes::BodyNodes;
+use super::{At, Clock, OnMesh, Reach, ResolvedMotion};
+use crate::error::{Error, Result};
+use crate::geometry::vector::{Vector, scale, sub};
+use crate::motion::steps::Step;
+use crate::motion::table::Key;
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Part of the distance to the next set by which a set may be off its step, and of its place by
+/// which one alone may be.
+const SAME: f64 = 1e-4;
+/// Part of a place that is round-off.
+const ROUND_OFF: f64 = 1e-14;
+/// Sets close a revolution when the way from the last on to the first is no longer than this many times
+/// their largest gap.
+const GAP: f64 = 1.001;
+
+/// A set of displacements for every step, or one for all.
+#[derive(Debug, Clone)]
+pub(super) struct SurfaceSets {
+    /// What the sets belong to; `None` is one for all steps.
+    pub(super) key: Option<Key>,
+    /// Where the sets are, increasing.
+    pub(super) places: Vec<f64>,
+    /// Displacements of the body's nodes.
+    pub(super) sets: Vec<Vec<Vector>>,
+    /// The last line of each set, in a table.
+    pub(super) lines: Vec<u64>,
+    /// What the user should know, as sentences.
+    pub notes: Vec<String>,
+}
+
+/// The sets with the nodes that they are for.
+#[derive(Debug)]
+pub(super) struct NodeSets {
+    sets: SurfaceSets,
+    nodes: Arc<BodyNodes>,
+    offset: f64,
+}
+
+impl NodeSets {
+    pub fn new(sets: SurfaceSets, on: &OnMesh<'_>) -> Self {
+        Self {
+            sets,
+            nodes: on.nodes(),
+            offset: on.offset,
+        }
+    }
+}
+
+impl ResolvedMotion for NodeSets {
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
+        let set = self.sets.at(at.step, self.offset);
+        let rates = || self.sets.rates(at.step, self.offset, &at.clock);
+        let rates = at.rates.then(|| NodeField::Values(Cow::Owned(rates())));
+        Some(Link::Nodes(NodeLink {
+            nodes: Arc::clone(&self.nodes),
+            fields: vec![(NodeField::Values(Cow::Borrowed(set)), rates)],
+            part: at.part,
+        }))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::Nodes
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.sets.notes
+    }
+}
+
+impl SurfaceSets {
+    /// One set for all steps.
+    pub(super) fn one(set: Vec<Vector>, notes: Vec<String>) -> Self {
+        Self {
+            key: None,
+            places: vec![0.0],
+            sets: vec![set],
+            lines: Vec::new(),
+            notes,
+        }
+    }
+
+    /// The set of a step.
+    fn find(&self, step: &Step, offset: f64) -> Option<usize> {
+        let Some(key) = self.key else { return Some(0) };
+        let at = Clock::place(key, step, offset)?;
+        let turned = || self.nearest_turned(at, key.revolution()?);
+        self.nearest(at).or_else(turned)
+    }
+
+    /// Refuses a step without a set. Where rows are missing, the error is at the last row before them.
+    pub(super) fn check(&self, step: &Step, on: &OnMesh<'_>, path: &Path) -> Result<()> {
+        let (Some(key), None) = (self.key, self.find(step, on.offset)) else {
+            return Ok(());
+        };
+        let Some(at) = Clock::place(key, step, on.offset) else {
+            return Err(on.error("surface", NO_TIME));
+        };
+        let before = self.places.partition_point(|place| *place < at);
+        let message = format!(
+            "there are no rows for {} (step {}); every step needs a set of its own, and they go from {} to {}",
+            key.place(at),
+            step.index,
+            key.place(self.places[0]),
+            key.place(self.places[self.places.len() - 1])
+        );
+        let line = self.lines[before.saturating_sub(1)];
+        Err(Error::input(message).line(line).file(path))
+    }
+
+    /// The set nearest to a place, if it is that of the place.
+    fn nearest(&self, at: f64) -> Option<usize> {
+        let after = self.places.partition_point(|place| *place < at);
+        let beside = after.saturating_sub(1)..(after + 1).min(self.places.len());
+        let off = |set: &usize| (self.places[*set] - at).abs();
+        let nearest = beside.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
+    }
+
+    /// The same among the places a number of turns away.
+    fn nearest_turned(&self, at: f64, turn: f64) -> Option<usize> {
+        let off = |set: &usize| {
+            let off = (self.places[*set] - at).rem_euclid(turn);
+            off.min(turn - off)
+        };
+        let nearest = (0..self.places.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
+    }
+
+    /// By how much a set may be off a place.
+    fn slack(&self, set: usize, at: f64) -> f64 {
+        let place = self.places[set];
+        let before = set.checked_sub(1).map(|before| place - self.places[before]);
+        let after = self.places.get(set + 1).map(|after| after - place);
+        let spacing = before.into_iter().chain(after).reduce(f64::min);
+        SAME * spacing.unwrap_or(place.abs()) + ROUND_OFF * at.abs()
+    }
+
+    /// The displacements of a step.
+    pub fn at(&self, step: &Step, offset: f64) -> &[Vector] {
+        let found = self.find(step, offset);
+        &self.sets[found.expect("there is a set for every step")]
+    }
+
+    /// Velocities at a step: the slope between the sets beside its own, or where sets belong to steps
+    /// between those of the steps next to it in time; to one side at an end.
+    pub fn rates(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Vec<Vector> {
+        let (from, to, rate) = self.slope(step, offset, clock).unwrap_or((0, 0, 0.0));
+        let pairs = self.sets[from].iter().zip(&self.sets[to]);
+        pairs
+            .map(|(from, to)| scale(sub(*to, *from), rate))
+            .collect()
+    }
+
+    /// Two sets, and what their difference is to be multiplied with; `None` where there is no other.
+    fn slope(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Option<(usize, usize, f64)> {
+        let key = self.key?;
+        if key == Key::Step {
+            let [before, after] = clock.beside(step).map(|step| &clock.steps[step]);
+            let seconds = after.time_s? - before.time_s?;
+            let sets = (self.find(before, offset)?, self.find(after, offset)?);
+            return (seconds > 0.0).then_some((sets.0, sets.1, 1.0 / seconds));
+        }
+        let [before, after] = self.beside(self.find(step, offset)?, key);
+        let way = after.1 - before.1;
+        (way > 0.0).then(|| (before.0, after.0, clock.rate(key, step) / way))
+    }
+
+    /// The sets before and after one with their places, round a revolution where they close it; the set
+    /// itself at an end.
+    fn beside(&self, set: usize, key: Key) -> [(usize, f64); 2] {
+        let places = &self.places;
+        let last = places.len() - 1;
+        let (n, period) = self.period(key).unwrap_or((0, 0.0));
+        let before = match set {
+            0 if n > 0 => (n - 1, places[n - 1] - period),
+            _ => (set.saturating_sub(1), places[set.saturating_sub(1)]),
+        };
+        let after = match set {
+            _ if set < last => (set + 1, places[set + 1]),
+            _ if n > 0 => ((last + 1) % n, places[(last + 1) % n] + period),
+            _ => (last, places[last]),
+        };
+        [before, after]
+    }
+
+    /// After how many sets and how long they repeat themselves: by a last set that is the first again, or
+    /// without one where the way on to the first is no longer than others.
+    fn period(&self, key: Key) -> Option<(usize, f64)> {
+        let turn = key.revolution()?;
+        let gaps = self.places.windows(2).map(|pair| pair[1] - pair[0]);
+        let gap = gaps.fold(0.0, f64::max);
+        let n = self.places.len();
+        let extent = self.places[n - 1] - self.places[0];
+        let whole = (extent / turn).round() * turn;
+        if whole > 0.0 && (extent - whole).abs() <= SAME * gap {
+            return Some((n - 1, extent));
+        }
+        let next = (extent / turn).ceil() * turn;
+        (next - extent <= GAP * gap).then_some((n, next))
+    }
+}

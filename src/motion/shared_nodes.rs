@@ -1,0 +1,75 @@
+//! Nodes that two bodies share: they move with the body that the schedule names first, and the other
+//! may want them elsewhere.
+
+use super::body_map::BodyMap;
+use super::resolved::Motion;
+use super::surface::Role;
+use crate::geometry::vector::{Vector, distance};
+use std::collections::BTreeMap;
+
+/// Part of the extent that two bodies may be apart at a node that they share.
+const ALIKE: f64 = 1e-9;
+
+/// Nodes that two bodies share.
+#[derive(Default)]
+struct Shared {
+    n_nodes: usize,
+    /// Largest distance between the places that both give a node, at any step.
+    gap: f64,
+    /// The step of that.
+    step: usize,
+}
+
+impl Motion {
+    /// A sentence for each pair of bodies that move the nodes they share apart; `points` are the nodes
+    /// of the reference mesh, of extent `diagonal`.
+    pub fn shared_nodes(&self, points: &[Vector], diagonal: f64) -> Vec<String> {
+        let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
+        if self.surface.shared.is_empty() {
+            return Vec::new();
+        }
+        for step in &self.steps {
+            let poses = self.poses(step, 1.0);
+            for &(node, other) in &self.surface.shared {
+                let Some(own) = self.body_of(node) else {
+                    continue;
+                };
+                let pair = shared.entry((own, other)).or_default();
+                let place = |pose: &BodyMap<'_>| pose.place(node, points[node as usize]);
+                let gap = distance(
+                    place(&poses[usize::from(own)]),
+                    place(&poses[usize::from(other)]),
+                );
+                pair.n_nodes += usize::from(step.index == self.steps[0].index);
+                if gap > pair.gap {
+                    (pair.gap, pair.step) = (gap, step.index);
+                }
+            }
+        }
+        let apart = shared
+            .into_iter()
+            .filter(|(_, pair)| pair.gap > ALIKE * diagonal);
+        let sentence = |((own, other), pair): ((u16, u16), Shared)| {
+            let name = |body: u16| self.bodies[usize::from(body)].name.as_str();
+            format!(
+                "{} nodes are on tags of body \"{}\" and of body \"{}\"; they move with the first, and the other would \
+                 put them up to {:.3e} elsewhere (step {})",
+                pair.n_nodes,
+                name(own),
+                name(other),
+                pair.gap,
+                pair.step
+            )
+        };
+        apart.map(sentence).collect()
+    }
+
+    /// The body that a node moves with.
+    fn body_of(&self, node: u32) -> Option<u16> {
+        let nodes = &self.surface.nodes;
+        match nodes.roles[nodes.nodes.binary_search(&node).ok()?] {
+            Role::Moving(body) => Some(body),
+            Role::Fixed | Role::Sliding => None,
+        }
+    }
+}

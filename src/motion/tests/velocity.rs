@@ -1,0 +1,74 @@
+//! Velocities against differences of places.
+
+use super::tables::resolve;
+use crate::geometry::vector::{Vector, distance, norm, scale, sub};
+use crate::motion::Motion;
+
+const H: f64 = 1e-5;
+const TABLE: &str = "time_s,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0\n1,0.1,-0.2,0.3,10,20,-30\n2,0,0.5,0,-10,5,3\n3,0.2,0,0.1,0,1,2\n";
+const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1,0,0,-0.3,4,-5,-6\n";
+const CYCLIC: &str = "cyclic = { collective = 5, pitch = [ { sin = 7, cos = 2 }, { cos = 1 } ], coning = 3, flap = [ { sin = 4 } ], lag = [ { cos = 2 } ], phase = 11, flap_hinge = 0.2 }";
+
+/// A motion at three times, `H` apart.
+fn motion(interpolation: &str, body: &str) -> Motion {
+    let head = format!(
+        "time.values = [{:?}, 1.3, {:?}]\ntime.frequency = 0.6\nrotor = {{ frame = \"inertial\", hub = [0.1, 0.2, 0.3], flap_sign = -1, azimuth_sign = -1 }}",
+        1.3 - H,
+        1.3 + H
+    );
+    let body = body.replace(
+        "INTERPOLATION",
+        &format!("interpolation = \"{interpolation}\""),
+    );
+    let files = [("m.csv", TABLE), ("beam.csv", BEAM)];
+    resolve(false, &head, &body, &files).expect("it is good")
+}
+
+#[track_caller]
+fn assert_differentiated(motion: &Motion) {
+    for x in [[0.3, 0.4, 0.0], [0.9, -0.2, 0.1]] {
+        let place = |step: usize| -> Vector { motion.pose(0, &motion.steps[step]).apply(x) };
+        let difference = scale(sub(place(2), place(0)), 0.5 / H);
+        let found = motion.velocities(&motion.steps[1])[0].velocity(0, x);
+        let off = distance(found, difference) / norm(difference);
+        assert!(off < 1e-7, "{found:?} {difference:?}");
+        let carry = |step: usize| motion.carry(&motion.steps[step]).expect("inertial");
+        let difference = scale(
+            sub(carry(2).apply(place(2)), carry(0).apply(place(0))),
+            0.5 / H,
+        );
+        let carry = motion.carry_moving(&motion.steps[1]).expect("inertial");
+        let found = carry.velocity(place(1), found);
+        let off = distance(found, difference) / norm(difference);
+        assert!(off < 1e-7, "{found:?} {difference:?}");
+    }
+}
+
+#[test]
+fn harmonics_and_tables_are_differentiated() {
+    for interpolation in ["linear", "cubic"] {
+        assert_differentiated(&motion(interpolation, CYCLIC));
+        let table = "table = { file = \"m.csv\", origin = [0.3, 0.1, 0], INTERPOLATION }";
+        assert_differentiated(&motion(interpolation, table));
+        assert_differentiated(&motion(interpolation, &format!("{table}\n{CYCLIC}")));
+    }
+}
+
+#[test]
+fn bending_blades_are_differentiated() {
+    let beam = "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION }";
+    for interpolation in ["linear", "cubic"] {
+        assert_differentiated(&motion(interpolation, beam));
+        let all = format!("{beam}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]");
+        assert_differentiated(&motion(interpolation, &all));
+    }
+}
+
+#[test]
+fn a_ramp_grows_over_the_steps() {
+    let ramp = "rigid = { ramp = true, translate = [0.1, 0.2, 0.3], rotate = { axis = [1, 2, 2], origin = [1, 0, 0], angle = 0.01 } }";
+    assert_differentiated(&motion("linear", ramp));
+    let still = motion("linear", "rigid.translate = [1, 0, 0]");
+    let pace = &still.velocities(&still.steps[0])[0];
+    assert_eq!(pace.velocity(0, [1.0, 2.0, 3.0]), [0.0; 3]);
+}

@@ -1,0 +1,74 @@
+//! The quality of a mesh in plain numbers.
+
+use super::judge::{Assessment, Judge};
+use crate::error::Result;
+use crate::mesh::Mesh;
+
+/// Quality of a mesh in plain numbers: the columns of `steps.csv`. A metric that no cell has is NaN.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Cells of the mesh's own dimension.
+    pub n_cells: usize,
+    /// Cells that are valid in the reference mesh and have a corner Jacobian of zero or of the other sign.
+    pub inverted: usize,
+    /// Cells whose corner Jacobians are not all positive in the reference mesh.
+    pub inverted_reference: usize,
+    /// Smallest volume (area in 2D), in mesh units cubed (squared).
+    pub min_volume: f64,
+    /// Smallest scaled Jacobian.
+    pub min_scaled_jacobian: f64,
+    /// Mean scaled Jacobian.
+    pub mean_scaled_jacobian: f64,
+    /// First percentile of the scaled Jacobian.
+    pub p01_scaled_jacobian: f64,
+    /// Largest ratio of longest to shortest edge.
+    pub max_edge_ratio: f64,
+    /// Largest equiangle skew.
+    pub max_skew: f64,
+    /// Largest angle between the normal of a face and the line between the centres of its cells, in degrees.
+    pub max_non_orthogonality: f64,
+    /// Smallest size-skew against the reference mesh.
+    pub min_size_skew: f64,
+    /// Mean size-skew against the reference mesh.
+    pub mean_size_skew: f64,
+    /// Smallest ratio of a first-cell height at a moving wall to that of the reference mesh.
+    pub min_first_cell_ratio: f64,
+    /// Largest change of the angle between a moving wall and its first cell, in degrees.
+    pub max_normal_change_deg: f64,
+}
+
+impl From<&Assessment> for Quality {
+    fn from(found: &Assessment) -> Self {
+        let columns = found.columns();
+        let value = |name: &str| {
+            let column = columns.iter().find(|(column, _)| *column == name);
+            column.and_then(|(_, value)| *value).unwrap_or(f64::NAN)
+        };
+        Self {
+            n_cells: found.cells.n_cells,
+            inverted: found.cells.inverted,
+            inverted_reference: found.cells.inverted_reference,
+            min_volume: value("min_volume"),
+            min_scaled_jacobian: value("min_scaled_jacobian"),
+            mean_scaled_jacobian: value("mean_scaled_jacobian"),
+            p01_scaled_jacobian: value("p01_scaled_jacobian"),
+            max_edge_ratio: value("max_edge_ratio"),
+            max_skew: value("max_skew"),
+            max_non_orthogonality: value("max_non_orthogonality"),
+            min_size_skew: value("min_size_skew"),
+            mean_size_skew: value("mean_size_skew"),
+            min_first_cell_ratio: f64::NAN,
+            max_normal_change_deg: f64::NAN,
+        }
+    }
+}
+
+/// The quality of a mesh by itself: its size-skew is that of an undeformed mesh.
+///
+/// # Errors
+/// Where the mesh is none: an index out of range, or a coordinate that is no number.
+pub fn quality(mesh: &Mesh) -> Result<Quality> {
+    mesh.validate()?;
+    let all = Judge::new(mesh).assess(mesh, &mesh.points, &mesh.points);
+    Ok(Quality::from(&all))
+}

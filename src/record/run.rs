@@ -1,0 +1,312 @@
+//! run.json: what a run was given, what it did and how it ended.
+//!
+//! What a run of another version does not say is left empty when it is read.
+
+use crate::diagnostic::deform::DeformNote;
+use crate::error::{Error, Result};
+use crate::geometry::Transform;
+use crate::geometry::vector::Vector;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// A run; written at its start and completed at its end.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RunRecord {
+    /// Version of this layout.
+    pub version: u32,
+    /// Program and version.
+    pub program: String,
+    /// `running`, `complete`, `complete but for N steps`, or the message of the error.
+    pub outcome: String,
+    /// The mesh, the schedule, and the files that it names.
+    pub inputs: Vec<InputRecord>,
+    /// What it was asked for.
+    pub options: OptionsRecord,
+    /// Sentences about what the schedule left open.
+    pub chosen: Vec<String>,
+    /// 3, or 2 for a mesh in a plane.
+    pub dimension: Option<usize>,
+    /// Nodes of the mesh.
+    pub nodes: Option<usize>,
+    /// Its cells, boundary faces included.
+    pub cells: Option<usize>,
+    /// Surface points; surface nodes at one place are one of them.
+    pub surface_points: Option<usize>,
+    /// Surface nodes at the place of another one.
+    pub coincident_surface_nodes: Option<usize>,
+    /// Steps of the schedule.
+    pub steps: Option<usize>,
+    /// Modes of the motion.
+    pub modes: Option<usize>,
+    /// By how much they are off at most, in mesh units.
+    pub mode_truncation: Option<f64>,
+    /// What moves, and how.
+    pub motion: Option<MotionRecord>,
+    /// How often the run was resumed; none for joined parts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resumed: Option<u64>,
+    /// Steps that were finished before the last time; none for joined parts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps_kept: Option<usize>,
+    /// Files of base points and their hashes.
+    pub base_files: BTreeMap<String, String>,
+    /// One for each time base points were chosen.
+    pub selections: Vec<SelectionRecord>,
+    /// Conditions that fail the run.
+    pub fail_on: Vec<String>,
+    /// Where the time went, in all runs so far.
+    pub seconds: Option<Timings>,
+    /// The parts that were joined, as `A..B`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parts: Option<Vec<String>>,
+    /// What was done about inverted cells; none where nothing was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repairs: Option<Vec<RepairRecord>>,
+    /// Where one file holds all steps, the byte at which each ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_ends: Option<Vec<u64>>,
+    /// What the run came to; none while it is under way.
+    #[serde(flatten)]
+    pub end: Option<EndRecord>,
+}
+
+/// An input file.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct InputRecord {
+    /// `mesh`, `schedule`, `base`, or `file` for one that the schedule names.
+    pub what: String,
+    /// Its path as it was given.
+    pub file: String,
+    /// Its hash; none for what came from a pipe.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub blake3: Option<String>,
+}
+
+/// Options that decide what is written.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct OptionsRecord {
+    /// Kernel of the interpolation.
+    pub kernel: Option<String>,
+    /// Support radius, in mesh units.
+    pub support_radius: Option<f64>,
+    /// Displacement error that is allowed, in mesh units.
+    pub tolerance: Option<f64>,
+    /// Most base points.
+    pub max_points: Option<usize>,
+    /// Whether moving nodes are put exactly where the motion puts them.
+    pub correction: Option<bool>,
+    /// Format of the meshes.
+    pub format: Option<String>,
+    /// `f64` or `f32`.
+    pub precision: Option<String>,
+    /// The cell array that boundary tags were read from, where it was named.
+    pub tag_array: Option<String>,
+}
+
+/// The motion of the schedule in the rotating frame, and how the inertial one turns against it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MotionRecord {
+    /// `rotating` or `inertial`.
+    pub frame: String,
+    /// Centre of the hub.
+    pub hub: Vector,
+    /// Axis about which the azimuth turns, right-handed.
+    pub turn_axis: Vector,
+    /// The bodies, in the order of the schedule.
+    pub bodies: Vec<BodyRecord>,
+}
+
+/// A body over all steps of the schedule; what it has not is empty.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct BodyRecord {
+    /// Its name.
+    pub name: String,
+    /// Boundary tags that move with it.
+    pub tags: Vec<String>,
+    /// Pitch in degrees, of a cyclic motion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pitch_deg: Vec<f64>,
+    /// Flap in degrees, of a cyclic motion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub flap_deg: Vec<f64>,
+    /// Lag in degrees, of a cyclic motion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lag_deg: Vec<f64>,
+    /// Displacement of its outermost point along its span.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tip_displacement: Vec<Vector>,
+    /// Largest displacement of one of its points.
+    pub max_displacement: Vec<f64>,
+}
+
+/// One choice of base points.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SelectionRecord {
+    /// The first step that it serves.
+    pub first_step: usize,
+    /// Number of steps that it serves.
+    pub steps: usize,
+    /// One, or with `twist` the rotations and the translations.
+    pub layers: Vec<LayerRecord>,
+    /// What it gave rise to; none until it is evaluated at the nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warnings: Option<Vec<String>>,
+}
+
+/// Base points of a layer. An error that is not finite is null.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LayerRecord {
+    /// Key of the base points in base.toml.
+    pub of: String,
+    /// How many there are.
+    pub base_points: usize,
+    /// Error that was asked for.
+    pub tolerance: Option<f64>,
+    /// Largest error over the steps that they were chosen for.
+    pub error: Option<f64>,
+    /// The error that is held against the tolerance.
+    pub measured: Option<f64>,
+    /// Candidates that were no use.
+    pub skipped: usize,
+    /// Base points and largest error at each sweep over all surface nodes.
+    pub history: Vec<(usize, Option<f64>)>,
+    /// Error of each base point when it was chosen.
+    pub residuals: Vec<Option<f64>>,
+}
+
+/// What became of a step with inverted cells.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RepairRecord {
+    /// The step.
+    pub step: usize,
+    /// Substeps that were taken at last; none where they did not help.
+    pub substeps: Option<usize>,
+    /// Inverted cells without them.
+    pub inverted_before: usize,
+    /// Inverted cells with them.
+    pub inverted: usize,
+    /// The same as a sentence.
+    pub sentence: String,
+}
+
+/// What a run came to.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct EndRecord {
+    /// Steps that are finished, those of earlier runs included.
+    pub steps_written: usize,
+    /// Steps with inverted cells; none where no cell was judged.
+    #[serde(default)]
+    pub inverted_steps: Option<usize>,
+    /// Largest distance of a written surface node from its place.
+    #[serde(default)]
+    pub max_surface_error: Option<f64>,
+    /// Steps that were passed over, with the reasons.
+    #[serde(default)]
+    pub passed_over: Vec<String>,
+    /// What the user should know.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+    /// Conditions that failed.
+    #[serde(default)]
+    pub failures: Vec<String>,
+}
+
+/// Seconds of each stage of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Timings {
+    /// Choosing base points.
+    pub selection: f64,
+    /// Evaluating the modes at the nodes, and the correction.
+    pub modes: f64,
+    /// Node positions and quality, all steps.
+    pub steps: f64,
+    /// Writing meshes, all steps; overlaps with the next step's positions.
+    pub writing: f64,
+    /// The whole run.
+    pub total: f64,
+}
+
+impl RunRecord {
+    /// What the bytes of a file hold.
+    ///
+    /// # Errors
+    /// Where they are no record, with the line.
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
+        serde_json::from_slice(bytes).map_err(|error| {
+            let message = format!(
+                "this is not the record of a run: {error}; `azimesh deform --resume` with its mesh and schedule (of parts, \
+                 `azimesh finish`) writes it again"
+            );
+            Error::input(message).line(error.line() as u64)
+        })
+    }
+
+    /// The text of the file.
+    pub fn text(&self) -> String {
+        let text = serde_json::to_string_pretty(self);
+        text.expect("its keys are text, and numbers that are not finite are null") + "\n"
+    }
+
+    /// Whether it says what a run was given, as every run does that writes one.
+    pub fn is_whole(&self) -> bool {
+        !self.inputs.is_empty() && self.options.kernel.is_some()
+    }
+}
+
+impl OptionsRecord {
+    /// Names and values as they stand in the file.
+    pub fn entries(&self) -> Map<String, Value> {
+        match serde_json::to_value(self) {
+            Ok(Value::Object(entries)) => entries,
+            _ => unreachable!("a struct with named fields is an object"),
+        }
+    }
+}
+
+impl RepairRecord {
+    /// The same as a note; `azimuth_deg` is that of the step.
+    pub fn note(&self, azimuth_deg: f64) -> DeformNote {
+        DeformNote::Substeps {
+            step: self.step,
+            azimuth_deg,
+            before: self.inverted_before,
+            substeps: self.substeps,
+            after: self.inverted,
+        }
+    }
+}
+
+impl MotionRecord {
+    /// The rotation that carries the mesh round at an azimuth.
+    pub fn carry(&self, azimuth_deg: f64) -> Transform {
+        if self.frame == "inertial" {
+            Transform::rotation(self.turn_axis, self.hub, azimuth_deg.to_radians())
+        } else {
+            Transform::IDENTITY
+        }
+    }
+}
+
+impl Timings {
+    /// Of two runs together.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            selection: self.selection + other.selection,
+            modes: self.modes + other.modes,
+            steps: self.steps + other.steps,
+            writing: self.writing + other.writing,
+            total: self.total + other.total,
+        }
+    }
+}
