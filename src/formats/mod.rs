@@ -48,7 +48,7 @@ pub use source::{Source, check_file, check_no_device};
 
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::formats::{Read, Written};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
 pub use packed::without_packing;
 use std::collections::BTreeSet;
@@ -283,9 +283,10 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     if path.as_os_str() == "-" {
-        return Err(Error::input(
-            "standard output has no name that says the format; give --format",
-        ));
+        return Err(Error::input(format!(
+            "standard output has no name that says the format; give {}",
+            option("format")
+        )));
     }
     let name = file_name(path);
     let inside = without_packing(&name);
