@@ -10,6 +10,7 @@ use super::reader::{AngleUnit, Entry, Lines, Section};
 use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
 use super::steps::{Step, Steps};
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::formats::check_no_device;
 use crate::mesh::Mesh;
@@ -121,8 +122,8 @@ impl Schedule {
         self.steps.steps(&self.rotor, &self.places)
     }
 
-    /// A sentence where the last step is not at the stop that was asked for.
-    pub(crate) fn note(&self) -> Option<String> {
+    /// A note where the last step is not at the stop that was asked for.
+    pub(crate) fn note(&self) -> Option<Diagnostic> {
         self.steps.short_of_stop()
     }
 

@@ -7,6 +7,7 @@ use super::{
     At, BodyMotion, Clock, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
     read_interpolation,
 };
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
@@ -135,7 +136,7 @@ struct ModeShapes {
     coordinates: History,
     offset: f64,
     nodes: Arc<BodyNodes>,
-    notes: Vec<String>,
+    notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for ModeShapes {
@@ -161,7 +162,7 @@ impl ResolvedMotion for ModeShapes {
         Reach::Nodes
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &[Diagnostic] {
         &self.notes
     }
 }
