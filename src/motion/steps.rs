@@ -16,6 +16,15 @@ pub const MAX_STEPS: usize = 1_000_000;
 const LANDING: f64 = 1e-6;
 
 /// One step of the schedule.
+///
+/// ```
+/// use azimesh::{Schedule, Steps};
+///
+/// let steps = Schedule::new(Steps::azimuths_deg([0.0, 30.0])).steps()?;
+/// assert_eq!((steps[1].index(), steps[1].azimuth_deg(), steps[1].time_s()), (1, Some(30.0), None));
+/// assert_eq!(steps[1].to_string(), "step 1 (azimuth 30 degrees)");
+/// # Ok::<(), azimesh::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Zero-based place in the whole schedule.

@@ -28,6 +28,14 @@ const WHAT: &str = "shapes";
 ///
 /// Shapes are a table `node, mode, dx, dy, dz` (or `x, y, z` for `node`), modes counted from 1, or a mesh file
 /// with a point array for each mode; coordinates a table of `azimuth_deg` (or another key), `q1`, `q2`, ...
+///
+/// ```
+/// use azimesh::{Body, Modes, Table};
+///
+/// // One mode from a file, which is read when the schedule is resolved on a mesh.
+/// let coordinates = Table::from_rows(["time_s", "q1"], [[0.0, 0.0], [0.1, 0.02], [0.2, 0.0]]);
+/// let wing = Body::new("wing", ["wing"]).modes(Modes::new("shapes.vtu", coordinates).cubic());
+/// ```
 #[derive(Debug, Clone)]
 pub struct Modes {
     shapes: TableSource,
