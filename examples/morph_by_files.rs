@@ -14,8 +14,7 @@
 
 #![allow(clippy::print_stdout)] // an example prints what it does
 
-use azimesh::error::{Error, Result};
-use azimesh::{Mesh, Morph, MorphOptions, Nodes};
+use azimesh::{Error, Mesh, Morph, MorphOptions, Nodes, Result};
 use std::fs;
 use std::path::Path;
 
@@ -25,8 +24,7 @@ fn main() -> Result<()> {
         return Err(Error::input("give MESH FOLDER moving=TAGS and so on"));
     };
     let folder = Path::new(folder);
-    let mesh = Mesh::read(mesh)?;
-    let morph = Morph::new(mesh, options(settings)?)?;
+    let morph = Morph::new(Mesh::read(mesh)?, options(settings)?)?;
     let displacements = read(&folder.join("displacements.f64"))?;
     let gradient = read(&folder.join("gradient.f64"))?;
     let write_rows = |name: &str, rows: &[[f64; 3]]| {

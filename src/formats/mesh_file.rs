@@ -2,7 +2,7 @@
 
 use super::{Commit, Loaded, Location, Notes, ReadOptions, WriteOptions, by_extension, read, save};
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
 use std::path::Path;
 
 impl Mesh {
@@ -61,9 +61,19 @@ impl Mesh {
     /// # Errors
     /// Where no format has the ending, where the format cannot hold the mesh, and of the system.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<Notes> {
+        self.view().write(path)
+    }
+}
+
+impl MeshView<'_> {
+    /// Writes the mesh as [`Mesh::write`] does.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::write`].
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<Notes> {
         let path = path.as_ref();
         let format = by_extension(path)?;
         let options = WriteOptions::default();
-        save(&self.view(), path, format, &options, Commit::REPLACE)
+        save(self, path, format, &options, Commit::REPLACE)
     }
 }

@@ -10,6 +10,7 @@ use super::reader::{AngleUnit, Entry, Lines, Section};
 use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
 use super::steps::{Step, Steps};
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::formats::check_no_device;
 use crate::mesh::Mesh;
@@ -33,13 +34,13 @@ const SCHEDULE: &[&str] = &[
 /// in memory; both are held against the same checks when it is [resolved](Self::resolve) on a mesh.
 ///
 /// ```
-/// use azimesh::motion::{Body, Cyclic, Schedule, Steps};
+/// use azimesh::{Body, Cyclic, Schedule, Steps};
 ///
 /// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 10.0))
 ///     .body(Body::new("airfoil", ["airfoil"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0)))
 ///     .fixed(["farfield"]);
 /// assert_eq!(schedule.steps()?.len(), 37);
-/// # Ok::<(), azimesh::error::Error>(())
+/// # Ok::<(), azimesh::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Schedule {
@@ -62,7 +63,8 @@ pub struct Schedule {
 
 impl Schedule {
     /// Reads a schedule file.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
         let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
         let bytes = bytes.map_err(|error| Error::io(path, &error))?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
@@ -120,8 +122,8 @@ impl Schedule {
         self.steps.steps(&self.rotor, &self.places)
     }
 
-    /// A sentence where the last step is not at the stop that was asked for.
-    pub(crate) fn note(&self) -> Option<String> {
+    /// A note where the last step is not at the stop that was asked for.
+    pub(crate) fn note(&self) -> Option<Diagnostic> {
         self.steps.short_of_stop()
     }
 

@@ -18,8 +18,9 @@ fn deform(folder: &Path, steps: Option<std::ops::Range<usize>>, resume: bool) ->
     std::fs::write(&path, SCHEDULE).expect("it can be written");
     let schedule = Schedule::parse(SCHEDULE, &path).expect("it is good");
     let read = Mesh::read(mesh).expect("it is there");
-    let deformation = Deformation::builder(read, schedule).plan();
-    let deformation = deformation.expect("they fit");
+    let deformation = Deformation::builder(read, schedule)
+        .plan()
+        .expect("they fit");
     let request = Request {
         mesh: mesh.to_path_buf(),
         folder: folder.join("out"),

@@ -6,7 +6,7 @@ use super::names::{Names, existing_outputs};
 use super::parts;
 use super::record::{self, hash_of};
 use super::table;
-use crate::deform::Plan;
+use crate::deform::{Deformation, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
@@ -52,12 +52,12 @@ impl Earlier {
     /// # Errors
     /// Where another mesh, schedule or program was used, or it left no record of itself.
     pub fn find(
-        plan: &Plan,
+        deformation: &Deformation,
         names: &Names,
         format: &dyn Format,
         now: &RunRecord,
-        progress: &dyn Progress,
     ) -> Result<Self> {
+        let plan = deformation.plan();
         let path = names.record();
         let then = record::read(&path)?;
         let mut earlier = match &then {
@@ -77,7 +77,7 @@ impl Earlier {
         }
         earlier.check_rows(plan, names);
         if !names.is_in_one() {
-            earlier.check_files(plan, names, format, progress);
+            earlier.check_files(plan, names, format, deformation.progress());
         }
         earlier.is_unproven = then.is_none() && !earlier.rows.is_empty();
         Ok(earlier)
@@ -155,9 +155,12 @@ impl Earlier {
     /// What its selections gave rise to.
     pub fn selection_warnings(&self) -> impl Iterator<Item = Diagnostic> {
         let lists = self.selections.iter().flat_map(|own| &own.warnings);
-        lists
-            .flatten()
-            .map(|text| RunNote::Recorded(text.clone()).into())
+        lists.flatten().map(|text| {
+            RunNote::Recorded {
+                sentence: text.clone(),
+            }
+            .into()
+        })
     }
 
     /// Leaves out rows that are none of this run's steps.

@@ -54,7 +54,7 @@ impl Run<'_> {
         let mut task = self.task(first);
         let mut computed = task.run(intervals, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
-            self.deformation.stop().check()?;
+            self.check_stop()?;
             if task == Task::New {
                 self.vouch()?;
             }

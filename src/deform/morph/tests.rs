@@ -9,8 +9,7 @@ use proptest::prelude::*;
 use std::path::Path;
 
 fn read(name: &str) -> Mesh {
-    let path = Path::new("testdata").join(name);
-    Mesh::read(path).expect("it is good")
+    Mesh::read(Path::new("testdata").join(name)).expect("it is good")
 }
 
 fn options(moving: &str, fixed: &[&str], slide: &[&str]) -> MorphOptions {

@@ -26,7 +26,9 @@ mod table;
 
 pub use beam::{Beam, CentreLine};
 pub(super) use clock::Clock;
-pub use cyclic::{Cyclic, Harmonic, Series};
+pub use cyclic::Cyclic;
+#[cfg(test)]
+pub(super) use cyclic::{Harmonic, Series};
 pub(super) use function::Displacements;
 pub(super) use link::Link;
 pub use modes::Modes;
@@ -41,6 +43,7 @@ use super::rotor::RotorAxes;
 use super::steps::Step;
 use super::surface::{Role, SurfaceFaces, SurfaceNodes};
 use super::table::{Interpolation, Table};
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -48,7 +51,7 @@ use nodes::BodyNodes;
 use std::any::Any;
 use std::cell::OnceCell;
 use std::fmt::Debug;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The motions that a schedule may name.
@@ -103,7 +106,9 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
     }
 
     /// Refuses numbers that mean nothing.
-    fn check(&self, body: &Body) -> Result<()>;
+    fn check(&self, _body: &Body) -> Result<()> {
+        Ok(())
+    }
 
     /// Refuses what leaves the plane of a 2D mesh, as far as it is known without files.
     fn check_plane(&self, _body: &Body) -> Result<()> {
@@ -150,13 +155,13 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
         None
     }
 
-    /// What the user should know of its files, as sentences.
-    fn notes(&self) -> &[String] {
+    /// What the user should know of its files.
+    fn notes(&self) -> &[Diagnostic] {
         &[]
     }
 
-    /// What is likely to be wrong with it, as a sentence.
-    fn warning(&self) -> Option<String> {
+    /// What is likely to be wrong with it.
+    fn warning(&self) -> Option<Diagnostic> {
         None
     }
 }
@@ -259,19 +264,18 @@ impl TableSource {
 
     /// The path of a file that is no table, by its ending.
     fn mesh_file(&self) -> Option<&str> {
-        let kind = |path: &&str| {
-            std::path::Path::new(*path)
-                .extension()
-                .map(|kind| kind.to_ascii_lowercase())
-        };
-        let is_table = |path: &&str| kind(path).is_none_or(|kind| kind == "csv" || kind == "tsv");
-        self.file().filter(|path| !is_table(path))
+        let path = self.file()?;
+        let kind = Path::new(path).extension()?;
+        let is_table = ["csv", "tsv"]
+            .iter()
+            .any(|table| kind.eq_ignore_ascii_case(table));
+        (!is_table).then_some(path)
     }
 
     /// The table; an error at the key of its motion where there is no file.
     fn read(&self, on: &OnMesh<'_>, key: &str) -> Result<Arc<Table>> {
         match self {
-            Self::File(path) => Ok(Arc::new(Table::read(&on.file(path, key)?)?)),
+            Self::File(path) => Ok(Arc::new(Table::read(on.file(path, key)?)?)),
             Self::Table(table) => table.check().map(|()| Arc::clone(table)),
         }
     }

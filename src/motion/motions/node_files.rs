@@ -1,6 +1,8 @@
 //! What files of displacements of nodes have in common: columns that say which node, arrays of a mesh.
 
 use super::nodes::At;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::arrays::with_numbers;
@@ -21,22 +23,37 @@ pub(super) fn place_columns(columns: &mut Columns<'_>, in_plane: bool) -> Result
     if columns.has("node") {
         return Err(columns.both("node", "x"));
     }
-    let [x, y] = ["x", "y"].map(|name| columns.require(name));
+    Ok(PlaceColumns::Place(three(
+        columns,
+        ["x", "y", "z"],
+        in_plane,
+    )?))
+}
+
+/// Three columns, of which the last may be left out in the plane.
+pub(super) fn three(
+    columns: &mut Columns<'_>,
+    [x, y, z]: [&str; 3],
+    in_plane: bool,
+) -> Result<[Option<Column>; 3]> {
+    let [x, y] = [x, y].map(|name| columns.require(name));
     let z = match in_plane {
-        true => columns.optional("z"),
-        false => Some(columns.require("z")?),
+        true => columns.optional(z),
+        false => Some(columns.require(z)?),
     };
-    Ok(PlaceColumns::Place([Some(x?), Some(y?), z]))
+    Ok([Some(x?), Some(y?), z])
+}
+
+/// The values of three columns in a row; one left out is 0.
+pub(super) fn vector(table: &Table, row: usize, axes: [Option<Column>; 3]) -> Vector {
+    axes.map(|axis| axis.map_or(0.0, |axis| table.value(row, axis)))
 }
 
 impl PlaceColumns {
     pub fn at(&self, table: &Table, row: usize) -> Result<At> {
         Ok(match self {
             Self::Node(node) => At::Node(table.whole(row, *node)?),
-            Self::Place(axes) => {
-                let value = |axis: Option<Column>| axis.map_or(0.0, |axis| table.value(row, axis));
-                At::Place(axes.map(value))
-            }
+            Self::Place(axes) => At::Place(vector(table, row, *axes)),
         })
     }
 }
@@ -70,13 +87,11 @@ fn numbers(values: &Values) -> Option<Vec<f64>> {
     numbers
 }
 
-/// A sentence on rows that are for nodes of others.
-pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<String> {
-    let told = (rows > 0).then(|| {
-        format!(
-            "{}: {rows} rows are for nodes that body \"{body}\" does not have, and are not used",
-            path.display()
-        )
-    });
-    told.into_iter().collect()
+/// A note on rows that are for nodes of others.
+pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<Diagnostic> {
+    let body = body.to_owned();
+    let note = (rows > 0).then(|| MotionNote::OtherNodes { rows, body });
+    note.map(|note| Diagnostic::new(note).file(path))
+        .into_iter()
+        .collect()
 }

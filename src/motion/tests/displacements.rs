@@ -2,6 +2,7 @@
 
 use super::tables::resolve;
 use super::{two_cubes, two_squares};
+use crate::diagnostic::motion::MotionNote;
 use crate::error::Result;
 use crate::formats::{WriteOptions, by_name};
 use crate::geometry::vector::{Vector, add, distance, scale};
@@ -151,11 +152,15 @@ fn rows_for_other_nodes_are_told_of() {
     let file = format!("{BY_NODE}7,1,1,1\n8,1,1,1\n");
     let motion = surface(false, "azimuth.values = [0]", SURFACE, &file).expect("it is good");
     let notes = motion.notes();
+    let path = notes[0].path.as_ref();
     assert!(
-        notes[0].ends_with(
-            "s.csv: 2 rows are for nodes that body \"blade\" does not have, and are not used"
-        ),
+        path.is_some_and(|path| path.ends_with("s.csv")),
         "{notes:?}"
+    );
+    let body = "blade".to_owned();
+    assert_eq!(
+        notes[0].kind,
+        MotionNote::OtherNodes { rows: 2, body }.into()
     );
 }
 

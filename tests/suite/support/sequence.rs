@@ -23,7 +23,12 @@ pub fn read(path: &Path) -> Mesh {
 
 /// Writes a mesh as VTU.
 pub fn write(mesh: &Mesh, path: &Path) {
-    let format = formats::with_flavours().find(|format| format.name() == "vtu");
+    write_as("vtu", mesh, path);
+}
+
+/// Writes a mesh in the format of this name.
+pub fn write_as(format: &str, mesh: &Mesh, path: &Path) {
+    let format = formats::with_flavours().find(|known| known.name() == format);
     let mut file = std::fs::File::create(path).unwrap();
     let options = WriteOptions::default();
     format
