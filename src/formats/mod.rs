@@ -172,6 +172,10 @@ pub trait Format: Sync {
     fn rounds(&self, asked: Precision) -> bool {
         asked == Precision::F32 && self.holds_arrays()
     }
+    /// Ending of a list of the files of a sequence that programs read beside the `.pvd`.
+    fn list_ending(&self) -> Option<&'static str> {
+        None
+    }
     /// How a whole sequence is written into one file, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None
