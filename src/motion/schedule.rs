@@ -82,7 +82,7 @@ impl Schedule {
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
         let lines = Lines::of(text);
         let document = DeTable::parse(text).map_err(|error| not_toml(&lines, &error).file(path))?;
-        Section::root(&lines, document.get_ref(), &SCHEDULE)
+        Section::root(&lines, document.get_ref(), SCHEDULE)
             .and_then(|root| Self::from_document(&root, path))
             .map_err(|error| error.file(path))
     }

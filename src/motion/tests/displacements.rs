@@ -193,7 +193,7 @@ fn beside_mesh(body: &str, arrays: &[(&str, f64)], csv: &str) -> Result<Motion> 
     ] {
         std::fs::write(folder.path().join(name), bytes).expect("it can be written");
     }
-    crate::motion::Schedule::read(&folder.path().join("hover.toml"))?.resolve(&two_cubes())
+    crate::motion::Schedule::read(folder.path().join("hover.toml"))?.resolve(&two_cubes())
 }
 
 #[test]
@@ -343,7 +343,7 @@ fn a_child_of_a_body_of_nodes_is_refused() {
     std::fs::write(folder.path().join("hover.toml"), text).expect("it can be written");
     std::fs::write(folder.path().join("s.csv"), BY_NODE).expect("it can be written");
     let schedule =
-        crate::motion::Schedule::read(&folder.path().join("hover.toml")).expect("it is good");
+        crate::motion::Schedule::read(folder.path().join("hover.toml")).expect("it is good");
     let error = schedule
         .resolve(&two_cubes())
         .expect_err("it is refused")
