@@ -5,12 +5,7 @@
 
 #![allow(clippy::print_stdout)] // an example prints what it does
 
-use azimesh::error::Result;
-use azimesh::formats::{self, ReadOptions, Source};
-use azimesh::mesh::Mesh;
-use azimesh::quality::{Reference, assess};
-use azimesh::{Morph, MorphOptions};
-use std::path::Path;
+use azimesh::{Mesh, Morph, MorphOptions, Result};
 
 /// Load of one surface node per unit of slope.
 const LOAD: f64 = 0.3;
@@ -18,9 +13,7 @@ const LOAD: f64 = 0.3;
 const COMPLIANCE: f64 = 0.6;
 
 fn main() -> Result<()> {
-    let source = Source::open(Path::new("testdata/naca0012.vtu"))?;
-    let mesh = formats::read(&source, &ReadOptions::default())?.mesh;
-    let reference = Reference::new(&mesh);
+    let mesh = Mesh::read("testdata/naca0012.vtu")?;
     let morph = Morph::new(
         mesh,
         MorphOptions {
@@ -43,10 +36,9 @@ fn main() -> Result<()> {
         let next = structure(&morph, &flow(&morph, &points));
         let change = largest_change(&displacements, &next);
         displacements = next;
-        let quality = assess(morph.mesh(), &points, &reference);
         println!(
-            "iteration {iteration}: displacements change by {change:.2e}, {} inverted cells",
-            quality.inverted
+            "iteration {iteration}: displacements change by {change:.2e}, the correction is up to {:.1e} steep",
+            morph.report(&displacements)?.largest_slope
         );
     }
     let report = morph.report(&displacements)?;
@@ -73,9 +65,7 @@ fn main() -> Result<()> {
 
 /// Loads on the moving nodes: upwards, the more the more the airfoil bends up ahead of them.
 fn flow(morph: &Morph, points: &[[f64; 3]]) -> Vec<f64> {
-    let Mesh {
-        points: at_rest, ..
-    } = &**morph.mesh();
+    let at_rest = &morph.mesh().points;
     let load = |&node: &u32| {
         let (x, rest) = (points[node as usize], at_rest[node as usize]);
         LOAD * (0.1 + x[1] - rest[1])

@@ -14,9 +14,7 @@
 
 #![allow(clippy::print_stdout)] // an example prints what it does
 
-use azimesh::error::{Error, Result};
-use azimesh::formats::{self, ReadOptions, Source};
-use azimesh::{Morph, MorphOptions, Nodes};
+use azimesh::{Error, Mesh, Morph, MorphOptions, Nodes, Result};
 use std::fs;
 use std::path::Path;
 
@@ -26,9 +24,7 @@ fn main() -> Result<()> {
         return Err(Error::input("give MESH FOLDER moving=TAGS and so on"));
     };
     let folder = Path::new(folder);
-    let source = Source::open(Path::new(mesh))?;
-    let mesh = formats::read(&source, &ReadOptions::default())?.mesh;
-    let morph = Morph::new(mesh, options(settings)?)?;
+    let morph = Morph::new(Mesh::read(mesh)?, options(settings)?)?;
     let displacements = read(&folder.join("displacements.f64"))?;
     let gradient = read(&folder.join("gradient.f64"))?;
     let write_rows = |name: &str, rows: &[[f64; 3]]| {

@@ -134,8 +134,12 @@ pub use deform::{BasePoints, Deformation, DeformationBuilder};
 pub use deform::{Morph, MorphOptions, MorphReport, Nodes};
 pub use diagnostic::Diagnostic;
 pub use error::{Error, Kind as ErrorKind, Result};
+#[cfg(feature = "vtkio")]
+pub use formats::vtkio;
 pub use formats::{Compression, Encoding, Loaded, Precision, ReadOptions, WriteOptions};
-pub use mesh::{CellKind, Cells, DataArray, Difference, Group, Mesh, MeshView, Tolerance, Values};
+pub use mesh::{
+    CellKind, Cells, DataArray, DiffOptions, Difference, Group, Mesh, MeshView, Values, diff,
+};
 pub use motion::{
     AxisRotation, Beam, Body, Cyclic, Modes, SurfaceMotion, Table, TableMotion, Translation,
 };

@@ -68,10 +68,7 @@ impl Stop {
     pub(crate) fn check(&self) -> Result<()> {
         match self.signal() {
             None => Ok(()),
-            Some(signal) => Err(Error::interrupted(
-                signal,
-                "interrupted; finished steps are kept, and --resume goes on from there",
-            )),
+            Some(signal) => Err(Error::interrupted(signal, "interrupted")),
         }
     }
 }

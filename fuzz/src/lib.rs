@@ -8,12 +8,12 @@ pub fn read_and_written(format: &dyn Format, bytes: &[u8]) {
     // Beside files that others name: the pieces of a .pvtu.
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../testdata/vtk/fuzzed"));
     let source = Source::from_bytes(path, bytes.to_vec());
-    match format.read(&source, &ReadOptions::default(), &mut Notes::default()) {
+    match format.read_file(&source, &ReadOptions::default(), &mut Notes::default()) {
         Ok(mut mesh) => {
             if mesh.validate().is_ok() {
                 mesh.merge_repeated_faces();
                 // What a format cannot hold is an error of its own; a panic is a bug.
-                let _ = format.write(&mesh.view(), &mut std::io::sink(), &WriteOptions::default());
+                let _ = format.write_file(&mesh.view(), &mut std::io::sink(), &WriteOptions::default());
             }
         }
         // What is wrong with the HDF5 file as such has no place of its own.

@@ -11,7 +11,7 @@ from program import report, scratch
 
 def deviation(case, folder):
     """(nodes compared, largest difference relative to the largest displacement, condition number)."""
-    mesh = meshes.by_pyvista(case.mesh)
+    mesh = meshes.by_pyvista(case.solid or case.mesh)
     schedule = case.write(folder, "all")
     rows = outputs.deform(case.mesh, schedule, folder / case.name)
     motion = reference.Motion(schedule, mesh)

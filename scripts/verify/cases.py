@@ -98,6 +98,7 @@ class Case:
     mesh: object
     schedule: str
     tolerance: float
+    solid: object = None  # a mesh with the same nodes and tags that numpy reads in its place
 
     def write(self, folder, method):
         """Writes the schedule with a selection method into `folder`."""

@@ -27,7 +27,7 @@ def base_nodes(folder, mesh):
 
 def check(case, folder):
     """(figures compared, largest difference of an error figure relative to the tolerance, base points)."""
-    mesh = meshes.by_pyvista(case.mesh)
+    mesh = meshes.by_pyvista(case.solid or case.mesh)
     schedule = case.write(folder, "sequence")
     rows = outputs.deform(case.mesh, schedule, folder / case.name)
     motion = reference.Motion(schedule, mesh)

@@ -9,7 +9,7 @@ use crate::preflight::{
     self, BodyAtStep, Extremes, bodies_at, conflicts, estimate_bytes, estimate_memory,
 };
 use serde_json::{Value, json};
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 use std::path::PathBuf;
 
 /// Steps that are listed one by one; of more, some evenly spaced.
@@ -104,88 +104,85 @@ fn as_json(
 }
 
 fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> String {
-    let mut text = String::new();
-    let mut line = |name: &str, value: String| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{name:<22}{}", one_line(&value));
-    };
-    line("nodes", plan.mesh.points.len().to_string());
-    line(
-        "surface nodes",
-        format!(
-            "{} at {} places",
-            plan.surface.nodes.len() + plan.surface.n_coincident,
-            plan.surface.nodes.len()
-        ),
-    );
-    for tag in &plan.motion.surface.tags {
-        line("tag", format!("{}: {}", tag.tag, role_name(plan, tag)));
-    }
-    line(
-        "kernel",
-        format!(
-            "{}, support radius {}",
-            plan.basis.kernel.name(),
-            plan.basis.radius
-        ),
-    );
-    line("tolerance", plan.tolerance.to_string());
-    for choice in &plan.choices {
-        line("", choice.to_string());
-    }
-    line(
-        "modes",
-        format!(
-            "{}, off by {:.1e} at most",
-            plan.n_modes(),
-            plan.truncation()
-        ),
-    );
-    if let Some(height) = plan.first_cells.smallest() {
-        line("smallest first cell", format!("{height:.3e}"));
-    }
-    let n_steps = plan.motion.steps.len();
-    line("steps", n_steps.to_string());
-    let input = gigabytes(mapped);
-    line(
+    let mut lines = Lines(String::new());
+    lines.surface(plan);
+    lines.interpolation(plan);
+    lines.push("steps", plan.motion.steps.len());
+    lines.push(
         "memory",
         format!(
-            "{} and the mapped input, {input}",
-            gigabytes(estimate_memory(plan))
+            "{} and the mapped input, {}",
+            gigabytes(estimate_memory(plan)),
+            gigabytes(mapped)
         ),
     );
-    line("meshes", gigabytes(n_bytes));
-    line("time", format!("about {:.1} s", seconds(plan, n_bytes)));
+    lines.push("meshes", gigabytes(n_bytes));
+    lines.push("time", format!("about {:.1} s", seconds(plan, n_bytes)));
     for convention in plan.motion.rotor.conventions() {
-        line("convention", convention);
+        lines.push("convention", convention);
     }
     let steps = listed(plan);
-    let (step, largest) = extremes.largest();
-    line(
-        "largest displacement",
-        format!(
-            "{largest:.6} at step {step}, the largest of {}",
-            match extremes.n_steps == n_steps {
-                true => "all steps".to_owned(),
-                false => format!("{} steps looked at", extremes.n_steps),
-            }
-        ),
-    );
-    let at_some = match steps.len() < n_steps {
-        true => format!(
-            "largest displacement, at {} of {n_steps} steps",
-            steps.len()
-        ),
-        false => "largest displacement".to_owned(),
-    };
-    line(place_name(plan), at_some);
-    for step in &steps {
-        line(
-            &format!("{:>11}", place_of(plan, step)),
-            format!("{:.6}", plan.largest_displacement(step.index)),
-        );
+    lines.displacements(plan, extremes, &steps);
+    lines.0 + &bodies_as_text(plan, &steps)
+}
+
+/// Lines of a name and a value.
+struct Lines(String);
+
+impl Lines {
+    fn push(&mut self, name: &str, value: impl Display) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.0, "{name:<22}{}", one_line(&value.to_string()));
     }
-    text + &bodies_as_text(plan, &steps)
+
+    fn surface(&mut self, plan: &Plan) {
+        self.push("nodes", plan.mesh.points.len());
+        let n = plan.surface.nodes.len();
+        let all = n + plan.surface.n_coincident;
+        self.push("surface nodes", format!("{all} at {n} places"));
+        for tag in &plan.motion.surface.tags {
+            self.push("tag", format!("{}: {}", tag.tag, role_name(plan, tag)));
+        }
+    }
+
+    fn interpolation(&mut self, plan: &Plan) {
+        let (kernel, radius) = (plan.basis.kernel.name(), plan.basis.radius);
+        self.push("kernel", format!("{kernel}, support radius {radius}"));
+        self.push("tolerance", plan.tolerance);
+        for choice in &plan.choices {
+            self.push("", choice);
+        }
+        let (n, off) = (plan.n_modes(), plan.truncation());
+        self.push("modes", format!("{n}, off by {off:.1e} at most"));
+        if let Some(height) = plan.first_cells.smallest() {
+            self.push("smallest first cell", format!("{height:.3e}"));
+        }
+    }
+
+    fn displacements(&mut self, plan: &Plan, extremes: &Extremes, steps: &[&Step]) {
+        let n_steps = plan.motion.steps.len();
+        let (step, largest) = extremes.largest();
+        let of = match extremes.n_steps == n_steps {
+            true => "all steps".to_owned(),
+            false => format!("{} steps looked at", extremes.n_steps),
+        };
+        self.push(
+            "largest displacement",
+            format!("{largest:.6} at step {step}, the largest of {of}"),
+        );
+        let at_some = match steps.len() < n_steps {
+            true => format!(", at {} of {n_steps} steps", steps.len()),
+            false => String::new(),
+        };
+        self.push(place_name(plan), format!("largest displacement{at_some}"));
+        for step in steps {
+            let largest = plan.largest_displacement(step.index);
+            self.push(
+                &format!("{:>11}", place_of(plan, step)),
+                format!("{largest:.6}"),
+            );
+        }
+    }
 }
 
 /// The steps that are listed: all, or of many some evenly spaced.

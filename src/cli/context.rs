@@ -3,7 +3,7 @@
 use super::threads::Threads;
 use super::{Common, heap};
 use crate::error::{Error, Result, is_unseen, lines, one_line};
-use crate::formats::{self, Format, Loaded, ReadOptions, Source};
+use crate::formats::{self, Format, Loaded, Location, ReadOptions};
 use crate::mesh::Mesh;
 use std::io::Write;
 use std::path::Path;
@@ -38,7 +38,7 @@ impl Context {
             return self.read_any(path);
         };
         let format = formats::by_name(name)?;
-        let read = |source: &Source| formats::read_as(format, source, &self.read_options());
+        let read = |location: &Location| formats::read_as(format, location, &self.read_options());
         self.load(path, read)
     }
 
@@ -50,10 +50,12 @@ impl Context {
 
     /// Reads a mesh in the format that its content says, where `--format` is about the output.
     pub fn read_any(&self, path: &Path) -> Result<Mesh> {
-        self.load(path, |source| formats::read(source, &self.read_options()))
+        self.load(path, |location| {
+            formats::read(location, &self.read_options())
+        })
     }
 
-    fn load(&self, path: &Path, read: impl FnOnce(&Source) -> Result<Loaded>) -> Result<Mesh> {
+    fn load(&self, path: &Path, read: impl FnOnce(&Location) -> Result<Loaded>) -> Result<Mesh> {
         let loaded = self.reading(path, || read(&self.open(path)?))?;
         for note in loaded.notes.iter() {
             self.note(&format!("{}: {note}", path.display()));
@@ -61,10 +63,10 @@ impl Context {
         Ok(loaded.mesh)
     }
 
-    /// Opens a file that is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
-    pub fn open(&self, path: &Path) -> Result<Source> {
+    /// Opens what is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
+    pub fn open(&self, path: &Path) -> Result<Location> {
         heap::set_stage("reading", Some(path));
-        Source::open_within(path, self.common.max_memory)
+        Location::open_within(path, self.common.max_memory)
     }
 
     /// Reads, as a stage.

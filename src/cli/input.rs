@@ -2,7 +2,7 @@
 
 use super::Context;
 use crate::error::{Error, Position, Result};
-use crate::formats::{self, Format, Listed, Loaded, Source};
+use crate::formats::{self, Format, Listed, Loaded, Location};
 use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
@@ -13,9 +13,9 @@ pub struct Input {
 }
 
 enum Meshes {
-    /// A file with one mesh, or with a sequence.
+    /// A file or folder with one mesh, or with a sequence.
     File {
-        source: Source,
+        location: Location,
         format: &'static dyn Format,
         times: Vec<f64>,
     },
@@ -31,17 +31,17 @@ impl Input {
         format: Option<&'static dyn Format>,
         context: &Context,
     ) -> Result<Self> {
-        if path.is_dir() {
-            return Self::open(&sequence_in(path)?, format, context);
-        }
-        let meshes = match formats::is_series(path) {
+        let meshes = match formats::is_series(path) && !path.is_dir() {
             true => Meshes::Listed(formats::read_series(path)?),
             false => {
-                let source = context.open(path)?;
-                let format = format.map_or_else(|| formats::of(&source), Ok)?;
-                let times = format.steps(&source).map_err(|error| error.file(path))?;
+                let location = context.open(path)?;
+                if location.file().is_err() && formats::recognize(&location).is_none() {
+                    return Self::open(&sequence_in(path)?, format, context);
+                }
+                let format = format.map_or_else(|| formats::of(&location), Ok)?;
+                let times = format.steps(&location).map_err(|error| error.file(path))?;
                 Meshes::File {
-                    source,
+                    location,
                     format,
                     times,
                 }
@@ -127,7 +127,9 @@ impl Input {
     /// What the file is.
     pub fn title(&self) -> Option<String> {
         match &self.meshes {
-            Meshes::File { source, format, .. } => Some(format.title_of(source.bytes())),
+            Meshes::File {
+                location, format, ..
+            } => Some(format.title_of(location.bytes())),
             Meshes::Listed(_) => None,
         }
     }
@@ -135,7 +137,9 @@ impl Input {
     /// Version of the format that the file says it has.
     pub fn version(&self) -> Option<String> {
         match &self.meshes {
-            Meshes::File { source, format, .. } => format.version(source.bytes()),
+            Meshes::File {
+                location, format, ..
+            } => format.version(location.bytes()),
             Meshes::Listed(_) => None,
         }
     }
@@ -153,9 +157,7 @@ impl Input {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = formats::without_packing(&name);
         let name = name.strip_suffix(".series").unwrap_or(name);
-        let known = formats::FORMATS
-            .iter()
-            .flat_map(|format| format.extensions());
+        let known = formats::with_flavours().flat_map(|format| format.extensions());
         let stem = known
             .chain(&["pvd"])
             .filter_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
@@ -180,9 +182,11 @@ impl Input {
         context.reading(self.path_of(step.unwrap_or(0)), || {
             let mut options = context.read_options();
             match &self.meshes {
-                Meshes::File { source, format, .. } => {
+                Meshes::File {
+                    location, format, ..
+                } => {
                     options.step = step;
-                    formats::read_as(*format, source, &options)
+                    formats::read_as(*format, location, &options)
                 }
                 Meshes::Listed(list) => {
                     let entry = &list[step.unwrap_or(list.len() - 1)];
@@ -214,10 +218,14 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
     files.sort();
     let visible = |path: &&PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        !name.starts_with('.') && path.is_file()
+        let is_folder = || formats::by_extension(path).is_ok_and(|format| format.is_folder());
+        !name.starts_with('.') && (path.is_file() || path.is_dir() && is_folder())
     };
     let ending = |path: &PathBuf| path.extension().map(|e| e.to_ascii_lowercase());
-    for wanted in [&["pvd"][..], &["vtkhdf", "cgns"]] {
+    let in_one = formats::FORMATS.iter();
+    let in_one = in_one.filter(|format| format.sequence().is_some());
+    let in_one: Vec<&str> = in_one.map(|format| format.extensions()[0]).collect();
+    for wanted in [&["pvd"][..], &in_one] {
         let is_wanted =
             |path: &&PathBuf| wanted.iter().any(|w| ending(path).is_some_and(|e| e == *w));
         let found: Vec<&PathBuf> = files.iter().filter(visible).filter(is_wanted).collect();
@@ -238,8 +246,9 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
             }
         }
     }
-    Err(Error::input(
-        "this is a folder, not a mesh, and it holds no sequence: no .pvd, .vtkhdf or .cgns",
-    )
+    let in_one = in_one.join(" or .");
+    Err(Error::input(format!(
+        "this is a folder, not a mesh, and it holds no sequence: no .pvd, .{in_one}"
+    ))
     .file(folder))
 }

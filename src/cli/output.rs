@@ -43,6 +43,7 @@ impl OutputArgs {
             compression: self.compression,
             precision: self.precision,
             tag_names: self.tag_names == TagNames::Yes,
+            pieces: None,
         }
     }
 
@@ -71,12 +72,6 @@ impl OutputArgs {
         self.commit().check(path)
     }
 
-    /// The same for the files that belong beside the mesh.
-    pub fn check_companions(&self, mesh: &Mesh, path: &Path, format: &dyn Format) -> Result<()> {
-        let companions = format.companions(&mesh.view(), path);
-        companions.iter().try_for_each(|(path, _)| self.check(path))
-    }
-
     /// Writes the mesh, and files that belong beside it, and notes what the format could not hold.
     pub fn save(
         &self,
@@ -85,7 +80,6 @@ impl OutputArgs {
         format: &dyn Format,
         context: &Context,
     ) -> Result<()> {
-        self.check_companions(mesh, path, format)?;
         for remark in self.remarks(format) {
             context.note(&remark);
         }

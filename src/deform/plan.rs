@@ -128,19 +128,24 @@ impl Plan {
             tolerance,
             choices,
         };
-        let all_rigid = (0..plan.motion.bodies.len()).all(|body| plan.motion.is_rigid(body));
-        let twist = plan.schedule.rbf.interpolate == Interpolate::Twist;
-        let layers = match twist && !all_rigid {
-            true => sections::layers(&plan, &plan.method),
-            false => layer::layers(plan.surface.rigid(), &plan.given(), &plan.method),
-        };
-        plan.layers = layers.map_err(|error| error.file(&plan.schedule.path))?;
-        plan.check_truncation()?;
-        if plan.schedule.output.velocity {
-            let velocity = velocity::layer(&plan);
-            plan.velocity = Some(velocity.map_err(|error| error.file(&plan.schedule.path))?);
-        }
+        let path = plan.schedule.path.clone();
+        plan.find_layers().map_err(|error| error.file(&path))?;
         Ok(plan)
+    }
+
+    /// Finds what is interpolated, over all steps.
+    fn find_layers(&mut self) -> Result<()> {
+        let all_rigid = (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body));
+        let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
+        self.layers = match twist && !all_rigid {
+            true => sections::layers(self, &self.method)?,
+            false => layer::layers(self.surface.rigid(), &self.given(), &self.method)?,
+        };
+        self.check_truncation()?;
+        if self.schedule.output.velocity {
+            self.velocity = Some(velocity::layer(self)?);
+        }
+        Ok(())
     }
 
     fn check_truncation(&self) -> Result<()> {

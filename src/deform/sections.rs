@@ -120,10 +120,9 @@ impl Twists<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{self, ReadOptions, Source};
     use crate::geometry::vector::add;
+    use crate::mesh::Mesh;
     use crate::motion::Schedule;
-    use std::path::Path;
 
     const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1,0.01,0.02,0.05,10,2,1\n0,2,0.02,0.05,0.3,25,4,1\n180,0,0,0,0,0,0,0\n180,1,0,0,-0.05,-8,0,2\n180,2,0.01,-0.05,-0.2,-30,3,-2\n";
     const SCHEDULE: &str = "azimuth = { stop = 180, step = 45 }\nrotor = { span_axis = [0, 0, 1], shaft_axis = [0, 1, 0] }\nboundaries.others = \"fixed\"\nrbf = { support_radius = 4.0, interpolate = \"twist\" }\nselection.tolerance = 1e-3\n[[body]]\nname = \"wing\"\ntags = [\"wing\"]\nbeam = { table = \"beam.csv\" }\ncyclic = { collective = 200, flap = [ { sin = 3 } ] }\n";
@@ -134,10 +133,7 @@ mod tests {
         std::fs::write(folder.path().join("beam.csv"), BEAM).expect("it can be written");
         let schedule =
             Schedule::parse(SCHEDULE, &folder.path().join("s.toml")).expect("it is good");
-        let source = Source::open(Path::new("testdata/wing_on_plane.vtu")).expect("it is there");
-        let mesh = formats::read(&source, &ReadOptions::default())
-            .expect("it is good")
-            .mesh;
+        let mesh = Mesh::read("testdata/wing_on_plane.vtu").expect("it is good");
         let plan = Plan::new(mesh, schedule).expect("they fit");
         let [rotation, _] = &plan.layers[..] else {
             panic!("rotations and translations");

@@ -3,7 +3,7 @@
 use super::{Interval, Plan, check_tolerance, choose};
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Error;
-use crate::formats::{self, Precision, ReadOptions, Source};
+use crate::formats::{self, Precision};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellSet, Mesh};
 use crate::motion::Schedule;
@@ -14,9 +14,7 @@ use std::sync::Arc;
 const WALLS: &str = "boundaries.fixed = [\"farfield\"]\n";
 
 fn airfoil() -> Mesh {
-    let source = Source::open(Path::new("testdata/naca0012.vtu")).expect("it is there");
-    let read = formats::read(&source, &ReadOptions::default());
-    read.expect("it is good").mesh
+    Mesh::read("testdata/naca0012.vtu").expect("it is good")
 }
 
 /// The airfoil with its faces behind x = 0.45 in a tag of their own.

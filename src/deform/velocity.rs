@@ -185,8 +185,8 @@ fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
 #[cfg(test)]
 mod tests {
     use crate::deform::{Interval, Plan, choose};
-    use crate::formats::{self, ReadOptions, Source};
     use crate::geometry::vector::{Vector, distance, norm};
+    use crate::mesh::Mesh;
     use crate::motion::Schedule;
     use crate::progress::Silent;
     use std::path::Path;
@@ -194,15 +194,14 @@ mod tests {
 
     /// Velocities of all nodes at the first of some times, by a method, of an airfoil that pitches.
     fn at_first(times: &str, selection: &str) -> Vec<Vector> {
-        let source = Source::open(Path::new("testdata/naca0012.vtu")).expect("it is there");
-        let mesh = formats::read(&source, &ReadOptions::default()).expect("it is good");
+        let mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
         let text = format!(
             "time = {{ values = {times}, frequency = 1.0 }}\noutput.velocity = true\n\
              selection = {{ {selection} }}\nboundaries.fixed = [\"farfield\"]\nrbf.support_radius = 10.0\n\
              body = [ {{ name = \"a\", tags = [\"airfoil\"], cyclic = {{ pitch = [ {{ sin = 5.0 }} ] }} }} ]\n"
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
-        let plan = Arc::new(Plan::new(mesh.mesh, schedule).expect("they fit"));
+        let plan = Arc::new(Plan::new(mesh, schedule).expect("they fit"));
         let interval = plan.intervals()[0].clone();
         let selections = choose(&plan, &interval, &Silent).expect("there are base points");
         let interval =

@@ -10,8 +10,11 @@ mod hdf5;
 mod hidden;
 pub mod legacy;
 mod lexer;
+mod location;
+mod mesh_file;
 mod names;
 mod options;
+mod output_set;
 mod packed;
 pub mod pvtu;
 mod records;
@@ -22,6 +25,8 @@ mod series;
 mod sink;
 mod source;
 pub mod su2;
+#[cfg(test)]
+mod toy;
 pub mod ugrid;
 mod vtk;
 pub mod vtkhdf;
@@ -33,16 +38,16 @@ pub use hidden::{
     Commit, clear_left, end_hidden, end_hidden_soon, folder_of, is_same, list_hidden, sync_folder,
     unlist_hidden,
 };
+pub use location::Location;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use save::{
-    Waiting, save, save_text, stage, stage_bytes, stage_companions, stage_file, stage_whole,
-};
+pub use output_set::{Output, OutputSet, hash_of_folder};
+pub use save::{Waiting, save, save_text, stage, stage_bytes, stage_sequence};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub use source::{Source, check_file, check_no_device};
 
 use crate::diagnostic::Diagnostic;
-use crate::diagnostic::formats::Read;
+use crate::diagnostic::formats::{Read, Written};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshView};
 pub use packed::without_packing;
@@ -50,30 +55,29 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Every format, in the order in which their content is tried.
+/// Every format; in this order their content is tried.
 pub static FORMATS: &[&dyn Format] = &[
     // Before the format that takes any XML of VTK.
     &pvtu::Pvtu,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
     &legacy::Legacy,
-    &legacy::Legacy42,
     &gmsh::Msh,
-    &gmsh::Msh22,
     &su2::Su2,
     &cgns::Cgns,
     &ugrid::TEXT,
-    &ugrid::B8,
-    &ugrid::LB8,
-    &ugrid::B4,
-    &ugrid::LB4,
-    &ugrid::R8,
-    &ugrid::LR8,
-    &ugrid::R4,
-    &ugrid::LR4,
-    &ugrid::B8L,
-    &ugrid::LB8L,
+    #[cfg(test)]
+    &toy::Toy,
 ];
+
+/// Every format and, after each, its flavours.
+pub fn with_flavours() -> impl DoubleEndedIterator<Item = &'static dyn Format> + Clone {
+    let flavours = |format: &&'static dyn Format| {
+        let further = format.flavours().iter().copied();
+        std::iter::once(*format).chain(further)
+    };
+    FORMATS.iter().flat_map(flavours)
+}
 
 /// A mesh file format.
 pub trait Format: Sync {
@@ -84,11 +88,25 @@ pub trait Format: Sync {
     /// Extensions without the first dot; the first one is written. The longest that a file's name
     /// ends with decides.
     fn extensions(&self) -> &'static [&'static str];
+    /// Other ways in which the format is stored, each with a name and endings of its own.
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &[]
+    }
+    /// Whether a mesh, or a sequence, is a folder.
+    fn is_folder(&self) -> bool {
+        false
+    }
+    /// Whether what lies there is of this format.
+    fn recognizes(&self, location: &Location) -> bool {
+        location.file().is_ok_and(|file| self.recognizes_file(file))
+    }
     /// Whether a file that starts like this is of this format.
-    fn recognizes(&self, head: &[u8]) -> bool;
+    fn recognizes_start(&self, _head: &[u8]) -> bool {
+        false
+    }
     /// Whether a file is of this format, for those that its start alone does not tell.
     fn recognizes_file(&self, source: &Source) -> bool {
-        self.recognizes(source.bytes())
+        self.recognizes_start(source.bytes())
     }
     /// What a file is that starts like this.
     fn title_of(&self, _head: &[u8]) -> String {
@@ -98,14 +116,53 @@ pub trait Format: Sync {
     fn version(&self, _head: &[u8]) -> Option<String> {
         None
     }
-    /// The mesh in a file; a note for each kind of data that it cannot keep.
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh>;
-    /// Times of the steps of a sequence kept in one file; empty where it holds one mesh.
-    fn steps(&self, _source: &Source) -> Result<Vec<f64>> {
+    /// The mesh that lies there; a note for each kind of data that it cannot keep.
+    fn read(&self, location: &Location, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        self.read_file(location.file()?, options, notes)
+    }
+    /// The mesh in a file, for formats of one file.
+    fn read_file(&self, source: &Source, _: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
+        Err(Error::input(format!("a file is no {}", self.title())).file(source.path()))
+    }
+    /// Times of the steps of a sequence kept in one place; empty where it holds one mesh.
+    fn steps(&self, location: &Location) -> Result<Vec<f64>> {
+        location
+            .file()
+            .map_or(Ok(Vec::new()), |file| self.steps_of_file(file))
+    }
+    /// The same, for formats of one file.
+    fn steps_of_file(&self, _source: &Source) -> Result<Vec<f64>> {
         Ok(Vec::new())
     }
     /// Writes the mesh; returns a note for each thing that the format cannot hold.
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes>;
+    fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
+        let beside = self.beside(mesh, out.path());
+        if !beside.is_empty() && out.path().as_os_str() == "-" {
+            return Err(Error::input(format!(
+                "{} keeps names and conditions of tags in a file beside it, for which standard output \
+                 has no place; write to a file",
+                self.name()
+            )));
+        }
+        let is_stream = out.is_stream();
+        for (path, content) in beside.iter().filter(|_| !is_stream) {
+            out.beside(path, content)?;
+        }
+        let mut notes = out.main(|out| self.write_file(mesh, out, options))?;
+        if is_stream && !beside.is_empty() {
+            notes.push(Written::BesideLeftOut);
+        }
+        Ok(notes)
+    }
+    /// Writes the mesh front to back, for formats of one file.
+    fn write_file(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
+        Err(Error::input(format!("{} is no single file", self.title())))
+    }
+    /// Small files that belong beside a mesh written to `path`, with their content: the same at whatever
+    /// positions its nodes are.
+    fn beside(&self, _mesh: &MeshView, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+        Vec::new()
+    }
     /// Whether arrays at nodes and cells are written.
     fn holds_arrays(&self) -> bool {
         false
@@ -122,10 +179,6 @@ pub trait Format: Sync {
     /// Bytes that each mesh but the first adds to such a file.
     fn sequence_bytes(&self, _step: &StepSize) -> StepBytes {
         StepBytes::default()
-    }
-    /// Small files that belong beside a mesh written to `path`, with their content.
-    fn companions(&self, _mesh: &MeshView, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-        Vec::new()
     }
 }
 
@@ -216,13 +269,11 @@ pub struct Loaded {
 
 /// The format with this name.
 pub fn by_name(name: &str) -> Result<&'static dyn Format> {
-    let names = || FORMATS.iter().map(|format| format.name());
-    FORMATS
-        .iter()
-        .copied()
+    with_flavours()
         .find(|format| format.name() == name)
         .ok_or_else(|| {
-            let known = names().collect::<Vec<_>>().join(", ");
+            let known = with_flavours().map(|format| format.name());
+            let known = known.collect::<Vec<_>>().join(", ");
             Error::input(format!(
                 "format \"{name}\" is not known; there are: {known}"
             ))
@@ -246,8 +297,7 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
             ))
             .file(path);
         }
-        let mut known = FORMATS
-            .iter()
+        let mut known = with_flavours()
             .map(|format| format!(".{}", format.extensions()[0]))
             .collect::<Vec<_>>();
         known.dedup();
@@ -276,9 +326,8 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
         let extensions = format.extensions().iter();
         extensions.filter(matches).map(|e| e.len()).max()
     };
-    let (_, format) = FORMATS
-        .iter()
-        .filter_map(|format| Some((length(format)?, *format)))
+    let (_, format) = with_flavours()
+        .filter_map(|format| Some((length(&format)?, format)))
         .rev()
         .max_by_key(|(length, _)| *length)?;
     Some(format)
@@ -289,7 +338,7 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
 pub fn case_name(name: &str) -> &str {
     let inside = without_packing(name);
     let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
-    let extensions = FORMATS.iter().flat_map(|format| format.extensions());
+    let extensions = with_flavours().flat_map(|format| format.extensions());
     let starts = extensions.filter_map(|extension| {
         let start = from(extension)?;
         let ending = inside.get(start..)?.strip_prefix('.')?;
@@ -298,40 +347,48 @@ pub fn case_name(name: &str) -> &str {
     starts.min().map_or(name, |start| &inside[..start])
 }
 
-/// The format of a file, by its content or, where that does not tell, by its name.
-pub fn of(source: &Source) -> Result<&'static dyn Format> {
-    FORMATS
-        .iter()
-        .copied()
-        .find(|format| format.recognizes_file(source))
-        .or_else(|| with_extension(without_packing(&file_name(source.path()))))
-        .ok_or_else(|| unknown_content(source))
+/// The format of what lies somewhere, where its content tells.
+pub fn recognize(location: &Location) -> Option<&'static dyn Format> {
+    with_flavours().find(|format| format.recognizes(location))
 }
 
-/// Reads the mesh in a file, by its content or, where that does not tell, by its name.
-pub fn read(source: &Source, options: &ReadOptions) -> Result<Loaded> {
-    read_as(of(source)?, source, options)
+/// The format of what lies somewhere, by its content or, where that does not tell, by its name.
+pub fn of(location: &Location) -> Result<&'static dyn Format> {
+    let by_name = || with_extension(without_packing(&file_name(location.path())));
+    match recognize(location) {
+        Some(format) => Ok(format),
+        None => by_name().ok_or_else(|| match location.file() {
+            Ok(source) => unknown_content(source),
+            Err(folder) => folder,
+        }),
+    }
 }
 
-/// Reads the mesh in a file of a known format.
+/// Reads a mesh, by its content or, where that does not tell, by its name.
+pub fn read(location: &Location, options: &ReadOptions) -> Result<Loaded> {
+    read_as(of(location)?, location, options)
+}
+
+/// Reads a mesh of a known format.
 pub fn read_as(
     format: &'static dyn Format,
-    source: &Source,
+    location: &Location,
     options: &ReadOptions,
 ) -> Result<Loaded> {
-    if source.bytes().is_empty() {
-        return Err(Error::input("the file is empty; it should hold a mesh").file(source.path()));
+    let is_empty = |file: &Source| file.bytes().is_empty();
+    if location.file().is_ok_and(is_empty) && !format.recognizes(location) {
+        return Err(Error::input("the file is empty; it should hold a mesh").file(location.path()));
     }
     let mut notes = Notes::default();
     let mesh = format
-        .read(source, options, &mut notes)
+        .read(location, options, &mut notes)
         .and_then(|mut mesh| {
             mesh.validate()?;
             mesh.merge_repeated_faces();
             names::check(&mut mesh, &mut notes);
             Ok(mesh)
         })
-        .map_err(|error| error.file(source.path()))?;
+        .map_err(|error| error.file(location.path()))?;
     notes.close();
     Ok(Loaded {
         mesh,
@@ -343,7 +400,7 @@ pub fn read_as(
 /// The mesh in bytes of a known format, as the format gives it, without the checks of [`read`].
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
-    format.read(&source, options, &mut Notes::default())
+    format.read_file(&source, options, &mut Notes::default())
 }
 
 /// The word that follows `before` in the first bytes of a text file, up to a blank or a quote.
@@ -359,8 +416,7 @@ fn word_after(head: &[u8], before: &[u8]) -> Option<String> {
 }
 
 fn unknown_content(source: &Source) -> Error {
-    let titles = FORMATS
-        .iter()
+    let titles = with_flavours()
         .map(|format| format.title())
         .collect::<Vec<_>>()
         .join(", ");

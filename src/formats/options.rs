@@ -3,6 +3,7 @@
 use super::Format;
 use crate::error::{Error, Result};
 use crate::mesh::MeshView;
+use std::num::NonZeroUsize;
 
 /// What a reader is told.
 #[derive(Debug, Clone, Default)]
@@ -24,6 +25,8 @@ pub struct WriteOptions {
     pub precision: Precision,
     /// Whether names of tags are written as string arrays (VTU); some readers refuse them.
     pub tag_names: bool,
+    /// Into how many pieces the mesh is cut, in formats of pieces.
+    pub pieces: Option<NonZeroUsize>,
 }
 
 impl WriteOptions {
@@ -75,6 +78,7 @@ impl Default for WriteOptions {
             compression: Compression::None,
             precision: Precision::F64,
             tag_names: true,
+            pieces: None,
         }
     }
 }
@@ -123,6 +127,7 @@ mod tests {
     #[test]
     fn options_that_a_format_has_no_use_for_are_known() {
         let all = WriteOptions {
+            pieces: None,
             encoding: Encoding::Base64,
             compression: Compression::Zlib,
             precision: Precision::F64,

@@ -1,8 +1,9 @@
 //! Writing a mesh file whole or not at all: into a file beside it, which then takes its name.
 
 use super::hidden::{Commit, Hidden, folder_of, sync_folder};
+use super::output_set::stage_folder;
 use super::sink::{Sink, name_of};
-use super::{Format, Notes, WriteOptions};
+use super::{Begin, Format, Notes, OutputSet, SequenceFile, WriteOptions};
 use crate::error::{Error, Kind, Result};
 use crate::mesh::MeshView;
 use std::collections::BTreeSet;
@@ -24,8 +25,13 @@ pub struct Waiting(GiveNames);
 impl Waiting {
     /// What gives files their names and tells the folder of them, if that is to be synced; dropped, it removes
     /// them.
-    pub(super) fn new(give: impl FnOnce() -> Result<Option<PathBuf>> + Send + 'static) -> Self {
+    pub(crate) fn new(give: impl FnOnce() -> Result<Option<PathBuf>> + Send + 'static) -> Self {
         Self(Box::new(give))
+    }
+
+    /// Several as one, in order.
+    pub(super) fn all(files: Vec<Self>) -> Self {
+        Self::new(|| Self::keep_all(files).map(|()| None))
     }
 
     /// Gives them their names.
@@ -49,7 +55,7 @@ impl Waiting {
 
 /// Writes `mesh` to `path`; returns a note for each thing that the format cannot hold.
 ///
-/// The bytes go to a hidden file in the same folder, which is renamed once it is complete and
+/// The bytes go to hidden files in the same folder, which are renamed once all are complete and
 /// removed when anything fails. `-` is standard output. A device or a pipe, which cannot be
 /// replaced, is written to directly; a symbolic link is followed.
 pub fn save(
@@ -60,41 +66,21 @@ pub fn save(
     commit: Commit,
 ) -> Result<Notes> {
     let (notes, files) = stage(mesh, path, format, options, commit)?;
-    Waiting::keep_all(files)?;
+    files.keep()?;
     Ok(notes)
 }
 
-/// Does what [`save`] does, but leaves the mesh and the files beside it under hidden names.
+/// Does what [`save`] does, but leaves the files under hidden names.
 pub fn stage(
     mesh: &MeshView,
     path: &Path,
     format: &dyn Format,
     options: &WriteOptions,
     commit: Commit,
-) -> Result<(Notes, Vec<Waiting>)> {
-    if path.as_os_str() == "-" && !format.companions(mesh, path).is_empty() {
-        return Err(Error::input(format!(
-            "{} keeps names and conditions of tags in a file beside it, for which standard output \
-             has no place; write to a file",
-            format.name()
-        )));
-    }
-    let (notes, file) = stage_whole(path, commit, |out| format.write(mesh, out, options))?;
-    let mut files = vec![file];
-    files.extend(stage_companions(mesh, path, format, commit)?);
-    Ok((notes, files))
-}
-
-/// Writes the small files that belong beside a mesh written to `path`, under hidden names.
-pub fn stage_companions(
-    mesh: &MeshView,
-    path: &Path,
-    format: &dyn Format,
-    commit: Commit,
-) -> Result<Vec<Waiting>> {
-    let companions = format.companions(mesh, path).into_iter();
-    let stage = |(path, content): (PathBuf, Vec<u8>)| stage_bytes(&content, &path, commit);
-    companions.map(stage).collect()
+) -> Result<(Notes, Waiting)> {
+    let mut out = OutputSet::new(path, commit);
+    let notes = format.write(mesh, &mut out, options)?;
+    Ok((notes, out.finish().files))
 }
 
 /// Writes text to `path` in the same way.
@@ -112,7 +98,7 @@ pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Waiting>
 }
 
 /// Fills a file through `write` under a hidden name.
-pub fn stage_whole<T>(
+pub(super) fn stage_whole<T>(
     path: &Path,
     commit: Commit,
     write: impl FnOnce(&mut dyn Write) -> Result<T>,
@@ -129,9 +115,28 @@ pub fn stage_whole<T>(
     Ok((written, waiting(hidden, path, target, commit)))
 }
 
+/// Lets `write` fill the file or folder of a whole sequence, which then waits for the name `path`. Where that is
+/// standard output, a device or a pipe, a file is copied to it and removed.
+pub fn stage_sequence<T>(
+    path: &Path,
+    format: &dyn Format,
+    options: &WriteOptions,
+    commit: Commit,
+    write: impl FnOnce(&mut dyn SequenceFile) -> Result<T>,
+) -> Result<(T, Waiting)> {
+    let create = format
+        .sequence()
+        .ok_or_else(|| Error::input(format!("{} keeps no sequence", format.title())).file(path))?;
+    let fill = |hidden: &Path| write(&mut *create(hidden, options, Begin::Fill, false)?);
+    match format.is_folder() {
+        true => stage_folder(path, commit, fill),
+        false => stage_file(path, commit, fill),
+    }
+}
+
 /// Lets `write` fill a file, of a name that it is given, which then waits for the name `path`. Where that
 /// is standard output, a device or a pipe, the file is copied to it and removed.
-pub fn stage_file<T>(
+fn stage_file<T>(
     path: &Path,
     commit: Commit,
     write: impl FnOnce(&Path) -> Result<T>,
@@ -192,7 +197,7 @@ impl Commit {
     }
 }
 
-fn exists(path: &Path) -> Error {
+pub(super) fn exists(path: &Path) -> Error {
     Error::input("exists already; --force replaces it").file(path)
 }
 

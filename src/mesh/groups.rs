@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// A named set of cells of one dimension. One below the mesh's dimension it is a boundary tag, of
-/// the mesh's dimension a zone.
+/// the mesh's dimension a zone; in a cloud of points a tag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// Topological dimension of its cells.
@@ -19,14 +19,20 @@ pub struct Group {
     pub cells: CellSet,
 }
 
-/// The groups of cells of this dimension, in order.
-pub(super) fn of_dimension(
+/// The boundary tags of a mesh of this dimension, in order: groups of one dimension less, of points in a
+/// cloud.
+pub(super) fn boundary_tags(
     groups: &[Group],
-    dimension: i16,
+    dimension: u8,
 ) -> impl Iterator<Item = &Group> + Clone {
-    groups
-        .iter()
-        .filter(move |group| i16::from(group.dimension) == dimension)
+    let below = dimension.saturating_sub(1);
+    groups.iter().filter(move |group| group.dimension == below)
+}
+
+/// The zones of a mesh of this dimension, in order; a cloud has none.
+pub(super) fn zones(groups: &[Group], dimension: u8) -> impl Iterator<Item = &Group> + Clone {
+    let is_zone = move |group: &&Group| dimension > 0 && group.dimension == dimension;
+    groups.iter().filter(is_zone)
 }
 
 /// A set of cell indices, kept as ascending disjoint ranges: boundaries and zones are mostly

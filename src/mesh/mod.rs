@@ -24,14 +24,13 @@ mod view;
 pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
-pub use difference::{Difference, Tolerance};
+pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use faces::{Faces, OuterFace};
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub use view::MeshView;
 
 use crate::error::{Error, Result};
-use groups::of_dimension;
 use rayon::prelude::*;
 
 /// An unstructured mesh.
@@ -53,22 +52,37 @@ pub struct Mesh {
     pub cell_arrays: Vec<DataArray>,
     /// Arrays of the mesh as a whole.
     pub field_arrays: Vec<DataArray>,
+    /// The dimension of its space where the file says that it is larger than that of its cells: of a
+    /// surface in 3D whose cells are the boundary faces, and its groups the tags, of a mesh without
+    /// volume cells.
+    pub space: Option<u8>,
 }
 
 impl Mesh {
-    /// Largest dimension of its cells: 2 for a plane mesh, 3 for a solid one; 0 without cells.
+    /// Dimension of its volume cells, present or not: what [`space`](Self::space) says, else the largest
+    /// of its cells. 2 for a plane mesh or a shell, 3 for a solid one, 0 for a cloud of points.
     pub fn dimension(&self) -> u8 {
-        self.cells.dimension()
+        volume_dimension(&self.cells, self.space)
     }
 
-    /// The boundary tags, in file order.
+    /// Dimension of the space that it lies in: 3 where it has solid cells or leaves a plane of constant
+    /// z, else 2.
+    pub fn space_dimension(&self) -> u8 {
+        match self.dimension() {
+            3 => 3,
+            _ if is_flat(&self.points) => 2,
+            _ => 3,
+        }
+    }
+
+    /// The boundary tags, in file order; of a cloud of points its groups.
     pub fn boundary_tags(&self) -> impl Iterator<Item = &Group> + Clone {
-        of_dimension(&self.groups, i16::from(self.dimension()) - 1)
+        groups::boundary_tags(&self.groups, self.dimension())
     }
 
     /// The zones, in file order.
     pub fn zones(&self) -> impl Iterator<Item = &Group> + Clone {
-        of_dimension(&self.groups, self.dimension().into())
+        groups::zones(&self.groups, self.dimension())
     }
 
     /// Runs of the cells with the mesh's own dimension.
@@ -213,6 +227,24 @@ fn bounds(points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
             std::array::from_fn(|i| hi[i].max(p[i])),
         ]
     }))
+}
+
+/// Extent in z, relative to the diagonal, above which nodes do not lie in a plane.
+const FLAT: f64 = 1e-6;
+
+/// Whether nodes lie in a plane of constant z.
+fn is_flat(points: &[[f64; 3]]) -> bool {
+    let Some([low, high]) = bounds(points) else {
+        return true;
+    };
+    let size = |k: usize| high[k] - low[k];
+    let diagonal = (0..3).map(|k| size(k).powi(2)).sum::<f64>().sqrt();
+    size(2) <= FLAT * diagonal
+}
+
+/// What a file says of the dimension, or the largest of the cells.
+fn volume_dimension(cells: &Cells, space: Option<u8>) -> u8 {
+    space.unwrap_or(0).max(cells.dimension())
 }
 
 /// Components that an array may have without values to show for them.

@@ -45,6 +45,7 @@ impl MeshView<'_> {
             point_arrays: self.point_arrays.iter().copied().cloned().collect(),
             cell_arrays: self.cell_arrays.iter().map(array).collect(),
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
+            space: self.space,
         }
     }
 }

@@ -1,7 +1,6 @@
 //! What writers take of a mesh, borrowed: node positions and arrays may be others than the mesh's own.
 
-use super::groups::of_dimension;
-use super::{CellRun, Cells, DataArray, Group, Mesh};
+use super::{CellRun, Cells, DataArray, Group, Mesh, groups, volume_dimension};
 
 /// A mesh to write. Nothing of it is copied.
 ///
@@ -29,6 +28,8 @@ pub struct MeshView<'a> {
     pub cell_arrays: Vec<&'a DataArray>,
     /// Arrays of the mesh as a whole.
     pub field_arrays: Vec<&'a DataArray>,
+    /// See [`Mesh::space`].
+    pub space: Option<u8>,
 }
 
 impl Mesh {
@@ -41,6 +42,7 @@ impl Mesh {
             point_arrays: self.point_arrays.iter().collect(),
             cell_arrays: self.cell_arrays.iter().collect(),
             field_arrays: self.field_arrays.iter().collect(),
+            space: self.space,
         }
     }
 }
@@ -80,17 +82,17 @@ impl<'a> MeshView<'a> {
 
     /// See [`Mesh::dimension`].
     pub fn dimension(&self) -> u8 {
-        self.cells.dimension()
+        volume_dimension(self.cells, self.space)
     }
 
     /// The boundary tags, in file order.
     pub fn boundary_tags(&self) -> impl Iterator<Item = &'a Group> + Clone + use<'a> {
-        of_dimension(self.groups, i16::from(self.dimension()) - 1)
+        groups::boundary_tags(self.groups, self.dimension())
     }
 
     /// The zones, in file order.
     pub fn zones(&self) -> impl Iterator<Item = &'a Group> + Clone + use<'a> {
-        of_dimension(self.groups, self.dimension().into())
+        groups::zones(self.groups, self.dimension())
     }
 
     /// Runs of the cells with the mesh's own dimension.

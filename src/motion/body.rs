@@ -7,6 +7,7 @@ use super::motions::{
 use super::names::{Pattern, list, patterns};
 use super::places::Places;
 use super::reader::{AngleUnit, Entry};
+use super::setters::setters;
 use super::steps::Step;
 use crate::error::Result;
 use std::any::Any;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 /// and cyclic motion as one; then those of its parent.
 ///
 /// ```
-/// use azimesh::motion::{AxisRotation, Body, Cyclic};
+/// use azimesh::{AxisRotation, Body, Cyclic};
 ///
 /// let wing = Body::new("wing", ["wing", "wing_tip_*"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0));
 /// let hinge = AxisRotation::new([0.0, 0.0, 1.0]).origin([0.75, 0.0, 0.0]);
@@ -37,6 +38,39 @@ pub struct Body {
     pub(super) places: Places,
 }
 
+setters! { Body {
+    /// Pitch, flap and lag as harmonics of the azimuth.
+    cyclic(cyclic: Cyclic) |self| self = self.with(cyclic);
+    /// A rotation about an axis, before the translation.
+    rotate(rotation: AxisRotation) |self| self = self.with_rigid(|rigid| rigid.rotate = Some(rotation));
+    /// A translation.
+    translate(translation: Translation) |self| self = self.with_rigid(|rigid| rigid.translate = Some(translation));
+    /// Rotation and translation grow from nothing at the first step to the whole at the last.
+    ramp() |self| self = self.with_rigid(|rigid| rigid.ramp = true);
+    /// Six degrees of freedom from a [`Table`](super::table::Table), or a [`TableMotion`] of one.
+    table(table: impl Into<TableMotion>) |self| self = self.with(table.into());
+    /// Bending from a structural code.
+    beam(beam: Beam) |self| self = self.with(beam);
+    /// Mode shapes times generalised coordinates.
+    modes(modes: Modes) |self| self = self.with(modes);
+    /// Displacements or positions of its nodes from another program.
+    surface(surface: SurfaceMotion) |self| self = self.with(surface);
+    /// Displacements by a function: for a step and the positions `(n, 3)` of all its nodes in the reference
+    /// mesh it writes their displacements `(n, 3)`, which are zero before, all in mesh units. Nodes are in
+    /// the order of the mesh. It is called once a step, when the mesh is known; its velocity is the difference of
+    /// the steps beside a step. Such a body has no twist and no children.
+    displacements(function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static) |self|
+        self = self.with(Displacements { function: Arc::new(function), name: None });
+    /// The same by a function with a name: a run of it can be resumed, for which the caller promises that a
+    /// function of the same name gives the same displacements.
+    displacements_named(name: impl Into<String>, function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static) |self|
+        self = self.with(Displacements { function: Arc::new(function), name: Some(name.into()) });
+    /// The body that it moves with, one that is given to the schedule before it.
+    parent(name: impl Into<String>) |self| self.parent = Some(name.into());
+    /// Azimuth of its blade when the rotor's is zero, in degrees; that of its parent unless it is set, else 0.
+    azimuth_offset_deg(azimuth: f64) |self| self.azimuth_offset = Some(azimuth.to_radians());
+} }
+
 impl Body {
     /// A body of these boundary tags; a tag may be a glob with `*` and `?`.
     pub fn new(name: impl Into<String>, tags: impl IntoIterator<Item = impl Into<String>>) -> Self {
@@ -50,97 +84,6 @@ impl Body {
             motions: Vec::new(),
             places,
         }
-    }
-
-    /// Pitch, flap and lag as harmonics of the azimuth.
-    #[must_use]
-    pub fn cyclic(self, cyclic: Cyclic) -> Self {
-        self.with(cyclic)
-    }
-
-    /// A rotation about an axis, before the translation.
-    #[must_use]
-    pub fn rotate(self, rotation: AxisRotation) -> Self {
-        self.with_rigid(|rigid| rigid.rotate = Some(rotation))
-    }
-
-    /// A translation.
-    #[must_use]
-    pub fn translate(self, translation: Translation) -> Self {
-        self.with_rigid(|rigid| rigid.translate = Some(translation))
-    }
-
-    /// Rotation and translation grow from nothing at the first step to the whole at the last.
-    #[must_use]
-    pub fn ramp(self) -> Self {
-        self.with_rigid(|rigid| rigid.ramp = true)
-    }
-
-    /// Six degrees of freedom from a [`Table`](super::table::Table), or a [`TableMotion`] of one.
-    #[must_use]
-    pub fn table(self, table: impl Into<TableMotion>) -> Self {
-        self.with(table.into())
-    }
-
-    /// Bending from a structural code.
-    #[must_use]
-    pub fn beam(self, beam: Beam) -> Self {
-        self.with(beam)
-    }
-
-    /// Mode shapes times generalised coordinates.
-    #[must_use]
-    pub fn modes(self, modes: Modes) -> Self {
-        self.with(modes)
-    }
-
-    /// Displacements or positions of its nodes from another program.
-    #[must_use]
-    pub fn surface(self, surface: SurfaceMotion) -> Self {
-        self.with(surface)
-    }
-
-    /// Displacements by a function: for a step and the positions `(n, 3)` of all its nodes in the reference
-    /// mesh it writes their displacements `(n, 3)`, which are zero before, all in mesh units. Nodes are in
-    /// the order of the mesh. It is called once a step, when the mesh is known; its velocity is the difference of
-    /// the steps beside a step. Such a body has no twist and no children.
-    #[must_use]
-    pub fn displacements(
-        self,
-        function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static,
-    ) -> Self {
-        self.with(Displacements {
-            function: Arc::new(function),
-            name: None,
-        })
-    }
-
-    /// The same by a function with a name: a run of it can be resumed, for which the caller promises that a
-    /// function of the same name gives the same displacements.
-    #[must_use]
-    pub fn displacements_named(
-        self,
-        name: impl Into<String>,
-        function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static,
-    ) -> Self {
-        self.with(Displacements {
-            function: Arc::new(function),
-            name: Some(name.into()),
-        })
-    }
-
-    /// The body that it moves with, one that is given to the schedule before it.
-    #[must_use]
-    pub fn parent(mut self, name: impl Into<String>) -> Self {
-        self.parent = Some(name.into());
-        self
-    }
-
-    /// Azimuth of its blade when the rotor's is zero, in degrees; that of its parent unless it is set, else 0.
-    #[must_use]
-    pub fn azimuth_offset_deg(mut self, azimuth: f64) -> Self {
-        self.azimuth_offset = Some(azimuth.to_radians());
-        self
     }
 
     /// With a motion, in the place of one of its sort.

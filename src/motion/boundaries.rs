@@ -19,7 +19,7 @@ pub enum Others {
 
 /// Two boundaries that are images of one another; their nodes move identically.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PeriodicPair {
+pub(super) struct PeriodicPair {
     /// Tags of the one side.
     pub a: Pattern,
     /// Tags of the other side.
@@ -30,7 +30,7 @@ pub struct PeriodicPair {
 
 /// `[boundaries]`: which zones deform and what the boundaries that belong to no body do.
 #[derive(Debug, Clone, Default)]
-pub struct Boundaries {
+pub(super) struct Boundaries {
     /// Zones that deform; all when empty.
     pub zones: Vec<Pattern>,
     /// Tags that stay where they are.

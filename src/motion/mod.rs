@@ -25,6 +25,7 @@ mod reader;
 mod resolved;
 mod rotor;
 mod schedule;
+mod setters;
 mod shared_nodes;
 mod steps;
 mod surface;
@@ -36,12 +37,11 @@ mod zones;
 
 pub use body::Body;
 pub use body_map::BodyMap;
-pub use boundaries::{Boundaries, Others, PeriodicPair};
+pub use boundaries::Others;
 pub use motions::{
-    AxisRotation, Beam, CentreLine, Cyclic, Harmonic, Modes, Series, SurfaceMotion, TableMotion,
-    TableSource, Translation,
+    AxisRotation, Beam, CentreLine, Cyclic, Modes, SurfaceMotion, TableMotion, TableSource,
+    Translation,
 };
-pub use names::Pattern;
 pub use options::{
     Interpolate, KernelName, Polynomial, RbfOptions, Refresh, SelectionCriterion, SelectionMethod,
     SelectionOptions,

@@ -9,7 +9,7 @@ const LISTED: usize = 24;
 
 /// A name, or a glob with `*` (any characters) and `?` (one character), and where it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Pattern {
+pub(super) struct Pattern {
     /// As written.
     pub text: String,
     /// Where the schedule has it.

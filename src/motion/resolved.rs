@@ -6,17 +6,13 @@ use super::rotor::RotorAxes;
 use super::schedule::Schedule;
 use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, nodes_of_tags};
-use super::tags::{PeriodicTags, TagRoles};
+use super::tags::{PeriodicTags, TagRole, TagRoles};
 use super::zones::DeformingZone;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Position, Result};
-use crate::geometry::Bounds;
 use crate::mesh::{Group, Mesh};
 use std::cell::OnceCell;
 use std::sync::Arc;
-
-/// Extent in z, relative to the diagonal, above which a mesh of 2D cells is not plane.
-const PLANE: f64 = 1e-6;
 
 /// A schedule on a mesh.
 #[derive(Debug, Clone)]
@@ -56,19 +52,20 @@ pub struct MovingBody {
 
 impl Motion {
     pub(super) fn new(schedule: &Schedule, mesh: &Mesh) -> Result<Self> {
-        let dimension = mesh.dimension();
-        if dimension < 2 {
+        if mesh.cells.is_empty() {
             return Err(Error::input(
-                "the mesh has no cells of two or three dimensions; there is nothing to deform",
+                "the mesh has no cells; there is nothing to deform",
             ));
         }
+        let dimension = mesh.space_dimension();
         if dimension == 2 {
-            check_plane(mesh, &schedule.bodies)?;
+            check_plane(&schedule.bodies)?;
         }
         let rotor = schedule.rotor.axes(dimension, &schedule.places)?;
         let zone = DeformingZone::find(&schedule.boundaries.zones, mesh)?;
         let tags: Vec<&Group> = mesh.boundary_tags().collect();
         let named = TagRoles::find(&tags, schedule, zone.as_ref(), mesh)?;
+        check_sliding(&tags, &named.tags, dimension)?;
         let steps = schedule.steps()?;
         let mut motion = Self {
             neighbours: neighbours(&steps),
@@ -168,15 +165,22 @@ impl Motion {
     }
 }
 
-/// Refuses what would leave the plane of a 2D mesh.
-fn check_plane(mesh: &Mesh, bodies: &[Body]) -> Result<()> {
-    let bounds = Bounds::around(&mesh.points);
-    let [low, high] = [bounds.low[2], bounds.high[2]];
-    if high - low > PLANE * bounds.diagonal() {
-        return Err(Error::input(format!(
-            "the mesh has 2D cells only, but z runs from {low} to {high}; a 2D mesh must lie in a plane of constant z"
-        )));
+/// Nodes slide on the faces of a volume, in a plane on edges; a shell and a cloud have neither.
+fn check_sliding(tags: &[&Group], roles: &[TagRole], space: u8) -> Result<()> {
+    let of_shell = tags.iter().zip(roles).find(|(tag, role)| {
+        role.role == Some(Role::Sliding) && tag.dimension + 1 < space && !tag.cells.is_empty()
+    });
+    match of_shell {
+        None => Ok(()),
+        Some((tag, _)) => Err(Error::input(format!(
+            "tag \"{}\" cannot slide: it has no faces to slide on, since the mesh has no volume cells",
+            tag.name
+        ))),
     }
+}
+
+/// Refuses what would leave the plane of a 2D mesh.
+fn check_plane(bodies: &[Body]) -> Result<()> {
     let mut motions = bodies
         .iter()
         .flat_map(|body| body.motions.iter().rev().map(move |motion| (body, motion)));

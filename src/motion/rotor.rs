@@ -2,6 +2,7 @@
 
 use super::places::Places;
 use super::reader::Entry;
+use super::setters::setters;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, cross, dot, scale, unit};
@@ -46,7 +47,7 @@ pub struct Signs {
 /// The rotor: hub, axes, frame, speed and signs of its angles.
 ///
 /// ```
-/// use azimesh::motion::{Rotor, Schedule, Steps};
+/// use azimesh::{Rotor, Schedule, Steps};
 ///
 /// let rotor = Rotor::new().hub([0.0, 0.0, 1.2]).inertial().rpm(395.0).azimuth_sign(-1.0);
 /// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0)).rotor(rotor);
@@ -90,85 +91,6 @@ impl Rotor {
     /// shaft along y; the rotating frame.
     pub fn new() -> Self {
         Self::default()
-    }
-
-    /// Hub centre, in mesh units.
-    #[must_use]
-    pub fn hub(self, hub: Vector) -> Self {
-        Self { hub, ..self }
-    }
-
-    /// Direction, of any length, of the span of the blade at zero azimuth.
-    #[must_use]
-    pub fn span_axis(self, direction: Vector) -> Self {
-        Self {
-            span_axis: Some(unit(direction).unwrap_or_default()),
-            ..self
-        }
-    }
-
-    /// Direction, of any length, of the shaft, towards the thrust side.
-    #[must_use]
-    pub fn shaft_axis(self, direction: Vector) -> Self {
-        Self {
-            shaft_axis: Some(unit(direction).unwrap_or_default()),
-            ..self
-        }
-    }
-
-    /// Meshes are written in the inertial frame: carried round with the azimuth.
-    #[must_use]
-    pub fn inertial(self) -> Self {
-        Self {
-            frame: Frame::Inertial,
-            ..self
-        }
-    }
-
-    /// Meshes are written in the frame that turns with the rotor, which is the default.
-    #[must_use]
-    pub fn rotating(self) -> Self {
-        Self {
-            frame: Frame::Rotating,
-            ..self
-        }
-    }
-
-    /// Revolutions a minute, which give azimuths their times.
-    #[must_use]
-    pub fn rpm(self, rpm: f64) -> Self {
-        Self {
-            rpm: Some(rpm),
-            ..self
-        }
-    }
-
-    /// 1, or -1 for a rotor that turns clockwise seen from the thrust side.
-    #[must_use]
-    pub fn azimuth_sign(mut self, sign: f64) -> Self {
-        self.signs.azimuth = sign;
-        self
-    }
-
-    /// 1, or -1 for the other convention of the pitch angle.
-    #[must_use]
-    pub fn pitch_sign(mut self, sign: f64) -> Self {
-        self.signs.pitch = sign;
-        self
-    }
-
-    /// 1, or -1 for the other convention of the flap angle.
-    #[must_use]
-    pub fn flap_sign(mut self, sign: f64) -> Self {
-        self.signs.flap = sign;
-        self
-    }
-
-    /// 1, or -1 for the other convention of the lag angle.
-    #[must_use]
-    pub fn lag_sign(mut self, sign: f64) -> Self {
-        self.signs.lag = sign;
-        self
     }
 
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
@@ -263,6 +185,29 @@ impl Rotor {
         })
     }
 }
+
+setters! { Rotor {
+    /// Hub centre, in mesh units.
+    hub(hub: Vector) |self| self.hub = hub;
+    /// Direction, of any length, of the span of the blade at zero azimuth.
+    span_axis(direction: Vector) |self| self.span_axis = Some(unit(direction).unwrap_or_default());
+    /// Direction, of any length, of the shaft, towards the thrust side.
+    shaft_axis(direction: Vector) |self| self.shaft_axis = Some(unit(direction).unwrap_or_default());
+    /// Meshes are written in the inertial frame: carried round with the azimuth.
+    inertial() |self| self.frame = Frame::Inertial;
+    /// Meshes are written in the frame that turns with the rotor, which is the default.
+    rotating() |self| self.frame = Frame::Rotating;
+    /// Revolutions a minute, which give azimuths their times.
+    rpm(rpm: f64) |self| self.rpm = Some(rpm);
+    /// 1, or -1 for a rotor that turns clockwise seen from the thrust side.
+    azimuth_sign(sign: f64) |self| self.signs.azimuth = sign;
+    /// 1, or -1 for the other convention of the pitch angle.
+    pitch_sign(sign: f64) |self| self.signs.pitch = sign;
+    /// 1, or -1 for the other convention of the flap angle.
+    flap_sign(sign: f64) |self| self.signs.flap = sign;
+    /// 1, or -1 for the other convention of the lag angle.
+    lag_sign(sign: f64) |self| self.signs.lag = sign;
+} }
 
 /// The rotor's axes at zero azimuth: right-handed and orthonormal.
 #[derive(Debug, Clone, Copy, PartialEq)]

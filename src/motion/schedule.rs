@@ -34,13 +34,13 @@ const SCHEDULE: &[&str] = &[
 /// in memory; both are held against the same checks when it is [resolved](Self::resolve) on a mesh.
 ///
 /// ```
-/// use azimesh::motion::{Body, Cyclic, Schedule, Steps};
+/// use azimesh::{Body, Cyclic, Schedule, Steps};
 ///
 /// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 10.0))
 ///     .body(Body::new("airfoil", ["airfoil"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0)))
 ///     .fixed(["farfield"]);
 /// assert_eq!(schedule.steps()?.len(), 37);
-/// # Ok::<(), azimesh::error::Error>(())
+/// # Ok::<(), azimesh::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Schedule {
@@ -63,7 +63,8 @@ pub struct Schedule {
 
 impl Schedule {
     /// Reads a schedule file.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
         let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
         let bytes = bytes.map_err(|error| Error::io(path, &error))?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {

@@ -69,7 +69,7 @@ impl fmt::Display for Step {
 /// The steps of a schedule as they are declared: azimuths, or times.
 ///
 /// ```
-/// use azimesh::motion::Steps;
+/// use azimesh::Steps;
 ///
 /// let revolution = Steps::azimuth_deg(0.0, 360.0, 10.0); // 37 steps, 360 included
 /// let listed = Steps::azimuths_deg([0.0, 30.0, 90.0]);

@@ -227,15 +227,14 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
 mod tests {
     use super::*;
     use crate::diagnostic::Kind;
-    use crate::formats::{self, ReadOptions, Source};
+    use crate::mesh::Mesh;
     use crate::motion::Schedule;
     use std::path::Path;
 
     fn plan(mesh: &str, schedule: &str) -> Plan {
         let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
-        let source = Source::open(Path::new(mesh)).expect("it is there");
-        let mesh = formats::read(&source, &ReadOptions::default()).expect("it is good");
-        Plan::new(mesh.mesh, schedule).expect("they fit")
+        let mesh = Mesh::read(mesh).expect("it is good");
+        Plan::new(mesh, schedule).expect("they fit")
     }
 
     fn told(mesh: &str, tag: &str, by: &str) -> Vec<Diagnostic> {

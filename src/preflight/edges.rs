@@ -151,7 +151,6 @@ fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: 
 mod tests {
     use super::*;
     use crate::diagnostic::Kind;
-    use crate::formats::{self, ReadOptions, Source};
     use crate::mesh::{CellKind, Group, Mesh};
     use crate::motion::Schedule;
     use std::path::Path;
@@ -163,14 +162,13 @@ mod tests {
 
     /// The wing with a motion, its root in a plane that slides.
     fn wing(motion: &str) -> Plan {
-        let source = Source::open(Path::new("testdata/wing_on_plane.vtu")).expect("it is there");
-        let mesh = formats::read(&source, &ReadOptions::default()).expect("it is good");
+        let mesh = Mesh::read("testdata/wing_on_plane.vtu").expect("it is good");
         let schedule = format!(
             "azimuth.values = [0, 90]\nboundaries = {{ fixed = [\"farfield\"], slide = [\"symmetry\"] }}\n\
              rbf.support_radius = 8.0\nselection.tolerance = 1e-2\n\
              body = [ {{ name = \"wing\", tags = [\"wing\"], {motion} }} ]\n"
         );
-        plan(mesh.mesh, &schedule)
+        plan(mesh, &schedule)
     }
 
     #[test]

@@ -5,14 +5,14 @@ use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::error::{Error, Kind, Result};
-use crate::formats::{self, Compression, Encoding, Format, Precision, WriteOptions};
+use crate::formats::{self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::quality::{Assessment, Criterion};
 use crate::record::COLUMNS;
 use rayon::prelude::*;
-use std::io::Write;
+use std::path::Path;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
@@ -109,13 +109,13 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u6
     };
     let points = moved_a_little(&plan.mesh.points);
     let mesh = plan.mesh.view().with_points(&points);
-    let mut sink = Counter(0);
-    let dropped = format.write(&mesh, &mut sink, &options);
+    let mut out = OutputSet::nowhere(Path::new("mesh"));
+    let dropped = format.write(&mesh, &mut out, &options);
     let dropped = dropped.map_err(|error| described(error, plan))?;
     let mut dropped: Vec<Diagnostic> = dropped.into_iter().collect();
     dropped.extend(dropped_arrays(plan, format));
     dropped.extend(dropped_packing(plan, format));
-    Ok((dropped, sink.0))
+    Ok((dropped, out.finish().n_bytes))
 }
 
 /// Nodes moved by so little that they stay in their plane where they have one.
@@ -132,20 +132,6 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
         }
     };
     points.par_iter().map(moved).collect()
-}
-
-/// Counts bytes that go nowhere.
-struct Counter(u64);
-
-impl Write for Counter {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0 += bytes.len() as u64;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
 }
 
 /// Sentences where numbers are to be stored in a way that the format does not have.

@@ -2,7 +2,7 @@
 
 use super::folder::Sequence;
 use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, Source, check_file};
+use crate::formats::{ReadOptions, check_file};
 use crate::mesh::Mesh;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -79,7 +79,7 @@ impl<'a> Meshes<'a> {
 }
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
-    Ok(formats::read(&Source::open(path)?, options)?.mesh)
+    Ok(Mesh::read_with(path, options)?.mesh)
 }
 
 fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {

@@ -7,7 +7,7 @@ use super::plot::Plot;
 use super::series::Series;
 use super::slice::Slice;
 use super::table::Table;
-use crate::formats::{self, ReadOptions, Source};
+use crate::formats::ReadOptions;
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, cross, dot, scale, unit};
 use crate::mesh::Mesh;
@@ -16,9 +16,7 @@ use std::path::Path;
 
 fn mesh(name: &str) -> Mesh {
     let path = Path::new("testdata").join(name);
-    let source = Source::open(&path).expect("it is there");
-    let loaded = formats::read(&source, &ReadOptions::default());
-    loaded.expect("it is good").mesh
+    Mesh::read(path).expect("it is good")
 }
 
 fn plane(normal: Vector, height: f64) -> Plane {

@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Result};
 use crate::formats::{
-    self, Begin, Encoding, Format, Precision, ReadOptions, Source, WriteOptions, stage_file,
+    self, Encoding, Format, Location, Precision, ReadOptions, WriteOptions, stage_sequence,
 };
 use crate::progress::Progress;
 use crate::record::{Row, Rows, RunRecord, Timings};
@@ -161,7 +161,7 @@ fn is_file_of(
         step: Some(rows.len() - 1),
         tag_array: None,
     };
-    let read = || formats::read_as(format, &Source::open(&path)?, &options);
+    let read = || formats::read_as(format, &Location::open(&path)?, &options);
     is_as_written && read().is_ok()
 }
 
@@ -186,11 +186,9 @@ pub(super) fn join_meshes(
     parts: &[Written],
     progress: &dyn Progress,
 ) -> Result<RowsAndEnds> {
-    let create = format.sequence().expect("one file holds all steps");
     let options = write_options(parts);
     let path = names.path(&names.mesh(0));
-    let (rows, file) = stage_file(&path, names.commit, |hidden| {
-        let mut file = create(hidden, &options, Begin::Fill, false)?;
+    let (rows, file) = stage_sequence(&path, format, &options, names.commit, |file| {
         let (mut rows, mut ends) = (Rows::new(), Vec::new());
         progress.start("joining", Some(names.steps().len() as u64));
         for (step, (part, at, row)) in in_order(parts) {
@@ -200,9 +198,9 @@ pub(super) fn join_meshes(
                 step: Some(at),
                 tag_array: None,
             };
-            let loaded = formats::read_as(format, &Source::open(&from)?, &options)?;
+            let loaded = formats::read_as(format, &Location::open(&from)?, &options)?;
             let hash = file.push(names::time(row), &loaded.mesh.view());
-            let hash = hash.map_err(|error| error.file(hidden))?;
+            let hash = hash.map_err(|error| error.file(&path))?;
             let mut row = row.clone();
             row.file = names.mesh(step);
             row.blake3 = hash.to_string();

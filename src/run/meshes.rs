@@ -2,13 +2,10 @@
 
 use super::names::Names;
 use crate::error::Result;
-use crate::formats::{
-    Begin, Format, Notes, SequenceFile, Waiting, WriteOptions, stage_companions, stage_whole,
-};
+use crate::formats::{Begin, Format, Notes, OutputSet, SequenceFile, Waiting, WriteOptions};
 use crate::mesh::MeshView;
 use crate::motion::Step;
-use std::io::Write;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The file that takes all meshes, also in the hands of the thread that commits them.
@@ -27,26 +24,6 @@ pub(super) struct Meshes<'a> {
     pub ends: Vec<u64>,
     /// What the format could not hold.
     pub notes: Notes,
-}
-
-/// A mesh that is written and not one of the sequence yet.
-pub(super) enum Written {
-    /// Files under hidden names.
-    Files(Vec<Waiting>),
-    /// The mesh appended last to the file of all.
-    Appended(Shared, PathBuf),
-}
-
-impl Written {
-    /// Makes it one of the sequence.
-    pub fn keep(self) -> Result<()> {
-        match self {
-            Self::Files(files) => Waiting::keep_all(files),
-            Self::Appended(sequence, path) => {
-                lock(&sequence).commit().map_err(|error| error.file(&path))
-            }
-        }
-    }
 }
 
 impl<'a> Meshes<'a> {
@@ -74,8 +51,8 @@ impl<'a> Meshes<'a> {
     }
 
     /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
-    /// steps. A mesh is kept before the next is appended.
-    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Written)> {
+    /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
+    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Waiting)> {
         let path = self.names.path(&self.names.mesh(step.index));
         if let Some(sequence) = &self.sequence {
             let mut file = lock(sequence);
@@ -83,21 +60,15 @@ impl<'a> Meshes<'a> {
             let hash = appended.map_err(|error| error.file(&path))?;
             self.ends.push(file.n_bytes());
             self.is_retracing = file.is_retracing();
-            return Ok((hash, Written::Appended(Arc::clone(sequence), path)));
+            let sequence = Arc::clone(sequence);
+            let commit = move || lock(&sequence).commit().map_err(|error| error.file(&path));
+            return Ok((hash, Waiting::new(move || commit().map(|()| None))));
         }
-        let commit = self.names.commit;
-        let ((hash, notes), file) = stage_whole(&path, commit, |out| {
-            let mut hashing = Hashing {
-                out,
-                hasher: blake3::Hasher::new(),
-            };
-            let notes = self.format.write(mesh, &mut hashing, &self.options)?;
-            Ok((hashing.hasher.finalize(), notes))
-        })?;
+        let mut out = OutputSet::new(&path, self.names.commit).hashed();
+        let notes = self.format.write(mesh, &mut out, &self.options)?;
         self.notes.extend(notes);
-        let mut files = vec![file];
-        files.extend(stage_companions(mesh, &path, self.format, commit)?);
-        Ok((hash, Written::Files(files)))
+        let written = out.finish();
+        Ok((written.hash.expect("it was asked for"), written.files))
     }
 
     /// Makes the file of all steps end with the mesh written or retraced last; tells whether it did
@@ -120,27 +91,7 @@ pub(super) fn hash_of(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<blake3::Hash> {
-    let mut hashing = Hashing {
-        out: &mut std::io::sink(),
-        hasher: blake3::Hasher::new(),
-    };
-    format.write(mesh, &mut hashing, options)?;
-    Ok(hashing.hasher.finalize())
-}
-
-struct Hashing<'a> {
-    out: &'a mut dyn Write,
-    hasher: blake3::Hasher,
-}
-
-impl Write for Hashing<'_> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let n = self.out.write(bytes)?;
-        self.hasher.update(&bytes[..n]);
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.out.flush()
-    }
+    let mut out = OutputSet::nowhere(Path::new("mesh")).hashed();
+    format.write(mesh, &mut out, options)?;
+    Ok(out.finish().hash.expect("it was asked for"))
 }

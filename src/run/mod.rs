@@ -6,6 +6,8 @@
 pub mod base;
 mod compatibility;
 mod finished;
+#[cfg(test)]
+mod folder_format;
 mod intervals;
 mod lock;
 mod merge;

@@ -39,6 +39,8 @@ pub struct Names {
     extension: &'static str,
     /// Whether one file holds all steps.
     in_one: bool,
+    /// Whether what holds a mesh is a folder.
+    of_folders: bool,
     digits: usize,
     part: Part,
     /// How files take these names.
@@ -71,6 +73,7 @@ impl Names {
             stem,
             extension: format.extensions()[0],
             in_one: format.sequence().is_some(),
+            of_folders: format.is_folder(),
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
             part,
             commit: Commit::REPLACE,
@@ -212,12 +215,18 @@ pub fn refuse_existing(names: &Names) -> Result<()> {
 
 /// Removes every file of an earlier run.
 pub fn remove_existing(names: &Names) -> Result<()> {
-    remove(existing_outputs(names))
+    remove(existing_outputs(names), names)
 }
 
-fn remove(files: Vec<PathBuf>) -> Result<()> {
+fn remove(files: Vec<PathBuf>, names: &Names) -> Result<()> {
     let mut files = files.iter();
-    files.try_for_each(|path| std::fs::remove_file(path).map_err(|error| Error::io(path, &error)))
+    files.try_for_each(|path| {
+        let removed = match names.of_folders && path.is_dir() {
+            true => std::fs::remove_dir_all(path),
+            false => std::fs::remove_file(path),
+        };
+        removed.map_err(|error| Error::io(path, &error))
+    })
 }
 
 /// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else

@@ -22,7 +22,7 @@ impl Run<'_> {
         progress.start("verifying", Some(kept.len() as u64));
         let mut is_ours = false;
         for index in kept {
-            self.deformation.stop().check()?;
+            self.check_stop()?;
             let step = self.plan.motion.steps[index];
             let moves = self.plan.largest_displacement(index) > 0.0;
             match self.is_same(&step, intervals)? {

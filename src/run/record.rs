@@ -6,7 +6,7 @@ use super::run::Request;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
-use crate::formats::{Commit, Precision, check_file, check_no_device, save_text};
+use crate::formats::{Commit, Precision, check_file, check_no_device, hash_of_folder, save_text};
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
 use crate::record::{
@@ -139,7 +139,7 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
 
 /// An input and its hash; what came from a pipe is gone and has none.
 fn input(what: &str, path: &Path) -> Result<InputRecord> {
-    let is_pipe = |found: std::fs::Metadata| !found.is_file();
+    let is_pipe = |found: std::fs::Metadata| !found.is_file() && !found.is_dir();
     let has_hash = path.as_os_str() != "-" && !path.metadata().is_ok_and(is_pipe);
     let hash = has_hash.then(|| hash_of(path)).transpose();
     let hash = hash.map_err(|error| Error::io(path, &error))?;
@@ -161,9 +161,13 @@ pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
     Ok(RunRecord::parse(&bytes).ok().filter(RunRecord::is_whole))
 }
 
-/// The hash of a file, read piece by piece: a mapped file would count as memory of the run.
+/// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, that of
+/// its files.
 pub(super) fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
-    hash_of_range(path, 0..u64::MAX)
+    match path.is_dir() {
+        true => hash_of_folder(path, hash_of),
+        false => hash_of_range(path, 0..u64::MAX),
+    }
 }
 
 /// The hash of some bytes of a file.

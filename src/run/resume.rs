@@ -6,7 +6,7 @@ use super::names::{Names, existing_outputs};
 use super::parts;
 use super::record::{self, hash_of};
 use super::table;
-use crate::deform::Plan;
+use crate::deform::{Deformation, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
@@ -52,12 +52,12 @@ impl Earlier {
     /// # Errors
     /// Where another mesh, schedule or program was used, or it left no record of itself.
     pub fn find(
-        plan: &Plan,
+        deformation: &Deformation,
         names: &Names,
         format: &dyn Format,
         now: &RunRecord,
-        progress: &dyn Progress,
     ) -> Result<Self> {
+        let plan = deformation.plan();
         let path = names.record();
         let then = record::read(&path)?;
         let mut earlier = match &then {
@@ -77,7 +77,7 @@ impl Earlier {
         }
         earlier.check_rows(plan, names);
         if !names.is_in_one() {
-            earlier.check_files(plan, names, format, progress);
+            earlier.check_files(plan, names, format, deformation.progress());
         }
         earlier.is_unproven = then.is_none() && !earlier.rows.is_empty();
         Ok(earlier)
@@ -204,7 +204,7 @@ impl Earlier {
 /// What is wrong with the file of a row, or with what belongs beside it.
 fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Option<FileFault> {
     let path = names.path(&row.file);
-    if !path.is_file() {
+    if !path.exists() {
         return Some(FileFault::Missing);
     }
     match hash_of(&path) {
@@ -212,7 +212,7 @@ fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Optio
         Ok(_) => return Some(FileFault::OtherHash("steps.csv")),
         Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
-    let beside = format.companions(&plan.mesh.view(), &path);
+    let beside = format.beside(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
     beside.iter().any(differs).then_some(FileFault::NoCompanion)
@@ -235,7 +235,7 @@ fn check_same(now: &RunRecord, then: &RunRecord, path: &Path) -> Result<()> {
 fn check_names(rows: &Rows, then: Option<&RunRecord>, names: &Names) -> Result<()> {
     let is_other = |(step, row): &(&usize, &Row)| {
         let file = &row.file;
-        names.steps().contains(step) && *file != names.mesh(**step) && names.path(file).is_file()
+        names.steps().contains(step) && *file != names.mesh(**step) && names.path(file).exists()
     };
     let Some((step, row)) = rows.iter().find(is_other) else {
         return Ok(());

@@ -79,13 +79,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         parts::refuse_overlap(&names)?;
     }
     let mut earlier = match request.resume {
-        true => Earlier::find(
-            plan,
-            &names,
-            format,
-            &record.content,
-            deformation.progress(),
-        )?,
+        true => Earlier::find(deformation, &names, format, &record.content)?,
         false => Earlier::default(),
     };
     if !request.resume && !request.force {
@@ -95,9 +89,10 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     if !request.no_space_check {
         let steps = (names.steps().len(), earlier.rows.len());
         let demand = Demand::of(plan, format, steps, mesh_bytes);
-        let freed = match request.force {
-            true => names::bytes_of_existing(&names),
-            false => 0,
+        let freed = if request.force {
+            names::bytes_of_existing(&names)
+        } else {
+            0
         };
         warnings.extend(check_disk(plan, &names.folder, &demand, freed)?);
     }
@@ -109,6 +104,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     earlier.note_in(&mut record.content);
     let base_files = earlier.bases.clone();
     let mut intervals = Intervals::new(deformation, &names, loaded, base_files);
+    let rows = earlier.rows.clone();
     let mut run = Run {
         deformation,
         plan,
@@ -117,8 +113,8 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         format,
         fail_on,
         record,
-        rows: earlier.rows.clone(),
-        n_kept: earlier.rows.len(),
+        n_kept: rows.len(),
+        rows,
         earlier,
         passed_over: Vec::new(),
         first_inverted: BTreeMap::new(),
@@ -204,6 +200,14 @@ impl Run<'_> {
                 return Ok(());
             }
         }
+    }
+
+    /// Ends the run where it was asked to.
+    pub(super) fn check_stop(&self) -> Result<()> {
+        self.deformation.stop().check().map_err(|mut error| {
+            error.message += "; finished steps are kept, and --resume goes on from there";
+            error
+        })
     }
 
     /// Keeps in mind what a format could not hold, once for all steps.

@@ -8,7 +8,7 @@ use super::step::{Computed, StepArrays, compute, compute_again, row};
 use super::writer::Writer;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Kind, Result};
-use crate::formats::{self, ReadOptions, Source};
+use crate::formats::{self, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::MeshView;
 use crate::motion::{OnInverted, Step};
@@ -54,7 +54,7 @@ impl Run<'_> {
         let mut task = self.task(first);
         let mut computed = task.run(intervals, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
-            self.deformation.stop().check()?;
+            self.check_stop()?;
             if task == Task::New {
                 self.vouch()?;
             }
@@ -119,7 +119,7 @@ impl Run<'_> {
             ..ReadOptions::default()
         };
         let read =
-            Source::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
+            Location::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
         match read {
             Ok(read) if read.mesh.points.len() == points.len() => {
                 *points = read.mesh.points;

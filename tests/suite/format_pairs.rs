@@ -1,7 +1,7 @@
 //! Round trips through every pair of formats from the command line, and `diff` as their judge.
 
 use crate::support::{azimesh, succeed};
-use azimesh::formats::{self, Commit, ReadOptions, Source, WriteOptions};
+use azimesh::formats::{self, Commit, WriteOptions};
 use azimesh::mesh::{CellKind, Cells, Group, Mesh};
 use std::path::Path;
 
@@ -10,9 +10,7 @@ const EXTENSIONS: [&str; 7] = ["vtu", "vtk", "vtkhdf", "cgns", "msh", "msh2", "s
 const UGRID: &str = "lb8.ugrid";
 
 fn read(path: &Path) -> Mesh {
-    formats::read(&Source::open(path).unwrap(), &ReadOptions::default())
-        .unwrap()
-        .mesh
+    Mesh::read(path).unwrap()
 }
 
 fn save(mesh: &Mesh, path: &Path) {

@@ -1,16 +1,13 @@
 //! The inertial frame: a zone that is carried round with the azimuth, cut from the rest of the mesh.
 
 use crate::support::{rewrite, succeed};
-use azimesh::formats::{self, ReadOptions, Source};
 use azimesh::mesh::Mesh;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use tempfile::TempDir;
 
 fn read(path: &Path) -> Mesh {
-    formats::read(&Source::open(path).unwrap(), &ReadOptions::default())
-        .unwrap()
-        .mesh
+    Mesh::read(path).unwrap()
 }
 
 /// Nodes of a zone's cells.

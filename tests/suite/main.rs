@@ -33,6 +33,7 @@ mod report;
 mod resume;
 mod same_bytes;
 mod selection;
+mod shells;
 mod sliding;
 mod space;
 mod streams;

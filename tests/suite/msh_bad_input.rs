@@ -49,7 +49,7 @@ fn flavours() -> Vec<Vec<u8>> {
             };
             let mut file = Vec::new();
             format
-                .write(&small_mesh().view(), &mut file, &options)
+                .write_file(&small_mesh().view(), &mut file, &options)
                 .expect("MSH holds this mesh");
             files.push(file);
         }

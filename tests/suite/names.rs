@@ -1,9 +1,10 @@
 //! Names of tags and arrays: written by every format and read back, each still another.
 
 use crate::support::succeed;
-use azimesh::formats::{self, ReadOptions, Source, WriteOptions};
+use azimesh::formats::{self, ReadOptions, WriteOptions};
 use azimesh::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// Endings of every format that can be written, one of each way of storing UGRID.
@@ -101,7 +102,7 @@ struct Loaded {
 }
 
 fn read(path: &Path) -> Loaded {
-    let loaded = formats::read(&Source::open(path).unwrap(), &ReadOptions::default()).unwrap();
+    let loaded = Mesh::read_with(path, &ReadOptions::default()).unwrap();
     Loaded {
         mesh: loaded.mesh,
         notes: loaded.notes.iter().map(ToString::to_string).collect(),
@@ -110,25 +111,12 @@ fn read(path: &Path) -> Loaded {
 
 fn save(mesh: &Mesh, path: &Path) -> Vec<String> {
     let format = formats::by_extension(path).unwrap();
-    let options = WriteOptions::default();
-    let notes = match format.name() {
-        "pvtu" => formats::pvtu::write_pieces(
-            &mesh.view(),
-            path,
-            3.min(mesh.cells.len() / 2),
-            &options,
-            formats::Commit::REPLACE,
-        )
-        .unwrap(),
-        _ => formats::save(
-            &mesh.view(),
-            path,
-            format,
-            &options,
-            formats::Commit::REPLACE,
-        )
-        .unwrap(),
+    let options = WriteOptions {
+        pieces: NonZeroUsize::new(3.min(mesh.cells.len() / 2)),
+        ..WriteOptions::default()
     };
+    let replace = formats::Commit::REPLACE;
+    let notes = formats::save(&mesh.view(), path, format, &options, replace).unwrap();
     notes.iter().map(ToString::to_string).collect()
 }
 

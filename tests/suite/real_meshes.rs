@@ -2,7 +2,6 @@
 //! The motion is evaluated here once more, by plain trigonometry.
 
 use assert_cmd::Command;
-use azimesh::formats::{self, ReadOptions, Source};
 use azimesh::mesh::Mesh;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -59,10 +58,7 @@ fn testdata() -> Option<PathBuf> {
 }
 
 fn read(path: &Path) -> Mesh {
-    let source = Source::open(path).unwrap();
-    formats::read(&source, &ReadOptions::default())
-        .unwrap()
-        .mesh
+    Mesh::read(path).unwrap()
 }
 
 /// The nodes of boundary tags.

@@ -28,8 +28,7 @@ fn real_meshes() -> Vec<(PathBuf, Mesh)> {
     files.sort();
     let mut meshes = Vec::new();
     for path in files {
-        let source = Source::open(&path).expect("a readable file");
-        match formats::read(&source, &ReadOptions::default()) {
+        match Mesh::read_with(&path, &ReadOptions::default()) {
             Ok(loaded) => meshes.push((path, loaded.mesh)),
             Err(error) => assert!(
                 error.position.is_some()
@@ -49,9 +48,9 @@ fn back(format: &'static dyn Format, mesh: &Mesh, encoding: Encoding) -> Option<
         ..WriteOptions::default()
     };
     let mut file = Vec::new();
-    format.write(&mesh.view(), &mut file, &options).ok()?;
+    format.write_file(&mesh.view(), &mut file, &options).ok()?;
     let source = Source::from_bytes(Path::new("written"), file);
-    let loaded = formats::read_as(format, &source, &ReadOptions::default());
+    let loaded = formats::read_as(format, &source.into(), &ReadOptions::default());
     Some(loaded.expect("what was written").mesh)
 }
 

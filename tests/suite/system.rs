@@ -4,7 +4,7 @@
 use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
 use assert_cmd::Command;
 use azimesh::error::Kind;
-use azimesh::formats::{Compression, Encoding, FORMATS, WriteOptions};
+use azimesh::formats::{Compression, Encoding, WriteOptions, with_flavours};
 use azimesh::sample::{self, BlockOptions};
 use std::io::{Error, ErrorKind, Read, Write};
 use std::path::Path;
@@ -38,7 +38,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
         Compression::Lz4,
         Compression::Lzma,
     ];
-    for format in FORMATS {
+    for format in with_flavours() {
         for (encoding, compression) in encodings.iter().flat_map(|e| compressions.map(|c| (*e, c)))
         {
             let options = WriteOptions {
@@ -47,12 +47,15 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
                 ..WriteOptions::default()
             };
             let mut whole = Vec::new();
-            if format.write(&mesh.view(), &mut whole, &options).is_err() {
+            if format
+                .write_file(&mesh.view(), &mut whole, &options)
+                .is_err()
+            {
                 continue; // an encoding the format does not have is refused elsewhere
             }
             let room = (0..whole.len()).step_by(whole.len() / 50 + 1);
             for room in room.chain([whole.len() - 1]) {
-                let written = format.write(&mesh.view(), &mut Disk(room), &options);
+                let written = format.write_file(&mesh.view(), &mut Disk(room), &options);
                 let error = written.expect_err("the disk is full");
                 let what = format!("{} {encoding:?} {compression:?} {room}", format.name());
                 assert_eq!(error.kind, Kind::System, "{what}: {error}");
@@ -61,7 +64,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
                     "{what}: {error}"
                 );
             }
-            let exact = format.write(&mesh.view(), &mut Disk(whole.len()), &options);
+            let exact = format.write_file(&mesh.view(), &mut Disk(whole.len()), &options);
             exact.expect("all of it fits");
         }
     }
@@ -71,7 +74,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
 #[test]
 fn a_full_device_gives_exit_code_3() {
     let folder = airfoil();
-    for format in FORMATS {
+    for format in with_flavours() {
         // Written in pieces, or without a place for plane meshes: refused before the disk is met.
         if format.name() == "pvtu" || format.name().starts_with("ugrid") {
             continue;

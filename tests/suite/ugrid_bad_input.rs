@@ -34,7 +34,7 @@ fn written(flavour: &ugrid::Ugrid) -> Vec<u8> {
     let mesh = read(&ugrid::TEXT, GOOD.as_bytes()).unwrap();
     let mut file = Vec::new();
     flavour
-        .write(&mesh.view(), &mut file, &WriteOptions::default())
+        .write_file(&mesh.view(), &mut file, &WriteOptions::default())
         .unwrap();
     file
 }

@@ -74,7 +74,7 @@ fn read_by_vtkio(bytes: &[u8]) -> Vtk {
 
 fn written(mesh: &Mesh, format: &dyn Format, options: &WriteOptions) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let notes = format.write(&mesh.view(), &mut bytes, options);
+    let notes = format.write_file(&mesh.view(), &mut bytes, options);
     notes.expect("it can be written");
     bytes
 }
@@ -85,6 +85,7 @@ fn options_that_vtkio_knows() -> Vec<(&'static str, WriteOptions)> {
     let mut add = |name, encoding, compression| {
         for precision in [Precision::F64, Precision::F32] {
             let options = WriteOptions {
+                pieces: None,
                 encoding,
                 compression,
                 precision,

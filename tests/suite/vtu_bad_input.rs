@@ -20,13 +20,14 @@ static GOOD_FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
             Compression::Lzma,
         ] {
             let options = WriteOptions {
+                pieces: None,
                 encoding,
                 compression,
                 precision: Precision::F64,
                 tag_names: true,
             };
             let mut bytes = Vec::new();
-            Vtu.write(&mesh.view(), &mut bytes, &options)
+            Vtu.write_file(&mesh.view(), &mut bytes, &options)
                 .expect("it can be written");
             files.push(bytes);
         }
@@ -197,7 +198,7 @@ fn an_array_of_too_many_tuples_is_left_out_of_text_too() {
     let file = TRIANGLE.replace("7 8", "7 8 9 10").into_bytes();
     let source = Source::from_bytes("long.vtu".as_ref(), file);
     let mut notes = Notes::default();
-    let mesh = Vtu.read(&source, &ReadOptions::default(), &mut notes);
+    let mesh = Vtu.read_file(&source, &ReadOptions::default(), &mut notes);
     assert!(mesh.expect("a good file").cell_arrays.is_empty());
     let noted = "the cell array \"i\" is left out: it has more tuples";
     assert!(

@@ -3,7 +3,8 @@
 use super::{Input, Run};
 use crate::error::{Error, Result};
 use crate::formats::{
-    self, Begin, Format, Waiting, check_listed, is_series, pvd, stage_bytes, vtk_series,
+    self, Format, SequenceFile, Waiting, WriteOptions, check_listed, is_series, pvd, stage_bytes,
+    vtk_series,
 };
 use crate::mesh::Mesh;
 use serde_json::{Value, json};
@@ -120,9 +121,11 @@ impl Run<'_> {
             .map(|step| (is_sequence.then_some(step), times[step]));
         match place {
             Place::File { path, format } => {
-                let write =
-                    |hidden: &Path| self.write_one_file(input, steps, (path, hidden), *format);
-                let ((), file) = formats::stage_file(path, self.args.write.commit(), write)?;
+                let (options, commit) = (self.args.write.options(), self.args.write.commit());
+                let write = |file: &mut dyn SequenceFile| {
+                    self.write_one_file(input, steps, (path, file), *format)
+                };
+                let ((), file) = formats::stage_sequence(path, *format, &options, commit, write)?;
                 self.wait(file);
                 Ok(())
             }
@@ -134,16 +137,14 @@ impl Run<'_> {
         }
     }
 
-    /// Writes a sequence to the file `hidden`, which will be `path`.
+    /// Writes a sequence to a file that will be `path`.
     fn write_one_file(
         &self,
         input: &Input,
         steps: impl Iterator<Item = (Option<usize>, f64)>,
-        (path, hidden): (&Path, &Path),
+        (path, file): (&Path, &mut dyn SequenceFile),
         format: &'static dyn Format,
     ) -> Result<()> {
-        let create = format.sequence().expect("asked before");
-        let mut file = create(hidden, &self.args.write.options(), Begin::Fill, false)?;
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
             let append = || file.push(time, &mesh.view());
@@ -208,18 +209,15 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         self.remark_on_options(format);
-        let (options, commit) = (self.args.write.options(), self.args.write.commit());
-        self.args.write.check_companions(mesh, path, format)?;
-        let write = || match self.args.pieces {
-            Some(n) => {
-                let (notes, files) =
-                    formats::pvtu::stage_pieces(&mesh.view(), path, n.get(), &options, commit)?;
-                Ok((notes, vec![files]))
-            }
-            None => formats::stage(&mesh.view(), path, format, &options, commit),
+        let options = WriteOptions {
+            pieces: self.args.pieces,
+            ..self.args.write.options()
         };
+        let of_pieces = options.pieces.map_or(format, |_| &formats::pvtu::Pvtu);
+        let commit = self.args.write.commit();
+        let write = || formats::stage(&mesh.view(), path, of_pieces, &options, commit);
         let (notes, files) = self.context.stage("writing", write)?;
-        files.into_iter().for_each(|file| self.wait(file));
+        self.wait(files);
         for dropped in notes {
             // Said once for all meshes of a sequence.
             self.tell(format!("{}: {dropped}", format.title()));

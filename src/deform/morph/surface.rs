@@ -76,7 +76,7 @@ impl MorphSurface {
             fixed: of_role(Role::Fixed).map(|(node, _)| node).collect(),
             sliding: of_role(Role::Sliding).collect(),
             moved,
-            in_plane: mesh.dimension() == 2 && is_flat(mesh),
+            in_plane: mesh.space_dimension() == 2,
             diagonal: Bounds::around(&mesh.points).diagonal(),
             moving,
             points,
@@ -203,12 +203,6 @@ fn turned(turn: &Matrix, d: Vector) -> Vector {
         ..Transform::IDENTITY
     };
     turn.turn(d)
-}
-
-/// Whether the nodes lie in a plane of constant z.
-fn is_flat(mesh: &Mesh) -> bool {
-    let bounds = Bounds::around(&mesh.points);
-    bounds.high[2] - bounds.low[2] <= 1e-6 * bounds.diagonal()
 }
 
 /// What every node of the mesh does; `None` where that is for the interpolation to say.

@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::error::{Error, Kind};
-use crate::formats::{self, ReadOptions, Source};
 use crate::geometry::vector::{distance, dot};
 use crate::linear::{Matrix, svd};
 use crate::mesh::CellKind;
@@ -10,10 +9,7 @@ use proptest::prelude::*;
 use std::path::Path;
 
 fn read(name: &str) -> Mesh {
-    let path = Path::new("testdata").join(name);
-    let source = Source::open(&path).expect("it is there");
-    let read = formats::read(&source, &ReadOptions::default());
-    read.expect("it is good").mesh
+    Mesh::read(Path::new("testdata").join(name)).expect("it is good")
 }
 
 fn options(moving: &str, fixed: &[&str], slide: &[&str]) -> MorphOptions {

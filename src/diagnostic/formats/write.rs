@@ -295,6 +295,8 @@ pub enum Written {
     NodesByZone,
     /// Cells come type by type.
     CellsByType,
+    /// A device or a pipe has no place for a file beside it.
+    BesideLeftOut,
     /// Nodes or elements are counted from 1.
     CountedFromOne { what: &'static str },
 }
@@ -318,6 +320,10 @@ impl Display for Written {
             Self::NodesByZone => f.write_str("nodes are written zone by zone, in another order"),
             Self::CellsByType => f.write_str(
                 "cells are in the order of their types: as they were, they would be too many sections",
+            ),
+            Self::BesideLeftOut => f.write_str(
+                "names and conditions of tags are not written: they are in a file beside the mesh, for which \
+                 a device or a pipe has no place",
             ),
             Self::CountedFromOne { what } => write!(
                 f,

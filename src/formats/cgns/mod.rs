@@ -63,23 +63,29 @@ impl Format for Cgns {
 
     /// A file in the old ADF format, of which the reader says how to convert it. The start does not
     /// tell what an HDF5 file is for.
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         node::is_adf(head)
     }
 
     fn recognizes_file(&self, source: &Source) -> bool {
-        self.recognizes(source.bytes()) || (is_hdf5(source.bytes()) && node::has_bases(source))
+        self.recognizes_start(source.bytes())
+            || (is_hdf5(source.bytes()) && node::has_bases(source))
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source, options, notes)
     }
 
-    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
         time::times(&node::Node::root(source)?).map_err(|error| error.file(source.path()))
     }
 
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 

@@ -25,14 +25,14 @@ fn load(name: &str, step: Option<usize>) -> (Mesh, Notes) {
         ..ReadOptions::default()
     };
     let source = Source::open(&path(name)).expect("the file is there");
-    let loaded = read(&source, &options).unwrap_or_else(|error| panic!("{error}"));
+    let loaded = read(&source.into(), &options).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(loaded.format.name(), "cgns");
     (loaded.mesh, loaded.notes)
 }
 
 fn written(mesh: &Mesh) -> (Vec<u8>, Notes) {
     let mut bytes = Vec::new();
-    let notes = Cgns.write(&mesh.view(), &mut bytes, &WriteOptions::default());
+    let notes = Cgns.write_file(&mesh.view(), &mut bytes, &WriteOptions::default());
     (bytes, notes.unwrap_or_else(|error| panic!("{error}")))
 }
 
@@ -163,7 +163,10 @@ fn zones_of_one_name_are_told_apart_and_their_tags_are_one() {
 #[test]
 fn each_step_has_its_own_positions_and_arrays() {
     let source = Source::open(&path("sequence.cgns")).expect("the file is there");
-    assert_eq!(Cgns.steps(&source).expect("it has steps"), [0.0, 0.5, 1.0]);
+    assert_eq!(
+        Cgns.steps_of_file(&source).expect("it has steps"),
+        [0.0, 0.5, 1.0]
+    );
     for (step, y) in [(Some(0), 0.0), (Some(1), 10.0), (Some(2), 0.0), (None, 0.0)] {
         let (mesh, _) = load("sequence.cgns", step);
         assert_eq!(mesh.points[0][1], y);
@@ -177,7 +180,7 @@ fn each_step_has_its_own_positions_and_arrays() {
         step: Some(3),
         ..ReadOptions::default()
     };
-    let error = Cgns.read(&source, &beyond, &mut Notes::default());
+    let error = Cgns.read_file(&source, &beyond, &mut Notes::default());
     let message = error.expect_err("there is no such step").to_string();
     assert!(message.contains("steps 0 to 2"), "{message}");
 }
@@ -310,7 +313,7 @@ fn cells_that_cgns_does_not_have_are_refused_with_the_remedy() {
     };
     let nodes: Vec<u32> = (0..12).collect();
     mesh.cells.push(CellKind::HexagonalPrism, &nodes);
-    let error = Cgns.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
+    let error = Cgns.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = error.expect_err("there is no such element").to_string();
     assert!(
         message.contains("hexagonal_prism") && message.contains("--linearize"),

@@ -14,7 +14,7 @@ fn folder() -> PathBuf {
 fn read_with(name: &str, options: &ReadOptions) -> (Mesh, Notes) {
     let source = Source::open(&folder().join(name)).expect("the file is there");
     let mut notes = Notes::default();
-    let mesh = Msh.read(&source, options, &mut notes).map(|mut mesh| {
+    let mesh = Msh.read_file(&source, options, &mut notes).map(|mut mesh| {
         mesh.validate().expect("a good mesh");
         mesh.merge_repeated_faces();
         mesh
@@ -184,7 +184,7 @@ fn nodes_of_high_order_lie_where_their_lattice_says() {
 #[test]
 fn values_at_nodes_and_elements_are_read_at_each_time() {
     let source = Source::open(&folder().join("data_v41.msh")).expect("the file is there");
-    assert_eq!(Msh.steps(&source).expect("a good file"), [0.0, 0.5]);
+    assert_eq!(Msh.steps_of_file(&source).expect("a good file"), [0.0, 0.5]);
     for (step, factor) in [(Some(0), 1.0), (Some(1), 2.0), (None, 2.0)] {
         let options = ReadOptions {
             step,
@@ -217,7 +217,7 @@ fn values_at_nodes_and_elements_are_read_at_each_time() {
         step: Some(2),
         ..ReadOptions::default()
     };
-    let error = Msh.read(&source, &options, &mut Notes::default());
+    let error = Msh.read_file(&source, &options, &mut Notes::default());
     assert!(
         error
             .expect_err("two steps")
@@ -239,7 +239,7 @@ fn an_element_listed_for_each_of_its_groups_has_the_value_of_any_of_its_numbers(
         );
         let source = Source::from_bytes(Path::new("twice.msh"), file.into_bytes());
         let mut notes = Notes::default();
-        let mesh = Msh.read(&source, &ReadOptions::default(), &mut notes);
+        let mesh = Msh.read_file(&source, &ReadOptions::default(), &mut notes);
         let mesh = mesh.expect("a good file");
         assert!(notes.is_empty(), "{notes:?}");
         assert_eq!(mesh.cells.len(), 2);
@@ -268,11 +268,11 @@ fn what_gmsh_wrote_comes_back_from_both_versions() {
             };
             let mut file = Vec::new();
             format
-                .write(&mesh.view(), &mut file, &options)
+                .write_file(&mesh.view(), &mut file, &options)
                 .expect("MSH holds it");
             let source = Source::from_bytes(Path::new("copy"), file);
             let mut back = Msh
-                .read(&source, &ReadOptions::default(), &mut Notes::default())
+                .read_file(&source, &ReadOptions::default(), &mut Notes::default())
                 .expect("a good file");
             back.merge_repeated_faces();
             assert_eq!(
@@ -302,7 +302,10 @@ fn a_section_without_its_end_is_passed_over_when_times_are_asked_for() {
     let file = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$Elements\n1\n1 2 2 0 1 1 2 3\n$EndElements\n";
     std::fs::write(&path, file).expect("it can be written");
     let source = Source::open(&path).expect("it is there");
-    assert_eq!(Msh.steps(&source).expect("it is good enough"), [0.0; 0]);
-    let mesh = crate::formats::read(&source, &ReadOptions::default());
+    assert_eq!(
+        Msh.steps_of_file(&source).expect("it is good enough"),
+        [0.0; 0]
+    );
+    let mesh = crate::formats::read(&source.into(), &ReadOptions::default());
     assert_eq!(mesh.expect("it is good enough").mesh.cells.len(), 1);
 }

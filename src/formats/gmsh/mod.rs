@@ -43,7 +43,10 @@ impl Format for Msh {
     fn extensions(&self) -> &'static [&'static str] {
         &["msh", "msh4"]
     }
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &[&Msh22]
+    }
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
     fn title_of(&self, head: &[u8]) -> String {
@@ -53,13 +56,18 @@ impl Format for Msh {
         version(head)
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
-    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
         read::steps(source.bytes())
     }
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write41::write(mesh, out, options)
     }
     fn holds_arrays(&self) -> bool {
@@ -80,7 +88,7 @@ impl Format for Msh22 {
     fn extensions(&self) -> &'static [&'static str] {
         &["msh2", "msh22"]
     }
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         is_msh(head)
     }
     fn title_of(&self, head: &[u8]) -> String {
@@ -89,13 +97,18 @@ impl Format for Msh22 {
     fn version(&self, head: &[u8]) -> Option<String> {
         version(head)
     }
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
-    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
         read::steps(source.bytes())
     }
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write22::write(mesh, out, options)
     }
     fn holds_arrays(&self) -> bool {

@@ -83,7 +83,7 @@ fn written(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
     };
     let mut file = Vec::new();
     format
-        .write(&mesh.view(), &mut file, &options)
+        .write_file(&mesh.view(), &mut file, &options)
         .expect("MSH holds it");
     file
 }
@@ -114,7 +114,7 @@ fn what_is_left_out_is_said() {
     mesh.point_arrays.push(DataArray::scalar("hash", large));
     mesh.groups[0].condition = Some("BCWall".into());
     let notes = Msh
-        .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
+        .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
     let renamed = GroupWritten::Renamed {
         what: "group",
@@ -145,7 +145,7 @@ fn what_is_left_out_is_said() {
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&Msh as &dyn Format, &Msh22] {
         let error = format
-            .write(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
+            .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
             .expect_err("a polygon");
         assert!(error.to_string().contains("polygon"), "{error}");
     }
@@ -267,7 +267,7 @@ $Periodic\n0\n$EndPeriodic\n";
 fn tags_entities_and_values_survive_both_versions() {
     let source = Source::from_bytes("sparse".as_ref(), SPARSE.into());
     let mut notes = Notes::default();
-    let mesh = Msh.read(&source, &ReadOptions::default(), &mut notes);
+    let mesh = Msh.read_file(&source, &ReadOptions::default(), &mut notes);
     let mesh = mesh.expect("a good file");
     let periodic = NotKept::Section {
         name: "Periodic".into(),
@@ -357,7 +357,7 @@ fn cells_that_msh_lacks_are_refused_with_the_way_out() {
     };
     mesh.cells.push(CellKind::Triangle7, &[0, 1, 2, 3, 4, 5, 6]);
     let refusal = |mesh: &Mesh| {
-        let refused = Msh.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
+        let refused = Msh.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
         refused.expect_err("MSH has no such cell").to_string()
     };
     assert!(refusal(&mesh).contains("--linearize"));
@@ -403,7 +403,7 @@ fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
         };
         let mut bytes = Vec::new();
         let notes = Msh
-            .write(&mesh.view(), &mut bytes, &options)
+            .write_file(&mesh.view(), &mut bytes, &options)
             .expect("written");
         assert_eq!(notes, [Written::CountedFromOne { what: "nodes" }.into()]);
         let back = read(&bytes);
@@ -422,7 +422,7 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
         let mesh = triangle([1, 2, 3], wide);
         for format in [&Msh as &dyn Format, &Msh22] {
             let mut bytes = Vec::new();
-            let notes = format.write(&mesh.view(), &mut bytes, &WriteOptions::default());
+            let notes = format.write_file(&mesh.view(), &mut bytes, &WriteOptions::default());
             let notes = notes.expect("it can be written");
             let said = notes.has(ArrayWritten::TooManyComponents {
                 name: "wide".into(),

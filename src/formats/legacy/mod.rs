@@ -42,7 +42,11 @@ impl Format for Legacy {
         &["vtk"]
     }
 
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &[&Legacy42]
+    }
+
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         let start = head.trim_ascii_start();
         start
             .get(..14)
@@ -57,11 +61,16 @@ impl Format for Legacy {
         super::word_after(head, b"Version")
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
 
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, options, write::Version::V51)
     }
 }
@@ -79,19 +88,24 @@ impl Format for Legacy42 {
         &["vtk"]
     }
 
-    fn recognizes(&self, head: &[u8]) -> bool {
-        Legacy.recognizes(head)
+    fn recognizes_start(&self, head: &[u8]) -> bool {
+        Legacy.recognizes_start(head)
     }
 
     fn holds_arrays(&self) -> bool {
         true
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        Legacy.read(source, options, notes)
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        Legacy.read_file(source, options, notes)
     }
 
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, options, write::Version::V42)
     }
 }

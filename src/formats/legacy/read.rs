@@ -301,6 +301,7 @@ impl File {
             point_arrays: self.point_arrays,
             cell_arrays: self.cell_arrays,
             field_arrays: self.field_arrays,
+            space: None,
         })
     }
 
@@ -323,6 +324,7 @@ impl File {
             point_arrays: self.point_arrays,
             cell_arrays: self.cell_arrays,
             field_arrays: self.field_arrays,
+            space: None,
         })
     }
 
@@ -353,6 +355,7 @@ impl File {
             point_arrays: self.point_arrays,
             cell_arrays: self.cell_arrays,
             field_arrays: self.field_arrays,
+            space: None,
         })
     }
 }

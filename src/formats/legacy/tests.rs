@@ -7,7 +7,7 @@ use crate::mesh::{CellKind, DataArray, Group, Values};
 fn read_with_notes(bytes: &[u8]) -> (Mesh, Notes) {
     let source = Source::from_bytes(std::path::Path::new("<memory>"), bytes.to_vec());
     let mut notes = Notes::default();
-    let mesh = Legacy.read(&source, &ReadOptions::default(), &mut notes);
+    let mesh = Legacy.read_file(&source, &ReadOptions::default(), &mut notes);
     let mut mesh = mesh.expect("it can be read");
     mesh.validate().expect("it is a good mesh");
     mesh.merge_repeated_faces();
@@ -108,7 +108,7 @@ fn everything_in_a_mesh_survives_both_versions_as_text_and_binary() {
                 };
                 let mut expected = rich_mesh();
                 let mut bytes = Vec::new();
-                let notes = format.write(&expected.view(), &mut bytes, &options);
+                let notes = format.write_file(&expected.view(), &mut bytes, &options);
                 assert_eq!(notes.expect("it can be written"), []);
                 if precision == Precision::F32 {
                     let coordinates = expected.points.as_flattened_mut().iter_mut();
@@ -142,7 +142,7 @@ fn a_large_text_is_read_in_parts() {
     for format in [&Legacy as &dyn Format, &Legacy42] {
         let mut bytes = Vec::new();
         format
-            .write(&mesh.view(), &mut bytes, &options)
+            .write_file(&mesh.view(), &mut bytes, &options)
             .expect("it can be written");
         assert_eq!(read_with_notes(&bytes).0, mesh);
     }
@@ -325,7 +325,7 @@ fn errors_say_where_and_what() {
         assert!(message.contains(expected), "{message} / {expected}");
     }
     let mut bytes = Vec::new();
-    let written = Legacy.write(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
+    let written = Legacy.write_file(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     assert!(
         error(&bytes[..500]).contains("byte "),
@@ -337,7 +337,7 @@ fn errors_say_where_and_what() {
 #[test]
 fn damaged_files_never_panic() {
     let mut bytes = Vec::new();
-    let written = Legacy.write(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
+    let written = Legacy.write_file(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     for at in 0..bytes.len() {
         for change in [0xff, 0x80, b'9', b'\n'] {
@@ -359,7 +359,7 @@ fn an_array_of_more_components_than_values_is_refused() {
              a 300000000000 0 double\n\n{names}POINTS 1 double\n0 0 0\n"
         );
         let source = Source::from_bytes(std::path::Path::new("<memory>"), file.into_bytes());
-        let read = crate::formats::read(&source, &ReadOptions::default());
+        let read = crate::formats::read(&source.into(), &ReadOptions::default());
         assert!(read.is_err());
     }
 }

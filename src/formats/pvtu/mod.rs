@@ -17,12 +17,9 @@ mod read;
 mod subset;
 mod write;
 
-pub use write::{stage_pieces, write_pieces};
-
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{Format, Notes, OutputSet, ReadOptions, Source, WriteOptions};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshView};
-use std::io::Write;
 
 /// Point array with the number of each node in the whole mesh.
 const NODE_IDS: &str = "GlobalNodeIds";
@@ -45,19 +42,21 @@ impl Format for Pvtu {
         &["pvtu"]
     }
 
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         let head = &head[..head.len().min(4096)];
         let finds = |what: &str| memchr::memmem::find(head, what.as_bytes()).is_some();
         finds("<VTKFile") && (finds("\"PUnstructuredGrid\"") || finds("'PUnstructuredGrid'"))
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source, options, notes)
     }
 
-    fn write(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
-        let message = "a .pvtu is a list of files; write it with convert --pieces N";
-        Err(Error::input(message))
+    fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
+        let n = options.pieces.ok_or_else(|| {
+            Error::input("a .pvtu is a list of files; write it with convert --pieces N")
+        })?;
+        write::write(mesh, n.get(), out, options)
     }
 }
 

@@ -51,6 +51,7 @@ impl<'m> Subsets<'m> {
             point_arrays: select(&mesh.point_arrays, &nodes),
             cell_arrays: select(&mesh.cell_arrays, cells),
             field_arrays: mesh.field_arrays.iter().copied().cloned().collect(),
+            space: mesh.space,
         };
         (part, nodes)
     }

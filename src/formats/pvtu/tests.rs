@@ -1,7 +1,8 @@
 use super::*;
 use crate::diagnostic::formats::{ArrayRead, Pieces};
-use crate::formats::{self, Commit, Loaded};
+use crate::formats::{self, Commit, Loaded, Waiting, stage};
 use crate::mesh::{CellKind, DataArray, Group, Values};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// A bar of hexahedra with tagged ends, two zones, a node of no cell, and arrays.
@@ -46,9 +47,23 @@ fn bar(n: u32) -> Mesh {
     mesh
 }
 
+fn stage_pieces(mesh: &Mesh, path: &Path, n: usize) -> Result<(Notes, Waiting)> {
+    let options = WriteOptions {
+        pieces: NonZeroUsize::new(n),
+        ..WriteOptions::default()
+    };
+    stage(&mesh.view(), path, &Pvtu, &options, Commit::REPLACE)
+}
+
+fn write_pieces(mesh: &Mesh, path: &Path, n: usize) -> Result<Notes> {
+    let (notes, files) = stage_pieces(mesh, path, n)?;
+    files.keep()?;
+    Ok(notes)
+}
+
 fn load(path: &Path) -> Loaded {
     let source = Source::open(path).expect("it is there");
-    formats::read(&source, &ReadOptions::default()).expect("it can be read")
+    formats::read(&source.into(), &ReadOptions::default()).expect("it can be read")
 }
 
 #[test]
@@ -57,13 +72,7 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
     let mesh = bar(40);
     for n in [1, 2, 7, 40] {
         let path = folder.path().join(format!("bar{n}.pvtu"));
-        let notes = write_pieces(
-            &mesh.view(),
-            &path,
-            n,
-            &WriteOptions::default(),
-            Commit::REPLACE,
-        );
+        let notes = write_pieces(&mesh, &path, n);
         assert_eq!(notes.expect("it can be written"), []);
         let loaded = load(&path);
         assert_eq!(loaded.format.name(), "pvtu");
@@ -76,13 +85,7 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
         .count();
     assert_eq!(left, 8, "nothing hidden is left");
     let path = folder.path().join("many.pvtu");
-    let error = write_pieces(
-        &mesh.view(),
-        &path,
-        41,
-        &WriteOptions::default(),
-        Commit::REPLACE,
-    );
+    let error = write_pieces(&mesh, &path, 41);
     assert!(
         error
             .expect_err("too many")
@@ -95,8 +98,7 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
 fn pieces_that_fail_to_take_their_places_leave_the_old_ones() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bar.pvtu");
-    let options = WriteOptions::default();
-    write_pieces(&bar(4).view(), &path, 3, &options, Commit::REPLACE).expect("it can be written");
+    write_pieces(&bar(4), &path, 3).expect("it can be written");
     let pieces = folder.path().join("bar");
     let contents = || {
         let entries = std::fs::read_dir(&pieces).expect("the pieces");
@@ -110,13 +112,15 @@ fn pieces_that_fail_to_take_their_places_leave_the_old_ones() {
     let before = contents();
     assert_eq!(before.len(), 3);
     // The list, which comes last, cannot take the place of a folder.
+    let (_, files) = stage_pieces(&bar(9), &path, 5).expect("it can be written");
     std::fs::remove_file(&path).expect("the list");
     std::fs::create_dir(&path).expect("a folder");
-    assert!(write_pieces(&bar(9).view(), &path, 5, &options, Commit::REPLACE).is_err());
+    assert!(files.keep().is_err());
     assert_eq!(contents(), before);
     let new = folder.path().join("new.pvtu");
+    let (_, files) = stage_pieces(&bar(9), &new, 3).expect("it can be written");
     std::fs::create_dir(&new).expect("a folder");
-    assert!(write_pieces(&bar(9).view(), &new, 3, &options, Commit::REPLACE).is_err());
+    assert!(files.keep().is_err());
     assert!(!folder.path().join("new").exists());
 }
 
@@ -260,7 +264,7 @@ fn a_missing_piece_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     piece(folder.path(), "a.vtu", 0, "", "");
     let source = Source::open(&list(folder.path())).expect("it is there");
-    let result = formats::read(&source, &ReadOptions::default());
+    let result = formats::read(&source.into(), &ReadOptions::default());
     let message = result.err().expect("b.vtu is missing").to_string();
     assert!(message.contains("b.vtu"), "{message}");
 }

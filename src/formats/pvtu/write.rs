@@ -1,124 +1,55 @@
 //! A mesh as pieces in files of their own, and the list of them.
 
-use super::super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::plan::Plan;
 use super::super::vtu::{NAMES, Vtu, escaped};
-use super::super::{Notes, Waiting, WriteOptions, check_listed, save, save_text};
+use super::super::{Format, Notes, OutputSet, WriteOptions, check_listed};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::error::{Error, Result};
 use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::io::Write;
 
-/// Cuts the mesh into `n` pieces and writes them into a folder beside `path` that has its name
-/// without the ending, and the list of them to `path`. Returns a note for each thing that is
-/// not in the files.
+/// Cuts the mesh into `n` pieces and writes them into a folder beside the list of them, that has its name
+/// without the ending. Returns a note for each thing that is not in the files.
 ///
 /// Pieces hold the numbers of their nodes and cells in the whole mesh, so that reading them gives
-/// the same mesh. All are written into a hidden folder first, then they take the places of old ones,
-/// and the list is written last. After an error everything is as it was before. A system that stops
-/// between the renames, which no file system does at once for several files, leaves old and new
-/// pieces.
-pub fn write_pieces(
+/// the same mesh.
+pub(super) fn write(
     mesh: &MeshView,
-    path: &Path,
     n: usize,
+    out: &mut OutputSet,
     options: &WriteOptions,
-    commit: Commit,
 ) -> Result<Notes> {
-    let (notes, files) = stage_pieces(mesh, path, n, options, commit)?;
-    files.keep()?;
-    Ok(notes)
-}
-
-/// Does what [`write_pieces`] does, but leaves the pieces in their hidden folder.
-pub fn stage_pieces(
-    mesh: &MeshView,
-    path: &Path,
-    n: usize,
-    options: &WriteOptions,
-    commit: Commit,
-) -> Result<(Notes, Waiting)> {
+    let path = out.path().to_path_buf();
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let stem = stem
         .filter(|stem| *stem != "-")
-        .ok_or_else(|| Error::input("pieces need a file name that ends in .pvtu").file(path))?;
-    check_listed(stem).map_err(|error| error.file(path))?;
-    let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(path))?;
-    let folder = path.with_file_name(stem);
-    let hidden = Hidden::folder_beside(path).map_err(|error| Error::io(path, &error))?;
+        .ok_or_else(|| Error::input("pieces need a file name that ends in .pvtu").file(&path))?;
+    check_listed(stem).map_err(|error| error.file(&path))?;
+    let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(&path))?;
     let names: Vec<String> = (0..n).map(|i| format!("{stem}_{i}.vtu")).collect();
-    let files: Vec<PathBuf> = names.iter().map(|name| hidden.path().join(name)).collect();
-    let (notes, arrays) = write_all(mesh, &of_cells, &files, options, commit)?;
+    let (notes, arrays) = write_all(mesh, &of_cells, &names, out, options)?;
     let list = list(stem, &names, &arrays);
-    let path = path.to_path_buf();
-    let name = move || {
-        let last = || {
-            if commit.sync {
-                sync_folder(&folder).map_err(|error| Error::io(&folder, &error))?;
-            }
-            save_text(&list, &path, commit)
-        };
-        put_in_place(hidden.path(), &folder, &names, last)?;
-        Ok(commit.sync.then(|| folder_of(&path).to_path_buf()))
-    };
-    Ok((notes, Waiting::new(name)))
-}
-
-/// Moves files of these names from `hidden` into `folder`, then does the `last` thing. An error on
-/// the way brings back the files that had the names before.
-fn put_in_place(
-    hidden: &Path,
-    folder: &Path,
-    names: &[String],
-    last: impl FnOnce() -> Result<()>,
-) -> Result<()> {
-    let old = hidden.join("old");
-    let is_new = !folder.exists();
-    for made in [&old, folder] {
-        fs::create_dir_all(made).map_err(|error| Error::io(made, &error))?;
-    }
-    let mut moved = 0;
-    let move_all = || {
-        for name in names {
-            let target = folder.join(name);
-            let io = |error: std::io::Error| Error::io(&target, &error);
-            if target.exists() {
-                fs::rename(&target, old.join(name)).map_err(io)?;
-            }
-            moved += 1;
-            fs::rename(hidden.join(name), &target).map_err(io)?;
-        }
-        last()
-    };
-    let done = move_all();
-    if done.is_err() {
-        // What cannot be brought back is worth less than the error that is told.
-        for name in &names[..moved] {
-            let target = folder.join(name);
-            let _ = fs::remove_file(&target);
-            let _ = fs::rename(old.join(name), &target);
-        }
-        if is_new {
-            let _ = fs::remove_dir(folder);
-        }
-    }
-    done
+    out.main(|out| {
+        let written = out.write_all(list.as_bytes());
+        written.map_err(|error| Error::io(&path, &error))
+    })?;
+    Ok(notes)
 }
 
 /// Writes the pieces; gives the notes and what a list says of their arrays.
 fn write_all(
     mesh: &MeshView,
     of_cells: &[u32],
-    files: &[PathBuf],
+    names: &[String],
+    out: &mut OutputSet,
     options: &WriteOptions,
-    commit: Commit,
 ) -> Result<(Notes, String)> {
-    let mut cells: Vec<Vec<usize>> = vec![Vec::new(); files.len()];
+    let folder = out.path().with_extension("");
+    let mut cells: Vec<Vec<usize>> = vec![Vec::new(); names.len()];
     let mut index_in_piece = vec![0u32; of_cells.len()];
     for (cell, &piece) in of_cells.iter().enumerate() {
         index_in_piece[cell] = cells[piece as usize].len() as u32;
@@ -126,20 +57,22 @@ fn write_all(
     }
     let used = mesh.cells.used_nodes(mesh.points.len());
     let alone: Vec<usize> = (0..used.len()).filter(|node| !used[*node]).collect();
-    let mut group_cells = group_cells(mesh, of_cells, &index_in_piece, files.len());
+    let mut group_cells = group_cells(mesh, of_cells, &index_in_piece, names.len());
     let mut subsets = Subsets::of(mesh);
     let mut notes = Notes::default();
     let mut arrays = String::new();
-    for (piece, file) in files.iter().enumerate() {
+    for (piece, name) in names.iter().enumerate() {
         // Nodes of no cell go with the first piece.
         let alone: &[usize] = if piece == 0 { &alone } else { &[] };
         let (mut part, nodes) = subsets.take(&cells[piece], alone);
         part.groups = groups(mesh, std::mem::take(&mut group_cells[piece]));
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
-        notes.extend(save(&part.view(), file, &Vtu, options, commit)?);
+        let part = part.view();
+        let write = |out: &mut dyn Write| Vtu.write_file(&part, out, options);
+        notes.extend(out.in_folder(&folder, name, write)?);
         if piece == 0 {
-            arrays = declared(&Plan::new(&part.view(), options, &NAMES));
+            arrays = declared(&Plan::new(&part, options, &NAMES));
         }
     }
     Ok((notes, arrays))

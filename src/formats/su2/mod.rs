@@ -31,13 +31,23 @@ impl Format for Su2 {
     fn extensions(&self) -> &'static [&'static str] {
         &["su2"]
     }
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         read::recognizes(head)
     }
-    fn read(&self, source: &Source, _options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(
+        &self,
+        source: &Source,
+        _options: &ReadOptions,
+        notes: &mut Notes,
+    ) -> Result<Mesh> {
         read::read(source.bytes(), notes)
     }
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 }

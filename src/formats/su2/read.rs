@@ -256,6 +256,9 @@ impl<'a> File<'a> {
                 });
             }
         }
+        let dimension = dimension.map(|dimension| dimension as u8);
+        // Markers without a volume are the surface of one.
+        mesh.space = dimension.filter(|dimension| *dimension > mesh.dimension());
         self.add_extra(&mut mesh);
         Ok(mesh)
     }

@@ -1,6 +1,6 @@
 //! UGRID, the format of AFLR3, FUN3D and others: solid cells, and boundary faces with numbers.
 //!
-//! One format for each way of storing the same numbers: text, C binary and Fortran records, in
+//! A flavour for each way of storing the same numbers: text, C binary and Fortran records, in
 //! either byte order and several widths. Names and boundary conditions of the face numbers are in
 //! a `.mapbc` file beside it, in the form of FUN3D.
 
@@ -41,7 +41,8 @@ macro_rules! flavours {
             };
         )*
         /// Every way of storing a UGRID file.
-        static FLAVOURS: &[&Ugrid] = &[$(&$id),*];
+        static ALL: [&Ugrid; 11] = [$(&$id),*];
+        static FORMATS: [&dyn Format; 11] = [$(&$id),*];
     };
 }
 
@@ -70,21 +71,34 @@ impl Format for Ugrid {
     fn extensions(&self) -> &'static [&'static str] {
         self.extensions
     }
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        &FORMATS[1..]
+    }
     /// There is no magic number: the counts at the start must fit the whole length.
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         self.layout.fits(head)
     }
-    fn read(&self, source: &Source, _options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(
+        &self,
+        source: &Source,
+        _options: &ReadOptions,
+        notes: &mut Notes,
+    ) -> Result<Mesh> {
         let patches = mapbc::beside(&case(source.path()), notes)?;
         read::read(source.bytes(), self, &patches, notes)
     }
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, &self.layout, options)
     }
     fn rounds(&self, _asked: Precision) -> bool {
         matches!(self.layout, Layout::Binary(binary) if binary.real == 4)
     }
-    fn companions(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fn beside(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         let file = mapbc::path(&case(path));
         // One that is there already would name the tags of this mesh.
         if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {
@@ -97,7 +111,7 @@ impl Format for Ugrid {
 impl Ugrid {
     /// The flavour whose counts fit these bytes, for a sentence about a file under a wrong name.
     fn that_fits(bytes: &[u8]) -> Option<&'static str> {
-        let fitting = FLAVOURS.iter().find(|flavour| flavour.layout.fits(bytes));
+        let fitting = ALL.iter().find(|flavour| flavour.layout.fits(bytes));
         fitting.map(|flavour| flavour.name)
     }
 }

@@ -52,33 +52,33 @@ fn solid() -> Mesh {
 
 fn written(flavour: &Ugrid, mesh: &Mesh) -> (Vec<u8>, Notes) {
     let mut file = Vec::new();
-    let notes = flavour.write(&mesh.view(), &mut file, &WriteOptions::default());
+    let notes = flavour.write_file(&mesh.view(), &mut file, &WriteOptions::default());
     (file, notes.expect("UGRID holds it"))
 }
 
 fn read(flavour: &Ugrid, file: &[u8]) -> Result<(Mesh, Notes)> {
     let source = Source::from_bytes(Path::new("mesh.ugrid"), file.to_vec());
     let mut notes = Notes::default();
-    let mesh = flavour.read(&source, &ReadOptions::default(), &mut notes)?;
+    let mesh = flavour.read_file(&source, &ReadOptions::default(), &mut notes)?;
     mesh.validate().expect("a good mesh");
     Ok((mesh, notes))
 }
 
 fn refusal(flavour: &Ugrid, mesh: &Mesh) -> String {
-    let result = flavour.write(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
+    let result = flavour.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     result.expect_err("UGRID does not hold it").to_string()
 }
 
 #[test]
 fn a_mesh_comes_back_from_every_flavour_and_is_known_by_its_content() {
-    for flavour in FLAVOURS {
+    for flavour in ALL {
         let (file, notes) = written(flavour, &solid());
         assert!(notes.is_empty(), "{}: {notes:?}", flavour.name);
         let (mesh, notes) = read(flavour, &file).expect("it was written");
         assert_eq!(mesh, solid(), "{}", flavour.name);
         assert!(notes.is_empty(), "{}: {notes:?}", flavour.name);
         assert!(mesh.points[11][0].is_sign_negative());
-        let knowing = FLAVOURS.iter().filter(|f| f.recognizes(&file));
+        let knowing = ALL.iter().filter(|f| f.recognizes_start(&file));
         assert_eq!(knowing.map(|f| f.name).collect::<Vec<_>>(), [flavour.name]);
     }
 }
@@ -165,7 +165,7 @@ fn names_and_conditions_are_beside_the_mesh() {
     let mut notes = Notes::default();
     let options = ReadOptions::default();
     let back = LB8
-        .read(&source, &options, &mut notes)
+        .read_file(&source, &options, &mut notes)
         .expect("it was written");
     let groups: Vec<_> = back
         .groups
@@ -178,7 +178,7 @@ fn names_and_conditions_are_beside_the_mesh() {
     assert_eq!(back.groups[0].condition.as_deref(), Some("6100"));
     std::fs::write(&beside, "1\nwall 4000\n").expect("it can be replaced");
     let back = LB8
-        .read(&source, &options, &mut notes)
+        .read_file(&source, &options, &mut notes)
         .expect("the mesh is whole");
     assert_eq!(back.groups[0].name, "1");
     let note = notes.iter().next().expect("it is noted");
@@ -200,7 +200,7 @@ fn numbers_of_fun3d_come_back_where_words_of_cgns_say_less() {
     let text = "2\n2 5050 far\n7 6663 plane\n";
     std::fs::write(&beside, text).expect("it can be written");
     let source = Source::open(&path).expect("it is there");
-    let mesh = B8.read(&source, &ReadOptions::default(), &mut Notes::default());
+    let mesh = B8.read_file(&source, &ReadOptions::default(), &mut Notes::default());
     let mesh = mesh.expect("a good file");
     assert_eq!(mesh.groups[0].condition.as_deref(), Some("BCFarfield"));
     let notes = save(
@@ -260,7 +260,7 @@ fn what_ugrid_does_not_hold_is_said_or_refused() {
         ..WriteOptions::default()
     };
     let notes = B8
-        .write(&solid().view(), &mut Vec::new(), &single)
+        .write_file(&solid().view(), &mut Vec::new(), &single)
         .expect("it is held");
     assert_eq!(notes, [Written::CoordinatesIn64 { format: "UGRID" }.into()]);
 }
@@ -376,7 +376,7 @@ fn a_large_text_is_read_as_a_small_one() {
 fn an_old_mapbc_does_not_rename_the_tags_of_a_new_mesh() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wing.b8.ugrid");
-    assert!(B8.companions(&solid().view(), &path).is_empty());
+    assert!(B8.beside(&solid().view(), &path).is_empty());
     std::fs::write(folder.path().join("wing.mapbc"), "1\n2 4000 hub\n").expect("a folder");
     save(
         &solid().view(),
@@ -387,6 +387,6 @@ fn an_old_mapbc_does_not_rename_the_tags_of_a_new_mesh() {
     )
     .expect("it can be written");
     let source = Source::open(&path).expect("it is there");
-    let mesh = B8.read(&source, &ReadOptions::default(), &mut Notes::default());
+    let mesh = B8.read_file(&source, &ReadOptions::default(), &mut Notes::default());
     assert_eq!(mesh.expect("it can be read").groups, solid().groups);
 }

@@ -49,6 +49,9 @@ pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
         take_chosen(mesh, name)?;
     } else if is_integer(mesh, BOUNDARY.array) {
         take(mesh, &BOUNDARY, dimension.saturating_sub(1));
+        if is_surface_of_solid(mesh) {
+            mesh.space = Some(3);
+        }
     } else if let Some(name) = FOREIGN.into_iter().find(|name| is_integer(mesh, name)) {
         let labels = Labels {
             array: name,
@@ -66,6 +69,16 @@ pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
         take(mesh, &LOWER, dimension.saturating_sub(2));
     }
     Ok(())
+}
+
+/// Whether boundary tags are on surface cells in space, and on no edges: on the boundary of a volume that
+/// is not there.
+fn is_surface_of_solid(mesh: &Mesh) -> bool {
+    let has = |dimension: u8| {
+        let mut groups = mesh.groups.iter();
+        groups.any(|group| group.dimension == dimension && !group.cells.is_empty())
+    };
+    mesh.dimension() == 2 && mesh.space_dimension() == 3 && has(2) && !has(1)
 }
 
 fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {

@@ -101,7 +101,7 @@ fn with_arrays(point: usize, cell: usize, n_points: i64) -> Result<(Mesh, Notes)
     tree.write(&mut bytes).expect("it can be written");
     let source = Source::from_bytes(Path::new("x"), bytes);
     let mut notes = Notes::default();
-    let mesh = VtkHdf.read(&source, &ReadOptions::default(), &mut notes)?;
+    let mesh = VtkHdf.read_file(&source, &ReadOptions::default(), &mut notes)?;
     Ok((mesh, notes))
 }
 

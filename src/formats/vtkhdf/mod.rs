@@ -48,7 +48,7 @@ impl Format for VtkHdf {
     }
 
     /// The start does not tell what an HDF5 file is for.
-    fn recognizes(&self, _head: &[u8]) -> bool {
+    fn recognizes_start(&self, _head: &[u8]) -> bool {
         false
     }
 
@@ -56,7 +56,7 @@ impl Format for VtkHdf {
         hdf5::is_hdf5(source.bytes()) && matches!(grid(source), Ok(Some(_)))
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         let read = |grid: Group| read::read(&grid, options, notes);
         placed(unstructured(source).and_then(read))
     }
@@ -65,11 +65,16 @@ impl Format for VtkHdf {
         true
     }
 
-    fn steps(&self, source: &Source) -> Result<Vec<f64>> {
+    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
         placed(unstructured(source).and_then(|grid| extent::times(&grid)))
     }
 
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 

@@ -60,7 +60,7 @@ fn text<const N: usize>(words: [&str; N]) -> Values {
 pub(super) fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Notes) {
     let mut bytes = Vec::new();
     let notes = VtkHdf
-        .write(&mesh.view(), &mut bytes, options)
+        .write_file(&mesh.view(), &mut bytes, options)
         .expect("it can be written");
     (bytes, notes)
 }
@@ -74,7 +74,7 @@ fn read(source: &Source, step: Option<usize>) -> Mesh {
         step,
         ..ReadOptions::default()
     };
-    let mesh = VtkHdf.read(source, &options, &mut Notes::default());
+    let mesh = VtkHdf.read_file(source, &options, &mut Notes::default());
     mesh.expect("it can be read")
 }
 
@@ -90,7 +90,12 @@ fn a_mesh_comes_back_with_everything() {
     let source = Source::from_bytes(Path::new("x"), bytes);
     assert!(VtkHdf.recognizes_file(&source));
     assert_same(&read(&source, None), &mesh());
-    assert!(VtkHdf.steps(&source).expect("it can be asked").is_empty());
+    assert!(
+        VtkHdf
+            .steps_of_file(&source)
+            .expect("it can be asked")
+            .is_empty()
+    );
 }
 
 #[test]
@@ -179,11 +184,11 @@ fn files_of_vtk_are_read_as_the_same_mesh_in_vtu() {
         ("polyhedra_by_vtk", "polyhedra_ascii"),
     ] {
         let wanted = file(&format!("{twin}.vtu"));
-        let wanted = crate::formats::read(&wanted, &ReadOptions::default())
+        let wanted = crate::formats::read(&wanted.into(), &ReadOptions::default())
             .expect("it is read")
             .mesh;
         let found = file(&format!("{name}.vtkhdf"));
-        let found = crate::formats::read(&found, &ReadOptions::default())
+        let found = crate::formats::read(&found.into(), &ReadOptions::default())
             .expect("it is read")
             .mesh;
         assert_same(&found, &wanted);
@@ -194,7 +199,7 @@ fn files_of_vtk_are_read_as_the_same_mesh_in_vtu() {
 fn the_steps_of_vtk_are_read_one_by_one() {
     let source = file("moving_by_vtk.vtkhdf");
     assert_eq!(
-        VtkHdf.steps(&source).expect("it has steps"),
+        VtkHdf.steps_of_file(&source).expect("it has steps"),
         [0.0, 0.5, 1.0]
     );
     let first = read(&source, Some(0));
@@ -220,7 +225,7 @@ fn the_steps_of_vtk_are_read_one_by_one() {
         ..ReadOptions::default()
     };
     let error = VtkHdf
-        .read(&source, &options, &mut Notes::default())
+        .read_file(&source, &options, &mut Notes::default())
         .expect_err("there are three");
     assert_eq!(error.to_string(), " Steps: step 3 of 3; steps count from 0");
 }

@@ -47,7 +47,7 @@ impl Format for Vtu {
     }
 
     /// Any VTK XML file: for other grids the reader says what it found.
-    fn recognizes(&self, head: &[u8]) -> bool {
+    fn recognizes_start(&self, head: &[u8]) -> bool {
         let head = &head[..head.len().min(4096)];
         memchr::memmem::find(head, b"<VTKFile").is_some()
     }
@@ -62,11 +62,16 @@ impl Format for Vtu {
         super::word_after(&head[start..], b" version=\"")
     }
 
-    fn read(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
 
-    fn write(&self, mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Write,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
         write::write(mesh, out, options)
     }
 }

@@ -90,7 +90,7 @@ fn rich_mesh() -> Mesh {
 fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Notes) {
     let mut bytes = Vec::new();
     let notes = Vtu
-        .write(&mesh.view(), &mut bytes, options)
+        .write_file(&mesh.view(), &mut bytes, options)
         .expect("it can be written");
     (bytes, notes)
 }
@@ -109,6 +109,7 @@ fn all_options() -> Vec<WriteOptions> {
         for compression in [None, Zlib, Lz4, Lzma] {
             for precision in [Precision::F64, Precision::F32] {
                 all.push(WriteOptions {
+                    pieces: Default::default(),
                     encoding,
                     compression,
                     precision,

@@ -85,6 +85,45 @@ pub struct Difference {
     pub notes: Vec<String>,
 }
 
+/// How two meshes are compared; the default asks for the same numbers in the same order.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DiffOptions {
+    /// Largest distance of two nodes, and of two values of an array, that count as the same: in mesh units,
+    /// or a fraction where `relative`.
+    pub tolerance: f64,
+    /// Whether `tolerance` is a fraction: see [`Tolerance`].
+    pub relative: bool,
+    /// Whether nodes are paired by their positions rather than by their numbers.
+    pub by_position: bool,
+    /// With `by_position`, how far partners may be apart in mesh units; chosen from the meshes when `None`.
+    pub match_tolerance: Option<f64>,
+}
+
+/// How two meshes differ: node by node, cell by cell, tag by tag, array by array.
+///
+/// ```
+/// use azimesh::{DiffOptions, Mesh, diff};
+///
+/// # fn main() -> azimesh::Result<()> {
+/// let a = Mesh::read("testdata/naca0012.vtu")?;
+/// assert!(diff(&a, &a, &DiffOptions::default())?.is_same());
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+/// Where nodes are paired by position and several lie within the distance that partners may have.
+pub fn diff(a: &Mesh, b: &Mesh, options: &DiffOptions) -> Result<Difference> {
+    let tolerance = Tolerance {
+        value: options.tolerance,
+        relative: options.relative,
+    };
+    match options.by_position {
+        true => Difference::by_position(a, b, tolerance, options.match_tolerance),
+        false => Ok(Difference::between(a, b, tolerance)),
+    }
+}
+
 impl Difference {
     /// Compares `a` with `b` in order. `O(n)`; memory: a few bytes a boundary face.
     pub fn between(a: &Mesh, b: &Mesh, tolerance: Tolerance) -> Self {

@@ -10,6 +10,7 @@ use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::rotor::RotorAxes;
+use crate::motion::setters::setters;
 use crate::motion::steps::Step;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -37,7 +38,7 @@ const MOST_HARMONICS: usize = 1000;
 /// and likewise `flap` about its coning angle, and `lag`.
 ///
 /// ```
-/// use azimesh::motion::{Body, Cyclic};
+/// use azimesh::{Body, Cyclic};
 ///
 /// let cyclic = Cyclic::new()
 ///     .collective_deg(10.04)
@@ -68,62 +69,6 @@ impl Cyclic {
         Self::default()
     }
 
-    /// Mean of the pitch angle, in degrees.
-    #[must_use]
-    pub fn collective_deg(mut self, angle: f64) -> Self {
-        self.pitch.mean = angle.to_radians();
-        self
-    }
-
-    /// Harmonic `m` of the pitch angle, from 1 on: `sin` and `cos` in degrees.
-    #[must_use]
-    pub fn pitch_deg(mut self, m: usize, sin: f64, cos: f64) -> Self {
-        self.pitch.set_deg(m, sin, cos);
-        self
-    }
-
-    /// Mean of the flap angle, in degrees.
-    #[must_use]
-    pub fn coning_deg(mut self, angle: f64) -> Self {
-        self.flap.mean = angle.to_radians();
-        self
-    }
-
-    /// Harmonic `m` of the flap angle, from 1 on: `sin` and `cos` in degrees.
-    #[must_use]
-    pub fn flap_deg(mut self, m: usize, sin: f64, cos: f64) -> Self {
-        self.flap.set_deg(m, sin, cos);
-        self
-    }
-
-    /// Harmonic `m` of the lag angle, from 1 on: `sin` and `cos` in degrees.
-    #[must_use]
-    pub fn lag_deg(mut self, m: usize, sin: f64, cos: f64) -> Self {
-        self.lag.set_deg(m, sin, cos);
-        self
-    }
-
-    /// What is added to the argument of every harmonic, in degrees.
-    #[must_use]
-    pub fn phase_deg(mut self, phase: f64) -> Self {
-        self.phase = phase.to_radians();
-        self
-    }
-
-    /// Where the pitch axis, parallel to the span, passes the hub: chordwise and shaftwise, in mesh units.
-    #[must_use]
-    pub fn pitch_axis(mut self, chordwise: f64, shaftwise: f64) -> Self {
-        self.pitch_axis = [chordwise, shaftwise];
-        self
-    }
-
-    /// Spanwise distance of the flap and lag hinge from the hub, in mesh units.
-    #[must_use]
-    pub fn flap_hinge(mut self, spanwise: f64) -> Self {
-        self.flap_hinge = spanwise;
-        self
-    }
-
     fn series(&self) -> [(&'static str, &Series); 3] {
         [
             ("pitch", &self.pitch),
@@ -133,9 +78,28 @@ impl Cyclic {
     }
 }
 
+setters! { Cyclic {
+    /// Mean of the pitch angle, in degrees.
+    collective_deg(angle: f64) |self| self.pitch.mean = angle.to_radians();
+    /// Harmonic `m` of the pitch angle, from 1 on: `sin` and `cos` in degrees.
+    pitch_deg(m: usize, sin: f64, cos: f64) |self| self.pitch.set_deg(m, sin, cos);
+    /// Mean of the flap angle, in degrees.
+    coning_deg(angle: f64) |self| self.flap.mean = angle.to_radians();
+    /// Harmonic `m` of the flap angle, from 1 on: `sin` and `cos` in degrees.
+    flap_deg(m: usize, sin: f64, cos: f64) |self| self.flap.set_deg(m, sin, cos);
+    /// Harmonic `m` of the lag angle, from 1 on: `sin` and `cos` in degrees.
+    lag_deg(m: usize, sin: f64, cos: f64) |self| self.lag.set_deg(m, sin, cos);
+    /// What is added to the argument of every harmonic, in degrees.
+    phase_deg(phase: f64) |self| self.phase = phase.to_radians();
+    /// Where the pitch axis, parallel to the span, passes the hub: chordwise and shaftwise, in mesh units.
+    pitch_axis(chordwise: f64, shaftwise: f64) |self| self.pitch_axis = [chordwise, shaftwise];
+    /// Spanwise distance of the flap and lag hinge from the hub, in mesh units.
+    flap_hinge(spanwise: f64) |self| self.flap_hinge = spanwise;
+} }
+
 /// A mean and any number of harmonics, in radians.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Series {
+pub(in crate::motion) struct Series {
     /// Collective or coning.
     pub mean: f64,
     /// First, second, ... harmonic.
@@ -146,7 +110,7 @@ pub struct Series {
 
 /// One harmonic, in radians.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Harmonic {
+pub(in crate::motion) struct Harmonic {
     /// Factor of `sin(m psi + phase)`.
     pub sin: f64,
     /// Factor of `cos(m psi + phase)`.
@@ -369,10 +333,14 @@ impl Hinges {
 
 impl ResolvedMotion for Blade {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let rotations = self.hinges.rotations(at);
+        let rotations = || {
+            self.hinges
+                .rotations(at)
+                .map(|rotation| rotation.part(at.part))
+        };
         (!self.bends).then(|| {
             Link::Rigid(RigidLink {
-                rotations: rotations.map(|rotation| rotation.part(at.part)).to_vec(),
+                rotations: rotations().to_vec(),
                 translation: None,
             })
         })

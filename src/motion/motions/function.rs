@@ -4,7 +4,6 @@ use super::sets::{NodeSets, SurfaceSets};
 use super::{BodyMotion, OnMesh, ResolvedMotion};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::motion::body::Body;
 use crate::motion::steps::Step;
 use crate::motion::table::Key;
 use std::fmt;
@@ -31,10 +30,6 @@ impl fmt::Debug for Displacements {
 impl BodyMotion for Displacements {
     fn order(&self) -> u8 {
         2
-    }
-
-    fn check(&self, _: &Body) -> Result<()> {
-        Ok(())
     }
 
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {

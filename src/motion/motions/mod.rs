@@ -26,7 +26,9 @@ mod table;
 
 pub use beam::{Beam, CentreLine};
 pub(super) use clock::Clock;
-pub use cyclic::{Cyclic, Harmonic, Series};
+pub use cyclic::Cyclic;
+#[cfg(test)]
+pub(super) use cyclic::{Harmonic, Series};
 pub(super) use function::Displacements;
 pub(super) use link::Link;
 pub use modes::Modes;
@@ -49,7 +51,7 @@ use nodes::BodyNodes;
 use std::any::Any;
 use std::cell::OnceCell;
 use std::fmt::Debug;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The motions that a schedule may name.
@@ -104,7 +106,9 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
     }
 
     /// Refuses numbers that mean nothing.
-    fn check(&self, body: &Body) -> Result<()>;
+    fn check(&self, _body: &Body) -> Result<()> {
+        Ok(())
+    }
 
     /// Refuses what leaves the plane of a 2D mesh, as far as it is known without files.
     fn check_plane(&self, _body: &Body) -> Result<()> {
@@ -260,19 +264,18 @@ impl TableSource {
 
     /// The path of a file that is no table, by its ending.
     fn mesh_file(&self) -> Option<&str> {
-        let kind = |path: &&str| {
-            std::path::Path::new(*path)
-                .extension()
-                .map(|kind| kind.to_ascii_lowercase())
-        };
-        let is_table = |path: &&str| kind(path).is_none_or(|kind| kind == "csv" || kind == "tsv");
-        self.file().filter(|path| !is_table(path))
+        let path = self.file()?;
+        let kind = Path::new(path).extension()?;
+        let is_table = ["csv", "tsv"]
+            .iter()
+            .any(|table| kind.eq_ignore_ascii_case(table));
+        (!is_table).then_some(path)
     }
 
     /// The table; an error at the key of its motion where there is no file.
     fn read(&self, on: &OnMesh<'_>, key: &str) -> Result<Arc<Table>> {
         match self {
-            Self::File(path) => Ok(Arc::new(Table::read(&on.file(path, key)?)?)),
+            Self::File(path) => Ok(Arc::new(Table::read(on.file(path, key)?)?)),
             Self::Table(table) => table.check().map(|()| Arc::clone(table)),
         }
     }

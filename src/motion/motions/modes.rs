@@ -1,8 +1,8 @@
 //! `[body.modes]`: mode shapes at the nodes of a body times generalised coordinates.
 
 use super::link::{Link, NodeField, NodeLink};
-use super::node_files::{arrays_of, place_columns, unused};
-use super::nodes::{At as Given, BodyNodes, Filled, Finder, Matching, check_plane};
+use super::node_files::{NamedVectors, arrays_of, place_columns, three, unused, vector};
+use super::nodes::{At as Given, BodyNodes, Filling, Matching, Wrong};
 use super::{
     At, BodyMotion, Clock, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
     read_interpolation,
@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::setters::setters;
 use crate::motion::table::{History, Interpolation, Table};
 use std::path::Path;
 use std::sync::Arc;
@@ -45,30 +46,16 @@ impl Modes {
             matching: Matching::default(),
         }
     }
-
-    /// A cubic spline between rows, periodic where the table is.
-    #[must_use]
-    pub fn cubic(self) -> Self {
-        Self {
-            interpolation: Interpolation::Cubic,
-            ..self
-        }
-    }
-
-    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
-    #[must_use]
-    pub fn match_tolerance(mut self, distance: f64) -> Self {
-        self.matching.tolerance = distance;
-        self
-    }
-
-    /// Nodes that the file does not name stay where they are.
-    #[must_use]
-    pub fn missing_fixed(mut self) -> Self {
-        self.matching.missing_fixed = true;
-        self
-    }
 }
+
+setters! { Modes {
+    /// A cubic spline between rows, periodic where the table is.
+    cubic() |self| self.interpolation = Interpolation::Cubic;
+    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
+    match_tolerance(distance: f64) |self| self.matching.tolerance = distance;
+    /// Nodes that the file does not name stay where they are.
+    missing_fixed() |self| self.matching.missing_fixed = true;
+} }
 
 impl FromSchedule for Modes {
     const KEY: &'static str = "modes";
@@ -183,28 +170,28 @@ fn read_coordinates(table: &Table, interpolation: Interpolation) -> Result<Histo
     History::from_table(table, key, &coordinates, interpolation)
 }
 
-/// Rows `node, mode, dx, dy, dz`, modes counted from 1; and how many are for nodes of others.
-fn of_table(
-    table: &Table,
-    matching: Matching,
-    on: &OnMesh<'_>,
-    n_modes: usize,
-) -> Result<(Vec<Vec<Vector>>, usize)> {
-    let (nodes, body, in_plane) = (on.nodes(), on.body.name.as_str(), on.in_plane());
+/// Shapes, and how many rows are for nodes of others.
+type Shapes = (Vec<Vec<Vector>>, usize);
+
+/// Rows `node, mode, dx, dy, dz`, modes counted from 1.
+fn of_table(table: &Table, matching: Matching, on: &OnMesh<'_>, n_modes: usize) -> Result<Shapes> {
     let mut columns = table.columns();
-    let place = place_columns(&mut columns, in_plane)?;
+    let place = place_columns(&mut columns, on.in_plane())?;
     let mode = columns.require("mode")?;
-    let [dx, dy] = ["dx", "dy"].map(|name| columns.require(name));
-    let dz = match in_plane {
-        true => columns.optional("dz"),
-        false => Some(columns.require("dz")?),
-    };
-    let axes = [Some(dx?), Some(dy?), dz];
+    let axes = three(&mut columns, ["dx", "dy", "dz"], on.in_plane())?;
     columns.done()?;
-    let mut filled: Vec<Filled> = Vec::new();
-    filled.resize_with(n_modes, || Filled::new(nodes.nodes.len()));
-    let mut finder = Finder::new(&nodes, matching.tolerance);
-    let mut others = 0;
+    let nodes = on.nodes();
+    let mut filling = Filling::new(on, &nodes, (WHAT, matching), n_modes);
+    let wrong = Wrong {
+        at: &|row, message| table.error(row, message),
+        twice: &|node, before, row| {
+            format!(
+                "node {node} of mode {} is given twice, first in line {}; keep one of the rows",
+                table.value(row, mode),
+                table.line(before)
+            )
+        },
+    };
     for row in 0..table.n_rows() {
         let at_row = |message| table.error(row, message);
         let number = table.whole(row, mode)?;
@@ -214,75 +201,65 @@ fn of_table(
                 "column `mode` holds {number}; the table of coordinates has q1 to q{n_modes}, so it must be from 1 to {n_modes}"
             )));
         }
-        let found = finder.find(place.at(table, row)?).map_err(at_row)?;
-        others += usize::from(found.is_empty());
-        let value = axes.map(|axis| axis.map_or(0.0, |axis| table.value(row, axis)));
-        filled[mode - 1].saw(row);
-        for node in found {
-            check_plane(value, in_plane, WHAT, body).map_err(at_row)?;
-            filled[mode - 1].set(node, value, row).map_err(|before| {
-                at_row(format!(
-                    "node {} of mode {mode} is given twice, first in line {}; keep one of the rows",
-                    nodes.nodes[node],
-                    table.line(before)
-                ))
-            })?;
-        }
+        let found = filling.find(place.at(table, row)?).map_err(at_row)?;
+        filling.put(
+            (mode - 1, row),
+            &found,
+            |_| vector(table, row, axes),
+            &wrong,
+        )?;
     }
-    let at_row = |row, message| table.error_at(row, message);
-    let shapes = (1..).zip(filled).map(|(mode, filled)| {
-        let what = format!(" of mode {mode}");
-        filled.finish(&finder, matching, body, &what, &at_row)
-    });
-    Ok((shapes.collect::<Result<_>>()?, others))
+    let which = |mode| format!(" of mode {}", mode + 1);
+    filling.finish(which, |_, row, message| table.error_at(row, message))
 }
 
 /// Point arrays of a mesh whose names end in the number of the mode.
-fn of_mesh(
-    path: &Path,
-    matching: Matching,
-    on: &OnMesh<'_>,
-    n_modes: usize,
-) -> Result<(Vec<Vec<Vector>>, usize)> {
-    let (nodes, body, in_plane) = (on.nodes(), on.body.name.as_str(), on.in_plane());
+fn of_mesh(path: &Path, matching: Matching, on: &OnMesh<'_>, n_modes: usize) -> Result<Shapes> {
     let (points, arrays) = arrays_of(path)?;
+    let modes = (1..=n_modes).map(|mode| array_of(mode, &arrays));
+    let modes: Vec<&NamedVectors> = modes
+        .collect::<std::result::Result<_, String>>()
+        .map_err(|message| Error::input(message).file(path))?;
+    let nodes = on.nodes();
+    let mut filling = Filling::new(on, &nodes, (WHAT, matching), n_modes);
+    let places = points
+        .iter()
+        .map(|x| filling.find(Given::Place(*x)).unwrap_or_default());
+    let places: Vec<Vec<usize>> = places.collect();
+    let wrong = |mode: usize, message| Error::input(message).dataset(&modes[mode].0).file(path);
+    for (mode, (_, values)) in modes.iter().enumerate() {
+        let wrong = Wrong {
+            at: &|_, message| wrong(mode, message),
+            twice: &|node, before, row| {
+                let mode = mode + 1;
+                format!(
+                    "points {before} and {row} are both at node {node} and differ in mode {mode}"
+                )
+            },
+        };
+        for (row, (found, value)) in places.iter().zip(values).enumerate() {
+            filling.put((mode, row), found, |_| *value, &wrong)?;
+        }
+    }
+    let which = |mode| format!(" of mode {}", mode + 1);
+    filling.finish(which, |mode, _, message| wrong(mode, message))
+}
+
+/// The array whose name ends in the number of a mode.
+fn array_of(mode: usize, arrays: &[NamedVectors]) -> std::result::Result<&NamedVectors, String> {
     let number = |name: &str| {
         let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
         name[name.len() - digits..].parse::<usize>().ok()
     };
-    let mut finder = Finder::new(&nodes, matching.tolerance);
-    let at: Vec<Vec<usize>> = points
-        .iter()
-        .map(|x| finder.find(Given::Place(*x)).unwrap_or_default())
-        .collect();
-    let others = at.iter().filter(|found| found.is_empty()).count();
-    let mut all = Vec::new();
-    for mode in 1..=n_modes {
-        let mut of_mode = arrays.iter().filter(|(name, _)| number(name) == Some(mode));
-        let (Some((name, values)), None) = (of_mode.next(), of_mode.next()) else {
+    let mut of_mode = arrays.iter().filter(|(name, _)| number(name) == Some(mode));
+    match (of_mode.next(), of_mode.next()) {
+        (Some(array), None) => Ok(array),
+        _ => {
             let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
-            let message = format!(
+            Err(format!(
                 "mode {mode} needs one point array of 3 components whose name ends in {mode}, as in mode{mode}; found: {}",
                 names.join(", ")
-            );
-            return Err(Error::input(message).file(path));
-        };
-        let wrong = |message: String| Error::input(message).dataset(name).file(path);
-        let mut filled = Filled::new(nodes.nodes.len());
-        for (row, (found, value)) in at.iter().zip(values).enumerate() {
-            for &node in found {
-                check_plane(*value, in_plane, WHAT, body).map_err(wrong)?;
-                filled.set(node, *value, row).map_err(|before| {
-                    wrong(format!(
-                        "points {before} and {row} are both at node {} and differ in mode {mode}",
-                        nodes.nodes[node]
-                    ))
-                })?;
-            }
+            ))
         }
-        let what = format!(" of mode {mode}");
-        let at_row = |_, message| wrong(message);
-        all.push(filled.finish(&finder, matching, body, &what, &at_row)?);
     }
-    Ok((all, others))
 }

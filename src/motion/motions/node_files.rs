@@ -4,10 +4,9 @@ use super::nodes::At;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::MotionNote;
 use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, Source};
 use crate::geometry::vector::Vector;
-use crate::mesh::Values;
 use crate::mesh::arrays::with_numbers;
+use crate::mesh::{Mesh, Values};
 use crate::motion::table::{Column, Columns, Table};
 use std::path::Path;
 
@@ -24,22 +23,37 @@ pub(super) fn place_columns(columns: &mut Columns<'_>, in_plane: bool) -> Result
     if columns.has("node") {
         return Err(columns.both("node", "x"));
     }
-    let [x, y] = ["x", "y"].map(|name| columns.require(name));
+    Ok(PlaceColumns::Place(three(
+        columns,
+        ["x", "y", "z"],
+        in_plane,
+    )?))
+}
+
+/// Three columns, of which the last may be left out in the plane.
+pub(super) fn three(
+    columns: &mut Columns<'_>,
+    [x, y, z]: [&str; 3],
+    in_plane: bool,
+) -> Result<[Option<Column>; 3]> {
+    let [x, y] = [x, y].map(|name| columns.require(name));
     let z = match in_plane {
-        true => columns.optional("z"),
-        false => Some(columns.require("z")?),
+        true => columns.optional(z),
+        false => Some(columns.require(z)?),
     };
-    Ok(PlaceColumns::Place([Some(x?), Some(y?), z]))
+    Ok([Some(x?), Some(y?), z])
+}
+
+/// The values of three columns in a row; one left out is 0.
+pub(super) fn vector(table: &Table, row: usize, axes: [Option<Column>; 3]) -> Vector {
+    axes.map(|axis| axis.map_or(0.0, |axis| table.value(row, axis)))
 }
 
 impl PlaceColumns {
     pub fn at(&self, table: &Table, row: usize) -> Result<At> {
         Ok(match self {
             Self::Node(node) => At::Node(table.whole(row, *node)?),
-            Self::Place(axes) => {
-                let value = |axis: Option<Column>| axis.map_or(0.0, |axis| table.value(row, axis));
-                At::Place(axes.map(value))
-            }
+            Self::Place(axes) => At::Place(vector(table, row, *axes)),
         })
     }
 }
@@ -49,8 +63,7 @@ pub(super) type NamedVectors = (String, Vec<Vector>);
 
 /// The points of a mesh file and its point arrays of three components.
 pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)> {
-    let source = Source::open(path)?;
-    let mesh = formats::read(&source, &ReadOptions::default())?.mesh;
+    let mesh = Mesh::read(path)?;
     let mut arrays = Vec::new();
     for array in (mesh.point_arrays.iter()).filter(|array| array.n_components == 3) {
         if let Some(values) = numbers(&array.values) {

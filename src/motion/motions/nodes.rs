@@ -62,14 +62,38 @@ pub(super) enum At {
     Place(Vector),
 }
 
-/// Finds the nodes of a body.
-pub(super) struct Finder<'a> {
-    of: &'a BodyNodes,
-    tolerance: f64,
+/// Vectors for the nodes of a body, in one field or several, filled row by row of a file.
+pub(super) struct Filling<'a> {
+    nodes: &'a BodyNodes,
+    body: &'a str,
+    in_plane: bool,
+    /// What the file has, in the plural.
+    what: &'static str,
+    matching: Matching,
     /// Nodes in cells as large as the tolerance.
     cells: HashMap<[i64; 3], Vec<usize>>,
     /// Places at which there was no node.
     strays: Vec<Vector>,
+    /// Rows that are for nodes of others.
+    others: usize,
+    fields: Vec<Field>,
+}
+
+#[derive(Clone)]
+struct Field {
+    values: Vec<Vector>,
+    /// The row that gave it, from 1; 0 where none has.
+    rows: Vec<u32>,
+    /// The last row that belongs here, of this body or not.
+    last: Option<usize>,
+}
+
+/// How a wrong row is told.
+pub(super) struct Wrong<'a> {
+    /// The error at a row.
+    pub at: &'a dyn Fn(usize, String) -> Error,
+    /// A node that two rows give different vectors: the node, the row before, the row.
+    pub twice: &'a dyn Fn(u32, usize, usize) -> String,
 }
 
 impl BodyNodes {
@@ -92,39 +116,60 @@ impl BodyNodes {
     }
 }
 
-impl<'a> Finder<'a> {
-    pub fn new(of: &'a BodyNodes, tolerance: f64) -> Self {
+impl<'a> Filling<'a> {
+    pub fn new(
+        on: &'a OnMesh<'_>,
+        nodes: &'a BodyNodes,
+        (what, matching): (&'static str, Matching),
+        n_fields: usize,
+    ) -> Self {
+        let field = Field {
+            values: vec![[0.0; 3]; nodes.nodes.len()],
+            rows: vec![0; nodes.nodes.len()],
+            last: None,
+        };
         Self {
-            of,
-            tolerance,
+            nodes,
+            body: &on.body.name,
+            in_plane: on.in_plane(),
+            what,
+            matching,
             cells: HashMap::new(),
             strays: Vec::new(),
+            others: 0,
+            fields: vec![field; n_fields],
         }
+    }
+
+    /// What a row is about, as positions among the body's nodes; none where the mesh has the node and the body
+    /// has not.
+    pub fn find(&mut self, at: At) -> std::result::Result<Vec<usize>, String> {
+        let found = match at {
+            At::Node(node) => match u32::try_from(node) {
+                Ok(node) if (node as usize) < self.nodes.n_mesh => {
+                    self.nodes.find(node).into_iter().collect()
+                }
+                _ => {
+                    let last = self.nodes.n_mesh.saturating_sub(1);
+                    return Err(format!(
+                        "node {node} is not in the mesh, whose nodes are 0 to {last}"
+                    ));
+                }
+            },
+            At::Place(x) => self.near(x),
+        };
+        self.others += usize::from(found.is_empty());
+        Ok(found)
     }
 
     fn cell(&self, x: Vector) -> [i64; 3] {
-        x.map(|x| (x / self.tolerance).floor() as i64)
-    }
-
-    /// Positions among the body's nodes; none where the mesh has the node and the body has not.
-    pub fn find(&mut self, at: At) -> std::result::Result<Vec<usize>, String> {
-        match at {
-            At::Node(node) => match u32::try_from(node) {
-                Ok(node) if (node as usize) < self.of.n_mesh => {
-                    Ok(self.of.find(node).into_iter().collect())
-                }
-                _ => Err(format!(
-                    "node {node} is not in the mesh, whose nodes are 0 to {}",
-                    self.of.n_mesh.saturating_sub(1)
-                )),
-            },
-            At::Place(x) => Ok(self.near(x)),
-        }
+        x.map(|x| (x / self.matching.tolerance).floor() as i64)
     }
 
     fn near(&mut self, x: Vector) -> Vec<usize> {
+        let places = &self.nodes.places;
         if self.cells.is_empty() {
-            for (at, place) in self.of.places.iter().enumerate() {
+            for (at, place) in places.iter().enumerate() {
                 let cell = self.cell(*place);
                 self.cells.entry(cell).or_default().push(at);
             }
@@ -138,7 +183,7 @@ impl<'a> Finder<'a> {
                 k.saturating_add(n / 9 - 1),
             ];
             let near = self.cells.get(&cell).into_iter().flatten();
-            found.extend(near.filter(|&&at| distance(self.of.places[at], x) <= self.tolerance));
+            found.extend(near.filter(|&&at| distance(places[at], x) <= self.matching.tolerance));
         }
         found.sort_unstable();
         found.dedup();
@@ -148,17 +193,93 @@ impl<'a> Finder<'a> {
         found
     }
 
+    /// Gives the nodes that a row is about their vectors: `value` of the place of each in the reference mesh.
+    pub fn put(
+        &mut self,
+        (field, row): (usize, usize),
+        found: &[usize],
+        value: impl Fn(Vector) -> Vector,
+        wrong: &Wrong<'_>,
+    ) -> Result<()> {
+        let field = &mut self.fields[field];
+        field.last = field.last.max(Some(row));
+        for &node in found {
+            let value = value(self.nodes.places[node]);
+            if self.in_plane && value[2] != 0.0 {
+                let message = format!(
+                    "body \"{}\" would leave the plane of the 2D mesh; {} along z must be 0",
+                    self.body, self.what
+                );
+                return Err((wrong.at)(row, message));
+            }
+            match field.rows[node] {
+                0 => {
+                    field.values[node] = value;
+                    field.rows[node] = u32::try_from(row + 1).unwrap_or(u32::MAX);
+                }
+                _ if field.values[node] == value => {}
+                before => {
+                    let message = (wrong.twice)(self.nodes.nodes[node], before as usize - 1, row);
+                    return Err((wrong.at)(row, message));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// All fields, and how many rows are for nodes of others. Nodes without a vector stay where that is allowed.
+    /// `which` says which field one is, and `wrong` is the error of a field after its last row.
+    pub fn finish(
+        self,
+        which: impl Fn(usize) -> String,
+        wrong: impl Fn(usize, Option<usize>, String) -> Error,
+    ) -> Result<(Vec<Vec<Vector>>, usize)> {
+        for (at, field) in self.fields.iter().enumerate() {
+            if let Some(message) = self.missing(field, &which(at)) {
+                return Err(wrong(at, field.last, message));
+            }
+        }
+        let fields = self.fields.into_iter().map(|field| field.values);
+        Ok((fields.collect(), self.others))
+    }
+
+    /// A sentence where nodes have no vector and may not stay.
+    fn missing(&self, field: &Field, which: &str) -> Option<String> {
+        let (nodes, body) = (&self.nodes.nodes, self.body);
+        let missing: Vec<usize> = (0..nodes.len()).filter(|&at| field.rows[at] == 0).collect();
+        if missing.len() == nodes.len() {
+            return Some(format!(
+                "no node of body \"{body}\" is in the file{which}; {}its nodes are counted from 0, and places must \
+                 agree to match_tolerance = {:e}",
+                self.almost(&missing),
+                self.matching.tolerance
+            ));
+        }
+        if missing.is_empty() || self.matching.missing_fixed {
+            return None;
+        }
+        let listed = missing.iter().take(LISTED).map(|&at| nodes[at].to_string());
+        let more = if missing.len() > LISTED { ", ..." } else { "" };
+        Some(format!(
+            "{} of the {} nodes of body \"{body}\" are missing{which}: {}{more}; {}add them, or set missing = \
+             \"fixed\"",
+            missing.len(),
+            nodes.len(),
+            listed.collect::<Vec<_>>().join(", "),
+            self.almost(&missing)
+        ))
+    }
+
     /// A sentence on places that some nodes would be at, were the tolerance larger; empty where the file
     /// has none near them.
     fn almost(&self, missing: &[usize]) -> String {
-        let bounds = Bounds::around(&self.of.places);
+        let places = &self.nodes.places;
         let nearest = |at: &usize| {
-            let strays = self.strays.iter();
-            let off = strays.map(|x| distance(*x, self.of.places[*at]));
+            let off = self.strays.iter().map(|x| distance(*x, places[*at]));
             off.fold(f64::INFINITY, f64::min)
         };
         let farthest = missing.iter().take(ASKED).map(nearest).fold(0.0, f64::max);
-        match farthest <= ALMOST * bounds.diagonal() {
+        match farthest <= ALMOST * Bounds::around(places).diagonal() {
             true => format!(
                 "the file has them up to {farthest:.1e} off, which match_tolerance = {:.0e} would take; ",
                 10.0_f64.powf((1.01 * farthest).log10().ceil())
@@ -166,99 +287,4 @@ impl<'a> Finder<'a> {
             false => String::new(),
         }
     }
-}
-
-/// A vector for each node, filled row by row.
-pub(super) struct Filled {
-    values: Vec<Vector>,
-    /// The row that gave it, from 1; 0 where none has.
-    rows: Vec<u32>,
-    /// The last row that belongs here, of this body or not.
-    last: Option<usize>,
-}
-
-/// The error at a row of a file, or of the file as a whole where there is none.
-pub(super) type AtRow<'a> = &'a dyn Fn(Option<usize>, String) -> Error;
-
-impl Filled {
-    pub fn new(n: usize) -> Self {
-        Self {
-            values: vec![[0.0; 3]; n],
-            rows: vec![0; n],
-            last: None,
-        }
-    }
-
-    /// Notes that a row belongs here, whether its node is the body's or not.
-    pub fn saw(&mut self, row: usize) {
-        self.last = self.last.max(Some(row));
-    }
-
-    /// Gives a node its vector; the row that has given it another one before is an error.
-    pub fn set(&mut self, at: usize, value: Vector, row: usize) -> std::result::Result<(), usize> {
-        match self.rows[at] {
-            0 => {
-                self.values[at] = value;
-                self.rows[at] = u32::try_from(row + 1).unwrap_or(u32::MAX);
-                Ok(())
-            }
-            _ if self.values[at] == value => Ok(()),
-            before => Err(before as usize - 1),
-        }
-    }
-
-    /// All vectors; nodes without one stay where that is allowed.
-    pub fn finish(
-        self,
-        finder: &Finder<'_>,
-        matching: Matching,
-        body: &str,
-        what: &str,
-        at_row: AtRow<'_>,
-    ) -> Result<Vec<Vector>> {
-        let nodes = finder.of;
-        let rows = self.rows.iter().enumerate();
-        let missing: Vec<usize> = rows
-            .filter(|(_, row)| **row == 0)
-            .map(|(at, _)| at)
-            .collect();
-        if missing.len() == nodes.nodes.len() {
-            let message = format!(
-                "no node of body \"{body}\" is in the file{what}; {}its nodes are counted from 0, and places must agree \
-                 to match_tolerance = {:e}",
-                finder.almost(&missing),
-                matching.tolerance
-            );
-            return Err(at_row(self.last, message));
-        }
-        if missing.is_empty() || matching.missing_fixed {
-            return Ok(self.values);
-        }
-        let listed = missing.iter().take(LISTED);
-        let listed: Vec<String> = listed.map(|&at| nodes.nodes[at].to_string()).collect();
-        let more = if missing.len() > LISTED { ", ..." } else { "" };
-        let message = format!(
-            "{} of the {} nodes of body \"{body}\" are missing{what}: {}{more}; {}add them, or set missing = \"fixed\"",
-            missing.len(),
-            nodes.nodes.len(),
-            listed.join(", "),
-            finder.almost(&missing)
-        );
-        Err(at_row(self.last, message))
-    }
-}
-
-/// Refuses a vector out of the plane of a 2D mesh; `what` is what the file has, in the plural.
-pub(super) fn check_plane(
-    value: Vector,
-    in_plane: bool,
-    what: &str,
-    body: &str,
-) -> std::result::Result<(), String> {
-    if !in_plane || value[2] == 0.0 {
-        return Ok(());
-    }
-    Err(format!(
-        "body \"{body}\" would leave the plane of the 2D mesh; {what} along z must be 0"
-    ))
 }

@@ -7,13 +7,14 @@ use crate::geometry::vector::{Vector, scale, unit};
 use crate::geometry::{Moving, Transform};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::setters::setters;
 use crate::motion::steps::Step;
 use std::sync::Arc;
 
 /// A right-handed rotation about an axis.
 ///
 /// ```
-/// use azimesh::motion::{AxisRotation, Body};
+/// use azimesh::{AxisRotation, Body};
 ///
 /// let about = AxisRotation::new([0.0, 0.0, 1.0]).origin([0.25, 0.0, 0.0]).angle_deg(20.0);
 /// let airfoil = Body::new("airfoil", ["airfoil"]).rotate(about);
@@ -41,21 +42,6 @@ impl AxisRotation {
         }
     }
 
-    /// A point of the axis, in mesh units.
-    #[must_use]
-    pub fn origin(self, origin: Vector) -> Self {
-        Self { origin, ..self }
-    }
-
-    /// The angle, in degrees.
-    #[must_use]
-    pub fn angle_deg(self, angle: f64) -> Self {
-        Self {
-            angle: angle.to_radians(),
-            ..self
-        }
-    }
-
     /// The part, from 0 to 1, of the angle.
     pub(super) fn part(self, part: f64) -> Self {
         Self {
@@ -74,10 +60,17 @@ impl AxisRotation {
     }
 }
 
+setters! { AxisRotation {
+    /// A point of the axis, in mesh units.
+    origin(origin: Vector) |self| self.origin = origin;
+    /// The angle, in degrees.
+    angle_deg(angle: f64) |self| self.angle = angle.to_radians();
+} }
+
 /// A translation, in mesh units.
 ///
 /// ```
-/// use azimesh::motion::{Body, Translation};
+/// use azimesh::{Body, Translation};
 ///
 /// let store = Body::new("store", ["store"]).translate(Translation::new([0.0, 0.0, -0.5])).ramp();
 /// ```

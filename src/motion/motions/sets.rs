@@ -79,11 +79,11 @@ impl ResolvedMotion for NodeSets {
 
 impl SurfaceSets {
     /// One set for all steps.
-    pub(super) fn one(set: Vec<Vector>, notes: Vec<Diagnostic>) -> Self {
+    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<Diagnostic>) -> Self {
         Self {
             key: None,
             places: vec![0.0],
-            sets: vec![set],
+            sets,
             lines: Vec::new(),
             notes,
         }

@@ -1,8 +1,8 @@
 //! `[body.surface]`: displacements of the nodes of a body as another program gives them: a table, a mesh with
 //! an array, or SU2's surface positions.
 
-use super::node_files::{NamedVectors, arrays_of, place_columns, unused};
-use super::nodes::{At as Given, BodyNodes, Filled, Finder, Matching, check_plane};
+use super::node_files::{NamedVectors, arrays_of, place_columns, three, unused, vector};
+use super::nodes::{At as Given, Filling, Matching, Wrong};
 use super::sets::{NodeSets, SurfaceSets};
 use super::{BodyMotion, FromSchedule, OnMesh, ResolvedMotion, TableSource};
 use crate::error::{Error, Result};
@@ -10,7 +10,8 @@ use crate::formats::Source;
 use crate::geometry::vector::{Vector, sub};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
-use crate::motion::table::{Column, Table};
+use crate::motion::setters::setters;
+use crate::motion::table::Table;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -37,21 +38,14 @@ impl SurfaceMotion {
             matching: Matching::default(),
         }
     }
-
-    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
-    #[must_use]
-    pub fn match_tolerance(mut self, distance: f64) -> Self {
-        self.matching.tolerance = distance;
-        self
-    }
-
-    /// Nodes that the file does not name stay where they are.
-    #[must_use]
-    pub fn missing_fixed(mut self) -> Self {
-        self.matching.missing_fixed = true;
-        self
-    }
 }
+
+setters! { SurfaceMotion {
+    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
+    match_tolerance(distance: f64) |self| self.matching.tolerance = distance;
+    /// Nodes that the file does not name stay where they are.
+    missing_fixed() |self| self.matching.missing_fixed = true;
+} }
 
 impl FromSchedule for SurfaceMotion {
     const KEY: &'static str = "surface";
@@ -83,20 +77,14 @@ impl BodyMotion for SurfaceMotion {
 
     /// Reads the file; there must be a set for every step.
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
-        let reading = Reading {
-            matching: self.matching,
-            nodes: on.nodes(),
-            body: &on.body.name,
-            in_plane: on.in_plane(),
-        };
         let file = self.source.mesh_file();
         let path = file.map(|file| on.file(file, "surface")).transpose()?;
         let (sets, path) = match path {
-            Some(path) if is_positions(&path) => (reading.of_positions(&path)?, path),
-            Some(path) => (reading.of_mesh(&path)?, path),
+            Some(path) if is_positions(&path) => (self.of_positions(&path, on)?, path),
+            Some(path) => (self.of_mesh(&path, on)?, path),
             None => {
                 let table = self.source.read(on, "surface")?;
-                (reading.of_table(&table)?, table.path().to_path_buf())
+                (self.of_table(&table, on)?, table.path().to_path_buf())
             }
         };
         for step in on.clock.steps {
@@ -112,171 +100,138 @@ fn is_positions(path: &Path) -> bool {
     kind.is_some_and(|kind| kind == "dat" || kind == "txt")
 }
 
-/// The columns of the vectors.
-struct Columns3 {
-    /// Displacements or, when `new`, positions.
-    values: [Option<Column>; 3],
-    new: bool,
-}
-
-/// How a file is held against the nodes of a body.
-struct Reading<'a> {
-    matching: Matching,
-    nodes: Arc<BodyNodes>,
-    body: &'a str,
-    in_plane: bool,
-}
-
-impl Reading<'_> {
-    fn of_table(&self, table: &Table) -> Result<SurfaceSets> {
-        let (nodes, in_plane) = (&self.nodes, self.in_plane);
+impl SurfaceMotion {
+    fn of_table(&self, table: &Table, on: &OnMesh<'_>) -> Result<SurfaceSets> {
         let mut columns = table.columns();
         let key = columns.optional_key()?;
-        let place = place_columns(&mut columns, in_plane)?;
+        let place = place_columns(&mut columns, on.in_plane())?;
         let new = columns.has("x_new");
-        let names = if new {
-            ["x_new", "y_new", "z_new"]
-        } else {
-            ["dx", "dy", "dz"]
+        let names = match new {
+            true => ["x_new", "y_new", "z_new"],
+            false => ["dx", "dy", "dz"],
         };
-        let [x, y] = [names[0], names[1]].map(|name| columns.require(name));
-        let z = match in_plane {
-            true => columns.optional(names[2]),
-            false => Some(columns.require(names[2])?),
-        };
-        let values = Columns3 {
-            values: [Some(x?), Some(y?), z],
-            new,
-        };
+        let axes = three(&mut columns, names, on.in_plane())?;
         columns.done()?;
         let at = |row: usize| key.map_or(0.0, |(_, column)| table.value(row, column));
         let mut places: Vec<f64> = (0..table.n_rows()).map(at).collect();
         places.sort_by(f64::total_cmp);
         places.dedup();
-        let mut filled: Vec<Filled> = Vec::new();
-        filled.resize_with(places.len(), || Filled::new(nodes.nodes.len()));
-        let mut finder = Finder::new(nodes, self.matching.tolerance);
-        let mut others = 0;
+        let nodes = on.nodes();
+        let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), places.len());
         let mut lines = vec![0; places.len()];
+        let wrong = Wrong {
+            at: &|row, message| table.error(row, message),
+            twice: &|node, before, _| {
+                let line = table.line(before);
+                format!("node {node} is given twice, first in line {line}; keep one of the rows")
+            },
+        };
         for row in 0..table.n_rows() {
-            let at_row = |message| table.error(row, message);
-            let found = finder.find(place.at(table, row)?).map_err(at_row)?;
-            others += usize::from(found.is_empty());
+            let found = filling.find(place.at(table, row)?);
+            let found = found.map_err(|message| table.error(row, message))?;
             let set = places.partition_point(|place| *place < at(row));
-            filled[set].saw(row);
             lines[set] = table.line(row);
-            for node in found {
-                let value = values.displacement(table, row, nodes.places[node]);
-                check_plane(value, in_plane, WHAT, self.body).map_err(at_row)?;
-                filled[set].set(node, value, row).map_err(|before| {
-                    let message = format!(
-                        "node {} is given twice, first in line {}; keep one of the rows",
-                        nodes.nodes[node],
-                        table.line(before)
-                    );
-                    table.error(row, message)
-                })?;
-            }
+            let value = |x: Vector| match new {
+                true => std::array::from_fn(|i| {
+                    axes[i].map_or(0.0, |axis| table.value(row, axis) - x[i])
+                }),
+                false => vector(table, row, axes),
+            };
+            filling.put((set, row), &found, value, &wrong)?;
         }
         let key = key.map(|(key, _)| key);
-        let sets = filled.into_iter().zip(&places).map(|(filled, place)| {
-            let what = key.map_or(String::new(), |key| format!(" at {}", key.place(*place)));
-            let at_row = |row, message| table.error_at(row, message);
-            filled.finish(&finder, self.matching, self.body, &what, &at_row)
-        });
+        let which = |set: usize| {
+            key.map_or(String::new(), |key| {
+                format!(" at {}", key.place(places[set]))
+            })
+        };
+        let (sets, others) =
+            filling.finish(which, |_, row, message| table.error_at(row, message))?;
         Ok(SurfaceSets {
-            sets: sets.collect::<Result<_>>()?,
+            sets,
             key,
             places,
             lines,
-            notes: unused(others, table.path(), self.body),
+            notes: unused(others, table.path(), &on.body.name),
         })
     }
 
     /// SU2's surface positions: a line `node x y z` for each node, with its new place.
-    fn of_positions(&self, path: &Path) -> Result<SurfaceSets> {
-        let (nodes, in_plane) = (&self.nodes, self.in_plane);
+    fn of_positions(&self, path: &Path, on: &OnMesh<'_>) -> Result<SurfaceSets> {
         let source = Source::open(path)?;
-        let mut filled = Filled::new(nodes.nodes.len());
-        let mut finder = Finder::new(nodes, self.matching.tolerance);
-        let mut others = 0;
-        let at_line = |line: Option<usize>, message: String| {
-            let line = line.map_or(1, |line| line as u64 + 1);
-            Error::input(message).line(line).file(path)
+        let nodes = on.nodes();
+        let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), 1);
+        let at_line =
+            |line: usize, message: String| Error::input(message).line(line as u64 + 1).file(path);
+        let wrong = Wrong {
+            at: &at_line,
+            twice: &|node, before, _| {
+                format!("node {node} is given twice, first in line {}", before + 1)
+            },
         };
         for (line, text) in source.bytes().split(|b| *b == b'\n').enumerate() {
-            let wrong = |message: String| at_line(Some(line), message);
             let text = String::from_utf8_lossy(text);
             let words: Vec<&str> = text.split_whitespace().collect();
-            if words
-                .first()
-                .is_none_or(|word| word.starts_with(['%', '#']))
-            {
+            let first = words.first();
+            if first.is_none_or(|word| word.starts_with(['%', '#'])) {
                 continue;
             }
-            let numbers: Option<Vec<f64>> = words
-                .iter()
-                .map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()))
-                .collect();
-            let (node, place) = match (words[0].parse::<u64>(), numbers.as_deref()) {
-                (Ok(node), Some([_, x, y])) if in_plane => (node, [*x, *y, 0.0]),
-                (Ok(node), Some([_, x, y, z])) => (node, [*x, *y, *z]),
-                _ => {
-                    let found: String = text.trim().chars().take(40).collect();
-                    return Err(wrong(format!(
-                        "found \"{}\"; a line of surface positions is a node and its new place: node x y z",
-                        found.escape_debug()
-                    )));
-                }
+            let place = new_place(&words, on.in_plane()).ok_or_else(|| {
+                let found: String = text.trim().chars().take(40).collect();
+                let message = format!(
+                    "found \"{}\"; a line of surface positions is a node and its new place: node x y z",
+                    found.escape_debug()
+                );
+                at_line(line, message)
+            });
+            let (node, place) = place?;
+            let found = filling.find(Given::Node(node));
+            let found = found.map_err(|message| at_line(line, message))?;
+            let value = |x: Vector| match sub(place, x) {
+                [x, y, _] if words.len() == 3 => [x, y, 0.0],
+                value => value,
             };
-            let found = finder.find(Given::Node(node)).map_err(wrong)?;
-            others += usize::from(found.is_empty());
-            filled.saw(line);
-            for at in found {
-                let mut value = sub(place, nodes.places[at]);
-                if words.len() == 3 {
-                    value[2] = 0.0;
-                }
-                check_plane(value, in_plane, WHAT, self.body).map_err(wrong)?;
-                filled.set(at, value, line).map_err(|before| {
-                    wrong(format!(
-                        "node {node} is given twice, first in line {}",
-                        before + 1
-                    ))
-                })?;
-            }
+            filling.put((0, line), &found, value, &wrong)?;
         }
-        let set = filled.finish(&finder, self.matching, self.body, "", &at_line)?;
-        Ok(SurfaceSets::one(set, unused(others, path, self.body)))
+        let whole = |_, line: Option<usize>, message| at_line(line.unwrap_or(0), message);
+        let (sets, others) = filling.finish(|_| String::new(), whole)?;
+        Ok(SurfaceSets::one(sets, unused(others, path, &on.body.name)))
     }
 
     /// The displacement array of a mesh, whose nodes are found by their places.
-    fn of_mesh(&self, path: &Path) -> Result<SurfaceSets> {
-        let (nodes, in_plane) = (&self.nodes, self.in_plane);
+    fn of_mesh(&self, path: &Path, on: &OnMesh<'_>) -> Result<SurfaceSets> {
         let (points, arrays) = arrays_of(path)?;
         let found = displacements(&arrays);
         let (name, values) = found.map_err(|message| Error::input(message).file(path))?;
-        let mut filled = Filled::new(nodes.nodes.len());
-        let mut finder = Finder::new(nodes, self.matching.tolerance);
-        let mut others = 0;
+        let nodes = on.nodes();
+        let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), 1);
+        let whole = |message| Error::input(message).dataset(name).file(path);
+        let wrong = Wrong {
+            at: &|_, message| whole(message),
+            twice: &|node, before, row| {
+                format!(
+                    "points {before} and {row} are both at node {node} and have different displacements"
+                )
+            },
+        };
         for (row, (place, value)) in points.iter().zip(values).enumerate() {
-            let found = finder.find(Given::Place(*place)).unwrap_or_default();
-            others += usize::from(found.is_empty());
-            let wrong = |message: String| Error::input(message).dataset(name).file(path);
-            for at in found {
-                check_plane(*value, in_plane, WHAT, self.body).map_err(wrong)?;
-                filled.set(at, *value, row).map_err(|before| {
-                    let message = format!(
-                        "points {before} and {row} are both at node {} and have different displacements",
-                        nodes.nodes[at]
-                    );
-                    wrong(message)
-                })?;
-            }
+            let found = filling.find(Given::Place(*place)).map_err(whole)?;
+            filling.put((0, row), &found, |_| *value, &wrong)?;
         }
-        let whole = |_, message| Error::input(message).dataset(name).file(path);
-        let set = filled.finish(&finder, self.matching, self.body, "", &whole)?;
-        Ok(SurfaceSets::one(set, unused(others, path, self.body)))
+        let (sets, others) = filling.finish(|_| String::new(), |_, _, message| whole(message))?;
+        Ok(SurfaceSets::one(sets, unused(others, path, &on.body.name)))
+    }
+}
+
+/// A node and its new place; in the plane z may be left out.
+fn new_place(words: &[&str], in_plane: bool) -> Option<(u64, Vector)> {
+    let number = |word: &&str| word.parse().ok().filter(|x: &f64| x.is_finite());
+    let numbers: Vec<f64> = words.iter().map(number).collect::<Option<_>>()?;
+    let node = words[0].parse().ok()?;
+    match numbers[..] {
+        [_, x, y] if in_plane => Some((node, [x, y, 0.0])),
+        [_, x, y, z] => Some((node, [x, y, z])),
+        _ => None,
     }
 }
 
@@ -302,14 +257,4 @@ fn displacements(arrays: &[NamedVectors]) -> std::result::Result<&NamedVectors, 
             names.join(", ")
         ),
     })
-}
-
-impl Columns3 {
-    fn displacement(&self, table: &Table, row: usize, place: Vector) -> Vector {
-        std::array::from_fn(|i| match self.values[i] {
-            Some(column) if self.new => table.value(row, column) - place[i],
-            Some(column) => table.value(row, column),
-            None => 0.0,
-        })
-    }
 }

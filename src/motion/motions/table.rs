@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::geometry::vector::{Vector, scale};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::setters::setters;
 use crate::motion::table::{Column, Columns, History, Interpolation, Table};
 use std::sync::Arc;
 
@@ -37,22 +38,14 @@ impl TableMotion {
             interpolation: Interpolation::Linear,
         }
     }
-
-    /// What it turns about, in mesh units.
-    #[must_use]
-    pub fn origin(self, origin: Vector) -> Self {
-        Self { origin, ..self }
-    }
-
-    /// A cubic spline between rows, periodic where the table is.
-    #[must_use]
-    pub fn cubic(self) -> Self {
-        Self {
-            interpolation: Interpolation::Cubic,
-            ..self
-        }
-    }
 }
+
+setters! { TableMotion {
+    /// What it turns about, in mesh units.
+    origin(origin: Vector) |self| self.origin = origin;
+    /// A cubic spline between rows, periodic where the table is.
+    cubic() |self| self.interpolation = Interpolation::Cubic;
+} }
 
 impl From<Table> for TableMotion {
     fn from(table: Table) -> Self {

@@ -30,7 +30,7 @@ const IN_MEMORY: &str = "table in memory";
 /// A table of finite numbers under named columns.
 ///
 /// ```
-/// use azimesh::motion::{Body, Table};
+/// use azimesh::{Body, Table};
 ///
 /// // Plunge over time, in s and mesh units; angles would be `rot_x_deg`, `rot_y_deg`, `rot_z_deg`.
 /// let table = Table::from_rows(["time_s", "dy"], [[0.0, 0.0], [0.5, 0.1], [1.0, 0.0]]);
@@ -53,9 +53,9 @@ pub struct Table {
 impl Table {
     /// Reads a CSV file: names of the columns, then rows of numbers between commas, semicolons or
     /// tabs. Blank lines and what follows a `#` are passed over; a header behind a `#` is found.
-    pub fn read(path: &Path) -> Result<Self> {
-        let source = Source::open(path)?;
-        Self::parse(source.bytes(), path)
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let source = Source::open(path.as_ref())?;
+        Self::parse(source.bytes(), path.as_ref())
     }
 
     /// The same from the bytes of a file; `path` is named in errors.

@@ -175,7 +175,7 @@ fn vtu(arrays: &[(&str, f64)]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let format = by_name("vtu").expect("it is known");
     format
-        .write(&mesh.view(), &mut bytes, &WriteOptions::default())
+        .write_file(&mesh.view(), &mut bytes, &WriteOptions::default())
         .expect("it can be written");
     bytes
 }

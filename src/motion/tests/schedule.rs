@@ -2,11 +2,10 @@
 
 use super::{one_body, parse};
 use crate::formats::{Compression, Encoding, Precision};
-use crate::motion::motions::Rigid;
+use crate::motion::motions::{Harmonic, Rigid};
 use crate::motion::{
-    Beam, Cyclic, Frame, Harmonic, KernelName, MAX_STEPS, OnInverted, Others, OutputOptions,
-    QualityOutput, RbfOptions, Schedule, SelectionMethod, SelectionOptions, TableMotion,
-    Translation,
+    Beam, Cyclic, Frame, KernelName, MAX_STEPS, OnInverted, Others, OutputOptions, QualityOutput,
+    RbfOptions, Schedule, SelectionMethod, SelectionOptions, TableMotion, Translation,
 };
 use proptest::prelude::*;
 use std::path::Path;

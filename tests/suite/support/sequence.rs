@@ -1,7 +1,7 @@
 //! What a finished run has left: its table and the nodes of its meshes.
 
 use super::succeed;
-use azimesh::formats::{self, ReadOptions, Source, WriteOptions};
+use azimesh::formats::{self, WriteOptions};
 use azimesh::mesh::Mesh;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -18,21 +18,22 @@ pub struct Sequence {
 }
 
 pub fn read(path: &Path) -> Mesh {
-    formats::read(&Source::open(path).unwrap(), &ReadOptions::default())
-        .unwrap()
-        .mesh
+    Mesh::read(path).unwrap()
 }
 
 /// Writes a mesh as VTU.
 pub fn write(mesh: &Mesh, path: &Path) {
-    let format = formats::FORMATS
-        .iter()
-        .find(|format| format.name() == "vtu");
+    write_as("vtu", mesh, path);
+}
+
+/// Writes a mesh in the format of this name.
+pub fn write_as(format: &str, mesh: &Mesh, path: &Path) {
+    let format = formats::with_flavours().find(|known| known.name() == format);
     let mut file = std::fs::File::create(path).unwrap();
     let options = WriteOptions::default();
     format
         .unwrap()
-        .write(&mesh.view(), &mut file, &options)
+        .write_file(&mesh.view(), &mut file, &options)
         .unwrap();
 }
 

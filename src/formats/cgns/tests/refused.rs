@@ -6,7 +6,7 @@ use super::*;
 fn adf_files_are_refused_with_the_tool_that_converts_them() {
     let mut bytes = b"\xc0\xa8\xa3\xa9ADF Database Version A02011>".to_vec();
     bytes.resize(4096, 0);
-    assert!(Cgns.recognizes(&bytes));
+    assert!(Cgns.recognizes_start(&bytes));
     assert!(refused(&bytes).to_string().contains("adf2hdf"));
 }
 

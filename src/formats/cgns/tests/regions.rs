@@ -92,7 +92,7 @@ fn conditions_without_faces_are_named_and_missing_cells_counted() {
     First(&[8, 1, 0], &[8, 2, 0]).apply(&mut bytes);
     let source = Source::from_bytes(Path::new("m.cgns"), bytes);
     let mut notes = Notes::default();
-    let mesh = Cgns.read(&source, &ReadOptions::default(), &mut notes);
+    let mesh = Cgns.read_file(&source, &ReadOptions::default(), &mut notes);
     assert!(mesh.is_ok());
     let cells = Read::CellCount {
         zone: "/Base/Zone".into(),
@@ -170,7 +170,7 @@ fn a_link_into_a_file_that_lacks_its_target_is_told_in_full() {
     copy("linked_families.cgns", "linked_families.cgns");
     copy("two_bases.cgns", "linked_grid.cgns");
     let source = Source::open(&folder.path().join("linked_families.cgns")).expect("a file");
-    let error = read(&source, &ReadOptions::default()).err();
+    let error = read(&source.into(), &ReadOptions::default()).err();
     let message = error.expect("there is no such target").to_string();
     for part in ["linked_families.cgns: /Base/Zone/", "\"linked_grid.cgns\""] {
         assert!(message.contains(part), "{message}");

@@ -34,14 +34,14 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
             .expect("it is appended");
         let source = Source::open(&path).expect("it has its name");
         let times: Vec<f64> = (0..=step).map(|i| f64::from(i) * 0.25).collect();
-        assert_eq!(Cgns.steps(&source).expect("steps"), times);
+        assert_eq!(Cgns.steps_of_file(&source).expect("steps"), times);
         for earlier in 0..=step {
             let options = ReadOptions {
                 step: usize::try_from(earlier).ok(),
                 ..ReadOptions::default()
             };
             let found = Cgns
-                .read(&source, &options, &mut Notes::default())
+                .read_file(&source, &options, &mut Notes::default())
                 .expect("it is read");
             assert_eq!(found.points[5][2], 1.5 + f64::from(earlier));
             assert_eq!(found.point_arrays, mesh.point_arrays);

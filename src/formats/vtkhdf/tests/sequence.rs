@@ -35,7 +35,7 @@ fn a_sequence_is_whole_under_its_name_after_each_step() {
             .expect("it is appended");
         let source = Source::open(&path).expect("it has its name");
         let times: Vec<f64> = (0..=step).map(|i| i as f64 * 0.25).collect();
-        assert_eq!(VtkHdf.steps(&source).expect("it has steps"), times);
+        assert_eq!(VtkHdf.steps_of_file(&source).expect("it has steps"), times);
         for earlier in 0..=step {
             assert_same(&read(&source, Some(earlier)), &moving(earlier));
         }
@@ -185,7 +185,7 @@ fn a_sequence_refuses_other_cells_and_other_arrays() {
     );
     drop(sequence);
     let source = Source::open(&path).expect("the first step is there");
-    assert_eq!(VtkHdf.steps(&source).expect("it has a step"), [0.0]);
+    assert_eq!(VtkHdf.steps_of_file(&source).expect("it has a step"), [0.0]);
 }
 
 #[test]

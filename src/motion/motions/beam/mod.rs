@@ -19,6 +19,7 @@ use crate::geometry::vector::{Vector, dot, sub};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::rotor::RotorAxes;
+use crate::motion::setters::setters;
 use crate::motion::table::{Interpolation, SpanHistory, Table};
 use lifting::{BladeEdges, LiftingLine, off_blade};
 use std::sync::Arc;
@@ -36,7 +37,7 @@ const FAR: f64 = 2.0;
 /// `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`), all in the axes of the blade.
 ///
 /// ```
-/// use azimesh::motion::{Beam, Body, Table};
+/// use azimesh::{Beam, Body, Table};
 ///
 /// let columns = ["station", "dx", "dy", "dz", "rot_x_deg", "rot_y_deg", "rot_z_deg"];
 /// let bent = [[0.0; 7], [2.0, 0.0, 0.0, 0.1, -1.5, 0.0, 0.0]];
@@ -60,24 +61,15 @@ impl Beam {
             interpolation: Interpolation::Linear,
         }
     }
+}
 
+setters! { Beam {
     /// What sections turn about: a table of `station, x, y, z`, points in the axes of the blade from the hub, in mesh
     /// units.
-    #[must_use]
-    pub fn lifting_line(mut self, table: impl Into<TableSource>) -> Self {
-        self.lifting_line = Some(table.into());
-        self
-    }
-
+    lifting_line(table: impl Into<TableSource>) |self| self.lifting_line = Some(table.into());
     /// A cubic spline between azimuths, periodic where the table is.
-    #[must_use]
-    pub fn cubic(self) -> Self {
-        Self {
-            interpolation: Interpolation::Cubic,
-            ..self
-        }
-    }
-}
+    cubic() |self| self.interpolation = Interpolation::Cubic;
+} }
 
 impl FromSchedule for Beam {
     const KEY: &'static str = "beam";

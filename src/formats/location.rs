@@ -1,0 +1,62 @@
+//! Where a mesh lies: in a file, in standard input, or in a folder.
+
+use super::source::Source;
+use crate::error::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Where a mesh lies.
+pub enum Location {
+    /// A file, unpacked, or standard input.
+    File(Source),
+    /// A folder, in which a format finds its files.
+    Folder(PathBuf),
+}
+
+impl Location {
+    /// What lies at a path; `-` is standard input. What is held in memory, unpacked or from a pipe, may take
+    /// half of the memory that is free.
+    pub fn open(path: &Path) -> Result<Self> {
+        Self::open_within(path, None)
+    }
+
+    /// The same, with as many bytes as are allowed, where a number is given.
+    pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
+        match path.is_dir() {
+            true => Ok(Self::Folder(path.to_path_buf())),
+            false => Source::open_within(path, max_memory).map(Self::File),
+        }
+    }
+
+    /// The name it goes by in messages.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(source) => source.path(),
+            Self::Folder(path) => path,
+        }
+    }
+
+    /// The file.
+    ///
+    /// # Errors
+    /// Where it is a folder.
+    pub fn file(&self) -> Result<&Source> {
+        match self {
+            Self::File(source) => Ok(source),
+            Self::Folder(path) => Err(Error::input("this is a folder, not a mesh file").file(path)),
+        }
+    }
+
+    /// The bytes of the file; none of a folder.
+    pub fn bytes(&self) -> &[u8] {
+        match self {
+            Self::File(source) => source.bytes(),
+            Self::Folder(_) => &[],
+        }
+    }
+}
+
+impl From<Source> for Location {
+    fn from(source: Source) -> Self {
+        Self::File(source)
+    }
+}
