@@ -90,7 +90,7 @@ fn numbers(values: &Values) -> Option<Vec<f64>> {
 /// A note on rows that are for nodes of others.
 pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<Diagnostic> {
     let body = body.to_owned();
-    let note = (rows > 0).then(|| MotionNote::OtherNodes { rows, body });
+    let note = (rows > 0).then_some(MotionNote::OtherNodes { rows, body });
     note.map(|note| Diagnostic::new(note).file(path))
         .into_iter()
         .collect()
