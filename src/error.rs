@@ -205,6 +205,14 @@ pub fn is_unseen(c: char) -> bool {
     c.is_control() || turns || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
+/// The name of an option in a sentence: a flag for the program, a word for the library alone.
+pub fn option(name: &str) -> String {
+    match cfg!(feature = "cli") {
+        true => format!("--{name}"),
+        false => format!("`{}`", name.replace('-', "_")),
+    }
+}
+
 /// A count and what it counts, as in `1 face` and `2 faces`.
 pub fn counted(n: usize, noun: &str) -> String {
     match n {

@@ -136,7 +136,7 @@ pub use diagnostic::Diagnostic;
 pub use error::{Error, Kind as ErrorKind, Result};
 #[cfg(feature = "vtkio")]
 pub use formats::vtkio;
-pub use formats::{Compression, Encoding, Loaded, Precision, ReadOptions, WriteOptions};
+pub use formats::{Compression, Encoding, Loaded, Notes, Precision, ReadOptions, WriteOptions};
 pub use mesh::{
     CellKind, Cells, DataArray, DiffOptions, Difference, Group, Mesh, MeshView, Values, diff,
 };

@@ -42,7 +42,7 @@ impl From<Vec<u32>> for BasePoints {
 ///
 /// It owns what it needs and may be shared between threads. It writes no file.
 ///
-/// ```ignore
+/// ```
 /// use azimesh::{Body, Cyclic, Deformation, Mesh, Schedule, Steps};
 ///
 /// # fn main() -> azimesh::Result<()> {
@@ -58,7 +58,7 @@ impl From<Vec<u32>> for BasePoints {
 /// }
 /// # Ok(())
 /// # }
-/// ```ignore
+/// ```
 pub struct Deformation {
     plan: Arc<Plan>,
     measures: OnceLock<Measures>,

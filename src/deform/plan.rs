@@ -92,8 +92,8 @@ impl Plan {
         let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
         let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
-        let of_motion = motion.notes().into_iter().chain(schedule.note());
-        let mut choices: Vec<Diagnostic> = of_motion.map(Diagnostic::from).collect();
+        let mut choices = motion.notes();
+        choices.extend(schedule.note());
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);

@@ -153,7 +153,7 @@ fn select_for(
         return Ok((given, None));
     }
     let own = select::extend(space, targets, given.base, limits)?;
-    let warning = (own.error > allowed).then(|| DeformNote::Velocities {
+    let warning = (own.error > allowed).then_some(DeformNote::Velocities {
         base_points: own.base.len(),
         error: own.error,
         speed,

@@ -1,32 +1,37 @@
 //! Notes of `deform`: what it chose where the schedule says nothing, and what base points leave.
 
+use super::notes::notes;
 use std::fmt;
 
+notes! {
 /// What the user should know of a deformation.
-#[derive(Debug, Clone, PartialEq)]
-pub enum DeformNote {
+DeformNote as Deform {
     /// The support radius that was chosen.
     SupportRadius {
         /// In mesh units.
         radius: f64,
-    },
+    } => ("support_radius = {radius} (chosen)")
+
     /// The tolerance that was chosen.
     Tolerance {
         /// In mesh units.
         tolerance: f64,
-    },
+    } => ("selection.tolerance = {tolerance} (chosen)")
+
     /// A key of the selection that method `all` does not use.
     UnusedKey {
         /// The key.
         key: &'static str,
-    },
+    } => ("selection.{key} is not used: method = \"all\" takes every surface node")
+
     /// Two steps of one time.
     OneTime {
         /// The steps.
         steps: [usize; 2],
         /// Their time.
         time: f64,
-    },
+    } => ("steps {} and {} have one time, {time}; ParaView does not tell them apart", steps[0], steps[1])
+
     /// The nodes of a periodic pair of sides.
     PeriodicPair {
         /// The tags of both sides.
@@ -37,7 +42,8 @@ pub enum DeformNote {
         map: PeriodicMap,
         /// How far the nodes of a pair are apart at most after that, in mesh units.
         distance: f64,
-    },
+    } => ("{} and {}: {pairs} pairs of nodes by {map}, {distance:.1e} apart at most", sides[0], sides[1])
+
     /// Two surfaces are so near each other that the correction fades out early.
     NarrowGap {
         /// How near, in mesh units.
@@ -48,7 +54,11 @@ pub enum DeformNote {
         tolerances: f64,
         /// What the correction would fade out over elsewhere.
         reach: f64,
-    },
+    } => (
+        "two surfaces are {width:.3e} apart at node {node}, which is under {tolerances} tolerances; the correction fades \
+         out over half of that instead of {reach:.3e}, so a smaller tolerance would serve the cells there"
+    )
+
     /// Base points do not serve the velocities.
     Velocities {
         /// How many there are.
@@ -57,7 +67,11 @@ pub enum DeformNote {
         error: f64,
         /// The largest velocity of the surface.
         speed: f64,
-    },
+    } => (
+        "{base_points} base points leave {error:.1e} of the velocities of the surface, which are up to {speed:.1e}, \
+         before the correction; those of the volume are as far off"
+    )
+
     /// A step misses the tolerance that its base points were chosen by.
     Misses {
         /// The step.
@@ -66,7 +80,8 @@ pub enum DeformNote {
         error: f64,
         /// The tolerance.
         tolerance: f64,
-    },
+    } => ("step {step}: the base points leave {error:.3e}, more than the tolerance {tolerance}")
+
     /// A step with inverted cells was taken again in substeps.
     Substeps {
         /// The step.
@@ -79,8 +94,10 @@ pub enum DeformNote {
         substeps: Option<usize>,
         /// Inverted cells with them.
         after: usize,
-    },
-}
+    } => (
+        "step {step} (azimuth {azimuth_deg} degrees) had {before} inverted cells: {}", outcome(*substeps, *after)
+    )
+}}
 
 /// What takes one side of a periodic pair to the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,80 +115,6 @@ pub enum PeriodicMap {
     },
 }
 
-impl fmt::Display for DeformNote {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::SupportRadius { radius } => write!(f, "support_radius = {radius} (chosen)"),
-            Self::Tolerance { tolerance } => {
-                write!(f, "selection.tolerance = {tolerance} (chosen)")
-            }
-            Self::UnusedKey { key } => write!(
-                f,
-                "selection.{key} is not used: method = \"all\" takes every surface node"
-            ),
-            Self::OneTime { steps, time } => write!(
-                f,
-                "steps {} and {} have one time, {time}; ParaView does not tell them apart",
-                steps[0], steps[1]
-            ),
-            Self::PeriodicPair {
-                sides: [a, b],
-                pairs,
-                map,
-                distance,
-            } => write!(
-                f,
-                "{a} and {b}: {pairs} pairs of nodes by {map}, {distance:.1e} apart at most"
-            ),
-            Self::NarrowGap {
-                width,
-                node,
-                tolerances,
-                reach,
-            } => write!(
-                f,
-                "two surfaces are {width:.3e} apart at node {node}, which is under {tolerances} tolerances; the \
-                 correction fades out over half of that instead of {reach:.3e}, so a smaller tolerance would serve the \
-                 cells there"
-            ),
-            Self::Velocities {
-                base_points,
-                error,
-                speed,
-            } => write!(
-                f,
-                "{base_points} base points leave {error:.1e} of the velocities of the surface, which are up to \
-                 {speed:.1e}, before the correction; those of the volume are as far off"
-            ),
-            Self::Misses {
-                step,
-                error,
-                tolerance,
-            } => write!(
-                f,
-                "step {step}: the base points leave {error:.3e}, more than the tolerance {tolerance}"
-            ),
-            Self::Substeps {
-                step,
-                azimuth_deg,
-                before,
-                substeps,
-                after,
-            } => {
-                write!(
-                    f,
-                    "step {step} (azimuth {azimuth_deg} degrees) had {before} inverted cells: "
-                )?;
-                match (substeps, after) {
-                    (None, _) => f.write_str("substeps leave no fewer"),
-                    (Some(n), 0) => write!(f, "{n} substeps leave none"),
-                    (Some(n), after) => write!(f, "{n} substeps leave {after}"),
-                }
-            }
-        }
-    }
-}
-
 impl fmt::Display for PeriodicMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -185,5 +128,37 @@ impl fmt::Display for PeriodicMap {
                 "a rotation of {angle_deg} degrees about {direction:?} through {origin:?}"
             ),
         }
+    }
+}
+
+/// What substeps have done about inverted cells.
+fn outcome(substeps: Option<usize>, after: usize) -> String {
+    match (substeps, after) {
+        (None, _) => "substeps leave no fewer".to_owned(),
+        (Some(n), 0) => format!("{n} substeps leave none"),
+        (Some(n), after) => format!("{n} substeps leave {after}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn substeps_are_told_with_what_they_leave() {
+        let told = |substeps, after| {
+            let note = DeformNote::Substeps {
+                step: 1,
+                azimuth_deg: 120.0,
+                before: 43,
+                substeps,
+                after,
+            };
+            note.to_string()
+        };
+        let start = "step 1 (azimuth 120 degrees) had 43 inverted cells: ";
+        assert_eq!(told(None, 43), format!("{start}substeps leave no fewer"));
+        assert_eq!(told(Some(4), 0), format!("{start}4 substeps leave none"));
+        assert_eq!(told(Some(8), 2), format!("{start}8 substeps leave 2"));
     }
 }

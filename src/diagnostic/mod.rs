@@ -5,11 +5,14 @@
 
 pub mod deform;
 pub mod formats;
+pub mod motion;
+mod notes;
 pub mod preflight;
 pub mod run;
 
 use crate::error::{Position, path_in_line};
 use deform::DeformNote;
+use motion::MotionNote;
 use preflight::PreflightNote;
 use run::RunNote;
 use serde::{Serialize, Serializer};
@@ -33,14 +36,14 @@ pub struct Diagnostic {
 pub enum Kind {
     /// Of a mesh file, read or written.
     Format(formats::FormatNote),
+    /// Of a motion and its files.
+    Motion(MotionNote),
     /// Of a deformation.
     Deform(DeformNote),
     /// Of a motion on its mesh, before work starts.
     Preflight(PreflightNote),
     /// Of a run that writes to a folder.
     Run(RunNote),
-    /// A sentence that has no kind of its own.
-    Text(String),
 }
 
 impl Diagnostic {
@@ -93,6 +96,7 @@ impl Kind {
     pub fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Format(a), Self::Format(b)) => a.is_like(b),
+            (Self::Motion(a), Self::Motion(b)) => discriminant(a) == discriminant(b),
             (Self::Deform(a), Self::Deform(b)) => discriminant(a) == discriminant(b),
             (Self::Preflight(a), Self::Preflight(b)) => discriminant(a) == discriminant(b),
             (Self::Run(a), Self::Run(b)) => a.is_like(b),
@@ -105,35 +109,11 @@ impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Format(note) => note.fmt(f),
+            Self::Motion(note) => note.fmt(f),
             Self::Deform(note) => note.fmt(f),
             Self::Preflight(note) => note.fmt(f),
             Self::Run(note) => note.fmt(f),
-            Self::Text(text) => f.write_str(text),
         }
-    }
-}
-
-impl From<String> for Kind {
-    fn from(text: String) -> Self {
-        Self::Text(text)
-    }
-}
-
-impl From<DeformNote> for Kind {
-    fn from(note: DeformNote) -> Self {
-        Self::Deform(note)
-    }
-}
-
-impl From<PreflightNote> for Kind {
-    fn from(note: PreflightNote) -> Self {
-        Self::Preflight(note)
-    }
-}
-
-impl From<RunNote> for Kind {
-    fn from(note: RunNote) -> Self {
-        Self::Run(note)
     }
 }
 
@@ -184,7 +164,11 @@ mod tests {
             file: "a".to_owned(),
         });
         assert!(!inverted(1).kind.is_like(&gap));
-        let recorded = |text: &str| Kind::from(RunNote::Recorded(text.to_owned()));
+        let recorded = |text: &str| {
+            Kind::from(RunNote::Recorded {
+                sentence: text.to_owned(),
+            })
+        };
         assert!(recorded("step 1 has 2").is_like(&recorded("step 3 has 4")));
         assert!(!recorded("step 1 has 2").is_like(&recorded("body b moves")));
         let holds = |column: &str| {

@@ -1,12 +1,13 @@
 //! Notes of `run`: what is wrong with steps, and what an earlier run has left.
 
+use super::notes::notes;
 use super::shortest;
 use std::fmt;
 use std::mem::discriminant;
 
+notes! {
 /// What the user should know of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub enum RunNote {
+RunNote as Run {
     /// A step has inverted cells.
     Inverted {
         /// The step.
@@ -17,7 +18,11 @@ pub enum RunNote {
         cells: usize,
         /// The first of them, where it is known.
         first: Option<usize>,
-    },
+    } => (
+        "step {step} (azimuth {azimuth_deg} degrees) has {cells} inverted cells{}",
+        first.map_or(String::new(), |cell| format!(", cell {cell} first"))
+    )
+
     /// A condition holds under which a run fails.
     ConditionHolds {
         /// The step.
@@ -28,23 +33,32 @@ pub enum RunNote {
         column: String,
         /// The value there.
         value: f64,
-    },
+    } => ("step {step}: {condition} holds: {column} is {}", shortest(*value))
+
     /// A step was passed over.
     PassedOver {
         /// Why it cannot be written.
         reason: String,
-    },
+    } => ("{reason}; passed over")
+
     /// Boxes for free-form deformation are not written.
-    NoBoxes,
+    NoBoxes => ("the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out")
+
     /// The file system has no locks.
-    NoLocks,
+    NoLocks => ("this file system has no locks: nothing keeps another run from the same steps")
+
     /// The record of an earlier run is lost.
     LostRecord {
         /// Name of its file.
         record: String,
         /// Whether the file is there and no record.
         is_damaged: bool,
-    },
+    } => (
+        "{record} {}: finished steps are computed again and kept where that gives the same bytes; conditions of \
+         --fail-on that the run had are not known any more",
+        if *is_damaged { "is empty, cut or no record of a run" } else { "is missing" }
+    )
+
     /// A finished step is done again.
     StepAgain {
         /// The step.
@@ -53,33 +67,65 @@ pub enum RunNote {
         file: String,
         /// What is wrong with that.
         fault: FileFault,
-    },
+    } => ("step {step} is done again: {file} {fault}")
+
     /// More finished steps are done again than are named.
     MoreAgain {
         /// How many more.
         steps: usize,
-    },
+    } => ("and {steps} more steps are done again")
+
     /// A file of base points is written again.
     BaseAgain {
         /// The file.
         file: String,
         /// What is wrong with it.
         fault: FileFault,
-    },
+    } => ("{file} {fault}; it is written again")
+
     /// A file of all steps did not end with its last one.
     CutOff {
         /// The file.
         file: String,
-    },
+    } => ("{file} did not end with its last step; what came after is cut off")
+
     /// A file of all steps is not what its rows say.
     DiffersFrom {
         /// The file.
         file: String,
         /// The first step that differs.
         step: usize,
-    },
+    } => ("{file} is not at step {step} what steps.csv says; it is written again from there")
+
     /// A sentence in the record of another run.
-    Recorded(String),
+    Recorded {
+        /// The sentence.
+        sentence: String,
+    } => ("{sentence}")
+}}
+
+impl RunNote {
+    /// Whether it is of the same sort: the same but for its numbers, its step and its file.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::ConditionHolds { column: a, .. }, Self::ConditionHolds { column: b, .. }) => {
+                a == b
+            }
+            (Self::Recorded { sentence: a }, Self::Recorded { sentence: b })
+            | (Self::PassedOver { reason: a }, Self::PassedOver { reason: b }) => {
+                words(a).eq(words(b))
+            }
+            _ => discriminant(self) == discriminant(other),
+        }
+    }
+}
+
+/// The words of a sentence but for those with numbers.
+fn words(sentence: &str) -> impl Iterator<Item = &str> {
+    let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
+    sentence
+        .split_whitespace()
+        .filter(move |word| !has_digit(word))
 }
 
 /// What is wrong with a file that an earlier run has left.
@@ -97,92 +143,6 @@ pub enum FileFault {
     OtherBytes,
 }
 
-impl RunNote {
-    /// Whether it is of the same sort: the same but for its numbers, its step and its file.
-    pub(super) fn is_like(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::ConditionHolds { column: a, .. }, Self::ConditionHolds { column: b, .. }) => {
-                a == b
-            }
-            (Self::Recorded(a), Self::Recorded(b))
-            | (Self::PassedOver { reason: a }, Self::PassedOver { reason: b }) => {
-                words(a).eq(words(b))
-            }
-            _ => discriminant(self) == discriminant(other),
-        }
-    }
-}
-
-/// The words of a sentence but for those with numbers.
-fn words(sentence: &str) -> impl Iterator<Item = &str> {
-    let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
-    sentence
-        .split_whitespace()
-        .filter(move |word| !has_digit(word))
-}
-
-impl fmt::Display for RunNote {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Inverted {
-                step,
-                azimuth_deg,
-                cells,
-                first,
-            } => {
-                write!(
-                    f,
-                    "step {step} (azimuth {azimuth_deg} degrees) has {cells} inverted cells"
-                )?;
-                first.map_or(Ok(()), |cell| write!(f, ", cell {cell} first"))
-            }
-            Self::ConditionHolds {
-                step,
-                condition,
-                column,
-                value,
-            } => write!(
-                f,
-                "step {step}: {condition} holds: {column} is {}",
-                shortest(*value)
-            ),
-            Self::PassedOver { reason } => write!(f, "{reason}; passed over"),
-            Self::NoBoxes => f.write_str(
-                "the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out",
-            ),
-            Self::NoLocks => f.write_str(
-                "this file system has no locks: nothing keeps another run from the same steps",
-            ),
-            Self::LostRecord { record, is_damaged } => {
-                let state = if *is_damaged {
-                    "is empty, cut or no record of a run"
-                } else {
-                    "is missing"
-                };
-                write!(
-                    f,
-                    "{record} {state}: finished steps are computed again and kept where that gives the same bytes; \
-                     conditions of --fail-on that the run had are not known any more"
-                )
-            }
-            Self::StepAgain { step, file, fault } => {
-                write!(f, "step {step} is done again: {file} {fault}")
-            }
-            Self::MoreAgain { steps } => write!(f, "and {steps} more steps are done again"),
-            Self::BaseAgain { file, fault } => write!(f, "{file} {fault}; it is written again"),
-            Self::CutOff { file } => write!(
-                f,
-                "{file} did not end with its last step; what came after is cut off"
-            ),
-            Self::DiffersFrom { file, step } => write!(
-                f,
-                "{file} is not at step {step} what steps.csv says; it is written again from there"
-            ),
-            Self::Recorded(sentence) => f.write_str(sentence),
-        }
-    }
-}
-
 impl fmt::Display for FileFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -192,5 +152,26 @@ impl fmt::Display for FileFault {
             Self::NoCompanion => f.write_str("lacks the file that belongs beside it"),
             Self::OtherBytes => f.write_str("is not what this run writes"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_inverted_cell_is_named_where_it_is_known() {
+        let told = |first| {
+            let note = RunNote::Inverted {
+                step: 1,
+                azimuth_deg: 120.0,
+                cells: 29,
+                first,
+            };
+            note.to_string()
+        };
+        let start = "step 1 (azimuth 120 degrees) has 29 inverted cells";
+        assert_eq!(told(None), start);
+        assert_eq!(told(Some(244)), format!("{start}, cell 244 first"));
     }
 }

@@ -10,8 +10,8 @@ impl Mesh {
     /// input.
     ///
     /// ```
-    /// use azimesh::mesh::Mesh;
-    /// # fn main() -> azimesh::error::Result<()> {
+    /// use azimesh::Mesh;
+    /// # fn main() -> azimesh::Result<()> {
     /// let mesh = Mesh::read("testdata/naca0012.vtu")?;
     /// assert_eq!(mesh.dimension(), 2);
     /// # Ok(())
@@ -27,9 +27,8 @@ impl Mesh {
     /// The same with options; with notes on what the mesh does not hold of the file, and its format.
     ///
     /// ```
-    /// use azimesh::formats::ReadOptions;
-    /// use azimesh::mesh::Mesh;
-    /// # fn main() -> azimesh::error::Result<()> {
+    /// use azimesh::{Mesh, ReadOptions};
+    /// # fn main() -> azimesh::Result<()> {
     /// let loaded = Mesh::read_with("testdata/mixed_cells.su2", &ReadOptions::default())?;
     /// assert_eq!(loaded.format.name(), "su2");
     /// loaded.notes.iter().for_each(|note| eprintln!("{note}"));
@@ -47,8 +46,8 @@ impl Mesh {
     /// name; gives notes on what the format does not hold.
     ///
     /// ```
-    /// use azimesh::mesh::Mesh;
-    /// # fn main() -> azimesh::error::Result<()> {
+    /// use azimesh::Mesh;
+    /// # fn main() -> azimesh::Result<()> {
     /// # let folder = tempfile::tempdir().expect("a folder");
     /// # let path = folder.path().join("naca0012.su2");
     /// let mesh = Mesh::read("testdata/naca0012.vtu")?;

@@ -48,7 +48,7 @@ pub use source::{Source, check_file, check_no_device};
 
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::formats::{Read, Written};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
 pub use packed::without_packing;
 use std::collections::BTreeSet;
@@ -172,6 +172,10 @@ pub trait Format: Sync {
     fn rounds(&self, asked: Precision) -> bool {
         asked == Precision::F32 && self.holds_arrays()
     }
+    /// Ending of a list of the files of a sequence that programs read beside the `.pvd`.
+    fn list_ending(&self) -> Option<&'static str> {
+        None
+    }
     /// How a whole sequence is written into one file, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None
@@ -283,9 +287,10 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 /// The format that the file name says, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     if path.as_os_str() == "-" {
-        return Err(Error::input(
-            "standard output has no name that says the format; give --format",
-        ));
+        return Err(Error::input(format!(
+            "standard output has no name that says the format; give {}",
+            option("format")
+        )));
     }
     let name = file_name(path);
     let inside = without_packing(&name);

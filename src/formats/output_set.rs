@@ -17,6 +17,9 @@ pub struct OutputSet<'a> {
     folder: Option<Folder>,
     files: Vec<Waiting>,
     main: Option<Waiting>,
+    /// The main file of a folder's, which names those: written when they have their names, since a signal names
+    /// what is whole and removes a folder that waits.
+    list: Option<Vec<u8>>,
     tally: Tally,
 }
 
@@ -57,6 +60,7 @@ impl<'a> OutputSet<'a> {
             folder: None,
             files: Vec::new(),
             main: None,
+            list: None,
             tally: Tally::default(),
         }
     }
@@ -86,6 +90,13 @@ impl<'a> OutputSet<'a> {
             self.tally.main = hash;
             return Ok(written);
         };
+        if self.folder.is_some() {
+            let mut list = Vec::new();
+            let (written, hash) = self.tally.count(&mut list, write)?;
+            self.tally.main = hash;
+            self.list = Some(list);
+            return Ok(written);
+        }
         let tally = &mut self.tally;
         let counted = |out: &mut dyn Write| tally.count(out, write);
         let ((written, hash), file) = stage_whole(self.path, commit, counted)?;
@@ -145,7 +156,15 @@ impl<'a> OutputSet<'a> {
         let files = self.files.into_iter().chain(self.main);
         let files: Vec<Waiting> = files.collect();
         let files = match (self.folder, self.commit) {
-            (Some(folder), Some(commit)) => folder.waiting(files, commit),
+            (Some(folder), Some(commit)) => {
+                let path = self.path.to_path_buf();
+                let list = self.list;
+                folder.waiting(commit, move || {
+                    Waiting::keep_all(files)?;
+                    let list = list.map(|list| stage_bytes(&list, &path, commit));
+                    list.transpose()?.map_or(Ok(()), Waiting::keep)
+                })
+            }
             _ => Waiting::all(files),
         };
         Output {
@@ -256,7 +275,7 @@ pub(super) fn stage_folder<T>(
     })?;
     let names = files_in(folder.hidden.path());
     folder.names = names.map_err(|error| Error::io(path, &error))?;
-    Ok((written, folder.waiting(Vec::new(), commit)))
+    Ok((written, folder.waiting(commit, || Ok(()))))
 }
 
 /// Files in a hidden folder that go to a folder, which may be there.
@@ -280,18 +299,21 @@ impl Folder {
         })
     }
 
-    /// What moves them, then gives `files` their names. An error on the way brings back the files that had the
+    /// What moves them, then does the `last` thing. An error on the way brings back the files that had the
     /// names before. A system that stops between the renames, which no file system does at once for several
     /// files, leaves old and new ones.
-    fn waiting(self, files: Vec<Waiting>, commit: Commit) -> Waiting {
+    fn waiting(
+        self,
+        commit: Commit,
+        last: impl FnOnce() -> Result<()> + Send + 'static,
+    ) -> Waiting {
         Waiting::new(move || {
-            let last = || {
+            self.put_in_place(|| {
                 if commit.sync {
                     sync_folder(&self.target).map_err(|error| Error::io(&self.target, &error))?;
                 }
-                Waiting::keep_all(files)
-            };
-            self.put_in_place(last)?;
+                last()
+            })?;
             Ok(commit.sync.then(|| folder_of(&self.target).to_path_buf()))
         })
     }

@@ -1,6 +1,7 @@
 //! How much of an input may be held in memory: what is unpacked or comes from a pipe tells its size only by
 //! its end, and may have none.
 
+use crate::error::option;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
@@ -78,12 +79,11 @@ impl Room {
 
     fn exceeded(&self) -> Error {
         let which = match self.reason {
-            Reason::Asked => "what --max-memory allows",
-            Reason::Free => "half of the memory that is free; --max-memory allows more",
-            Reason::Ratio => {
-                "more than meshes have that are packed to so little; --max-memory allows more"
-            }
+            Reason::Asked => "what {} allows",
+            Reason::Free => "half of the memory that is free; {} allows more",
+            Reason::Ratio => "more than meshes have that are packed to so little; {} allows more",
         };
+        let which = which.replace("{}", &option("max-memory"));
         let message = format!("more than {} bytes, {which}", self.bytes);
         Error::new(ErrorKind::FileTooLarge, message)
     }

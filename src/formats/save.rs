@@ -4,7 +4,7 @@ use super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::output_set::stage_folder;
 use super::sink::{Sink, name_of};
 use super::{Begin, Format, Notes, OutputSet, SequenceFile, WriteOptions};
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, Kind, Result, option};
 use crate::mesh::MeshView;
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -188,9 +188,10 @@ impl Commit {
         }
         match std::fs::metadata(path) {
             Ok(found) if found.is_file() => Err(exists(path)),
-            Err(_) if path.is_symlink() => Err(Error::input(
-                "is a symbolic link that leads to no file; --force replaces it",
-            )
+            Err(_) if path.is_symlink() => Err(Error::input(format!(
+                "is a symbolic link that leads to no file; {} replaces it",
+                option("force")
+            ))
             .file(path)),
             _ => Ok(()),
         }
@@ -198,7 +199,7 @@ impl Commit {
 }
 
 pub(super) fn exists(path: &Path) -> Error {
-    Error::input("exists already; --force replaces it").file(path)
+    Error::input(format!("exists already; {} replaces it", option("force"))).file(path)
 }
 
 fn fill<T>(

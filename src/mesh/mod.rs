@@ -5,6 +5,7 @@
 
 pub mod adjacency;
 pub mod arrays;
+mod build;
 pub mod cells;
 mod connected;
 pub mod difference;

@@ -1,17 +1,28 @@
 //! Nodes of tags, nodes of no cell, and nodes at the same place.
 
-use super::Mesh;
+use super::{Group, Mesh};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 
 impl Mesh {
-    /// Nodes of the boundary tag of this name, ascending.
+    /// Nodes of the boundary tags of this name, ascending.
+    ///
+    /// ```
+    /// # fn main() -> azimesh::Result<()> {
+    /// let mesh = azimesh::Mesh::read("testdata/naca0012.vtu")?;
+    /// let nodes = mesh.tag_nodes("airfoil")?;
+    /// assert!(nodes.is_sorted());
+    /// assert!(mesh.tag_nodes("airfoils").is_err());
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// Where the mesh has no boundary tag of that name; the message lists those that it has.
     pub fn tag_nodes(&self, name: &str) -> Result<Vec<u32>> {
-        let tag = self.boundary_tags().find(|tag| tag.name == name);
-        let tag = tag.ok_or_else(|| {
+        let of_name = |tag: &&Group| tag.name == name;
+        let mut tags = self.boundary_tags().filter(of_name).peekable();
+        tags.peek().ok_or_else(|| {
             let names: Vec<&str> = self.boundary_tags().map(|tag| tag.name.as_str()).collect();
             Error::input(match names.is_empty() {
                 true => format!("tag \"{name}\" is not in the mesh, which has no boundary tags"),
@@ -21,10 +32,8 @@ impl Mesh {
                 ),
             })
         })?;
-        let runs = tag
-            .cells
-            .ranges()
-            .flat_map(|cells| self.cells.runs_in(cells));
+        let ranges = tags.flat_map(|tag| tag.cells.ranges());
+        let runs = ranges.flat_map(|cells| self.cells.runs_in(cells));
         let mut nodes: Vec<u32> = runs.flat_map(|run| run.connectivity).copied().collect();
         nodes.sort_unstable();
         nodes.dedup();

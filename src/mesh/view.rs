@@ -5,7 +5,7 @@ use super::{CellRun, Cells, DataArray, Group, Mesh, groups, volume_dimension};
 /// A mesh to write. Nothing of it is copied.
 ///
 /// ```
-/// # use azimesh::mesh::{CellKind, DataArray, Mesh, Values};
+/// # use azimesh::{CellKind, DataArray, Mesh, Values};
 /// let mut mesh = Mesh { points: vec![[0.0; 3]; 3], ..Mesh::default() };
 /// mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
 /// let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];

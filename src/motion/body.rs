@@ -22,6 +22,14 @@ use std::sync::Arc;
 /// let wing = Body::new("wing", ["wing", "wing_tip_*"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0));
 /// let hinge = AxisRotation::new([0.0, 0.0, 1.0]).origin([0.75, 0.0, 0.0]);
 /// let flap = Body::new("flap", ["flap"]).rotate(hinge.angle_deg(10.0)).parent("wing");
+///
+/// // Any other motion is a function of all nodes of the body.
+/// let tail = Body::new("tail", ["tail"]).displacements(|step, places, displacements| {
+///     let swing = 0.1 * step.azimuth_deg().unwrap_or(0.0).to_radians().sin();
+///     for (x, d) in places.iter().zip(displacements) {
+///         d[1] = swing * x[0] * x[0];
+///     }
+/// });
 /// ```
 #[derive(Debug, Clone)]
 pub struct Body {

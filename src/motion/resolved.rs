@@ -8,6 +8,7 @@ use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRole, TagRoles};
 use super::zones::DeformingZone;
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Position, Result};
 use crate::mesh::{Group, Mesh};
 use std::cell::OnceCell;
@@ -148,8 +149,8 @@ impl Motion {
         Ok(())
     }
 
-    /// What the user should know of the files of the motions, as sentences.
-    pub fn notes(&self) -> Vec<String> {
+    /// What the user should know of the files of the motions.
+    pub fn notes(&self) -> Vec<Diagnostic> {
         // Of a beam before those of displacements.
         let motions = self
             .bodies

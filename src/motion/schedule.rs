@@ -10,6 +10,7 @@ use super::reader::{AngleUnit, Entry, Lines, Section};
 use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
 use super::steps::{Step, Steps};
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::formats::check_no_device;
 use crate::mesh::Mesh;
@@ -81,7 +82,7 @@ impl Schedule {
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
         let lines = Lines::of(text);
         let document = DeTable::parse(text).map_err(|error| not_toml(&lines, &error).file(path))?;
-        Section::root(&lines, document.get_ref(), &SCHEDULE)
+        Section::root(&lines, document.get_ref(), SCHEDULE)
             .and_then(|root| Self::from_document(&root, path))
             .map_err(|error| error.file(path))
     }
@@ -121,8 +122,8 @@ impl Schedule {
         self.steps.steps(&self.rotor, &self.places)
     }
 
-    /// A sentence where the last step is not at the stop that was asked for.
-    pub(crate) fn note(&self) -> Option<String> {
+    /// A note where the last step is not at the stop that was asked for.
+    pub(crate) fn note(&self) -> Option<Diagnostic> {
         self.steps.short_of_stop()
     }
 

@@ -4,6 +4,8 @@
 use super::body_map::BodyMap;
 use super::resolved::Motion;
 use super::surface::Role;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::geometry::vector::{Vector, distance};
 use std::collections::BTreeMap;
 
@@ -21,9 +23,9 @@ struct Shared {
 }
 
 impl Motion {
-    /// A sentence for each pair of bodies that move the nodes they share apart; `points` are the nodes
+    /// A note for each pair of bodies that move the nodes they share apart; `points` are the nodes
     /// of the reference mesh, of extent `diagonal`.
-    pub fn shared_nodes(&self, points: &[Vector], diagonal: f64) -> Vec<String> {
+    pub fn shared_nodes(&self, points: &[Vector], diagonal: f64) -> Vec<Diagnostic> {
         let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
         if self.surface.shared.is_empty() {
             return Vec::new();
@@ -49,19 +51,13 @@ impl Motion {
         let apart = shared
             .into_iter()
             .filter(|(_, pair)| pair.gap > ALIKE * diagonal);
-        let sentence = |((own, other), pair): ((u16, u16), Shared)| {
-            let name = |body: u16| self.bodies[usize::from(body)].name.as_str();
-            format!(
-                "{} nodes are on tags of body \"{}\" and of body \"{}\"; they move with the first, and the other would \
-                 put them up to {:.3e} elsewhere (step {})",
-                pair.n_nodes,
-                name(own),
-                name(other),
-                pair.gap,
-                pair.step
-            )
+        let note = |((own, other), pair): ((u16, u16), Shared)| MotionNote::SharedNodes {
+            nodes: pair.n_nodes,
+            bodies: [own, other].map(|body| self.bodies[usize::from(body)].name.clone()),
+            distance: pair.gap,
+            step: pair.step,
         };
-        apart.map(sentence).collect()
+        apart.map(|pair| note(pair).into()).collect()
     }
 
     /// The body that a node moves with.

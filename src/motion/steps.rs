@@ -3,6 +3,8 @@
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
 use super::rotor::Rotor;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::{MotionNote, shown};
 use crate::error::{Error, Result};
 use std::f64::consts::TAU;
 use std::fmt;
@@ -12,10 +14,17 @@ pub const MAX_STEPS: usize = 1_000_000;
 
 /// A step whose end is this part of a step past `stop` or before it counts as landing on it.
 const LANDING: f64 = 1e-6;
-/// Numbers from here on are shown with an exponent.
-const LONG: f64 = 1e16;
 
 /// One step of the schedule.
+///
+/// ```
+/// use azimesh::{Schedule, Steps};
+///
+/// let steps = Schedule::new(Steps::azimuths_deg([0.0, 30.0])).steps()?;
+/// assert_eq!((steps[1].index(), steps[1].azimuth_deg(), steps[1].time_s()), (1, Some(30.0), None));
+/// assert_eq!(steps[1].to_string(), "step 1 (azimuth 30 degrees)");
+/// # Ok::<(), azimesh::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Zero-based place in the whole schedule.
@@ -241,20 +250,13 @@ impl Steps {
         }
     }
 
-    /// A sentence where the last step is not at `stop`.
-    pub(super) fn short_of_stop(&self) -> Option<String> {
+    /// A note where the last step is not at `stop`.
+    pub(super) fn short_of_stop(&self) -> Option<Diagnostic> {
         let Values::Range { stop, step, .. } = self.values else {
             return None;
         };
         let last = *self.values.all("", &Places::default()).ok()?.last()?;
-        (last != stop).then(|| {
-            format!(
-                "the last step is at {}: `stop` = {} is not a whole number of steps of {} from the first",
-                shown(last),
-                shown(stop),
-                shown(step)
-            )
-        })
+        (last != stop).then(|| MotionNote::ShortOfStop { last, stop, step }.into())
     }
 }
 
@@ -351,12 +353,4 @@ pub(super) fn neighbours(steps: &[Step]) -> Vec<[u32; 2]> {
         [before, order.get(to).copied()].map(|other| other.unwrap_or(step as u32))
     };
     (0..steps.len()).map(beside).collect()
-}
-
-/// A number without hundreds of digits.
-fn shown(x: f64) -> String {
-    match x.abs() < LONG {
-        true => x.to_string(),
-        false => format!("{x:.1e}"),
-    }
 }

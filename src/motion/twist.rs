@@ -5,6 +5,8 @@ use super::motions::{AxisRotation, Reach};
 use super::options::{Interpolate, RbfOptions};
 use super::resolved::Motion;
 use super::steps::Step;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::geometry::rotation::Quaternion;
 use crate::geometry::vector::{Vector, add, cross, norm, scale, sub};
 use crate::geometry::{Bounds, Twist};
@@ -79,12 +81,12 @@ impl Motion {
         }
     }
 
-    /// What the user should know of the motion before it is interpolated, as sentences.
-    pub fn warnings(&self, rbf: &RbfOptions) -> Vec<String> {
+    /// What the user should know of the motion before it is interpolated.
+    pub fn warnings(&self, rbf: &RbfOptions) -> Vec<Diagnostic> {
         let mut motions: Vec<_> = self.bodies.iter().flat_map(|body| &body.motions).collect();
         // What files hold comes first.
         motions.sort_by_key(|motion| motion.reach() == Reach::Whole);
-        let mut warnings: Vec<String> = motions
+        let mut warnings: Vec<Diagnostic> = motions
             .iter()
             .filter_map(|motion| motion.warning())
             .collect();
@@ -95,26 +97,24 @@ impl Motion {
         warnings
     }
 
-    /// A sentence where a body turns so far in a substep that cells would fold.
-    fn turns_far(&self, body: usize, substeps: usize) -> Option<String> {
+    /// A note where a body turns so far in a substep that cells would fold.
+    fn turns_far(&self, body: usize, substeps: usize) -> Option<Diagnostic> {
         let angle = |step: &Step| norm(self.rotation(body, step, 0.0, 1.0)).to_degrees();
         let far = |angle: f64| angle / substeps as f64 > FOLDS;
         let angles = self.steps.iter().map(|step| (step, angle(step)));
         let (step, angle) = angles
             .filter(|(_, angle)| far(*angle))
             .reduce(|most, next| if next.1 > most.1 { next } else { most })?;
-        let cut = match substeps {
-            1 => String::new(),
-            n => format!(" in {n} substeps"),
+        let note = MotionNote::TurnsFar {
+            body: self.bodies[body].name.clone(),
+            angle_deg: angle,
+            substeps,
+            step: step.index,
+            azimuth_deg: step.azimuth_deg,
+            folds_deg: FOLDS,
+            needed: (angle / SERVES).ceil() as usize,
         };
-        Some(format!(
-            "body \"{}\" turns by {angle:.0} degrees{cut} at step {} (azimuth {} degrees); past about \
-             {FOLDS} degrees in one go interpolate = \"twist\" folds cells: set rbf.substeps = {:.0}",
-            self.bodies[body].name,
-            step.index,
-            step.azimuth_deg,
-            (angle / SERVES).ceil()
-        ))
+        Some(note.into())
     }
 }
 

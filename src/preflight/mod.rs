@@ -27,11 +27,8 @@ use crate::geometry::Bounds;
 /// What the user should know of the motion before it is interpolated.
 pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
     let diagonal = Bounds::around(&plan.mesh.points).diagonal();
-    let of_motion = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
-    let of_motion = of_motion
-        .into_iter()
-        .chain(plan.motion.warnings(&plan.schedule.rbf));
-    let mut warnings: Vec<Diagnostic> = of_motion.map(Diagnostic::from).collect();
+    let mut warnings = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
+    warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
     warnings.extend(edges::turning_out(plan));

@@ -50,6 +50,6 @@ fn a_sequence_is_written_into_a_folder_and_gone_on_with() {
     let meshes = [0, 1, 2].map(at);
     assert!(meshes[0].points != meshes[1].points && meshes[1].points != meshes[2].points);
     std::fs::remove_dir_all(path.join("90")).expect("the last step");
-    assert_eq!(deform(folder.path(), None, true), 2);
+    assert_eq!(deform(folder.path(), None, true), 3);
     assert_eq!([0, 1, 2].map(at), meshes);
 }

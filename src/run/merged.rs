@@ -249,7 +249,9 @@ pub(super) fn finished(names: &Names, parts: &[Written], rows: &Rows) -> Result<
 }
 
 fn recorded(sentences: Vec<String>) -> Vec<Diagnostic> {
-    let notes = sentences.into_iter().map(RunNote::Recorded);
+    let notes = sentences
+        .into_iter()
+        .map(|sentence| RunNote::Recorded { sentence });
     notes.map(Diagnostic::from).collect()
 }
 

@@ -37,6 +37,8 @@ pub struct Names {
     pub folder: PathBuf,
     stem: String,
     extension: &'static str,
+    /// Ending of a list of meshes beside the `.pvd`.
+    list_ending: Option<&'static str>,
     /// Whether one file holds all steps.
     in_one: bool,
     /// Whether what holds a mesh is a folder.
@@ -72,6 +74,7 @@ impl Names {
             folder: folder.to_path_buf(),
             stem,
             extension: format.extensions()[0],
+            list_ending: format.list_ending(),
             in_one: format.sequence().is_some(),
             of_folders: format.is_folder(),
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
@@ -237,8 +240,8 @@ pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
         return Vec::new();
     };
     let mut lists = vec![(path, pvd(entries()))];
-    if names.extension == "vtk" {
-        let path = names.path(&format!("{}.vtk.series", names.stem));
+    if let Some(ending) = names.list_ending {
+        let path = names.path(&format!("{}.{ending}", names.stem));
         lists.push((path, vtk_series(entries())));
     }
     lists

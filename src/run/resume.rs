@@ -155,9 +155,12 @@ impl Earlier {
     /// What its selections gave rise to.
     pub fn selection_warnings(&self) -> impl Iterator<Item = Diagnostic> {
         let lists = self.selections.iter().flat_map(|own| &own.warnings);
-        lists
-            .flatten()
-            .map(|text| RunNote::Recorded(text.clone()).into())
+        lists.flatten().map(|text| {
+            RunNote::Recorded {
+                sentence: text.clone(),
+            }
+            .into()
+        })
     }
 
     /// Leaves out rows that are none of this run's steps.

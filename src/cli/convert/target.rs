@@ -39,9 +39,7 @@ impl Place {
     /// Numbered files with a .pvd, and with a .vtk.series where they are legacy VTK files.
     pub fn listed(stem: &Path, format: &'static dyn Format) -> Self {
         let mut lists = vec![with_ending(stem, "pvd")];
-        if format.extensions()[0] == "vtk" {
-            lists.push(with_ending(stem, "vtk.series"));
-        }
+        lists.extend(format.list_ending().map(|ending| with_ending(stem, ending)));
         Place::Listed {
             stem: stem.to_path_buf(),
             format,

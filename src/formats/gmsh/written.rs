@@ -4,7 +4,7 @@ use super::groups::ENTITIES;
 use super::index::Index;
 use super::kinds::{self, Type};
 use crate::diagnostic::formats::Written;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::mesh::{CellKind, CellRun, DataArray, Group, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -207,10 +207,9 @@ struct Known {
 
 fn refused(run: CellRun) -> Error {
     let name = run.kind.name();
-    let remedy = if run.kind.is_curved() {
-        "; --linearize writes corner nodes only"
-    } else {
-        ""
+    let remedy = match run.kind.is_curved() {
+        true => format!("; {} writes corner nodes only", option("linearize")),
+        false => String::new(),
     };
     Error::input(format!(
         "cell {} is a {name} with {} nodes, which MSH cannot hold{remedy}",

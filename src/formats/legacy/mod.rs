@@ -53,6 +53,10 @@ impl Format for Legacy {
             .is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile"))
     }
 
+    fn list_ending(&self) -> Option<&'static str> {
+        Some("vtk.series")
+    }
+
     fn holds_arrays(&self) -> bool {
         true
     }
@@ -90,6 +94,10 @@ impl Format for Legacy42 {
 
     fn recognizes_start(&self, head: &[u8]) -> bool {
         Legacy.recognizes_start(head)
+    }
+
+    fn list_ending(&self) -> Option<&'static str> {
+        Some("vtk.series")
     }
 
     fn holds_arrays(&self) -> bool {

@@ -18,7 +18,7 @@ mod subset;
 mod write;
 
 use super::{Format, Notes, OutputSet, ReadOptions, Source, WriteOptions};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
 
 /// Point array with the number of each node in the whole mesh.
@@ -54,7 +54,10 @@ impl Format for Pvtu {
 
     fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
         let n = options.pieces.ok_or_else(|| {
-            Error::input("a .pvtu is a list of files; write it with convert --pieces N")
+            let pieces = option("pieces");
+            Error::input(format!(
+                "a .pvtu is a list of files; write it with convert {pieces} N"
+            ))
         })?;
         write::write(mesh, n.get(), out, options)
     }

@@ -8,7 +8,7 @@ use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, Parts, RULE, of_markers};
 use crate::diagnostic::formats::{GroupWritten, Written};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::formats::Notes;
 use crate::mesh::{CellRun, Group, MeshView};
 use std::io::Write;
@@ -130,8 +130,8 @@ fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
         .find(|run| !holds(run.kind))
     {
         let remedy = match run.kind.is_curved() {
-            true => "; --linearize writes its corners alone",
-            false => "",
+            true => format!("; {} writes its corners alone", option("linearize")),
+            false => String::new(),
         };
         return Err(Error::input(format!(
             "cell {} is a {}, which SU2 cannot hold{remedy}",

@@ -5,7 +5,7 @@ use super::fortran;
 use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, n_nodes};
 use super::read::Content;
 use crate::diagnostic::formats::{NotKept, Read};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::formats::Notes;
 use crate::mesh::first_where;
 use rayon::prelude::*;
@@ -104,7 +104,8 @@ fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
     match Ugrid::that_fits(bytes) {
         Some(name) if name != flavour.name => {
             format!(
-                "; as {name} (--format {name}) it fits, not as {}",
+                "; as {name} ({} {name}) it fits, not as {}",
+                option("format"),
                 flavour.name
             )
         }

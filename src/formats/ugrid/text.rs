@@ -8,7 +8,7 @@ use super::Ugrid;
 use super::layout::{Counts, KINDS, N_FACE_KINDS, n_nodes};
 use super::read::Content;
 use crate::diagnostic::formats::NotKept;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::formats::Notes;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -112,7 +112,10 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
 fn binary_instead(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
     match Ugrid::that_fits(bytes) {
         Some(name) if name != flavour.name => {
-            error.message += &format!("; as {name} (--format {name}) the file fits, not as text");
+            error.message += &format!(
+                "; as {name} ({} {name}) the file fits, not as text",
+                option("format")
+            );
         }
         _ if bytes.iter().take(64).any(|byte| *byte == 0) => {
             let start = shown(&bytes[..bytes.len().min(16)]);

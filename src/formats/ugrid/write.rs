@@ -7,7 +7,7 @@ use super::fortran::Record;
 use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
 use super::mapbc;
 use crate::diagnostic::formats::{GroupWritten, Written};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::formats::Notes;
 use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
 use rayon::prelude::*;
@@ -83,8 +83,8 @@ fn check(mesh: &MeshView) -> Result<()> {
         return Ok(());
     };
     let remedy = match run.kind.is_curved() {
-        true => "; --linearize writes its corners alone",
-        false => "",
+        true => format!("; {} writes its corners alone", option("linearize")),
+        false => String::new(),
     };
     Err(Error::input(format!(
         "cell {} is a {}, which UGRID cannot hold{remedy}",

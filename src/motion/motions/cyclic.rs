@@ -3,6 +3,8 @@
 use super::beam::Beam;
 use super::link::{Link, RigidLink};
 use super::{At, AxisRotation, BodyMotion, FromSchedule, OnMesh, ResolvedMotion};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
@@ -255,15 +257,16 @@ impl BodyMotion for Cyclic {
 }
 
 impl Cyclic {
-    /// A sentence where pitch, flap or lag is more than a turn, which no blade does.
-    fn more_than_a_turn(&self, body: &str) -> Option<String> {
+    /// A note where pitch, flap or lag is more than a turn, which no blade does.
+    fn more_than_a_turn(&self, body: &str) -> Option<Diagnostic> {
         let mut far = (self.series().into_iter()).filter(|(_, series)| series.bound() > TAU);
-        let (name, series) = far.next()?;
-        Some(format!(
-            "body \"{body}\": mean and harmonics of its {name} add up to {:.0} degrees, more than a turn; is \
-             `angle_unit` right?",
-            series.bound().to_degrees()
-        ))
+        let (angle, series) = far.next()?;
+        let note = MotionNote::MoreThanATurn {
+            body: body.to_owned(),
+            angle,
+            sum_deg: series.bound().to_degrees(),
+        };
+        Some(note.into())
     }
 }
 
@@ -273,7 +276,7 @@ struct Blade {
     hinges: Hinges,
     /// Whether the blade is a beam, which turns about its hinges itself.
     bends: bool,
-    warning: Option<String>,
+    warning: Option<Diagnostic>,
 }
 
 /// Pitch, flap and lag of a blade.
@@ -356,7 +359,7 @@ impl ResolvedMotion for Blade {
         )
     }
 
-    fn warning(&self) -> Option<String> {
+    fn warning(&self) -> Option<Diagnostic> {
         self.warning.clone()
     }
 }

@@ -43,6 +43,7 @@ use super::rotor::RotorAxes;
 use super::steps::Step;
 use super::surface::{Role, SurfaceFaces, SurfaceNodes};
 use super::table::{Interpolation, Table};
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -154,13 +155,13 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
         None
     }
 
-    /// What the user should know of its files, as sentences.
-    fn notes(&self) -> &[String] {
+    /// What the user should know of its files.
+    fn notes(&self) -> &[Diagnostic] {
         &[]
     }
 
-    /// What is likely to be wrong with it, as a sentence.
-    fn warning(&self) -> Option<String> {
+    /// What is likely to be wrong with it.
+    fn warning(&self) -> Option<Diagnostic> {
         None
     }
 }

@@ -7,6 +7,7 @@ use super::{
     At, BodyMotion, Clock, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
     read_interpolation,
 };
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::body::Body;
@@ -27,6 +28,14 @@ const WHAT: &str = "shapes";
 ///
 /// Shapes are a table `node, mode, dx, dy, dz` (or `x, y, z` for `node`), modes counted from 1, or a mesh file
 /// with a point array for each mode; coordinates a table of `azimuth_deg` (or another key), `q1`, `q2`, ...
+///
+/// ```
+/// use azimesh::{Body, Modes, Table};
+///
+/// // One mode from a file, which is read when the schedule is resolved on a mesh.
+/// let coordinates = Table::from_rows(["time_s", "q1"], [[0.0, 0.0], [0.1, 0.02], [0.2, 0.0]]);
+/// let wing = Body::new("wing", ["wing"]).modes(Modes::new("shapes.vtu", coordinates).cubic());
+/// ```
 #[derive(Debug, Clone)]
 pub struct Modes {
     shapes: TableSource,
@@ -127,7 +136,7 @@ struct ModeShapes {
     coordinates: History,
     offset: f64,
     nodes: Arc<BodyNodes>,
-    notes: Vec<String>,
+    notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for ModeShapes {
@@ -153,7 +162,7 @@ impl ResolvedMotion for ModeShapes {
         Reach::Nodes
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &[Diagnostic] {
         &self.notes
     }
 }

@@ -1,6 +1,8 @@
 //! What files of displacements of nodes have in common: columns that say which node, arrays of a mesh.
 
 use super::nodes::At;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::arrays::with_numbers;
@@ -85,13 +87,11 @@ fn numbers(values: &Values) -> Option<Vec<f64>> {
     numbers
 }
 
-/// A sentence on rows that are for nodes of others.
-pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<String> {
-    let told = (rows > 0).then(|| {
-        format!(
-            "{}: {rows} rows are for nodes that body \"{body}\" does not have, and are not used",
-            path.display()
-        )
-    });
-    told.into_iter().collect()
+/// A note on rows that are for nodes of others.
+pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<Diagnostic> {
+    let body = body.to_owned();
+    let note = (rows > 0).then_some(MotionNote::OtherNodes { rows, body });
+    note.map(|note| Diagnostic::new(note).file(path))
+        .into_iter()
+        .collect()
 }

@@ -5,6 +5,7 @@ use super::clock::NO_TIME;
 use super::link::{Link, NodeField, NodeLink};
 use super::nodes::BodyNodes;
 use super::{At, Clock, OnMesh, Reach, ResolvedMotion};
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, scale, sub};
 use crate::motion::steps::Step;
@@ -33,8 +34,8 @@ pub(super) struct SurfaceSets {
     pub(super) sets: Vec<Vec<Vector>>,
     /// The last line of each set, in a table.
     pub(super) lines: Vec<u64>,
-    /// What the user should know, as sentences.
-    pub notes: Vec<String>,
+    /// What the user should know.
+    pub notes: Vec<Diagnostic>,
 }
 
 /// The sets with the nodes that they are for.
@@ -71,14 +72,14 @@ impl ResolvedMotion for NodeSets {
         Reach::Nodes
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &[Diagnostic] {
         &self.sets.notes
     }
 }
 
 impl SurfaceSets {
     /// One set for all steps.
-    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<String>) -> Self {
+    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<Diagnostic>) -> Self {
         Self {
             key: None,
             places: vec![0.0],

@@ -24,6 +24,13 @@ const WHAT: &str = "displacements";
 /// set for each: a table `node, dx, dy, dz` (or `x, y, z` for `node`, or `x_new, y_new, z_new`), with a column
 /// `azimuth_deg`, `azimuth_rad`, `time_s` or `step` where there is a set for each; a mesh file with a point
 /// array; SU2's surface positions (`.dat`). Lengths are in mesh units.
+///
+/// ```
+/// use azimesh::{Body, SurfaceMotion};
+///
+/// let moved = SurfaceMotion::new("surface_00010.dat").missing_fixed();
+/// let wing = Body::new("wing", ["wing"]).surface(moved);
+/// ```
 #[derive(Debug, Clone)]
 pub struct SurfaceMotion {
     source: TableSource,

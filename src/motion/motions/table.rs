@@ -22,6 +22,14 @@ const COLUMNS: [&str; 6] = ["dx", "dy", "dz", "rot_x", "rot_y", "rot_z"];
 ///
 /// Columns, in any order: one of `azimuth_deg`, `azimuth_rad`, `time_s` and `step`; `dx`, `dy`, `dz` in
 /// mesh units; `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`). What is left out is 0.
+///
+/// ```
+/// use azimesh::{Body, Table, TableMotion};
+///
+/// let table = Table::from_rows(["time_s", "rot_z_deg"], [[0.0, 0.0], [0.5, 8.0], [1.0, 0.0]]);
+/// let motion = TableMotion::new(table).origin([0.25, 0.0, 0.0]).cubic();
+/// let airfoil = Body::new("airfoil", ["airfoil"]).table(motion);
+/// ```
 #[derive(Debug, Clone)]
 pub struct TableMotion {
     table: TableSource,

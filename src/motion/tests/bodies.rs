@@ -1,6 +1,8 @@
 //! Several bodies: parents and children, and the nodes that they share.
 
 use super::{group, parse, two_squares};
+use crate::diagnostic::Kind;
+use crate::diagnostic::motion::MotionNote;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{CellKind, Mesh};
@@ -108,12 +110,19 @@ fn a_shared_node_moves_with_the_body_named_first_and_a_gap_is_told() {
     };
     assert_eq!((at(1), at(2)), (Role::Moving(0), Role::Moving(1)));
     assert_eq!(motion.surface.shared, [(1, 1)]);
-    assert_eq!(
-        motion.shared_nodes(&wing_and_flap().points, 2.0),
-        [
-            "1 nodes are on tags of body \"wing\" and of body \"flap\"; they move with the first, and the other would put them up to 1.000e-2 elsewhere (step 0)"
-        ]
-    );
+    let told = motion.shared_nodes(&wing_and_flap().points, 2.0);
+    let Kind::Motion(MotionNote::SharedNodes {
+        nodes,
+        bodies,
+        distance,
+        step,
+    }) = &told[0].kind
+    else {
+        panic!("{told:?}");
+    };
+    assert_eq!((told.len(), *nodes, *step), (1, 1, 0));
+    assert_eq!(bodies, &["wing", "flap"]);
+    assert!((distance - 0.01).abs() < 1e-12, "{distance}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::tables::resolve;
 use super::{two_cubes, two_squares};
+use crate::diagnostic::motion::MotionNote;
 use crate::error::Result;
 use crate::formats::{WriteOptions, by_name};
 use crate::geometry::vector::{Vector, add, distance, scale};
@@ -151,11 +152,15 @@ fn rows_for_other_nodes_are_told_of() {
     let file = format!("{BY_NODE}7,1,1,1\n8,1,1,1\n");
     let motion = surface(false, "azimuth.values = [0]", SURFACE, &file).expect("it is good");
     let notes = motion.notes();
+    let path = notes[0].path.as_ref();
     assert!(
-        notes[0].ends_with(
-            "s.csv: 2 rows are for nodes that body \"blade\" does not have, and are not used"
-        ),
+        path.is_some_and(|path| path.ends_with("s.csv")),
         "{notes:?}"
+    );
+    let body = "blade".to_owned();
+    assert_eq!(
+        notes[0].kind,
+        MotionNote::OtherNodes { rows: 2, body }.into()
     );
 }
 
@@ -188,7 +193,7 @@ fn beside_mesh(body: &str, arrays: &[(&str, f64)], csv: &str) -> Result<Motion> 
     ] {
         std::fs::write(folder.path().join(name), bytes).expect("it can be written");
     }
-    crate::motion::Schedule::read(&folder.path().join("hover.toml"))?.resolve(&two_cubes())
+    crate::motion::Schedule::read(folder.path().join("hover.toml"))?.resolve(&two_cubes())
 }
 
 #[test]
@@ -338,7 +343,7 @@ fn a_child_of_a_body_of_nodes_is_refused() {
     std::fs::write(folder.path().join("hover.toml"), text).expect("it can be written");
     std::fs::write(folder.path().join("s.csv"), BY_NODE).expect("it can be written");
     let schedule =
-        crate::motion::Schedule::read(&folder.path().join("hover.toml")).expect("it is good");
+        crate::motion::Schedule::read(folder.path().join("hover.toml")).expect("it is good");
     let error = schedule
         .resolve(&two_cubes())
         .expect_err("it is refused")

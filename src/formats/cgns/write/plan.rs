@@ -3,7 +3,7 @@
 
 use super::super::element::ElementType;
 use super::names::Names;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, option};
 use crate::mesh::{CellKind, CellRun, Mesh, MeshView};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -118,14 +118,17 @@ fn form(run: &CellRun) -> Result<Form> {
     match run.kind {
         CellKind::Polygon => Ok(Form::Polygons),
         CellKind::Polyhedron => Ok(Form::Polyhedra),
-        kind => ElementType::of(kind, run.n_nodes).map(Form::Fixed).ok_or_else(|| {
-            Error::input(format!(
-                "cell {} is a {} of {} nodes, which CGNS does not have; --linearize keeps its corners",
-                run.first_cell,
-                kind.name(),
-                run.n_nodes
-            ))
-        }),
+        kind => ElementType::of(kind, run.n_nodes)
+            .map(Form::Fixed)
+            .ok_or_else(|| {
+                Error::input(format!(
+                    "cell {} is a {} of {} nodes, which CGNS does not have; {} keeps its corners",
+                    run.first_cell,
+                    kind.name(),
+                    run.n_nodes,
+                    option("linearize")
+                ))
+            }),
     }
 }
 

@@ -1,6 +1,8 @@
 //! The line that the sections of a blade turn about: given as a table, or at a quarter of the chord
 //! of the mesh.
 
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance, dot, sub};
@@ -117,8 +119,8 @@ impl LiftingLine {
         Ok(Self { stations, points })
     }
 
-    /// A sentence where a point of the line along the blade, whose box this is, lies far beside it.
-    pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<String> {
+    /// A note where a point of the line along the blade, whose box this is, lies far beside it.
+    pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<Diagnostic> {
         let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
         let allowed = BESIDE * across.fold(0.0, f64::max);
         let (low, high) = (bounds.low[0], bounds.high[0]);
@@ -127,15 +129,16 @@ impl LiftingLine {
             let x = self.at(r);
             (r, x, distance(x, bounds.nearest(&x)))
         });
-        let (station, x, off) =
+        let (station, point, distance) =
             off.reduce(|most, next| if next.2 > most.2 { next } else { most })?;
-        (off > allowed).then(|| {
-            format!(
-                "body \"{body}\": the lifting line is at {x:?} at station {station}, {off:.3e} beside the blade, which \
-                 lies between {:?} and {:?}; its points are along the blade's axes from the hub",
-                bounds.low, bounds.high
-            )
-        })
+        let note = || MotionNote::LineBeside {
+            body: body.to_owned(),
+            point,
+            station,
+            distance,
+            bounds: [bounds.low, bounds.high],
+        };
+        (distance > allowed).then(|| note().into())
     }
 
     /// Its first and last point.

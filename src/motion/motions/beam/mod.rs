@@ -11,9 +11,11 @@ use super::{
     At, BodyMotion, Clock, Cyclic, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
     read_interpolation,
 };
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::error::{Error, Result};
 use crate::geometry::Transform;
-use crate::geometry::vector::{Vector, dot, norm, sub};
+use crate::geometry::vector::{Vector, dot, sub};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::rotor::RotorAxes;
@@ -139,7 +141,13 @@ impl BodyMotion for Beam {
                 (line?, "quarter chord")
             }
         };
-        notes.push(where_it_is(name, &line, body, &on.blade));
+        let note = MotionNote::BeamLine {
+            body: body.clone(),
+            line: name,
+            ends: line.ends().map(|[x, y, z]| on.blade.point(x, y, z)),
+            leading_edge: on.blade.leading_edge(),
+        };
+        notes.push(note.into());
         Ok(Arc::new(BendingBlade {
             warning: line.beside(body, &edges.bounds()),
             span,
@@ -178,8 +186,8 @@ struct BendingBlade {
     blade: RotorAxes,
     offset: f64,
     hinges: Option<Hinges>,
-    notes: Vec<String>,
-    warning: Option<String>,
+    notes: Vec<Diagnostic>,
+    warning: Option<Diagnostic>,
 }
 
 impl ResolvedMotion for BendingBlade {
@@ -221,11 +229,11 @@ impl ResolvedMotion for BendingBlade {
         })
     }
 
-    fn notes(&self) -> &[String] {
+    fn notes(&self) -> &[Diagnostic] {
         &self.notes
     }
 
-    fn warning(&self) -> Option<String> {
+    fn warning(&self) -> Option<Diagnostic> {
         self.warning.clone()
     }
 }
@@ -245,24 +253,6 @@ impl CentreLine {
         let [x, y, z] = self.line.at(station.clamp(self.span[0], self.span[1]));
         self.blade.point(x, y, z)
     }
-}
-
-/// A sentence on the ends of a lifting line, in the mesh.
-fn where_it_is(name: &str, line: &LiftingLine, body: &str, blade: &RotorAxes) -> String {
-    let ends = line.ends().map(|[x, y, z]| blade.point(x, y, z));
-    let length = norm(sub(ends[1], ends[0]));
-    let digits = (4.0 - length.log10().floor()).clamp(0.0, 17.0) as usize;
-    let shown = |x: Vector, digits: usize| {
-        // What rounds to zero has no sign.
-        let least = 0.5 * 0.1_f64.powi(digits as i32);
-        let numbers = x.map(|x| format!("{:.digits$}", if x.abs() < least { 0.0 } else { x }));
-        format!("[{}]", numbers.join(", "))
-    };
-    let [root, tip] = ends.map(|end| shown(end, digits));
-    let nose = shown(blade.leading_edge(), 3);
-    format!(
-        "body \"{body}\": its {name} goes from {root} to {tip}, with the leading edge towards {nose}"
-    )
 }
 
 fn read_span(table: &Table, interpolation: Interpolation) -> Result<SpanHistory> {
@@ -286,7 +276,7 @@ fn check_span(
     table: &Table,
     body: &str,
     [low, high]: [f64; 2],
-) -> Result<Vec<String>> {
+) -> Result<Vec<Diagnostic>> {
     let (stations, path) = (span.stations(), table.path());
     let (first, last) = (stations[0], stations[stations.len() - 1]);
     if last < low || first > high {
@@ -294,25 +284,26 @@ fn check_span(
         let message = off_blade([first, last], body, [low, high]);
         return Err(Error::input(message).line(span.line(nearest)).file(path));
     }
-    let mut notes = Vec::new();
+    let mut notes: Vec<Diagnostic> = Vec::new();
     for (beyond, from, to) in [(first - low, low, first), (high - last, last, high)] {
         if beyond > BEYOND * (high - low) {
-            notes.push(format!(
-                "body \"{body}\": {} has no stations between {from} and {to}; the values of its {} are held there",
-                path.display(),
-                if from == low { "first one" } else { "last one" }
-            ));
+            let note = MotionNote::NoStations {
+                body: body.to_owned(),
+                table: path.to_path_buf(),
+                between: [from, to],
+                is_before: from == low,
+            };
+            notes.push(note.into());
         }
     }
     let reach = FAR * low.abs().max(high.abs());
     if let Some(at) = stations.iter().position(|station| station.abs() > reach) {
-        notes.push(format!(
-            "{}:{}: station {} lies far off body \"{body}\", which goes from {low} to {high} along its span; stations \
-             are lengths in mesh units from the hub",
-            path.display(),
-            span.line(at),
-            stations[at]
-        ));
+        let note = MotionNote::FarStation {
+            station: stations[at],
+            body: body.to_owned(),
+            span: [low, high],
+        };
+        notes.push(Diagnostic::new(note).file(path).line(span.line(at)));
     }
     Ok(notes)
 }

@@ -1,0 +1,32 @@
+//! How the notes of a room are declared: of each its fields, and the sentence that is made of them.
+
+/// Declares the notes of a room: the enum, its sentences, and how it becomes the [`Kind`](super::Kind) after `as`.
+/// A sentence is what `write!` takes, with the fields as names.
+macro_rules! notes {
+    ($(#[$doc:meta])* $name:ident as $kind:ident {$(
+        $(#[$note_doc:meta])*
+        $note:ident $({$( $(#[$field_doc:meta])* $field:ident: $type:ty, )*})? => ($($sentence:tt)*)
+    )*}) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum $name {$(
+            $(#[$note_doc])*
+            $note $({$( $(#[$field_doc])* $field: $type, )*})?,
+        )*}
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                match self {
+                    $(Self::$note $({$( $field, )*})? => write!(f, $($sentence)*),)*
+                }
+            }
+        }
+
+        impl From<$name> for crate::diagnostic::Kind {
+            fn from(note: $name) -> Self {
+                Self::$kind(note)
+            }
+        }
+    };
+}
+pub(super) use notes;
