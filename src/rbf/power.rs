@@ -52,9 +52,9 @@ pub fn by_power(
     base
 }
 
-fn larger<'c>(
+fn larger(
     found: Option<(usize, Worst)>,
-    (at, chunk): (usize, &'c Chunk<'_>),
+    (at, chunk): (usize, &Chunk<'_>),
 ) -> Option<(usize, Worst)> {
     match found {
         Some((_, worst)) if worst.value >= chunk.worst.value => found,

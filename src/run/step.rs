@@ -29,7 +29,7 @@ pub(super) fn compute(
     let deformation = intervals.deformation;
     let round = rounding(deformation.plan())?;
     Ok(Computed {
-        found: deformation.evaluate(&interval, step, round, points)?,
+        found: deformation.evaluate(&interval, step, &round, points)?,
         seconds: clock.seconds(),
     })
 }
@@ -53,10 +53,10 @@ pub(super) fn compute_again(
 }
 
 /// What makes coordinates what they will be in the files.
-fn rounding(plan: &Plan) -> Result<&'static dyn Fn(&mut [Vector])> {
+fn rounding(plan: &Plan) -> Result<fn(&mut [Vector])> {
     Ok(match plan.schedule.output.rounds()? {
-        false => &|_| (),
-        true => &|points| {
+        false => |_| (),
+        true => |points| {
             let points = points.par_iter_mut();
             points.for_each(|x| *x = x.map(|x| f64::from(x as f32)));
         },

@@ -114,7 +114,6 @@ fn the_transpose_is_exact() {
             let off = (inner(&g, &moved) - inner(&back, &d)).abs();
             let relative = off / (size(&g) * size(&moved));
             let condition = condition(&morph);
-            println!("{name}: {relative:.1e}, condition {condition:.1e}");
             assert!(
                 relative < 1e-20 * condition.max(1e8),
                 "{name}: {relative:e}"
