@@ -1,7 +1,7 @@
 //! A mesh and a schedule to node positions at every step: base points once, mode fields once.
 //!
 //! ```text
-//! Plan ──> Selection ──> Deformer ──> points at a step
+//! Plan ──> Selection ──> Interval ──> points at a step
 //! ```
 //!
 //! Owns what is refused of a mesh or a motion, what is interpolated and where nodes are at a step. Knows

@@ -53,31 +53,21 @@ const STEEP: f64 = 0.1;
 /// its mesh, and is `Send` and `Sync`.
 ///
 /// ```
-/// use azimesh::mesh::{CellKind, Group, Mesh};
-/// use azimesh::{Morph, MorphOptions};
+/// use azimesh::{CellKind, Cells, Mesh, Morph, MorphOptions};
 ///
 /// // Three by three nodes of a plane; the left side moves, the right one stays.
-/// let mut mesh = Mesh::default();
-/// for j in 0..3 {
-///     for i in 0..3 {
-///         mesh.points.push([f64::from(i), f64::from(j), 0.0]);
-///     }
-/// }
+/// let node = |n: i32| [f64::from(n % 3), f64::from(n / 3), 0.0];
+/// let mut cells = Cells::new();
 /// for first in [0, 1, 3, 4] {
 ///     let corners = [first, first + 1, first + 4, first + 3];
-///     mesh.cells.push(CellKind::Quadrilateral, &corners);
+///     cells.push(CellKind::Quadrilateral, &corners);
 /// }
-/// for (name, edges) in [("left", [[0, 3], [3, 6]]), ("right", [[2, 5], [5, 8]])] {
-///     let first = mesh.cells.len();
-///     edges.iter().for_each(|edge| mesh.cells.push(CellKind::Line, edge));
-///     mesh.groups.push(Group {
-///         dimension: 1,
-///         name: name.into(),
-///         number: None,
-///         condition: None,
-///         cells: (first..mesh.cells.len()).collect(),
-///     });
+/// for edge in [[0, 3], [3, 6], [2, 5], [5, 8]] {
+///     cells.push(CellKind::Line, &edge);
 /// }
+/// let mut mesh = Mesh::new((0..9).map(node).collect(), cells)?;
+/// mesh.add_tag("left", [4, 5])?;
+/// mesh.add_tag("right", [6, 7])?;
 ///
 /// let morph = Morph::new(
 ///     mesh,
@@ -98,7 +88,7 @@ const STEEP: f64 = 0.1;
 /// let by_moving = morph.pull_back(&gradient)?;
 /// let height: f64 = by_moving.iter().map(|g| 0.2 * g[1]).sum();
 /// assert!((points[4][1] - 1.0 - height).abs() < 1e-12);
-/// # Ok::<(), azimesh::error::Error>(())
+/// # Ok::<(), azimesh::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Morph {
