@@ -1,6 +1,6 @@
 //! The one error type: what went wrong, and where.
 //!
-//! Library code returns [`Error`]; only `cli` prints it and turns its [`Kind`] into an exit code.
+//! Library code returns [`Error`]; only `cli` prints it and turns its [`ErrorKind`] into an exit code.
 //! A parser that sees bytes and no path gives the position alone; whoever opened the file adds the
 //! path with [`Error::file`].
 
@@ -13,7 +13,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// What the failure means to the caller; `cli` maps it to an exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ErrorKind {
     /// The input or the arguments are wrong; nothing was written.
     Input,
     /// The work was done but a check failed.
@@ -44,7 +44,7 @@ pub enum Position {
 #[derive(Debug, thiserror::Error)]
 pub struct Error {
     /// What the failure means to the caller.
-    pub kind: Kind,
+    pub kind: ErrorKind,
     /// The file it is about, once known.
     pub path: Option<PathBuf>,
     /// Where in that file, where it is known.
@@ -56,22 +56,22 @@ pub struct Error {
 impl Error {
     /// Wrong input: the message says what was found and what would be right.
     pub fn input(message: impl Into<String>) -> Self {
-        Self::new(Kind::Input, message)
+        Self::new(ErrorKind::Input, message)
     }
 
     /// A check that failed after the work was done.
     pub fn check(message: impl Into<String>) -> Self {
-        Self::new(Kind::Check, message)
+        Self::new(ErrorKind::Check, message)
     }
 
     /// A failure of the system, in its own words.
     pub fn system(message: impl Into<String>) -> Self {
-        Self::new(Kind::System, message)
+        Self::new(ErrorKind::System, message)
     }
 
     /// The end that a signal asked for.
     pub fn interrupted(signal: i32, message: impl Into<String>) -> Self {
-        Self::new(Kind::Interrupted { signal }, message)
+        Self::new(ErrorKind::Interrupted { signal }, message)
     }
 
     /// An input or output error on `path`. A file that is missing or is no file is wrong input,
@@ -79,8 +79,10 @@ impl Error {
     pub fn io(path: &Path, source: &std::io::Error) -> Self {
         use std::io::ErrorKind as Io;
         let kind = match source.kind() {
-            Io::NotFound | Io::IsADirectory | Io::NotADirectory | Io::InvalidInput => Kind::Input,
-            _ => Kind::System,
+            Io::NotFound | Io::IsADirectory | Io::NotADirectory | Io::InvalidInput => {
+                ErrorKind::Input
+            }
+            _ => ErrorKind::System,
         };
         let folder = path
             .parent()
@@ -95,7 +97,7 @@ impl Error {
         Self::new(kind, message).file(path)
     }
 
-    fn new(kind: Kind, message: impl Into<String>) -> Self {
+    fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self {
             kind,
             path: None,

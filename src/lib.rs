@@ -133,7 +133,7 @@ mod sample;
 pub use deform::{BasePoints, Deformation, DeformationBuilder};
 pub use deform::{Morph, MorphOptions, MorphReport, Nodes};
 pub use diagnostic::Diagnostic;
-pub use error::{Error, Kind as ErrorKind, Result};
+pub use error::{Error, ErrorKind, Result};
 #[cfg(feature = "vtkio")]
 pub use formats::vtkio;
 pub use formats::{Compression, Encoding, Loaded, Notes, Precision, ReadOptions, WriteOptions};

@@ -82,7 +82,7 @@ impl Drop for Held {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Kind;
+    use crate::error::ErrorKind;
 
     #[test]
     fn a_run_that_is_asked_ends_and_is_waited_for_while_it_writes() {
@@ -94,6 +94,6 @@ mod tests {
         drop(held);
         assert!(!stop.is_held());
         let error = stop.check().expect_err("it was asked");
-        assert_eq!(error.kind, Kind::Interrupted { signal: 15 });
+        assert_eq!(error.kind, ErrorKind::Interrupted { signal: 15 });
     }
 }

@@ -24,7 +24,7 @@ mod threads;
 
 pub use context::Context;
 
-use crate::error::{Kind, Result};
+use crate::error::{ErrorKind, Result};
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
@@ -124,11 +124,11 @@ pub fn main() -> ExitCode {
         Err(error) => {
             context.error(&error);
             ExitCode::from(match error.kind {
-                Kind::Check => 1,
-                Kind::Input => 2,
-                Kind::System => SYSTEM_FAILED,
+                ErrorKind::Check => 1,
+                ErrorKind::Input => 2,
+                ErrorKind::System => SYSTEM_FAILED,
                 // What a shell reports of a program that a signal ended.
-                Kind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
+                ErrorKind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
             })
         }
     }

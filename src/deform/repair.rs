@@ -2,7 +2,7 @@
 //! the same base points.
 
 use super::plan::Plan;
-use crate::error::{Kind, Result};
+use crate::error::{ErrorKind, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::{OnInverted, Step};
 use crate::quality::Summary;
@@ -46,7 +46,7 @@ pub(super) fn repair(
         }
         let (found_error, found) = match attempt(n, &mut trial) {
             Ok(found) => found,
-            Err(error) if error.kind == Kind::System => return Err(error),
+            Err(error) if error.kind == ErrorKind::System => return Err(error),
             // A part that cannot be interpolated repairs nothing.
             Err(_) => continue,
         };

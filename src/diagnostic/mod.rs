@@ -1,7 +1,7 @@
 //! What a user should know that is no error: a kind with its names and numbers, and where it is.
 //!
 //! Every room makes diagnostics; the sentence is made where one is printed, by `Display`. Two of one sort
-//! have the same [`Kind`] but for its numbers.
+//! have the same [`NoteKind`] but for its numbers.
 
 pub mod deform;
 pub mod formats;
@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
     /// What it is about, with its names and numbers.
-    pub kind: Kind,
+    pub kind: NoteKind,
     /// The file it is about, where it is about one.
     pub path: Option<PathBuf>,
     /// Where in that file, where it is known.
@@ -33,7 +33,7 @@ pub struct Diagnostic {
 
 /// What a diagnostic is about; the kinds of a room are one enum.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
+pub enum NoteKind {
     /// Of a mesh file, read or written.
     Format(formats::FormatNote),
     /// Of a motion and its files.
@@ -48,7 +48,7 @@ pub enum Kind {
 
 impl Diagnostic {
     /// Of a kind, without a place.
-    pub fn new(kind: impl Into<Kind>) -> Self {
+    pub fn new(kind: impl Into<NoteKind>) -> Self {
         Self {
             kind: kind.into(),
             path: None,
@@ -91,7 +91,7 @@ impl Serialize for Diagnostic {
     }
 }
 
-impl Kind {
+impl NoteKind {
     /// Whether it is of the same sort as another: the same but for names and numbers.
     pub fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
@@ -105,7 +105,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for NoteKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Format(note) => note.fmt(f),
@@ -117,7 +117,7 @@ impl fmt::Display for Kind {
     }
 }
 
-impl<T: Into<Kind>> From<T> for Diagnostic {
+impl<T: Into<NoteKind>> From<T> for Diagnostic {
     fn from(kind: T) -> Self {
         Self::new(kind)
     }
@@ -160,19 +160,19 @@ mod tests {
     #[test]
     fn diagnostics_of_one_sort_are_the_same_but_for_their_numbers() {
         assert!(inverted(1).kind.is_like(&inverted(2).kind));
-        let gap = Kind::from(RunNote::CutOff {
+        let gap = NoteKind::from(RunNote::CutOff {
             file: "a".to_owned(),
         });
         assert!(!inverted(1).kind.is_like(&gap));
         let recorded = |text: &str| {
-            Kind::from(RunNote::Recorded {
+            NoteKind::from(RunNote::Recorded {
                 sentence: text.to_owned(),
             })
         };
         assert!(recorded("step 1 has 2").is_like(&recorded("step 3 has 4")));
         assert!(!recorded("step 1 has 2").is_like(&recorded("body b moves")));
         let holds = |column: &str| {
-            Kind::from(RunNote::ConditionHolds {
+            NoteKind::from(RunNote::ConditionHolds {
                 step: 0,
                 condition: format!("{column}>0"),
                 column: column.to_owned(),

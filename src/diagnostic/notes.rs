@@ -1,6 +1,6 @@
 //! How the notes of a room are declared: of each its fields, and the sentence that is made of them.
 
-/// Declares the notes of a room: the enum, its sentences, and how it becomes the [`Kind`](super::Kind) after `as`.
+/// Declares the notes of a room: the enum, its sentences, and how it becomes the [`NoteKind`](super::NoteKind) after `as`.
 /// A sentence is what `write!` takes, with the fields as names.
 macro_rules! notes {
     ($(#[$doc:meta])* $name:ident as $kind:ident {$(
@@ -22,7 +22,7 @@ macro_rules! notes {
             }
         }
 
-        impl From<$name> for crate::diagnostic::Kind {
+        impl From<$name> for crate::diagnostic::NoteKind {
             fn from(note: $name) -> Self {
                 Self::$kind(note)
             }

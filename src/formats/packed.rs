@@ -106,7 +106,7 @@ fn zstd(bytes: &[u8], room: Room, out: &mut Vec<u8>) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Kind;
+    use crate::error::ErrorKind;
     use flate2::{Compression, write::GzEncoder};
     use ruzstd::encoding::{CompressionLevel, compress_to_vec};
     use std::io::Write;
@@ -176,7 +176,7 @@ mod tests {
             assert_eq!(room(6_000_000).expect("it fits").len(), 6_000_000);
             for n in [5_999_999, 3_000_000, 1000, 0] {
                 let error = room(n).expect_err("it is too much");
-                assert_eq!(error.kind, Kind::System);
+                assert_eq!(error.kind, ErrorKind::System);
                 let limit = format!("more than {n} bytes, what --max-memory allows");
                 assert!(error.message.contains(&limit), "{error}");
             }

@@ -4,7 +4,7 @@ use super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::output_set::stage_folder;
 use super::sink::{Sink, name_of};
 use super::{Begin, Format, Notes, OutputSet, SequenceFile, WriteOptions};
-use crate::error::{Error, Kind, Result, option};
+use crate::error::{Error, ErrorKind, Result, option};
 use crate::mesh::MeshView;
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -151,7 +151,7 @@ fn stage_file<T>(
         // Who asked for `path` knows nothing of the hidden file.
         error.path = error.path.filter(|path| path != hidden.path());
         match (&stream, error.kind) {
-            (Some(_), Kind::System) => error.file(hidden.path()),
+            (Some(_), ErrorKind::System) => error.file(hidden.path()),
             _ => error.file(name_of(path)),
         }
     })?;
@@ -261,7 +261,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let error = save_text("x", &folder.path().join("no/mesh.txt"), Commit::REPLACE)
             .expect_err("no folder");
-        assert_eq!(error.kind, crate::error::Kind::Input);
+        assert_eq!(error.kind, crate::error::ErrorKind::Input);
     }
 
     #[cfg(unix)]
@@ -292,7 +292,7 @@ mod tests {
         save_text("old", &path, Commit::with_force(false)).expect("the name is free");
         fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).expect("it is ours");
         let refused = save_text("new", &path, Commit::with_force(false)).expect_err("it is taken");
-        assert_eq!(refused.kind, Kind::Input);
+        assert_eq!(refused.kind, ErrorKind::Input);
         save_text("new", &path, Commit::with_force(true)).expect("it is replaced");
         assert_eq!(fs::read_to_string(&path).expect("it is there"), "new");
         let mode = fs::metadata(&path)
@@ -317,7 +317,7 @@ mod tests {
         let named = |n: usize| folder.path().join("m".repeat(n));
         save_text("x", &named(255), Commit::REPLACE).expect("it fits");
         let refused = save_text("x", &named(256), Commit::REPLACE).expect_err("too long");
-        assert_eq!(refused.kind, Kind::Input);
+        assert_eq!(refused.kind, ErrorKind::Input);
         assert!(refused.message.contains("longer"), "{refused}");
         assert_eq!(names(folder.path()).len(), 1);
     }
@@ -333,7 +333,7 @@ mod tests {
         let refused = second.expect_err("it is taken");
         assert_eq!(
             (refused.kind, refused.message.as_str()),
-            (Kind::Input, "exists already; --force replaces it")
+            (ErrorKind::Input, "exists already; --force replaces it")
         );
         assert_eq!(fs::read_to_string(&path).expect("it is there"), "first");
         assert_eq!(names(folder.path()), ["mesh.txt"]);

@@ -226,7 +226,7 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::Kind;
+    use crate::diagnostic::NoteKind;
     use crate::mesh::Mesh;
     use crate::motion::Schedule;
     use std::path::Path;
@@ -262,7 +262,7 @@ mod tests {
     fn meeting(told: &[Diagnostic]) -> Option<(usize, usize, usize)> {
         let own = [Some("it".to_owned()), None];
         told.iter().find_map(|told| match &told.kind {
-            Kind::Preflight(PreflightNote::SurfacesMeet {
+            NoteKind::Preflight(PreflightNote::SurfacesMeet {
                 bodies,
                 steps,
                 looked_at,

@@ -150,7 +150,7 @@ fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::Kind;
+    use crate::diagnostic::NoteKind;
     use crate::mesh::{CellKind, Group, Mesh};
     use crate::motion::Schedule;
     use std::path::Path;
@@ -185,7 +185,7 @@ mod tests {
             let told = leaving_planes(&wing(motion));
             assert_eq!(told.len(), usize::from(out.is_some()), "{motion} {told:?}");
             let is_right = |by: f64| match &told[0].kind {
-                Kind::Preflight(PreflightNote::LeavesPlane { distance, step, .. }) => {
+                NoteKind::Preflight(PreflightNote::LeavesPlane { distance, step, .. }) => {
                     (distance - by).abs() < 1e-12 && *step == 0
                 }
                 _ => false,

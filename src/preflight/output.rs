@@ -4,7 +4,7 @@ use super::disk::Demand;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
@@ -94,7 +94,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 /// step then, however few digits those of the mesh have.
 fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
-        Kind::Input => Error::input(format!(
+        ErrorKind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
             format.name(),
             error.message

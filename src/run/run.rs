@@ -54,8 +54,8 @@ pub struct Request {
 /// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder.
 ///
 /// # Errors
-/// [`Kind::Check`](crate::error::Kind::Check) when the tolerance cannot be met (base points are saved, no mesh is written), and
-/// where `on_inverted = "stop"` stops it; [`Kind::Interrupted`](crate::error::Kind::Interrupted) between two steps when `stop` was
+/// [`ErrorKind::Check`](crate::error::ErrorKind::Check) when the tolerance cannot be met (base points are saved, no mesh is written), and
+/// where `on_inverted = "stop"` stops it; [`ErrorKind::Interrupted`](crate::error::ErrorKind::Interrupted) between two steps when `stop` was
 /// asked to.
 pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let clock = Clock::start();

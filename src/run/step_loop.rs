@@ -7,7 +7,7 @@ use super::run::Run;
 use super::step::{Computed, StepArrays, compute, compute_again, row};
 use super::writer::Writer;
 use crate::diagnostic::run::RunNote;
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::MeshView;
@@ -208,7 +208,7 @@ impl Run<'_> {
 
 /// Whether another step may go well where this one failed.
 fn is_of_the_step(error: &Error) -> bool {
-    matches!(error.kind, Kind::Check | Kind::Input)
+    matches!(error.kind, ErrorKind::Check | ErrorKind::Input)
 }
 
 /// Says at which step a computation failed.

@@ -3,7 +3,7 @@
 
 use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
 use assert_cmd::Command;
-use azimesh::error::Kind;
+use azimesh::ErrorKind as AzimeshErrorKind;
 use azimesh::formats::{Compression, Encoding, WriteOptions, with_flavours};
 use azimesh::sample::{self, BlockOptions};
 use std::io::{Error, ErrorKind, Read, Write};
@@ -58,7 +58,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
                 let written = format.write_file(&mesh.view(), &mut Disk(room), &options);
                 let error = written.expect_err("the disk is full");
                 let what = format!("{} {encoding:?} {compression:?} {room}", format.name());
-                assert_eq!(error.kind, Kind::System, "{what}: {error}");
+                assert_eq!(error.kind, AzimeshErrorKind::System, "{what}: {error}");
                 assert!(
                     error.to_string().contains("no storage space"),
                     "{what}: {error}"

@@ -114,6 +114,21 @@ proptest! {
     }
 }
 
+/// Padding is right for base64, but leaves fewer bytes than the header or the blocks have.
+#[test]
+fn base64_padded_too_early_is_refused_with_a_place() {
+    let mut refused = 0;
+    for file in GOOD_FILES.iter() {
+        for at in 0..file.len() - 1 {
+            let mut bytes = file.clone();
+            bytes[at..at + 2].copy_from_slice(b"==");
+            check(&bytes).expect("an error has a place");
+            refused += usize::from(parse(&Vtu, &bytes, &ReadOptions::default()).is_err());
+        }
+    }
+    assert!(refused > 100, "only {refused}");
+}
+
 #[test]
 fn announced_sizes_that_the_file_cannot_hold_take_no_memory() {
     let huge = [

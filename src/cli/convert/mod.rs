@@ -6,7 +6,7 @@ mod target;
 use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, Waiting};
 use crate::mesh::Mesh;
 use changes::Changes;
@@ -91,7 +91,7 @@ impl Run<'_> {
     fn keep(&self, done: Result<()>) -> Result<()> {
         let files = self.waiting.take();
         match done {
-            Err(error) if error.kind != Kind::System => return Err(error),
+            Err(error) if error.kind != ErrorKind::System => return Err(error),
             _ => {}
         }
         let kept = Waiting::keep_all(files);

@@ -1,7 +1,7 @@
 //! Morphs on plane, solid, sliding and periodic meshes: exact, linear, with the right transpose.
 
 use super::*;
-use crate::error::{Error, Kind};
+use crate::error::{Error, ErrorKind};
 use crate::geometry::vector::{distance, dot};
 use crate::linear::{Matrix, svd};
 use crate::mesh::CellKind;
@@ -348,7 +348,7 @@ fn faces_are_found_where_the_mesh_has_no_boundary_cells() {
 
 fn refused(mesh: Mesh, options: MorphOptions) -> Error {
     let error = Morph::new(mesh, options).expect_err("it is refused");
-    assert_eq!(error.kind, Kind::Input, "{error}");
+    assert_eq!(error.kind, ErrorKind::Input, "{error}");
     error
 }
 

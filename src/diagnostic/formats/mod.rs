@@ -10,7 +10,7 @@ mod write;
 pub use read::{ArrayRead, NotKept, Pieces, Read};
 pub use write::{ArrayWritten, Condition, GroupWritten, Written};
 
-use super::Kind;
+use super::NoteKind;
 use std::fmt::{self, Display, Formatter};
 use std::mem::discriminant;
 
@@ -57,7 +57,7 @@ macro_rules! kinds {
             }
         }
         $(
-            impl From<$kind> for Kind {
+            impl From<$kind> for NoteKind {
                 fn from(note: $kind) -> Self {
                     Self::Format(FormatNote::$kind(note))
                 }

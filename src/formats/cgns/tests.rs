@@ -2,7 +2,7 @@
 
 use super::Cgns;
 use crate::diagnostic::formats::{FormatNote, GroupWritten, Written};
-use crate::diagnostic::{Diagnostic, Kind};
+use crate::diagnostic::{Diagnostic, NoteKind};
 use crate::error::Error;
 use crate::formats::{Begin, Format, Notes, ReadOptions, Source, WriteOptions, parse, read};
 use crate::mesh::{CellKind, DataArray, Difference, Group, Mesh, Tolerance, Values};
@@ -268,7 +268,7 @@ fn long_names_curved_cells_groups_of_any_dimension_and_arrays_come_back() {
     let (bytes, notes) = written(&mesh);
     assert_eq!(notes.len(), 3, "{notes:?}");
     let is_renamed = |note: &Diagnostic| match &note.kind {
-        Kind::Format(FormatNote::GroupWritten(GroupWritten::Renamed { why, .. })) => {
+        NoteKind::Format(FormatNote::GroupWritten(GroupWritten::Renamed { why, .. })) => {
             *why == "names in CGNS have 32 bytes at most and no slash"
         }
         _ => false,

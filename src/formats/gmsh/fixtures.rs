@@ -3,7 +3,7 @@
 use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use super::{Msh, Msh22};
 use crate::diagnostic::formats::{FormatNote, NotKept};
-use crate::diagnostic::{Diagnostic, Kind};
+use crate::diagnostic::{Diagnostic, NoteKind};
 use crate::mesh::{CellKind, Mesh, Values, lagrange};
 use std::path::{Path, PathBuf};
 
@@ -82,7 +82,7 @@ fn one_model_is_the_same_mesh_in_every_version() {
         }
         let parametric = name.contains("parametric") || name.contains("binary");
         let is_parametric = |note: &Diagnostic| match &note.kind {
-            Kind::Format(FormatNote::NotKept(NotKept::Of { what, .. })) => {
+            NoteKind::Format(FormatNote::NotKept(NotKept::Of { what, .. })) => {
                 *what == "parametric coordinates"
             }
             _ => false,

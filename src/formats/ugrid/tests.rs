@@ -2,7 +2,7 @@
 
 use super::super::{Commit, Notes, Precision, save};
 use super::*;
-use crate::diagnostic::Kind;
+use crate::diagnostic::NoteKind;
 use crate::diagnostic::formats::{Condition, FormatNote, GroupWritten, NotKept, Read, Written};
 use crate::mesh::{CellKind, Group};
 
@@ -182,7 +182,7 @@ fn names_and_conditions_are_beside_the_mesh() {
         .expect("the mesh is whole");
     assert_eq!(back.groups[0].name, "1");
     let note = notes.iter().next().expect("it is noted");
-    let Kind::Format(FormatNote::Read(Read::ConditionsUnused { error })) = &note.kind else {
+    let NoteKind::Format(FormatNote::Read(Read::ConditionsUnused { error })) = &note.kind else {
         panic!("{note}");
     };
     assert!(

@@ -218,9 +218,13 @@ fn base64_run(text: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, usize)> {
     Err(short())
 }
 
-fn decode(run: &[u8]) -> Result<Vec<u8>> {
-    let decoded = base64_simd::STANDARD.decode_to_vec(run);
-    decoded.map_err(|_| Error::input("the base64 text is damaged"))
+/// Decodes a run of base64 that should give at least `n_bytes`: padding may cut it short.
+fn decode(run: &[u8], n_bytes: usize) -> Result<Vec<u8>> {
+    base64_simd::STANDARD
+        .decode_to_vec(run)
+        .ok()
+        .filter(|decoded| decoded.len() >= n_bytes)
+        .ok_or_else(|| Error::input("the base64 text is damaged"))
 }
 
 /// Uncompressed values: their number of bytes, then they.
@@ -245,7 +249,7 @@ fn plain<'a>(place: Place, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>
     // Padding after the header says that the values are a base64 text of their own.
     let apart = run.ends_with(b"=");
     // Without it, the run's last characters belong to the values too.
-    let n_bytes = header_number(&decode(&run)?[..width], layout)?;
+    let n_bytes = header_number(&decode(&run, width)?[..width], layout)?;
     let (text, skip) = if apart {
         (&text[taken..], 0)
     } else {
@@ -262,15 +266,13 @@ fn plain<'a>(place: Place, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>
     })
 }
 
-/// Compressed values: number of blocks, their size, the last one's size if it is smaller, the
-/// compressed size of each; then the blocks.
+/// Compressed values: a header, then the blocks.
 fn blocks<'a>(
     place: Place,
     compression: Compression,
     stored: &'a [u8],
     layout: &Layout,
 ) -> Result<Data<'a>> {
-    let width = layout.header_bytes;
     let stored = if place == Place::Raw {
         stored
     } else {
@@ -279,47 +281,12 @@ fn blocks<'a>(
     if stored.is_empty() && place == Place::Base64 {
         return Ok(Data::Plain(&[]));
     }
-    let header = |n_bytes: usize| -> Result<(Cow<'a, [u8]>, &'a [u8])> {
-        if place == Place::Raw {
-            let (header, rest) = stored
-                .split_at_checked(n_bytes)
-                .ok_or_else(|| no_header(stored))?;
-            return Ok((Cow::Borrowed(header), rest));
-        }
-        let (run, taken) = base64_run(stored, n_bytes)?;
-        let decoded = decode(&run)?;
-        if decoded.len() < n_bytes {
-            return Err(Error::input("the header of the blocks is too short"));
-        }
-        Ok((Cow::Owned(decoded), &stored[taken..]))
-    };
-    let n_blocks = header_number(&header(width)?.0[..width], layout)?;
-    if n_blocks == 0 {
+    let Some((header, rest)) = block_header(place, stored, layout)? else {
         return Ok(Data::Plain(&[]));
-    }
-    let n_header = n_blocks.checked_add(3).and_then(|n| n.checked_mul(width));
-    let n_header = n_header.filter(|n| *n <= stored.len()).ok_or_else(|| {
-        Error::input(format!(
-            "{n_blocks} compressed blocks are announced, more than the file has"
-        ))
-    })?;
-    let (header, rest) = header(n_header)?;
-    let mut numbers = header[..n_header]
-        .chunks_exact(width)
-        .map(|n| header_number(n, layout));
-    let mut next = || {
-        numbers
-            .next()
-            .expect("the header has 3 numbers and one a block")
     };
-    let (_, block_size, last) = (next()?, next()?, next()?);
-    let sizes = (0..n_blocks).map(|_| next()).collect::<Result<Vec<_>>>()?;
-    let last = if last == 0 { block_size } else { last };
-    let n_bytes = (n_blocks - 1)
-        .checked_mul(block_size)
-        .and_then(|n| n.checked_add(last));
-    let n_bytes = n_bytes.ok_or_else(|| Error::input("the size of the blocks overflows"))?;
+    let sizes = BlockSizes::read(&header, layout)?;
     let n_compressed = sizes
+        .compressed
         .iter()
         .try_fold(0usize, |sum, size| sum.checked_add(*size));
     let n_compressed = n_compressed.filter(|n| *n <= rest.len()).ok_or_else(|| {
@@ -328,20 +295,90 @@ fn blocks<'a>(
             "the compressed blocks are longer than the {left} bytes that are left"
         ))
     })?;
-    check_ratio(compression, n_bytes, n_compressed, block_size, last)?;
+    let BlockSizes { block, last, .. } = sizes;
+    check_ratio(compression, sizes.n_bytes, n_compressed, block, last)?;
     let data = match place {
         Place::Raw => Cow::Borrowed(&rest[..n_compressed]),
-        _ => Cow::Owned(decode(
-            &base64_run(rest.trim_ascii_start(), n_compressed)?.0,
-        )?),
+        _ => {
+            let (run, _) = base64_run(rest.trim_ascii_start(), n_compressed)?;
+            Cow::Owned(decode(&run, n_compressed)?)
+        }
     };
     Ok(Data::Blocks(Blocks {
         compression,
         data,
-        sizes,
-        block_size,
-        n_bytes,
+        sizes: sizes.compressed,
+        block_size: block,
+        n_bytes: sizes.n_bytes,
     }))
+}
+
+/// The header of compressed values as bytes, and what follows it; nothing where there are no blocks.
+#[expect(clippy::type_complexity)]
+fn block_header<'a>(
+    place: Place,
+    stored: &'a [u8],
+    layout: &Layout,
+) -> Result<Option<(Cow<'a, [u8]>, &'a [u8])>> {
+    let width = layout.header_bytes;
+    let first = |n_bytes: usize| -> Result<(Cow<'a, [u8]>, &'a [u8])> {
+        if place == Place::Raw {
+            let (header, rest) = stored
+                .split_at_checked(n_bytes)
+                .ok_or_else(|| no_header(stored))?;
+            return Ok((Cow::Borrowed(header), rest));
+        }
+        let (run, taken) = base64_run(stored, n_bytes)?;
+        let mut header = decode(&run, n_bytes)?;
+        header.truncate(n_bytes);
+        Ok((Cow::Owned(header), &stored[taken..]))
+    };
+    let n_blocks = header_number(&first(width)?.0, layout)?;
+    if n_blocks == 0 {
+        return Ok(None);
+    }
+    let n_header = n_blocks.checked_add(3).and_then(|n| n.checked_mul(width));
+    let n_header = n_header.filter(|n| *n <= stored.len()).ok_or_else(|| {
+        Error::input(format!(
+            "{n_blocks} compressed blocks are announced, more than the file has"
+        ))
+    })?;
+    first(n_header).map(Some)
+}
+
+/// What the header of compressed values says: sizes in bytes.
+struct BlockSizes {
+    /// Of each block but the last, decompressed.
+    block: usize,
+    last: usize,
+    /// Of all blocks, decompressed.
+    n_bytes: usize,
+    /// Of each block, compressed.
+    compressed: Vec<usize>,
+}
+
+impl BlockSizes {
+    /// Number of blocks (at least one), size of each, size of the last if it is smaller (else zero), compressed size
+    /// of each.
+    fn read(header: &[u8], layout: &Layout) -> Result<Self> {
+        let numbers = header
+            .chunks_exact(layout.header_bytes)
+            .map(|number| header_number(number, layout))
+            .collect::<Result<Vec<_>>>()?;
+        let (block, last) = (numbers[1], numbers[2]);
+        let compressed = numbers[3..].to_vec();
+        let last = if last == 0 { block } else { last };
+        let n_bytes = (compressed.len() - 1)
+            .checked_mul(block)
+            .and_then(|n| n.checked_add(last))
+            .ok_or_else(|| Error::input("the size of the blocks overflows"))?;
+        Ok(Self {
+            block,
+            last,
+            n_bytes,
+            compressed,
+        })
+    }
 }
 
 fn header_number(bytes: &[u8], layout: &Layout) -> Result<usize> {

@@ -146,7 +146,7 @@ impl Difference {
     /// apart by their cells. `O(n log n)`; memory: about 60 bytes a node and a cell.
     ///
     /// # Errors
-    /// [`Kind::Input`](crate::error::Kind::Input) where `within` is so large that it tells nothing.
+    /// [`ErrorKind::Input`](crate::error::ErrorKind::Input) where `within` is so large that it tells nothing.
     pub fn by_position(
         a: &Mesh,
         b: &Mesh,

@@ -3,7 +3,7 @@
 use super::parse;
 use super::tables::*;
 use crate::diagnostic::motion::MotionNote;
-use crate::diagnostic::{Diagnostic, Kind};
+use crate::diagnostic::{Diagnostic, NoteKind};
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::motion::{Beam, Motion, RbfOptions, Step};
 use proptest::prelude::*;
@@ -152,7 +152,7 @@ fn a_blade_that_goes_on_far_past_its_table_is_told_of() {
     assert_eq!(notes.len(), 2);
     let is_right = matches!(
         &notes[0].kind,
-        Kind::Motion(MotionNote::NoStations {
+        NoteKind::Motion(MotionNote::NoStations {
             between: [0.5, 1.0],
             is_before: false,
             ..

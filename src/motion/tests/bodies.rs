@@ -1,7 +1,7 @@
 //! Several bodies: parents and children, and the nodes that they share.
 
 use super::{group, parse, two_squares};
-use crate::diagnostic::Kind;
+use crate::diagnostic::NoteKind;
 use crate::diagnostic::motion::MotionNote;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
@@ -111,7 +111,7 @@ fn a_shared_node_moves_with_the_body_named_first_and_a_gap_is_told() {
     assert_eq!((at(1), at(2)), (Role::Moving(0), Role::Moving(1)));
     assert_eq!(motion.surface.shared, [(1, 1)]);
     let told = motion.shared_nodes(&wing_and_flap().points, 2.0);
-    let Kind::Motion(MotionNote::SharedNodes {
+    let NoteKind::Motion(MotionNote::SharedNodes {
         nodes,
         bodies,
         distance,

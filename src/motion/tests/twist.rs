@@ -2,7 +2,7 @@
 
 use super::{one_body, two_cubes, two_squares};
 use crate::diagnostic::motion::MotionNote;
-use crate::diagnostic::{Diagnostic, Kind};
+use crate::diagnostic::{Diagnostic, NoteKind};
 use crate::geometry::vector::{Vector, add, distance, norm, scale, sub};
 use crate::geometry::{Bounds, Transform};
 use crate::motion::{Interpolate, Motion, RbfOptions, Step};
@@ -140,7 +140,7 @@ fn a_rotation_past_three_hundred_degrees_in_one_go_is_warned_of() {
         ))
     };
     let far = |told: &[Diagnostic]| match &told[0].kind {
-        Kind::Motion(MotionNote::TurnsFar {
+        NoteKind::Motion(MotionNote::TurnsFar {
             angle_deg,
             substeps,
             step: 2,

@@ -1,6 +1,6 @@
 //! Meshes that are numbered differently.
 
-use crate::error::Kind;
+use crate::error::ErrorKind;
 use crate::mesh::difference::{Difference, Tolerance};
 use crate::mesh::{CellKind, Cells, DataArray, Group, Mesh, Values};
 
@@ -318,7 +318,7 @@ fn a_tolerance_that_tells_no_nodes_apart_is_refused() {
     b.points.iter_mut().for_each(|point| point[0] += 1e-3);
     let error = Difference::by_position(&a, &b, Tolerance::default(), Some(100.0));
     let error = error.expect_err("everything is near everything");
-    assert_eq!(error.kind, Kind::Input);
+    assert_eq!(error.kind, ErrorKind::Input);
     assert!(error.message.contains("--match-tolerance"), "{error}");
 }
 
