@@ -22,6 +22,8 @@ KNOWN = IGNORED | {
 TYPES = {
     "object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": (int, float), "null": type(None),
 }  # fmt: skip
+# Null in every file at hand: a CGNS file would need a boundary condition on cells.
+ALWAYS_NULL = {("info", ".zones[].condition"), ("info", ".other_groups[].condition")}
 
 
 def types(schema):
@@ -207,7 +209,8 @@ leaves one more in its folder, `run.json`.
   steps count from 0.
 - JSON has no infinity and no NaN: such a value is `null`.
 - "Sentences" are for people and may change in any version.
-- If a command fails (exit code 2 or 3), it prints no JSON. With exit code 1, a failed check, it does.
+- If a command fails (exit code 2 or 3), it prints no JSON. After a failed check (exit code 1) it does, unless `deform` stopped before
+  its end: the tolerance was missed, or `on_inverted = "stop"`. `run.json` has the reason then.
 
 Each table below is made from a JSON Schema (draft 2020-12) in [schema/](schema/), by `scripts/verify/schema.py --update`. The same
 script, a part of `scripts/test`, runs the commands and holds what they print against the schemas, both ways.
@@ -220,7 +223,7 @@ def shown(schema):
     """The type of a value, in words."""
     if "const" in schema:
         return str(schema["const"])
-    allowed = [name for name in types(schema) if name != "null"] or ["null"]
+    allowed = [name for name in types(schema) if name != "null"]
     words = {"object": "object", "array": "list", "string": "text", "boolean": "true, false"}
     name = words.get(allowed[0], allowed[0])
     if "items" in schema and types(schema["items"]):
@@ -266,7 +269,7 @@ def main(update=False):
                 walks[name].check(value)
             except AssertionError as error:
                 raise AssertionError(f"{schemas[name]['title']}: {error}") from None
-    wanted = {(name, path) for name, schema in schemas.items() for path, inside, _ in keys(schema) if types(inside) != ["null"]}
+    wanted = {(name, path) for name, schema in schemas.items() for path, _, _ in keys(schema)} - ALWAYS_NULL
     met = {(name, path) for name, walk in walks.items() for path in walk.met}
     assert wanted <= met, f"no run prints {sorted(' '.join(key) for key in wanted - met)}"
     text = page(schemas)
