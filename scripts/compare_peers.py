@@ -49,7 +49,7 @@ support_radius = 5.625
 
 
 def schedule(folder, steps, exact, tolerance):
-    """The file of a schedule. `exact` has the correction and the quality of cells, as azimesh comes."""
+    """The file of a schedule. `exact` has the correction and the quality of cells, as by default."""
     path = folder / f"steps_{steps}{'_exact' if exact else ''}.toml"
     plain = "" if exact else 'correction = false\n\n[output]\nquality = "none"\n'
     path.write_text(f"[azimuth]\n{STEPS[steps]}\n{MOTION}\n[selection]\ntolerance = {tolerance}\n{plain}")
