@@ -186,7 +186,8 @@ pub trait Format: Sync {
     }
 }
 
-/// What readers and writers have to say, each thing once.
+/// What readers and writers have to say, each thing once: an iterator of [`Diagnostic`]s. See
+/// [`Mesh::read_with`] and [`Mesh::write`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
     list: Vec<Diagnostic>,
@@ -261,7 +262,7 @@ impl IntoIterator for Notes {
     }
 }
 
-/// A mesh as it was read.
+/// A mesh as it was read. See [`Mesh::read_with`].
 pub struct Loaded {
     /// The mesh.
     pub mesh: Mesh,
