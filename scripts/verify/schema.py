@@ -212,7 +212,7 @@ leaves one more in its folder, `run.json`.
 - If a command fails (exit code 2 or 3), it prints no JSON. After a failed check (exit code 1) it does, unless `deform` stopped before
   its end: the tolerance was missed, or `on_inverted = "stop"`. `run.json` has the reason then.
 
-Each table below is made from a JSON Schema (draft 2020-12) in [schema/](schema/), by `scripts/verify/schema.py --update`. The same
+Each table below is made from a JSON Schema (draft 2020-12) in `docs/schema/`, by `scripts/verify/schema.py --update`. The same
 script, a part of `scripts/test`, runs the commands and holds what they print against the schemas, both ways.
 
 In the tables `a[].b` is the key `b` of each item of the list `a`, and `*` stands for a key that is a name.
