@@ -309,8 +309,8 @@ SJ is at least {result["before"]["min_scaled_jacobian"]:.3f} in the reference me
 
 {table(["", "tolerance", "base points", "selection, one revolution, s", "deformation, 360 steps, s"], PAPER_TABLE_4)}
 
-So at 7.5e-5 m the paper's Algorithm 1 takes fewer points than Algorithm 1 does here. Its Algorithm 2 at its own tolerance is the figure that the full-size run
-below is closest to in base points.
+So at 7.5e-5 m the paper's Algorithm 1 takes fewer points than Algorithm 1 does here. At that tolerance the run at full size below takes about as many
+points as the paper's Algorithm 2 at its own tolerance.
 
 ![base points and error against azimuth](pictures/paper_m427.png)
 
@@ -347,8 +347,8 @@ and `c` = {points["c"]:.2f} s fitted to these runs.
 
 ![cost against base points](pictures/paper_cost.png)
 
-The paper evaluates its base points anew at each step. Here that is done once for the whole sequence, and after it a step costs
-the same whatever their number (last column, beside its writing).
+The paper evaluates its base points again at each step. Here this is done once for the whole sequence; after that the cost of a step does
+not depend on their number (last column, without writing).
 """
 
 
