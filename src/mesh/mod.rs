@@ -94,7 +94,7 @@ impl Mesh {
             .filter(move |run| run.kind.dimension() == dimension)
     }
 
-    /// The same, cut to the cells of `range`.
+    /// Runs of the cells with the mesh's own dimension, cut to the cells of `range`.
     pub fn volume_runs_in(
         &self,
         range: std::ops::Range<usize>,
@@ -243,7 +243,7 @@ fn is_flat(points: &[[f64; 3]]) -> bool {
     size(2) <= FLAT * diagonal
 }
 
-/// What a file says of the dimension, or the largest of the cells.
+/// The dimension given by a file, or the largest of the cells.
 fn volume_dimension(cells: &Cells, space: Option<u8>) -> u8 {
     space.unwrap_or(0).max(cells.dimension())
 }
