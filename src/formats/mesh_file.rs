@@ -29,8 +29,8 @@ impl Mesh {
         Ok(Self::read_with(path, &ReadOptions::default())?.mesh)
     }
 
-    /// Reads a mesh as [`Mesh::read`] does, with options; gives its format and notes on what the mesh does not hold
-    /// of the file too.
+    /// Reads as [`Mesh::read`] does, with options. Gives the mesh, notes on what it does not hold of the file, and the
+    /// file's format.
     ///
     /// ```
     /// use azimesh::{Mesh, ReadOptions};
@@ -77,10 +77,16 @@ impl MeshView<'_> {
     /// # Errors
     /// Those of [`Mesh::write`].
     pub fn write(&self, path: impl AsRef<Path>) -> Result<Notes> {
+        self.write_with(path, &WriteOptions::default())
+    }
+
+    /// Writes as [`Mesh::write`] does, with options. Those that the format has no use for change nothing.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::write`].
+    pub fn write_with(&self, path: impl AsRef<Path>, options: &WriteOptions) -> Result<Notes> {
         let path = path.as_ref();
-        let format = by_extension(path)?;
-        let options = WriteOptions::default();
-        save(self, path, format, &options, Commit::REPLACE)
+        save(self, path, by_extension(path)?, options, Commit::REPLACE)
     }
 }
 

@@ -203,7 +203,8 @@ pub trait Format: Sync {
     }
 }
 
-/// Notes of readers and writers, without duplicates.
+/// Notes of readers and writers, without duplicates: an iterator of [`Diagnostic`]s. See
+/// [`Mesh::read_with`] and [`Mesh::write`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
     list: Vec<Diagnostic>,
@@ -278,7 +279,7 @@ impl IntoIterator for Notes {
     }
 }
 
-/// A mesh that was read, with its format and notes.
+/// A mesh that was read, with its format and notes. See [`Mesh::read_with`].
 pub struct Loaded {
     /// The mesh.
     pub mesh: Mesh,

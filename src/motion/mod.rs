@@ -51,9 +51,9 @@ pub use resolved::{Motion, MovingBody};
 pub use rotor::{Frame, Rotor, RotorAxes, Signs};
 pub use schedule::Schedule;
 pub use steps::{MAX_STEPS, Step, Steps};
-pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes};
+pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
 pub use table::Table;
-pub use tags::{PeriodicTags, TagRole};
+pub use tags::PeriodicTags;
 pub use velocity::BodyVelocity;
 pub use zones::DeformingZone;
 

@@ -15,6 +15,7 @@ mod cells;
 pub mod criterion;
 mod detail;
 pub mod faces;
+mod facing;
 mod figures;
 mod fold;
 mod judge;
@@ -24,6 +25,7 @@ mod plane;
 mod reference;
 pub mod size_skew;
 mod solid;
+mod span;
 mod statistics;
 mod summary;
 #[cfg(test)]

@@ -45,7 +45,7 @@ impl<'a> Intervals<'a> {
         Self {
             deformation,
             names,
-            ranges: deformation.plan().intervals(),
+            ranges: deformation.plan().selection_intervals(),
             loaded,
             base_files,
             selections: Vec::new(),
