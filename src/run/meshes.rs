@@ -2,7 +2,7 @@
 
 use super::names::Names;
 use crate::error::Result;
-use crate::formats::{Begin, Format, Notes, OutputSet, SequenceFile, Waiting, WriteOptions};
+use crate::formats::{Begin, Format, Notes, OutputSet, SequenceFile, Staged, WriteOptions};
 use crate::mesh::MeshView;
 use crate::motion::Step;
 use std::path::Path;
@@ -43,7 +43,7 @@ impl<'a> Meshes<'a> {
             names,
             format,
             options,
-            is_retracing: sequence.as_ref().is_some_and(|file| file.is_retracing()),
+            is_retracing: sequence.as_ref().is_some_and(|file| file.is_resuming()),
             sequence: sequence.map(|file| Arc::new(Mutex::new(file))),
             ends: Vec::new(),
             notes: Notes::default(),
@@ -52,17 +52,17 @@ impl<'a> Meshes<'a> {
 
     /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
     /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
-    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Waiting)> {
+    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
         let path = self.names.path(&self.names.mesh(step.index));
         if let Some(sequence) = &self.sequence {
             let mut file = lock(sequence);
             let appended = file.append(step.time(), mesh);
             let hash = appended.map_err(|error| error.file(&path))?;
             self.ends.push(file.n_bytes());
-            self.is_retracing = file.is_retracing();
+            self.is_retracing = file.is_resuming();
             let sequence = Arc::clone(sequence);
             let commit = move || lock(&sequence).commit().map_err(|error| error.file(&path));
-            return Ok((hash, Waiting::new(move || commit().map(|()| None))));
+            return Ok((hash, Staged::new(move || commit().map(|()| None))));
         }
         let mut out = OutputSet::new(&path, self.names.commit).hashed();
         let notes = self.format.write(mesh, &mut out, &self.options)?;

@@ -166,8 +166,8 @@ impl Run<'_> {
         }
         loop {
             let begin = match self.request.resume {
-                true => Begin::Retrace,
-                false => Begin::Anew,
+                true => Begin::Resume,
+                false => Begin::Create,
             };
             let mut writer = Writer::start(
                 self.names,
