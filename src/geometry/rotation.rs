@@ -46,9 +46,10 @@ pub fn rotation_vector(rotation: &Matrix) -> Vector {
 pub fn rotation_vector_near(rotation: &Matrix, previous: Vector) -> Vector {
     let q = Quaternion::of_matrix(rotation);
     let [a, b] = [q, q.negative()].map(|q| q.rotation_vector_near(previous));
-    match norm(sub(a, previous)) <= norm(sub(b, previous)) {
-        true => a,
-        false => b,
+    if norm(sub(a, previous)) <= norm(sub(b, previous)) {
+        a
+    } else {
+        b
     }
 }
 

@@ -49,8 +49,8 @@ impl Motion {
             .collect()
     }
 
-    /// How fast the points of every body move at a step. Tables give the slope after a row where they
-    /// are linear; a ramp that over the steps beside this one.
+    /// How fast the points of every body move at a step. Linear tables give the slope after
+    /// a row; a ramp gives that between the steps next to this one.
     pub fn velocities(&self, step: &Step) -> Vec<BodyVelocity<'_>> {
         let at = At {
             rates: true,

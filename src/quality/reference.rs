@@ -20,7 +20,7 @@ pub struct Reference {
     n_inverted: usize,
 }
 
-/// Set beside the sign of a cell that is not valid in the reference.
+/// Set in addition to the sign of a cell that is not valid in the reference.
 const INVALID: i8 = 2;
 
 impl Reference {

@@ -274,11 +274,12 @@ impl OptionsRecord {
 }
 
 impl RepairRecord {
-    /// The same as a note; `azimuth_deg` is that of the step.
-    pub fn note(&self, azimuth_deg: f64) -> DeformNote {
+    /// The note of this repair; azimuth in degrees and time in seconds are those of the step.
+    pub fn note(&self, azimuth_deg: Option<f64>, time_s: Option<f64>) -> DeformNote {
         DeformNote::Substeps {
             step: self.step,
             azimuth_deg,
+            time_s,
             before: self.inverted_before,
             substeps: self.substeps,
             after: self.inverted,

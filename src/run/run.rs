@@ -276,8 +276,8 @@ impl Run<'_> {
         let repairs = self.earlier.repairs.iter();
         let written = repairs.filter(|(step, _)| self.rows.contains_key(step));
         let notes = written.map(|(step, repair)| {
-            let azimuth_deg = self.plan.motion.steps[*step].azimuth_deg;
-            Diagnostic::from(repair.note(azimuth_deg))
+            let step = &self.plan.motion.steps[*step];
+            Diagnostic::from(repair.note(step.azimuth_deg(), step.time_s()))
         });
         finished.warnings.extend(notes);
     }

@@ -163,6 +163,21 @@ fn a_rotation_past_three_hundred_degrees_in_one_go_is_warned_of() {
     assert_eq!(far(&more), (1000.0, 3, 6));
 }
 
+#[test]
+fn a_step_without_an_azimuth_is_named_by_its_time() {
+    let body = "rigid.rotate = { axis = [0, 0, 1], angle = 340 }";
+    let motion = cubes("[time]\nvalues = [0.25]", body);
+    let twist = RbfOptions {
+        interpolate: Interpolate::Twist,
+        ..RbfOptions::default()
+    };
+    let [warning] = &motion.warnings(&twist)[..] else {
+        panic!("it turns too far");
+    };
+    let told = warning.to_string();
+    assert!(told.contains("at step 0 (0.25 s); past"), "{told}");
+}
+
 fn motions() -> impl Strategy<Value = (Motion, Step)> {
     let angle = || -300.0..300.0f64;
     let vector = || prop::array::uniform3(-1.0..1.0f64);

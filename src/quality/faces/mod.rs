@@ -91,7 +91,7 @@ pub fn assess(
     whole.finish(adjacency)
 }
 
-/// What the faces of a chunk add up to.
+/// Sums and extremes over the faces of a chunk.
 #[derive(Default)]
 struct FaceTotals {
     cosine_sum: f64,
