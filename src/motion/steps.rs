@@ -3,8 +3,8 @@
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
 use super::rotor::Rotor;
-use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::{MotionNote, shown};
+use crate::diagnostic::{Diagnostic, named_step};
 use crate::error::{Error, Result};
 use std::f64::consts::TAU;
 use std::fmt;
@@ -64,14 +64,7 @@ impl Step {
 /// As in `step 3 (azimuth 30 degrees)`.
 impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.azimuth_deg(), self.time_s) {
-            (None, Some(time)) => write!(f, "step {} ({time} s)", self.index),
-            _ => write!(
-                f,
-                "step {} (azimuth {} degrees)",
-                self.index, self.azimuth_deg
-            ),
-        }
+        f.write_str(&named_step(self.index, self.azimuth_deg(), self.time_s))
     }
 }
 

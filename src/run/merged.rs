@@ -241,7 +241,9 @@ fn write_options(parts: &[Written]) -> WriteOptions {
 /// What the rows and the records of the parts tell.
 pub(super) fn finished(names: &Names, parts: &[Written], rows: &Rows) -> Result<Finished> {
     let mut finished = Finished::default();
-    finished.take_rows(names, rows, &BTreeMap::new(), &[])?;
+    let has_azimuth = |row: &Row| row.azimuth_deg != 0.0 || row.time_s.is_none();
+    let has_azimuth = rows.values().any(has_azimuth);
+    finished.take_rows(names, rows, &BTreeMap::new(), &[], has_azimuth)?;
     let ends = || parts.iter().filter_map(|part| part.record.end.as_ref());
     finished.warnings = recorded(union(ends().map(|end| &end.warnings)));
     finished.failures = recorded(union(ends().map(|end| &end.failures)));

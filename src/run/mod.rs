@@ -6,8 +6,6 @@
 pub mod base;
 mod compatibility;
 mod finished;
-#[cfg(test)]
-mod folder_format;
 mod intervals;
 mod lock;
 mod merge;
@@ -28,3 +26,6 @@ mod writer;
 pub use finished::Finished;
 pub use merge::finish;
 pub use run::{Request, run};
+
+#[cfg(test)]
+mod tests;

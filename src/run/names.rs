@@ -197,9 +197,22 @@ pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf
 
 /// Bytes of the files of an earlier run.
 pub fn bytes_of_existing(names: &Names) -> u64 {
-    let files = existing_outputs(names).into_iter();
-    let sizes = files.filter_map(|path| Some(std::fs::metadata(path).ok()?.len()));
-    sizes.sum()
+    existing_outputs(names)
+        .iter()
+        .map(|path| bytes_of(path))
+        .sum()
+}
+
+/// Bytes of a file, or of all files in a folder; 0 for what cannot be read.
+pub(super) fn bytes_of(path: &Path) -> u64 {
+    let Ok(found) = std::fs::symlink_metadata(path) else {
+        return 0;
+    };
+    if !found.is_dir() {
+        return found.len();
+    }
+    let inside = std::fs::read_dir(path).into_iter().flatten().flatten();
+    inside.map(|entry| bytes_of(&entry.path())).sum()
 }
 
 /// Refuses a folder that holds files of an earlier run.
@@ -266,6 +279,23 @@ mod tests {
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
         assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
         assert_eq!(name("-", 1), "mesh_0007.vtu");
+    }
+
+    #[test]
+    fn bytes_of_a_folder_are_those_of_its_files() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let inside = folder.path().join("wing.toy/constant");
+        std::fs::create_dir_all(&inside).expect("it can be made");
+        for (path, n) in [("wing.toy/points", 7), ("wing.toy/constant/faces", 30)] {
+            std::fs::write(folder.path().join(path), vec![0; n]).expect("it can be written");
+        }
+        std::fs::write(folder.path().join("steps.csv"), "12345").expect("it can be written");
+        std::fs::write(folder.path().join("another"), "12345").expect("it can be written");
+        let names = Names {
+            folder: folder.path().to_owned(),
+            ..names(None, "toy")
+        };
+        assert_eq!(bytes_of_existing(&names), 42);
     }
 
     fn names(steps: Option<Range<usize>>, format: &str) -> Names {

@@ -10,7 +10,7 @@ use crate::formats::{Commit, Precision, check_file, check_no_device, hash_of_fol
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
 use crate::record::{
-    EndRecord, InputRecord, LayerRecord, OptionsRecord, RunRecord, SelectionRecord,
+    EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, RunRecord, SelectionRecord,
 };
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -62,6 +62,7 @@ impl RecordFile {
             program: concat!("azimesh ", env!("CARGO_PKG_VERSION")).to_owned(),
             outcome: "running".to_owned(),
             inputs,
+            functions: functions(plan),
             options: options(plan, request),
             chosen: sentences(&plan.choices),
             dimension: Some(plan.mesh.dimension().into()),
@@ -135,6 +136,16 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
         precision: Some(precision.to_owned()),
         tag_array: request.tag_array.clone(),
     }
+}
+
+fn functions(plan: &Plan) -> Vec<FunctionRecord> {
+    let functions = plan.schedule.functions().into_iter();
+    functions
+        .map(|(body, name)| FunctionRecord {
+            body: body.to_owned(),
+            name: name.map(str::to_owned),
+        })
+        .collect()
 }
 
 /// An input and its hash; what came from a pipe is gone and has none.

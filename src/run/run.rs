@@ -307,7 +307,14 @@ impl Run<'_> {
             ..Finished::default()
         };
         self.tell_repairs(&mut finished);
-        finished.take_rows(self.names, &self.rows, &self.first_inverted, &self.fail_on)?;
+        let has_azimuth = self.plan.motion.steps[0].has_azimuth;
+        finished.take_rows(
+            self.names,
+            &self.rows,
+            &self.first_inverted,
+            &self.fail_on,
+            has_azimuth,
+        )?;
         self.note_misses(&mut finished);
         let warnings = self.earlier.selection_warnings();
         for warning in intervals.warnings.into_iter().chain(warnings) {

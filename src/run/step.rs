@@ -25,8 +25,12 @@ pub(super) fn compute(
     points: &mut [Vector],
 ) -> Result<Computed> {
     let interval = intervals.enter(step)?;
-    let clock = Clock::start();
     let deformation = intervals.deformation;
+    if deformation.plan().schedule.output.quality != QualityOutput::None {
+        // Made once, in no step's time.
+        deformation.measures();
+    }
+    let clock = Clock::start();
     let round = rounding(deformation.plan())?;
     Ok(Computed {
         found: deformation.evaluate(&interval, step, &round, points)?,

@@ -199,7 +199,8 @@ impl Run<'_> {
         };
         self.first_inverted.insert(step.index, first);
         if self.plan.schedule.output.on_inverted == OnInverted::Stop {
-            let note = inverted(&row(step, &computed.found), Some(first));
+            let row = row(step, &computed.found);
+            let note = inverted(&row, step.has_azimuth, Some(first));
             return Err(Error::check(note.to_string()));
         }
         Ok(computed)
@@ -214,11 +215,7 @@ fn is_of_the_step(error: &Error) -> bool {
 /// Says at which step a computation failed.
 fn at_step(step: &Step, mut error: Error) -> Error {
     if is_of_the_step(&error) {
-        let (index, azimuth) = (step.index, step.azimuth_deg);
-        error.message = format!(
-            "step {index} (azimuth {azimuth} degrees): {}",
-            error.message
-        );
+        error.message = format!("{step}: {}", error.message);
     }
     error
 }
