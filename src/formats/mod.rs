@@ -6,6 +6,7 @@
 pub mod cgns;
 mod emerging;
 pub mod gmsh;
+mod hash;
 mod hdf5;
 mod hidden;
 pub mod legacy;
@@ -34,13 +35,14 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
+pub use hash::{hash_of, hash_of_range};
 pub use hidden::{
     Commit, clear_left, end_hidden, end_hidden_soon, folder_of, is_same, list_hidden, sync_folder,
     unlist_hidden,
 };
 pub use location::Location;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use output_set::{Output, OutputSet, hash_of_folder};
+pub use output_set::{Output, OutputSet};
 pub use save::{Waiting, save, save_text, stage, stage_bytes, stage_sequence};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};

@@ -35,8 +35,8 @@ pub trait SequenceFile: Send {
     /// whether there was something.
     fn end(&mut self) -> Result<bool>;
 
-    /// Whether all that was appended so far was in the file before ([`Begin::Retrace`]).
-    fn is_retracing(&self) -> bool;
+    /// Whether all that was appended so far was in the file before ([`Begin::Resume`]).
+    fn is_resuming(&self) -> bool;
 }
 
 /// What each mesh of a sequence has of its own.
@@ -75,10 +75,10 @@ pub struct StepBytes {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
     /// It is replaced when the first mesh is whole.
-    Anew,
+    Create,
     /// Meshes that it holds already are compared with it, not written; from the first byte that is
     /// another it is written over. It holds the meshes before that at every moment.
-    Retrace,
+    Resume,
     /// It is there, empty, and is filled as it is: who made it gives it its name when all is done.
     Fill,
 }

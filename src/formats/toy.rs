@@ -69,7 +69,7 @@ impl Format for Toy {
         Some(|path, _, begin, sync| {
             Ok(Box::new(Sequence {
                 folder: path.to_path_buf(),
-                is_retracing: begin == Begin::Retrace,
+                is_resuming: begin == Begin::Resume,
                 commit: Commit {
                     replace: true,
                     sync,
@@ -129,7 +129,7 @@ fn times(folder: &Path) -> Result<Vec<(f64, String)>> {
 struct Sequence {
     folder: PathBuf,
     commit: Commit,
-    is_retracing: bool,
+    is_resuming: bool,
     /// Names of the steps.
     names: Vec<String>,
     n_bytes: u64,
@@ -140,7 +140,7 @@ struct Sequence {
 
 impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
-        if self.names.is_empty() && !self.is_retracing {
+        if self.names.is_empty() && !self.is_resuming {
             fs::create_dir_all(&self.folder).map_err(|error| Error::io(&self.folder, &error))?;
             for (name, text) in [("points", points_of(mesh)), ("cells", cells_of(mesh)?)] {
                 let path = self.folder.join(name);
@@ -150,8 +150,8 @@ impl SequenceFile for Sequence {
         }
         let (name, text) = (time.to_string(), points_of(mesh));
         let path = self.folder.join(&name).join("points");
-        self.is_retracing &= fs::read_to_string(&path).is_ok_and(|found| found == text);
-        if !self.is_retracing {
+        self.is_resuming &= fs::read_to_string(&path).is_ok_and(|found| found == text);
+        if !self.is_resuming {
             let folder = self.folder.join(&name);
             fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, &error))?;
             self.staged
@@ -179,8 +179,8 @@ impl SequenceFile for Sequence {
         }
         Ok(!later.is_empty())
     }
-    fn is_retracing(&self) -> bool {
-        self.is_retracing
+    fn is_resuming(&self) -> bool {
+        self.is_resuming
     }
 }
 
@@ -237,11 +237,11 @@ fn a_sequence_has_a_folder_a_step() {
             file.push(time, &mesh.view().with_points(&points))
                 .expect("a step");
         }
-        (file.is_retracing(), file.end().expect("it ends"))
+        (file.is_resuming(), file.end().expect("it ends"))
     };
-    assert_eq!(write(Begin::Anew, 3), (false, false));
-    assert_eq!(write(Begin::Retrace, 2), (true, true));
-    assert_eq!(write(Begin::Retrace, 4), (false, false));
+    assert_eq!(write(Begin::Create, 3), (false, false));
+    assert_eq!(write(Begin::Resume, 2), (true, true));
+    assert_eq!(write(Begin::Resume, 4), (false, false));
     let location = Location::open(&path).expect("it is there");
     assert_eq!(Toy.steps(&location).expect("times"), [0.0, 0.5, 1.0, 1.5]);
     let options = ReadOptions {

@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 
 /// The steps that a run writes: all, or one part of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
+pub struct RunSteps {
     steps: Range<usize>,
     whole: bool,
 }
 
-impl Part {
+impl RunSteps {
     /// The part of a sequence of `n_steps` that was asked for; all of it when none was.
     pub fn new(steps: Option<Range<usize>>, n_steps: usize) -> Result<Self> {
         let whole = steps.is_none();
@@ -44,7 +44,7 @@ pub struct Names {
     /// Whether what holds a mesh is a folder.
     of_folders: bool,
     digits: usize,
-    part: Part,
+    part: RunSteps,
     /// How files take these names.
     pub commit: Commit,
 }
@@ -56,7 +56,7 @@ impl Names {
         mesh: &Path,
         format: &dyn Format,
         n_steps: usize,
-        part: Part,
+        part: RunSteps,
     ) -> Self {
         // "wing.b8.ugrid.gz" gives wing_0000.
         let name = mesh.file_name().filter(|name| *name != "-");
@@ -97,8 +97,8 @@ impl Names {
         self.in_one
     }
 
-    /// The same sequence, another part of it.
-    pub fn part(&self, part: Part) -> Self {
+    /// Names of another part of this sequence.
+    pub fn part(&self, part: RunSteps) -> Self {
         Self {
             part,
             ..self.clone()
@@ -273,7 +273,7 @@ mod tests {
     fn a_mesh_is_named_without_its_endings() {
         let vtu = crate::formats::by_name("vtu").expect("it is known");
         let name = |mesh: &str, n| {
-            let part = Part::new(None, n).expect("all of it");
+            let part = RunSteps::new(None, n).expect("all of it");
             Names::new(Path::new("d"), Path::new(mesh), vtu, n, part).mesh(7)
         };
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
@@ -300,7 +300,7 @@ mod tests {
 
     fn names(steps: Option<Range<usize>>, format: &str) -> Names {
         let format = crate::formats::by_name(format).expect("it is known");
-        let part = Part::new(steps, 10).expect("there are ten steps");
+        let part = RunSteps::new(steps, 10).expect("there are ten steps");
         Names::new(Path::new("d"), Path::new("wing.su2"), format, 10, part)
     }
 

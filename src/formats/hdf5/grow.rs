@@ -5,7 +5,7 @@
 //! page, by ones that point to the new headers. Whoever opens the file before that sees the steps
 //! before; so does whoever opens it after the program was killed at any moment.
 //!
-//! A file that an earlier run began is retraced: the bytes that the same steps give are compared with
+//! A file that an earlier run began is resumed: the bytes that the same steps give are compared with
 //! those that are there, so that all that is to be known of them (addresses, hashes) is known again.
 //! From the first byte that is another, or from its end on, the file is written.
 
@@ -91,7 +91,7 @@ pub(in crate::formats) struct Growing<F: Grows = Emerging> {
     out: Counted<Buffered<F>>,
     hasher: blake3::Hasher,
     /// Whether bytes are compared with those of an earlier run.
-    is_retracing: bool,
+    is_resuming: bool,
     /// The superblock of the last step that was committed, and where that ends.
     finished: Option<(Vec<u8>, u64)>,
     /// Those of the step that is finished and not committed.
@@ -140,11 +140,11 @@ impl Stored {
 
 impl Growing {
     /// A new file, which takes its name with the first [`Growing::commit`]; or one that is there and is
-    /// retraced or filled. With `sync` each step is on the disk when it is committed.
+    /// resumed or filled. With `sync` each step is on the disk when it is committed.
     pub fn create(path: &Path, begin: Begin, sync: bool) -> Result<Self> {
         match begin {
-            Begin::Retrace if path.is_file() => Ok(Self::retrace(Emerging::reopen(path, sync)?)),
-            Begin::Retrace | Begin::Anew => Self::start(Emerging::create(path, sync)?),
+            Begin::Resume if path.is_file() => Ok(Self::resume(Emerging::reopen(path, sync)?)),
+            Begin::Resume | Begin::Create => Self::start(Emerging::create(path, sync)?),
             Begin::Fill => Self::start(Emerging::reopen(path, sync)?),
         }
     }
@@ -159,9 +159,9 @@ impl<F: Grows> Growing<F> {
     }
 
     /// Starts in a file with something in it, behind the superblock.
-    pub fn retrace(file: F) -> Self {
+    pub fn resume(file: F) -> Self {
         let mut growing = Self::at(SUPERBLOCK as u64, file);
-        growing.is_retracing = true;
+        growing.is_resuming = true;
         growing
     }
 
@@ -175,7 +175,7 @@ impl<F: Grows> Growing<F> {
                 at,
             },
             hasher: blake3::Hasher::new(),
-            is_retracing: false,
+            is_resuming: false,
             finished: None,
             pending: None,
         }
@@ -187,8 +187,8 @@ impl<F: Grows> Growing<F> {
     }
 
     /// Whether all bytes so far were there already.
-    pub fn is_retracing(&self) -> bool {
-        self.is_retracing
+    pub fn is_resuming(&self) -> bool {
+        self.is_resuming
     }
 
     /// Appends values, for a dataset of this step or of later ones ([`Data::Stored`],
@@ -257,7 +257,7 @@ impl<F: Grows> Growing<F> {
             return Ok(());
         };
         let file = &mut self.out.out.file;
-        let goes_on = self.is_retracing && !file.ends_at(at).map_err(failed)?;
+        let goes_on = self.is_resuming && !file.ends_at(at).map_err(failed)?;
         if !goes_on {
             file.sync().map_err(failed)?;
             file.seek(SeekFrom::Start(0)).map_err(failed)?;
@@ -273,7 +273,7 @@ impl<F: Grows> Growing<F> {
     /// Where a file was gone over to its last step: leaves out what another program has left after
     /// that, and mends the superblock. Tells whether there was something to mend.
     pub fn end(&mut self) -> Result<bool> {
-        let Some((superblock, end)) = self.finished.as_ref().filter(|_| self.is_retracing) else {
+        let Some((superblock, end)) = self.finished.as_ref().filter(|_| self.is_resuming) else {
             return Ok(false);
         };
         let file = &mut self.out.out.file;
@@ -336,7 +336,7 @@ impl<F: Grows> Growing<F> {
 
     fn append(&mut self, bytes: &[u8]) -> Result<()> {
         self.hasher.update(bytes);
-        let known = match self.is_retracing {
+        let known = match self.is_resuming {
             true => self.matching(bytes).map_err(failed)?,
             false => 0,
         };
@@ -349,7 +349,7 @@ impl<F: Grows> Growing<F> {
         let n = file.matching(self.out.at, bytes)?;
         self.out.at += n as u64;
         if n < bytes.len() {
-            self.is_retracing = false;
+            self.is_resuming = false;
             let superblock = self
                 .finished
                 .as_ref()
@@ -364,7 +364,7 @@ impl<F: Grows> Drop for Growing<F> {
     /// A step that failed leaves nothing: on a full disk there is room again for a few words on it.
     fn drop(&mut self) {
         if let Some((superblock, end)) = &self.finished
-            && !self.is_retracing
+            && !self.is_resuming
             && self.out.at > *end
         {
             // What went wrong is told already; without this the step is no part of the file either.

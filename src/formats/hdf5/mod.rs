@@ -18,7 +18,7 @@
 //! that hands over bytes. A file that grows step by step and is whole after each:
 //!
 //! ```text
-//! let mut file = Growing::create(path, Begin::Anew, true)?;             // hidden until the first step is whole
+//! let mut file = Growing::create(path, Begin::Create, true)?;             // hidden until the first step is whole
 //! let x = file.store(|sink| sink(bytemuck::cast_slice(&x)))?;           // keep `x` for later steps
 //! let mut tree = ...;                                                   // all that is in the file now
 //! tree.dataset(group, "CoordinateX", Element::F64, &[n], Data::Stored(x));

@@ -99,8 +99,8 @@ impl SequenceFile for Sequence {
         self.file.end()
     }
 
-    fn is_retracing(&self) -> bool {
-        self.file.is_retracing()
+    fn is_resuming(&self) -> bool {
+        self.file.is_resuming()
     }
 }
 

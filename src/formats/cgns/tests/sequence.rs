@@ -19,7 +19,8 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("moving.cgns");
     let create = Cgns.sequence().expect("CGNS has sequences");
-    let mut file = create(&path, &WriteOptions::default(), Begin::Anew, false).expect("it starts");
+    let mut file =
+        create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
     assert!(!path.exists(), "no file before the first step is whole");
     let mut mesh = rich_mesh();
     for step in 0..4 {
@@ -67,7 +68,8 @@ fn round_off_does_not_lift_a_plane_sequence_out_of_its_plane() {
     let folder = tempfile::tempdir().expect("a folder");
     let create = Cgns.sequence().expect("CGNS has sequences");
     let path = folder.path().join("m.cgns");
-    let mut file = create(&path, &WriteOptions::default(), Begin::Anew, false).expect("it starts");
+    let mut file =
+        create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
     let triangle = |z: f64| {
         let mut mesh = Mesh {
             points: vec![[0.0, 0.0, z], [3.0, 0.0, 0.0], [0.0, 2.0, -z]],
@@ -93,7 +95,8 @@ fn a_sequence_refuses_polyhedra_of_the_same_nodes_with_other_faces() {
     let folder = tempfile::tempdir().expect("a folder");
     let create = Cgns.sequence().expect("CGNS has sequences");
     let path = folder.path().join("m.cgns");
-    let mut file = create(&path, &WriteOptions::default(), Begin::Anew, false).expect("it starts");
+    let mut file =
+        create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
     let pyramid = |apex: u32, [a, b, c, d]: [u32; 4]| {
         let mut mesh = Mesh {
             points: vec![[0.0, 0.0, 1.0]; 5],
@@ -128,7 +131,8 @@ fn arrays_that_are_left_out_are_named_in_a_file_and_in_a_sequence() {
     ];
     let create = Cgns.sequence().expect("CGNS has sequences");
     let path = folder.path().join("m.cgns");
-    let mut file = create(&path, &WriteOptions::default(), Begin::Anew, false).expect("it starts");
+    let mut file =
+        create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
     file.push(0.0, &mesh.view()).expect("a step");
     let (bytes, notes) = written(&mesh);
     assert_eq!(notes, *file.notes());

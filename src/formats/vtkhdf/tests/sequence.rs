@@ -19,7 +19,7 @@ fn sequence(folder: &Path) -> (Box<dyn SequenceFile>, std::path::PathBuf) {
     let path = folder.join("moving.vtkhdf");
     let create = VtkHdf.sequence().expect("it has sequences");
     let sequence =
-        create(&path, &WriteOptions::default(), Begin::Anew, false).expect("it can be made");
+        create(&path, &WriteOptions::default(), Begin::Create, false).expect("it can be made");
     (sequence, path)
 }
 
@@ -67,17 +67,17 @@ fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged
     drop(whole);
     let wanted = std::fs::read(&path).expect("it is there");
     let create = VtkHdf.sequence().expect("it has sequences");
-    let retrace =
-        || create(&path, &WriteOptions::default(), Begin::Retrace, false).expect("it opens");
+    let resume =
+        || create(&path, &WriteOptions::default(), Begin::Resume, false).expect("it opens");
     let check = |content: &[u8], what: &str| {
         std::fs::write(&path, content).expect("it can be written");
-        let mut sequence = retrace();
+        let mut sequence = resume();
         assert_eq!(append(&mut sequence, 0..3), hashes, "{what}");
         assert!(
             std::fs::read(&path).expect("it is there") == wanted,
             "{what}"
         );
-        sequence.is_retracing()
+        sequence.is_resuming()
     };
     assert!(check(&wanted, "whole"));
     for end in (first.len()..wanted.len()).step_by(97) {
@@ -91,12 +91,12 @@ fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged
         assert!(!check(&content, &format!("damaged at {at}")));
     }
     std::fs::remove_file(&path).expect("it is there");
-    assert_eq!(append(&mut retrace(), 0..3), hashes, "from nothing");
+    assert_eq!(append(&mut resume(), 0..3), hashes, "from nothing");
     // A file damaged in its second step keeps the first while it is written again.
     let mut content = wanted.clone();
     content[first.len() + 80] ^= 1;
     std::fs::write(&path, content).expect("it can be written");
-    let mut sequence = retrace();
+    let mut sequence = resume();
     append(&mut sequence, 0..1);
     let mut lacking = moving(1);
     lacking.point_arrays.clear();
@@ -116,7 +116,7 @@ fn a_step_too_large_for_a_chunk_is_cut() {
     let sequence = super::super::sequence::Sequence::create(
         &path,
         &WriteOptions::default(),
-        Begin::Anew,
+        Begin::Create,
         false,
     );
     let mut sequence = sequence.expect("it can be made");
