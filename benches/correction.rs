@@ -1,5 +1,5 @@
 //! The correction of the exact surface: the tree of facets, the gaps between surfaces and the closest
-//! points of the nodes in its reach, on the sample blade.
+//! points of the nodes within the fade radius, on the sample blade.
 //!
 //! Run with `cargo bench --bench correction`; numbers of nodes and of surface nodes may be given:
 //! `cargo bench --bench correction -- 8000000 670000`.
@@ -9,7 +9,7 @@
 use azimesh::deform::Plan;
 use azimesh::geometry::closest::ClosestSurface;
 use azimesh::motion::Schedule;
-use azimesh::rbf::correct::{Correction, REACH};
+use azimesh::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR};
 use azimesh::rbf::field::Field;
 use azimesh::sample::{BladeOptions, SizeOptions, blade};
 use std::path::Path;
@@ -56,10 +56,10 @@ fn main() {
         .map(|i| error * (i as f64).sin())
         .collect();
     println!(
-        "{} nodes, {} facets, {n_modes} modes, reach {:.2e}, {} threads",
+        "{} nodes, {} facets, {n_modes} modes, fade radius {:.2e}, {} threads",
         plan.mesh.points.len(),
         surface.facets.len(),
-        REACH * error,
+        FADE_RADIUS_PER_ERROR * error,
         rayon::current_num_threads()
     );
     let (_, tree) = timed(|| ClosestSurface::new(&surface.points[..], &surface.facets));
@@ -84,7 +84,7 @@ fn main() {
         .count();
     let seconds = (added - zeros).max(0.0);
     println!(
-        "closest point {seconds:>8.3} s for {near} nodes in reach: {:.0} ns each and thread",
+        "closest point {seconds:>8.3} s for {near} nodes within it: {:.0} ns each and thread",
         seconds * 1e9 * rayon::current_num_threads() as f64 / near.max(1) as f64
     );
 }

@@ -38,7 +38,7 @@ fn main() {
             Case::new(kernel, n_columns, 1 << 11, 1000, 4.0).print(&pools);
         }
     }
-    println!("10,000 base points within reach of all:");
+    println!("10,000 base points within the support radius of all:");
     for n_columns in [4, 24] {
         Case::new(Kernel::WendlandC2, n_columns, 1 << 9, 10_000, 4.0).print(&pools);
     }

@@ -8,7 +8,7 @@ import numpy as np
 
 COLOURS = {"real": "#0b6e99", "constant": "#d1711f", "sequence": "#2f8f4e"}
 NAMES = {"real": "Algorithm 1 (real)", "constant": "Algorithm 2 (constant)", "sequence": "sequence"}
-LINES = ("-", "--", ":")
+LINES = ("-", "--", ":", "-.")
 INK = "#333333"
 
 plt.rcParams.update(

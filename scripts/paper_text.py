@@ -7,7 +7,7 @@ from paper_plots import NAMES
 
 PAPER_TABLE_2 = {
     "translation, 0.1 chord": 212,
-    "translation, 0.2 chord = 0.1 cylinder radius": 289,
+    "translation, 0.2 chord": 289,
     "rotation, 20 degrees": 193,
     "rotation, 40 degrees": 259,
 }

@@ -1,4 +1,4 @@
-"""The run, figures and picture of docs/rotor.md: four blades in one mesh through one revolution.
+"""The run, figures and picture of docs/tasks/rotor.md: four blades in one mesh through one revolution.
 
     .venv/bin/python scripts/rotor_page.py [--nodes 40000] [--first-cell 1e-3] [--step 5] [-o target/rotor] [--pictures docs/pictures]
 

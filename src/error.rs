@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 /// The crate's result.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What the failure means to the caller; `cli` maps it to an exit code.
+/// What the failure means to the caller. The program exits with 2 for `Input`, 1 for `Check`, 3 for `System`, and 128
+/// plus the signal's number for `Interrupted`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorKind {
     /// The input or the arguments are wrong; nothing was written.
@@ -41,6 +42,14 @@ pub enum Position {
 }
 
 /// An error with its place: file, position, what was found and what would be right.
+///
+/// ```
+/// use azimesh::{ErrorKind, Mesh};
+///
+/// let error = Mesh::read("testdata/none.vtu").expect_err("there is no such file");
+/// assert_eq!(error.kind, ErrorKind::Input);
+/// assert_eq!(error.to_string(), "testdata/none.vtu: there is no such file");
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub struct Error {
     /// What the failure means to the caller.

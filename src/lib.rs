@@ -89,6 +89,11 @@ mod modes;
 pub mod motion;
 #[cfg(not(feature = "internals"))]
 mod motion;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod parallel;
+#[cfg(not(feature = "internals"))]
+mod parallel;
 #[cfg(all(feature = "cli", feature = "internals"))]
 #[doc(hidden)]
 pub mod preflight;

@@ -5,6 +5,33 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 
 /// Hears of stages and of the work done in each.
+///
+/// ```
+/// use azimesh::{Deformation, Mesh, Progress, Schedule};
+/// use std::path::Path;
+/// use std::sync::{Arc, Mutex};
+///
+/// #[derive(Default)]
+/// struct Stages(Mutex<Vec<String>>);
+///
+/// impl Progress for Stages {
+///     fn start(&self, stage: &str, _total: Option<u64>) {
+///         self.0.lock().expect("no thread has panicked").push(stage.to_owned());
+///     }
+///     fn advance(&self, _n: u64) {}
+///     fn say(&self, _text: &str) {}
+///     fn finish(&self) {}
+/// }
+///
+/// # fn main() -> azimesh::Result<()> {
+/// let stages = Arc::new(Stages::default());
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// let schedule = Schedule::read(Path::new("testdata/naca0012.toml"))?;
+/// Deformation::builder(mesh, schedule).progress(stages.clone()).build()?;
+/// assert!(!stages.0.lock().expect("no thread has panicked").is_empty());
+/// # Ok(())
+/// # }
+/// ```
 pub trait Progress: Send + Sync {
     /// A stage begins; `total` is its work where that is known.
     fn start(&self, stage: &str, total: Option<u64>);
@@ -26,7 +53,24 @@ impl Progress for Silent {
     fn finish(&self) {}
 }
 
-/// A request to end, shared by whoever asks and the run that hears it between two steps.
+/// A request to end, shared by whoever asks and the work that looks at it.
+///
+/// ```
+/// use azimesh::{Deformation, ErrorKind, Mesh, Schedule, Stop};
+/// use std::path::Path;
+/// use std::sync::Arc;
+///
+/// # fn main() -> azimesh::Result<()> {
+/// let stop = Arc::new(Stop::default());
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// let schedule = Schedule::read(Path::new("testdata/naca0012.toml"))?;
+/// let deformation = Deformation::builder(mesh, schedule).stop(stop.clone()).build()?;
+/// stop.ask(2); // usually from another thread, or from the handler of the signal with this number
+/// let error = deformation.points_at(&deformation.steps()[1]).err();
+/// assert_eq!(error.map(|error| error.kind), Some(ErrorKind::Interrupted { signal: 2 }));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Default)]
 pub struct Stop {
     /// The signal that asked; 0 while nobody has.

@@ -236,7 +236,7 @@ mod tests {
             width: 1.2e-3,
             node: 5,
             tolerances: 20.0,
-            reach: 1.0,
+            fade_radius: 1.0,
         });
         notes.insert(8, gap.clone());
         let sorts = by_sort(&notes);

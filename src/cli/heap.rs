@@ -1,7 +1,7 @@
 //! How much memory the program holds, how much it may hold, and its end where there is no more. The program's
 //! allocator counts here and ends here; nothing in this file takes memory once the end has begun.
 
-use crate::formats::end_hidden_soon;
+use crate::formats::end_staged_soon;
 use std::fmt;
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -106,7 +106,7 @@ fn end(reason: fmt::Arguments<'_>) -> ! {
     match ENDING.compare_exchange(0, me, Ordering::SeqCst, Ordering::SeqCst) {
         Ok(_) => {
             say(reason);
-            end_hidden_soon();
+            end_staged_soon();
         }
         // What ends the program wants memory itself.
         Err(ending) if ending == me => {}

@@ -155,7 +155,7 @@ impl Input {
     /// Name without folder and endings.
     pub fn stem(&self) -> String {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let name = formats::without_packing(&name);
+        let name = formats::without_compression(&name);
         let name = name.strip_suffix(".series").unwrap_or(name);
         let known = formats::with_flavours().flat_map(|format| format.extensions());
         let stem = known

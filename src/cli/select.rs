@@ -1,7 +1,7 @@
 //! `azimesh select`: base points chosen once and saved.
 
 use super::{Context, Outcome};
-use crate::deform::{Kind, Layer, Plan, check_tolerance, choose};
+use crate::deform::{Layer, LayerKind, Plan, choose, missed_layers};
 use crate::error::{Error, Result, path_in_line};
 use crate::formats::Commit;
 use crate::motion::Schedule;
@@ -35,7 +35,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     for choice in &plan.choices {
         context.note(&choice.to_string());
     }
-    let intervals = plan.intervals();
+    let intervals = plan.selection_intervals();
     if intervals.len() > 1 {
         return Err(Error::input(format!(
             "method = \"real\" chooses base points {} times along this schedule, and `deform` does it as it goes; \
@@ -55,9 +55,10 @@ fn report(
     selections: &[Selection],
     context: &Context,
 ) -> Result<Outcome> {
-    let met = check_tolerance(plan, selections).is_ok();
+    let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
+    let missed = missed_layers(plan, selections).max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
     if context.common.json {
-        context.print_json(as_json(args, plan, selections, met))?;
+        context.print_json(as_json(args, plan, selections, missed.is_none()))?;
     } else {
         for (layer, selection) in plan.layers.iter().zip(selections) {
             context.print_result(&format!(
@@ -65,8 +66,8 @@ fn report(
                 path_in_line(&args.output),
                 selection.base.len(),
                 match layer.kind {
-                    Kind::Displacement => "base points",
-                    Kind::Rotation(_) => "base points of the rotation",
+                    LayerKind::Displacement => "base points",
+                    LayerKind::Rotation(_) => "base points of the rotation",
                 },
                 plan.surface.nodes.len(),
                 selection.measured,
@@ -74,13 +75,9 @@ fn report(
             ))?;
         }
     }
-    if met {
+    let Some((_, selection)) = missed else {
         return Ok(Outcome::Fine);
-    }
-    let layers = plan.layers.iter().zip(selections);
-    let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
-    let worst = layers.max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
-    let (_, selection) = worst.expect("there is always a layer");
+    };
     context.complain(&format!(
         "the tolerance {} is not met: {} base points leave {:.3e}; a smaller support_radius, another kernel or \
          more max_points would help",

@@ -4,7 +4,7 @@
 //! ignored from the start, as under `nohup`.
 
 use crate::error::{Error, Result};
-use crate::formats::end_hidden;
+use crate::formats::end_staged;
 use crate::progress::Stop;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
@@ -37,7 +37,7 @@ pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
         while idle.elapsed() < GRACE {
             std::thread::sleep(PAUSE);
             if let Some(again) = signals.pending().next() {
-                end_hidden();
+                end_staged();
                 std::process::exit(128 + again);
             }
             if stop.is_held() {
@@ -57,7 +57,7 @@ pub(super) fn end() -> Result<()> {
 }
 
 fn end_with(signal: i32, message: &str) {
-    end_hidden();
+    end_staged();
     // Nobody is left to tell when stderr is gone.
     let _ = writeln!(std::io::stderr(), "error: {message}");
     std::process::exit(128 + signal);

@@ -30,6 +30,16 @@ pub(super) fn check_size(mesh: &Mesh) -> Result<()> {
     }
 }
 
+/// Refuses another number of values than there are nodes; `what` the values are, in the plural.
+pub(super) fn check_length(what: &str, found: usize, n: usize) -> Result<()> {
+    if found == n {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "there are {found} {what} for {n} nodes; one for each is needed"
+    )))
+}
+
 /// Refuses a rigid motion whose displacements are no finite numbers, or cannot be squared; of other
 /// motions the modes find that out.
 pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result<()> {

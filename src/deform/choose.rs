@@ -8,18 +8,18 @@
 //! | `constant` | one vector on all that moves (Algorithm 2) | at the tolerance or at `max_points` |
 //! | `all` | none: every surface node | |
 
-use super::deformation::BasePoints;
-use super::layer::{Kind, Layer};
-use super::plan::{Plan, SELECTED};
-use crate::diagnostic::deform::DeformNote;
+use super::base_points::BasePoints;
+use super::layer::{Layer, LayerKind};
+use super::plan::Plan;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, norm};
-use crate::motion::{SelectionCriterion, SelectionMethod, Step};
+use crate::motion::{SelectionCriterion, SelectionMethod};
 use crate::progress::Progress;
 use crate::rbf::criterion::Criterion;
 use crate::rbf::distinct::distinct;
-use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
+use crate::rbf::select::{self, Limits, Measure, Selection};
 use crate::rbf::space::Space;
+use crate::rbf::targets::Targets;
 use std::ops::Range;
 
 /// Base points nearer to each other than this part of the support radius are one to working
@@ -49,8 +49,8 @@ pub(crate) fn from_nodes(
 ) -> Result<Vec<Selection>> {
     let points_of = |layer: &Layer| {
         let nodes = match layer.kind {
-            Kind::Displacement => base.nodes.as_slice(),
-            Kind::Rotation(_) => base.rotation_nodes.as_deref().unwrap_or_default(),
+            LayerKind::Displacement => base.nodes.as_slice(),
+            LayerKind::Rotation(_) => base.rotation_nodes.as_deref().unwrap_or_default(),
         };
         check_distinct(nodes)?;
         plan.surface.find(nodes)
@@ -261,62 +261,4 @@ pub fn constant(plan: &Plan, layer: &Layer) -> Vector {
         return constant;
     }
     layer.modes.largest_components()
-}
-
-/// Fails a run whose base points miss the tolerance; they are saved, no mesh is written.
-pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
-    let wanted = &plan.schedule.selection;
-    for (layer, selection) in plan.layers.iter().zip(selections) {
-        let full = selection.base.len() >= wanted.max_points;
-        let ends_there = wanted.method == SelectionMethod::Constant && full;
-        if wanted.method == SelectionMethod::All
-            || ends_there
-            || selection.measured <= layer.tolerance / SELECTED
-        {
-            continue;
-        }
-        let reason = match full {
-            true => "max_points is reached",
-            false => "no further surface node can be added",
-        };
-        return Err(Error::check(format!(
-            "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
-             no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
-            plan.tolerance,
-            selection.base.len(),
-            selection.measured,
-            layer.space.basis.radius
-        ))
-        .file(&plan.schedule.path));
-    }
-    Ok(())
-}
-
-/// A note where a step misses the tolerance that its base points were chosen by, and whether that
-/// fails the run: not where the correction of every substep has put the surface in its place, nor where
-/// `constant` has ended at `max_points`; `n_base` are the base points of the step.
-pub(crate) fn missed(
-    plan: &Plan,
-    step: &Step,
-    n_base: usize,
-    error: f64,
-) -> Option<(DeformNote, bool)> {
-    let wanted = &plan.schedule.selection;
-    let cut = plan.schedule.rbf.substeps > 1;
-    let by_largest = wanted.criterion == SelectionCriterion::Max;
-    let is_held = match wanted.method {
-        SelectionMethod::Sequence => by_largest,
-        SelectionMethod::All => cut,
-        // The base points serve steps that they were not chosen for, which matters where that is written.
-        SelectionMethod::Real | SelectionMethod::Constant => by_largest && !wanted.correction,
-    };
-    let ended = wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points;
-    (is_held && error > plan.tolerance).then(|| {
-        let note = DeformNote::Misses {
-            step: step.index,
-            error,
-            tolerance: plan.tolerance,
-        };
-        (note, !(ended || cut && wanted.correction))
-    })
 }

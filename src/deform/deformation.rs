@@ -1,11 +1,14 @@
 //! The deformation of a mesh by a schedule, as a value that owns what it needs.
 
-use super::choose::{check_tolerance, choose, from_nodes};
+use super::base_points::BasePoints;
+use super::checks::check_length;
+use super::choose::{choose, from_nodes};
 use super::interval::Interval;
-use super::layer::Kind;
+use super::layer::LayerKind;
 use super::measures::Measures;
 use super::plan::Plan;
 use super::repair::{self, Repair};
+use super::tolerance::check_tolerance;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -15,24 +18,6 @@ use crate::quality::{Assessment, Quality, Summary};
 use crate::rbf::select::Selection;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-
-/// Base points by their mesh nodes, in the order in which they were chosen.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct BasePoints {
-    /// Those of the displacements; with `interpolate = "twist"` of the translations.
-    pub nodes: Vec<u32>,
-    /// With `interpolate = "twist"`, those of the rotations.
-    pub rotation_nodes: Option<Vec<u32>>,
-}
-
-impl From<Vec<u32>> for BasePoints {
-    fn from(nodes: Vec<u32>) -> Self {
-        Self {
-            nodes,
-            rotation_nodes: None,
-        }
-    }
-}
 
 /// A mesh that deforms by a schedule: node positions, velocities and quality at every step.
 ///
@@ -107,7 +92,7 @@ impl DeformationBuilder {
     pub fn build(self) -> Result<Deformation> {
         self.mesh.validate()?;
         let deformation = self.plan()?;
-        if deformation.plan.intervals().len() == 1 {
+        if deformation.plan.selection_intervals().len() == 1 {
             deformation.interval(&deformation.plan.motion.steps[0])?;
         } else if deformation.base.is_some() {
             return Err(Error::input(
@@ -235,22 +220,15 @@ impl Deformation {
                 .map(|&at| self.plan.surface.nodes[at])
                 .collect();
             match layer.kind {
-                Kind::Displacement => base.nodes = nodes,
-                Kind::Rotation(_) => base.rotation_nodes = Some(nodes),
+                LayerKind::Displacement => base.nodes = nodes,
+                LayerKind::Rotation(_) => base.rotation_nodes = Some(nodes),
             }
         }
         base
     }
 
     fn check_length(&self, points: &[Vector]) -> Result<()> {
-        let n = self.plan.mesh.points.len();
-        if points.len() != n {
-            return Err(Error::input(format!(
-                "found {} points; the mesh has {n} nodes",
-                points.len()
-            )));
-        }
-        Ok(())
+        check_length("points", points.len(), self.plan.mesh.points.len())
     }
 
     fn check_step(&self, step: &Step) -> Result<()> {
@@ -313,7 +291,7 @@ impl Deformation {
         }
         // Its fields go before those of the next are made.
         *current = None;
-        let mut intervals = self.plan.intervals().into_iter();
+        let mut intervals = self.plan.selection_intervals().into_iter();
         let steps = intervals.find(|steps| steps.contains(&step.index));
         let steps = steps.expect("every step is in an interval");
         let selections = select(&steps)?;

@@ -1,7 +1,7 @@
 //! Node positions at the steps of a selection interval: fields of the layers, the exact surface and the
 //! rotation to the inertial frame.
 
-use super::fields::{Chosen, Fields, Frame};
+use super::fields::{Chosen, Fields, MeshState};
 use super::plan::Plan;
 use super::sliding;
 use super::velocity::Velocities;
@@ -12,6 +12,7 @@ use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::motion::{BodyMap, Role, Step};
 use crate::progress::Progress;
+use crate::rbf::field::BLOCK;
 use crate::rbf::select::Selection;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -19,8 +20,6 @@ use std::sync::Arc;
 
 /// A gap between two surfaces under this many tolerances is warned of.
 const NARROW: f64 = 20.0;
-/// Nodes that one task places.
-const BLOCK: usize = 4096;
 
 /// The deformation of a mesh at the steps of a selection interval: those that share base points.
 pub struct Interval {
@@ -92,7 +91,7 @@ impl Interval {
                 0 => vec![0.0; plan.motion.steps.len()],
                 _ => layer
                     .criterion
-                    .largest_by_step(&selection.residuals, &layer.arms),
+                    .largest_by_step(&selection.residuals, &layer.lever_arms),
             })
             .collect();
         let largest = |errors: &Vec<f64>| {
@@ -109,14 +108,14 @@ impl Interval {
                 error: largest(errors),
             })
             .collect();
-        let frame = self.reference();
-        let n_nodes = frame.deforming.map_or(frame.nodes.len(), <[u32]>::len);
+        let state = self.reference();
+        let n_nodes = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(frame, &plan.layers, &chosen, correct, progress);
+        let fields = Fields::new(state, &plan.layers, &chosen, correct, progress);
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
-            let velocities = Velocities::new(plan, layer, frame, chosen, &self.steps)?;
+            let velocities = Velocities::new(plan, layer, state, chosen, &self.steps)?;
             let warning = velocities.warning.clone().map(Diagnostic::from);
             self.warnings.extend(warning);
             self.velocities = Some(velocities);
@@ -140,8 +139,8 @@ impl Interval {
         Some(velocities.at(&self.plan, step, self.reference(), points))
     }
 
-    pub(super) fn reference(&self) -> Frame<'_> {
-        Frame {
+    pub(super) fn reference(&self) -> MeshState<'_> {
+        MeshState {
             nodes: &self.plan.mesh.points,
             deforming: self.deforming.as_deref(),
             surface: &self.plan.surface.points,
@@ -159,7 +158,7 @@ impl Interval {
                 width: gap.width,
                 node: plan.surface.nodes[gap.point],
                 tolerances: NARROW,
-                reach: gap.reach,
+                fade_radius: gap.fade_radius,
             };
             self.warnings.push(note.into());
         }
@@ -172,40 +171,40 @@ impl Interval {
         let error = match &self.way {
             Way::AtOnce { fields, errors } => {
                 fields.displace(&plan.layers, step.index, self.reference(), out);
-                self.set_surface(step, 1.0, self.reference(), out);
+                self.place_surface_nodes(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
             Way::Substeps => self.through_substeps(step, plan.schedule.rbf.substeps, out)?,
         };
-        self.carry(step, out);
+        self.finish_positions(step, out);
         Ok(error)
     }
 
     /// The same by way of `n` meshes, each interpolated on the one before.
     pub fn points_through(&self, step: &Step, n: usize, out: &mut [Vector]) -> Result<f64> {
         let error = self.through_substeps(step, n, out)?;
-        self.carry(step, out);
+        self.finish_positions(step, out);
         Ok(error)
     }
 
-    /// Carries a step round in the inertial frame, sets nodes that follow others, and keeps a plane mesh
-    /// in its plane.
-    fn carry(&self, step: &Step, out: &mut [Vector]) {
+    /// The last part of a step: rotates it to the inertial frame, places periodic followers by their
+    /// leaders, and keeps a plane mesh in its plane.
+    fn finish_positions(&self, step: &Step, out: &mut [Vector]) {
         let plan = &*self.plan;
-        if let Some(carry) = plan.motion.carry(step) {
+        if let Some(to_inertial) = plan.motion.to_inertial(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
             out.par_iter_mut().enumerate().for_each(|(node, x)| {
                 if inside.is_none_or(|inside| inside[node]) {
-                    *x = carry.apply(*x);
+                    *x = to_inertial.apply(*x);
                 }
             });
             if plan.schedule.selection.correction {
-                set_moving(plan, &plan.poses_at(step), out);
+                place_moving_nodes(plan, &plan.poses_at(step), out);
             }
         }
-        let carry = plan.motion.carry(step);
+        let to_inertial = plan.motion.to_inertial(step);
         plan.periodic
-            .follow(&plan.motion, &plan.mesh.points, carry.as_ref(), out);
+            .follow(&plan.motion, &plan.mesh.points, to_inertial.as_ref(), out);
         if plan.motion.rotor.in_plane {
             // Round-off lifts no node out of the plane.
             let places = out.par_iter_mut().zip(&plan.mesh.points);
@@ -214,16 +213,22 @@ impl Interval {
     }
 
     /// Sliding nodes on their boundary; with the correction also the others where the motion puts them at
-    /// a part of a step, in the rotating frame, fixed ones as they were. `frame` is the mesh that was
+    /// a part of a step, in the rotating frame, fixed ones as they were. `state` is the mesh that was
     /// deformed.
-    pub(super) fn set_surface(&self, step: &Step, part: f64, frame: Frame<'_>, out: &mut [Vector]) {
+    pub(super) fn place_surface_nodes(
+        &self,
+        step: &Step,
+        part: f64,
+        state: MeshState<'_>,
+        out: &mut [Vector],
+    ) {
         let plan = &*self.plan;
-        sliding::place(&plan.motion, &plan.surface, frame, out);
+        sliding::place(&plan.motion, &plan.surface, state, out);
         if !plan.schedule.selection.correction {
             return;
         }
         let poses = plan.motion.poses(step, part);
-        set_nodes(plan, out, |role, node, x| match role {
+        place_nodes(plan, out, |role, node, x| match role {
             Role::Fixed => Some(x),
             Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
             Role::Sliding => None,
@@ -233,28 +238,28 @@ impl Interval {
     /// Largest and root-mean-square distance of the surface nodes in `points` from where the motion
     /// puts them.
     pub fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
-        let carry = self.plan.motion.carry(step);
+        let to_inertial = self.plan.motion.to_inertial(step);
         let poses = self.plan.poses_at(step);
-        let (largest, squares) = self.off_place(&poses, carry.as_ref(), points);
+        let (largest, squares) = self.off_place(&poses, to_inertial.as_ref(), points);
         let n = self.plan.motion.surface.nodes.nodes.len().max(1) as f64;
         (largest, (squares / n).sqrt())
     }
 
     /// Largest distance of the surface nodes in `points` from where the poses of the bodies and the
-    /// carrying round put them, and the sum of its squares.
+    /// rotation to the inertial frame put them, and the sum of its squares.
     pub(super) fn off_place(
         &self,
         poses: &[BodyMap<'_>],
-        carry: Option<&Transform>,
+        to_inertial: Option<&Transform>,
         points: &[Vector],
     ) -> (f64, f64) {
         let plan = &*self.plan;
         let off = |(node, role): (&u32, &Role)| {
             let x = plan.mesh.points[*node as usize];
-            let exact = match (role, carry) {
+            let exact = match (role, to_inertial) {
                 (Role::Sliding, _) => return None,
                 (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
-                (_, Some(carry)) => carry.apply(x),
+                (_, Some(to_inertial)) => to_inertial.apply(x),
                 (_, None) => x,
             };
             Some(distance(points[*node as usize], exact))
@@ -270,7 +275,7 @@ impl Interval {
                 })
             })
             .collect();
-        let sliding = sliding::off_boundary(&plan.motion, &plan.surface, carry, points);
+        let sliding = sliding::off_boundary(&plan.motion, &plan.surface, to_inertial, points);
         errors.into_iter().fold(sliding, combined)
     }
 }
@@ -281,8 +286,8 @@ fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 }
 
 /// Moving nodes at their exact places.
-fn set_moving(plan: &Plan, poses: &[BodyMap<'_>], out: &mut [Vector]) {
-    set_nodes(plan, out, |role, node, x| match role {
+fn place_moving_nodes(plan: &Plan, poses: &[BodyMap<'_>], out: &mut [Vector]) {
+    place_nodes(plan, out, |role, node, x| match role {
         Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
         Role::Fixed | Role::Sliding => None,
     });
@@ -290,7 +295,7 @@ fn set_moving(plan: &Plan, poses: &[BodyMap<'_>], out: &mut [Vector]) {
 
 /// Puts surface nodes in `out` where `place` says for a node of that role, number and place in the
 /// reference mesh; `None` leaves it as it is.
-fn set_nodes(
+fn place_nodes(
     plan: &Plan,
     out: &mut [Vector],
     place: impl Fn(Role, u32, Vector) -> Option<Vector> + Sync,

@@ -8,7 +8,7 @@
 
 use crate::error::Result;
 use crate::geometry::rotation::rotate_by;
-use crate::geometry::vector::{Vector, add, distance, scale, sub};
+use crate::geometry::vector::{Vector, add, distance, scale, sub, weighted_sum};
 use crate::geometry::{Bounds, Transform};
 use crate::modes::{Form, Modes, RigidSurface};
 use crate::motion::CentreLine;
@@ -26,7 +26,7 @@ pub struct BodyPath {
 }
 
 /// What the surface points do over some steps.
-pub enum Given<'a> {
+pub enum SurfaceDisplacements<'a> {
     /// Every body is rigid.
     Rigid(Vec<BodyPath>),
     /// Displacements of any kind.
@@ -62,7 +62,7 @@ pub struct Turns {
 #[derive(Debug, Clone)]
 pub struct Layer {
     /// What its values are.
-    pub kind: Kind,
+    pub kind: LayerKind,
     /// The space of its interpolant.
     pub space: Space,
     /// Its data at the surface.
@@ -71,17 +71,17 @@ pub struct Layer {
     pub criterion: Criterion,
     /// Displacement that an error of one makes at each surface point, by the bodies that turn (N, bodies);
     /// 1 at all when empty.
-    pub arms: Vec<f64>,
+    pub lever_arms: Vec<f64>,
     /// The part of the tolerance that is left to it.
     pub tolerance: f64,
 }
 
 /// What a layer's values are.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
+pub enum LayerKind {
     /// Displacements.
     Displacement,
-    /// Rotation vectors of the bodies, each times the body's reach, so that they are lengths.
+    /// Rotation vectors of the bodies, each times the body's largest lever arm, so that they are lengths.
     Rotation(Vec<Turning>),
 }
 
@@ -91,7 +91,7 @@ pub struct Turning {
     /// What it turns about.
     pub centre: Centre,
     /// Largest distance of its surface points from there.
-    pub reach: f64,
+    pub lever_arm: f64,
     /// Its modes.
     pub modes: Range<usize>,
 }
@@ -132,17 +132,21 @@ pub struct Method {
 }
 
 /// The layers of a motion: displacements, or rotations and then translations.
-pub fn layers(surface: RigidSurface<'_>, given: &Given<'_>, method: &Method) -> Result<Vec<Layer>> {
+pub fn layers(
+    surface: RigidSurface<'_>,
+    given: &SurfaceDisplacements<'_>,
+    method: &Method,
+) -> Result<Vec<Layer>> {
     let paths = match given {
-        Given::Rigid(paths) => paths,
-        Given::Free(free) => return Ok(vec![free.layer(surface.points, method)?]),
+        SurfaceDisplacements::Rigid(paths) => paths,
+        SurfaceDisplacements::Free(free) => return Ok(vec![free.layer(surface.points, method)?]),
     };
     let turns: Option<Vec<&Turns>> = paths.iter().map(|path| path.turns.as_ref()).collect();
     let Some(turns) = turns else {
         let poses: Vec<_> = paths.iter().map(|path| path.poses.clone()).collect();
         let modes = Modes::of_rigid_bodies(surface, &poses, method.form)?;
         return Ok(vec![Layer::new(
-            Kind::Displacement,
+            LayerKind::Displacement,
             method.displacement.clone(),
             modes,
             method.tolerance,
@@ -177,16 +181,16 @@ pub(super) fn twist_layers(
     let tolerance = method.tolerance * if both { 0.5 } else { 1.0 };
     Ok(vec![
         Layer {
-            arms: arms(points, &turning),
+            lever_arms: lever_arms(points, &turning),
             ..Layer::new(
-                Kind::Rotation(turning),
+                LayerKind::Rotation(turning),
                 method.rotation.clone(),
                 rotation,
                 tolerance,
             )?
         },
         Layer::new(
-            Kind::Displacement,
+            LayerKind::Displacement,
             method.displacement.clone(),
             translation,
             tolerance,
@@ -207,7 +211,7 @@ impl Free<'_> {
             }
         };
         let space = method.displacement.clone();
-        Layer::new(Kind::Displacement, space, modes, method.tolerance)
+        Layer::new(LayerKind::Displacement, space, modes, method.tolerance)
     }
 }
 
@@ -215,37 +219,50 @@ fn translations(by: impl Iterator<Item = Vector>) -> Vec<Transform> {
     by.map(Transform::translation).collect()
 }
 
-/// The rotations of all bodies as lengths; the modes of each body are its own, as each has its own
-/// centre.
+/// Rotations about one point of each body.
 fn rotations(
     surface: RigidSurface<'_>,
     turns: &[&Turns],
     form: Form,
 ) -> Result<(Vec<Turning>, Modes)> {
     let n_steps = turns.first().map_or(0, |turns| turns.theta.len());
-    let mut all: Option<Modes> = None;
-    let mut turning = Vec::new();
-    for (body, turns) in turns.iter().enumerate() {
-        let own: Vec<Option<u16>> = surface
-            .body
-            .iter()
+    let centres = turns.iter().map(|turns| Centre::Point(turns.centre));
+    turning_bodies(surface, centres.collect(), n_steps, |body, lever_arm| {
+        let own = surface.body.iter();
+        let own: Vec<Option<u16>> = own
             .map(|of| of.filter(|of| usize::from(*of) == body).map(|_| 0))
             .collect();
-        let nodes = surface.points.iter().zip(&own);
-        let reach = nodes
-            .filter(|(_, own)| own.is_some())
-            .map(|(point, _)| distance(*point, turns.centre))
-            .fold(0.0, f64::max);
-        let lengths = translations(turns.theta.iter().map(|theta| scale(*theta, reach)));
+        let theta = turns[body].theta.iter();
+        let lengths = translations(theta.map(|theta| scale(*theta, lever_arm)));
         let own = RigidSurface {
             points: surface.points,
             body: &own,
         };
-        let modes = Modes::of_rigid_bodies(own, &[lengths], form)?;
+        Modes::of_rigid_bodies(own, &[lengths], form)
+    })
+}
+
+/// The rotations of all bodies about their centres, side by side. `modes_of(body, lever_arm)` gives the
+/// modes of a body's rotation vectors times its largest lever arm; they are its own, as its centre is.
+pub(super) fn turning_bodies(
+    surface: RigidSurface<'_>,
+    centres: Vec<Centre>,
+    n_steps: usize,
+    modes_of: impl Fn(usize, f64) -> Result<Modes>,
+) -> Result<(Vec<Turning>, Modes)> {
+    let mut all: Option<Modes> = None;
+    let mut turning = Vec::new();
+    for (body, centre) in centres.into_iter().enumerate() {
+        let nodes = surface.points.iter().zip(surface.body);
+        let lever_arm = nodes
+            .filter(|(_, of)| of.map(usize::from) == Some(body))
+            .map(|(point, _)| distance(*point, centre.at(*point)))
+            .fold(0.0, f64::max);
+        let modes = modes_of(body, lever_arm)?;
         let first = all.as_ref().map_or(0, |all| all.n_modes);
         turning.push(Turning {
-            centre: Centre::Point(turns.centre),
-            reach,
+            centre,
+            lever_arm,
             modes: first..first + modes.n_modes,
         });
         all = Some(match all {
@@ -261,10 +278,11 @@ fn turning(bodies: &[Turning]) -> impl Iterator<Item = &Turning> {
     bodies.iter().filter(|body| !body.modes.is_empty())
 }
 
-/// How far each point is from the centre of each body that turns, in the reaches of these (N, bodies).
-fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
+/// How far each point is from the centre of each body that turns, in the largest lever lever_arms of these (N, bodies).
+fn lever_arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
     let turning: Vec<&Turning> = turning(bodies).collect();
-    let arm = |point: Vector, body: &Turning| distance(point, body.centre.at(point)) / body.reach;
+    let arm =
+        |point: Vector, body: &Turning| distance(point, body.centre.at(point)) / body.lever_arm;
     let arms_of = |point: &Vector| {
         turning
             .iter()
@@ -275,18 +293,18 @@ fn arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
 }
 
 impl Layer {
-    fn new(kind: Kind, space: Space, modes: Modes, tolerance: f64) -> Result<Self> {
+    fn new(kind: LayerKind, space: Space, modes: Modes, tolerance: f64) -> Result<Self> {
         let parts = match &kind {
-            Kind::Displacement => std::iter::once(0..modes.n_modes).collect(),
+            LayerKind::Displacement => std::iter::once(0..modes.n_modes).collect(),
             // What bodies that turn about different centres leave does not cancel.
-            Kind::Rotation(bodies) => turning(bodies).map(|body| body.modes.clone()).collect(),
+            LayerKind::Rotation(bodies) => turning(bodies).map(|body| body.modes.clone()).collect(),
         };
         Ok(Self {
             criterion: Criterion::of_parts(modes.n_modes, &modes.coefficients, parts)?,
             kind,
             space,
             modes,
-            arms: Vec::new(),
+            lever_arms: Vec::new(),
             tolerance,
         })
     }
@@ -294,20 +312,17 @@ impl Layer {
     /// What it adds to the position of a node at `x` whose values of the modes are `row`, at a step.
     #[inline]
     pub fn displacement(&self, x: Vector, row: &[f64], step: usize) -> Vector {
-        let coefficients = self.modes.at_step(step);
+        let coefficients = self.modes.at_step(step).as_chunks::<3>().0;
         match &self.kind {
-            Kind::Displacement => combine(row, coefficients),
-            Kind::Rotation(bodies) => bodies.iter().fold([0.0; 3], |sum, body| {
+            LayerKind::Displacement => weighted_sum(row, coefficients),
+            LayerKind::Rotation(bodies) => bodies.iter().fold([0.0; 3], |sum, body| {
                 let range = body.modes.clone();
                 if range.is_empty() {
                     return sum;
                 }
-                let length = combine(
-                    &row[range.clone()],
-                    &coefficients[3 * range.start..3 * range.end],
-                );
+                let length = weighted_sum(&row[range.clone()], &coefficients[range]);
                 let arm = sub(x, body.centre.at(x));
-                let turned = rotate_by(scale(length, 1.0 / body.reach), arm);
+                let turned = rotate_by(scale(length, 1.0 / body.lever_arm), arm);
                 add(sum, sub(turned, arm))
             }),
         }
@@ -316,21 +331,10 @@ impl Layer {
     /// The name of its base points in base.toml.
     pub fn name(&self) -> &'static str {
         match self.kind {
-            Kind::Displacement => "nodes",
-            Kind::Rotation(_) => "rotation_nodes",
+            LayerKind::Displacement => "nodes",
+            LayerKind::Rotation(_) => "rotation_nodes",
         }
     }
-}
-
-#[inline]
-fn combine(row: &[f64], coefficients: &[f64]) -> Vector {
-    let mut sum = [0.0; 3];
-    for (value, c) in row.iter().zip(coefficients.as_chunks::<3>().0) {
-        for axis in 0..3 {
-            sum[axis] += value * c[axis];
-        }
-    }
-    sum
 }
 
 /// Bounds of the points of one body.

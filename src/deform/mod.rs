@@ -7,6 +7,7 @@
 //! Owns what is refused of a mesh or a motion, what is interpolated and where nodes are at a step. Knows
 //! no clock, prints nothing and writes nothing.
 
+mod base_points;
 mod checks;
 mod choose;
 mod deformation;
@@ -18,27 +19,29 @@ mod measures;
 mod morph;
 mod periodic;
 mod plan;
+mod prepare;
 mod repair;
 mod sections;
 mod sliding;
 mod substeps;
 mod surface;
 mod surface_displacements;
+mod tolerance;
 mod velocity;
 mod wall_angles;
 mod zone;
 
-pub use choose::{check_tolerance, choose, constant};
-pub(crate) use choose::{from_nodes, missed};
+pub use base_points::BasePoints;
+pub use choose::choose;
+pub(crate) use choose::from_nodes;
 pub(crate) use deformation::Evaluated;
-pub use deformation::{BasePoints, Deformation, DeformationBuilder};
-pub use first_cells::FirstCells;
+pub use deformation::{Deformation, DeformationBuilder};
 pub use interval::Interval;
-pub use layer::{Centre, Kind, Layer};
+pub use layer::{Layer, LayerKind};
 pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use plan::Plan;
-pub use surface::SurfacePoints;
-pub use wall_angles::WallAngles;
+pub(crate) use tolerance::missed_at_step;
+pub use tolerance::{check_tolerance, missed_layers};
 
 #[cfg(test)]
 mod tests;

@@ -118,7 +118,7 @@ impl PeriodicNodes {
         &self,
         motion: &Motion,
         reference: &[Vector],
-        carry: Option<&Transform>,
+        to_inertial: Option<&Transform>,
         out: &mut [Vector],
     ) {
         for follower in &self.followers {
@@ -127,11 +127,11 @@ impl PeriodicNodes {
             }
             let [leader, node] = [follower.leader, follower.node].map(|i| i as usize);
             let offset = sub(reference[node], follower.map.apply(reference[leader]));
-            out[node] = match carry {
+            out[node] = match to_inertial {
                 None => add(follower.map.apply(out[leader]), offset),
-                Some(carry) => {
-                    let back = carry.inverse().apply(out[leader]);
-                    carry.apply(add(follower.map.apply(back), offset))
+                Some(to_inertial) => {
+                    let back = to_inertial.inverse().apply(out[leader]);
+                    to_inertial.apply(add(follower.map.apply(back), offset))
                 }
             };
         }

@@ -5,11 +5,11 @@
 //! x' = x + tau(x) + exp(theta(x)) (x - c(x)) - (x - c(x)),   c(x) = x_ref(r(x)), r held within the span
 //! ```
 
-use super::layer::{Centre, Layer, Method, Turning, rotation_form, twist_layers};
+use super::layer::{Centre, Layer, Method, Turning, rotation_form, turning_bodies, twist_layers};
 use super::plan::Plan;
 use crate::error::Result;
 use crate::geometry::rotation::rotation_vector_near;
-use crate::geometry::vector::{Vector, distance, scale, sub};
+use crate::geometry::vector::{Vector, scale, sub};
 use crate::modes::Modes;
 use crate::motion::BodyMap;
 use std::ops::Range;
@@ -72,37 +72,20 @@ impl Twists<'_> {
     /// Rotations as lengths, the modes of each body its own.
     fn rotations(&self, method: &Method) -> Result<(Vec<Turning>, Modes)> {
         let surface = &self.plan.surface;
-        let n_steps = self.poses.len();
-        let mut all: Option<Modes> = None;
-        let mut turning = Vec::new();
-        for (body, centre) in self.centres.iter().enumerate() {
-            let own = |at: usize| surface.body[at].map(usize::from) == Some(body);
-            let points = (0..self.n_points()).filter(|&at| own(at));
-            let reach = points
-                .map(|at| distance(surface.points[at], centre.at(surface.points[at])))
-                .fold(0.0, f64::max);
+        let (limit, form) = (EACH * method.truncation, rotation_form(method));
+        let (n_steps, centres) = (self.poses.len(), self.centres.clone());
+        turning_bodies(surface.rigid(), centres, n_steps, |body, lever_arm| {
             let fill = |step: usize, points: Range<usize>, out: &mut [Vector]| {
                 for (at, out) in points.zip(out) {
-                    *out = match own(at) {
-                        true => scale(self.theta(step, body, at), reach),
-                        false => [0.0; 3],
+                    *out = if surface.body[at].map(usize::from) == Some(body) {
+                        scale(self.theta(step, body, at), lever_arm)
+                    } else {
+                        [0.0; 3]
                     };
                 }
             };
-            let (limit, form) = (EACH * method.truncation, rotation_form(method));
-            let modes = Modes::of_displacements(self.n_points(), n_steps, limit, form, fill)?;
-            let first = all.as_ref().map_or(0, |all| all.n_modes);
-            turning.push(Turning {
-                centre: centre.clone(),
-                reach,
-                modes: first..first + modes.n_modes,
-            });
-            all = Some(match all {
-                Some(all) => all.beside(modes, n_steps),
-                None => modes,
-            });
-        }
-        Ok((turning, all.unwrap_or_default()))
+            Modes::of_displacements(self.n_points(), n_steps, limit, form, fill)
+        })
     }
 
     fn translations(&self, method: &Method) -> Result<Modes> {
@@ -120,7 +103,7 @@ impl Twists<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vector::add;
+    use crate::geometry::vector::{add, distance};
     use crate::mesh::Mesh;
     use crate::motion::Schedule;
 

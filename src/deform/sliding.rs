@@ -2,7 +2,7 @@
 //! only round-off is taken off; on curved boundaries they are projected, and the change fades into the
 //! mesh as the correction of the surface does.
 
-use super::fields::Frame;
+use super::fields::MeshState;
 use super::surface::SurfacePoints;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, norm, sub};
@@ -24,11 +24,11 @@ fn sliding_nodes<'a>(
         .map(|((&node, _), &point)| (node as usize, point as usize))
 }
 
-/// Puts the sliding nodes in `out` on their boundary. `frame` is the mesh that has been deformed.
+/// Puts the sliding nodes in `out` on their boundary. `state` is the mesh that has been deformed.
 pub(super) fn place(
     motion: &Motion,
     surface: &SurfacePoints,
-    frame: Frame<'_>,
+    state: MeshState<'_>,
     out: &mut [Vector],
 ) {
     let Some(sliding) = &surface.sliding else {
@@ -45,7 +45,7 @@ pub(super) fn place(
             largest = largest.max(norm(change));
             changes[3 * point..3 * point + 3].copy_from_slice(&change);
         }
-        carry_inward(frame, &changes, largest, out);
+        fade_inward(state, &changes, largest, out);
     }
     for (node, _, x) in placed {
         out[node] = x;
@@ -53,16 +53,16 @@ pub(super) fn place(
 }
 
 /// Adds to the nodes in `out` the changes (N_s, 3) of the surface, fading out.
-fn carry_inward(frame: Frame<'_>, changes: &[f64], largest: f64, out: &mut [Vector]) {
-    let deforming = frame.deforming.map(<[u32]>::to_vec);
-    let n_nodes = deforming.as_ref().map_or(frame.nodes.len(), Vec::len);
+fn fade_inward(state: MeshState<'_>, changes: &[f64], largest: f64, out: &mut [Vector]) {
+    let deforming = state.deforming.map(<[u32]>::to_vec);
+    let n_nodes = deforming.as_ref().map_or(state.nodes.len(), Vec::len);
     let mut field = Field {
         nodes: deforming,
         n_modes: 3,
         values: vec![0.0; 3 * n_nodes],
     };
-    let correction = Correction::new(frame.surface, frame.facets, changes, 3, largest);
-    correction.add_to(&mut field, frame.nodes);
+    let correction = Correction::new(state.surface, state.facets, changes, 3, largest);
+    correction.add_to(&mut field, state.nodes);
     let (rows, _) = field.values.as_chunks::<3>();
     match &field.nodes {
         None => out
@@ -77,18 +77,18 @@ fn carry_inward(frame: Frame<'_>, changes: &[f64], largest: f64, out: &mut [Vect
     }
 }
 
-/// Largest distance of the sliding nodes in `points` from their boundary, which `carry` has turned
+/// Largest distance of the sliding nodes in `points` from their boundary, which `to_inertial` has turned
 /// with the zone, and the sum of its squares.
 pub(super) fn off_boundary(
     motion: &Motion,
     surface: &SurfacePoints,
-    carry: Option<&Transform>,
+    to_inertial: Option<&Transform>,
     points: &[Vector],
 ) -> (f64, f64) {
     let Some(sliding) = &surface.sliding else {
         return (0.0, 0.0);
     };
-    let back = carry.map(Transform::inverse);
+    let back = to_inertial.map(Transform::inverse);
     let errors = sliding_nodes(motion, surface).map(|(node, point)| {
         let x = back.map_or(points[node], |back| back.apply(points[node]));
         distance(x, sliding.place(point, x))

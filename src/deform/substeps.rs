@@ -1,7 +1,7 @@
 //! A step by way of several meshes: its motion cut into parts, each interpolated on the mesh that the
 //! part before has left.
 
-use super::fields::{Chosen, Fields, Frame};
+use super::fields::{Chosen, Fields, MeshState};
 use super::interval::Interval;
 use super::layer;
 use super::sliding;
@@ -11,6 +11,7 @@ use crate::modes::RigidSurface;
 use crate::motion::Step;
 use crate::progress::Silent;
 use crate::rbf::select::{self, Measure};
+use crate::rbf::targets::Targets;
 use rayon::prelude::*;
 
 impl Interval {
@@ -58,7 +59,7 @@ impl Interval {
             points: &surface,
             body: &plan.surface.body,
         };
-        let given = plan.given_between(std::slice::from_ref(step), from, to);
+        let given = plan.surface_displacements_between(std::slice::from_ref(step), from, to);
         let mut method = plan.method.clone();
         if let Some(sliding) = sliding::on_moved_surface(&plan.motion, &plan.surface, &surface) {
             method.displacement.constraints = plan.surface.constraints(Some(&sliding));
@@ -68,12 +69,12 @@ impl Interval {
             .iter()
             .zip(&self.bases)
             .map(|(layer, base)| {
-                let targets = select::Targets {
+                let targets = Targets {
                     points: &surface,
                     values: &layer.modes.values,
                     criterion: &layer.criterion,
                     images: &plan.periodic.is_image,
-                    arms: &layer.arms,
+                    lever_arms: &layer.lever_arms,
                 };
                 select::from_base(&layer.space, targets, base.clone(), Measure::Max)
             })
@@ -85,15 +86,15 @@ impl Interval {
                 error: selection.error,
             })
             .collect();
-        let frame = Frame {
+        let state = MeshState {
             nodes,
             surface: &surface,
             ..self.reference()
         };
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(frame, &layers, &chosen, correct, &Silent);
-        fields.displace(&layers, 0, frame, out);
-        self.set_surface(step, to, frame, out);
+        let fields = Fields::new(state, &layers, &chosen, correct, &Silent);
+        fields.displace(&layers, 0, state, out);
+        self.place_surface_nodes(step, to, state, out);
         Ok(selections.iter().map(|selection| selection.error).sum())
     }
 }

@@ -1,7 +1,7 @@
 //! What the surface points of a plan do between two parts of its steps: poses of rigid bodies, and
 //! displacements where bodies are not rigid.
 
-use super::layer::{BodyPath, Free, Given, Turns};
+use super::layer::{BodyPath, Free, SurfaceDisplacements, Turns};
 use super::plan::Plan;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, sub};
@@ -10,16 +10,21 @@ use std::ops::Range;
 
 impl Plan {
     /// The motion of every body over all steps, from the reference mesh.
-    pub fn given(&self) -> Given<'_> {
-        self.given_between(&self.motion.steps, 0.0, 1.0)
+    pub fn surface_displacements(&self) -> SurfaceDisplacements<'_> {
+        self.surface_displacements_between(&self.motion.steps, 0.0, 1.0)
     }
 
     /// The motion of every body from where it is at part `from` of each step to where it is at part
     /// `to`.
-    pub fn given_between(&self, steps: &[Step], from: f64, to: f64) -> Given<'_> {
+    pub fn surface_displacements_between(
+        &self,
+        steps: &[Step],
+        from: f64,
+        to: f64,
+    ) -> SurfaceDisplacements<'_> {
         let n_bodies = self.motion.bodies.len();
         if !(0..n_bodies).all(|body| self.motion.is_rigid(body)) {
-            return Given::Free(self.free(steps, from, to));
+            return SurfaceDisplacements::Free(self.free(steps, from, to));
         }
         let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
         let path = |body: usize| BodyPath {
@@ -29,7 +34,7 @@ impl Plan {
                 .collect(),
             turns: twist.then(|| self.turns(body, steps, from, to)),
         };
-        Given::Rigid((0..n_bodies).map(path).collect())
+        SurfaceDisplacements::Rigid((0..n_bodies).map(path).collect())
     }
 
     /// Displacements of the surface points between two parts of each step.

@@ -1,6 +1,6 @@
 //! Plans and deformers on the airfoil of testdata: tolerances, methods, refusals.
 
-use super::{Interval, Plan, check_tolerance, choose};
+use super::{Interval, Plan, check_tolerance, choose, missed_at_step};
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Error;
 use crate::formats::{self, Precision};
@@ -125,13 +125,13 @@ fn substeps_report_the_error_that_has_added_up() {
     assert!((reported - error).abs() <= 1e-14, "{reported:e} {error:e}");
     let step = &without.motion.steps[1];
     assert_eq!(
-        super::choose::missed(&without, step, 9, 0.02).map(|found| found.1),
+        missed_at_step(&without, step, 9, 0.02).map(|found| found.1),
         Some(true)
     );
-    assert_eq!(super::choose::missed(&without, step, 9, 0.009), None);
+    assert_eq!(missed_at_step(&without, step, 9, 0.009), None);
     let with = plan(&schedule(true));
     assert_eq!(
-        super::choose::missed(&with, step, 9, 0.02).map(|found| found.1),
+        missed_at_step(&with, step, 9, 0.02).map(|found| found.1),
         Some(false)
     );
     assert_eq!(errors(&with)[1].1, 0.0);
@@ -142,7 +142,7 @@ fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
     let missed = |selection: &str, n_base: usize| {
         let schedule = moved("rigid.translate = [0.1, 0, 0]", selection);
         let plan = plan(&schedule);
-        let found = super::choose::missed(&plan, &plan.motion.steps[1], n_base, 0.02);
+        let found = missed_at_step(&plan, &plan.motion.steps[1], n_base, 0.02);
         found.map(|found| found.1)
     };
     for (method, without, with) in [

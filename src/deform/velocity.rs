@@ -8,7 +8,7 @@
 //! The base points are those of the displacements; where these do not serve the velocities, as those of
 //! a body on its way through its place of rest, further ones are added.
 
-use super::fields::{Chosen, Fields, Frame};
+use super::fields::{Chosen, Fields, MeshState};
 use super::layer::{Free, Layer, Method};
 use super::plan::Plan;
 use crate::diagnostic::deform::DeformNote;
@@ -16,7 +16,8 @@ use crate::error::Result;
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{BodyVelocity, Role, Step};
 use crate::progress::Silent;
-use crate::rbf::select::{self, Limits, Measure, Selection, Targets};
+use crate::rbf::select::{self, Limits, Measure, Selection};
+use crate::rbf::targets::Targets;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -28,15 +29,15 @@ const SERVES: f64 = 2e-3;
 /// Velocities of the surface points at every step as a layer.
 pub(super) fn layer(plan: &Plan) -> Result<Layer> {
     let steps = &plan.motion.steps;
-    let paces: Vec<Vec<BodyVelocity<'_>>> = steps
+    let of_bodies: Vec<Vec<BodyVelocity<'_>>> = steps
         .iter()
         .map(|step| plan.motion.velocities(step))
         .collect();
     let surface = &plan.surface;
     let velocity = |step: usize, at: usize| match surface.body[at] {
         Some(body) => {
-            let pace = &paces[step][usize::from(body)];
-            pace.velocity(surface.nodes[at], surface.points[at])
+            let of_body = &of_bodies[step][usize::from(body)];
+            of_body.velocity(surface.nodes[at], surface.points[at])
         }
         None => [0.0; 3],
     };
@@ -76,7 +77,7 @@ impl Velocities {
     pub fn new(
         plan: &Plan,
         layer: &Layer,
-        frame: Frame<'_>,
+        state: MeshState<'_>,
         displacements: &Chosen<'_>,
         interval: &Range<usize>,
     ) -> Result<Self> {
@@ -88,35 +89,41 @@ impl Velocities {
         }];
         let layers = std::slice::from_ref(layer);
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(frame, layers, &chosen, correct, &Silent);
+        let fields = Fields::new(state, layers, &chosen, correct, &Silent);
         Ok(Self { fields, warning })
     }
 
     /// Velocities at a step in mesh units a second; `points` are the nodes at that step.
-    pub fn at(&self, plan: &Plan, step: &Step, frame: Frame<'_>, points: &[Vector]) -> Vec<Vector> {
+    pub fn at(
+        &self,
+        plan: &Plan,
+        step: &Step,
+        state: MeshState<'_>,
+        points: &[Vector],
+    ) -> Vec<Vector> {
         let still = vec![[0.0; 3]; points.len()];
         let mut out = still.clone();
         let layers = plan.velocity.as_slice();
-        let at_rest = Frame {
+        let at_rest = MeshState {
             nodes: &still,
-            ..frame
+            ..state
         };
         self.fields.displace(layers, step.index, at_rest, &mut out);
         if plan.schedule.selection.correction {
-            set_surface(plan, step, &mut out);
+            set_surface_velocities(plan, step, &mut out);
         }
         plan.periodic.follow_directions(&mut out);
         if plan.motion.rotor.in_plane {
             out.par_iter_mut().for_each(|v| v[2] = 0.0);
         }
-        let Some(carry) = plan.motion.carry_moving(step) else {
+        let Some(to_inertial) = plan.motion.to_inertial_moving(step) else {
             return out;
         };
         let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
-        let back = carry.map.inverse();
+        let back = to_inertial.map.inverse();
         out.par_iter_mut().enumerate().for_each(|(node, v)| {
             if inside.is_none_or(|inside| inside[node]) {
-                *v = carry.velocity(back.apply(points[node]), *v);
+                *v = to_inertial.velocity(back.apply(points[node]), *v);
             }
         });
         out
@@ -137,7 +144,7 @@ fn select_for(
     }
     let by_step = layer
         .criterion
-        .largest_by_step(&layer.modes.values, &layer.arms);
+        .largest_by_step(&layer.modes.values, &layer.lever_arms);
     let largest = |speeds: &[f64]| speeds.iter().copied().fold(0.0, f64::max);
     let speed = largest(&by_step[interval.clone()]);
     let allowed = f64::max(SERVES * speed, 2.0 * ACCURACY * largest(&by_step));
@@ -162,14 +169,14 @@ fn select_for(
 }
 
 /// Surface nodes with the velocities of the motion itself, fixed ones at rest.
-fn set_surface(plan: &Plan, step: &Step, out: &mut [Vector]) {
-    let paces = plan.motion.velocities(step);
+fn set_surface_velocities(plan: &Plan, step: &Step, out: &mut [Vector]) {
+    let of_bodies = plan.motion.velocities(step);
     let surface = &plan.motion.surface.nodes;
     let nodes = surface.nodes.par_iter().zip(&surface.roles);
     let exact = nodes.map(|(&node, role)| match role {
         Role::Moving(body) => {
-            let pace = &paces[usize::from(*body)];
-            Some(pace.velocity(node, plan.mesh.points[node as usize]))
+            let of_body = &of_bodies[usize::from(*body)];
+            Some(of_body.velocity(node, plan.mesh.points[node as usize]))
         }
         Role::Fixed => Some([0.0; 3]),
         Role::Sliding => None,
@@ -202,7 +209,7 @@ mod tests {
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
         let plan = Arc::new(Plan::new(mesh, schedule).expect("they fit"));
-        let interval = plan.intervals()[0].clone();
+        let interval = plan.selection_intervals()[0].clone();
         let selections = choose(&plan, &interval, &Silent).expect("there are base points");
         let interval =
             Interval::new(&plan, selections, &interval, &Silent).expect("it can be made");

@@ -83,7 +83,7 @@ fn faces_on_rim(mesh: &Mesh, zone: &DeformingZone) -> Vec<usize> {
             zone.cells[cell.index] == in_zone && cell.nodes.iter().any(is_on)
         })
     });
-    let has = |faces: &Faces, cell: usize| faces.loose.binary_search(&(cell as u32)).is_err();
+    let has = |faces: &Faces, cell: usize| faces.dangling.binary_search(&(cell as u32)).is_err();
     found.retain(|&cell| has(&inside, cell) && !has(&outside, cell));
     found
 }

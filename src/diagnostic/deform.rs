@@ -53,10 +53,10 @@ DeformNote as Deform {
         /// Tolerances that a gap should be wide at least.
         tolerances: f64,
         /// What the correction would fade out over elsewhere.
-        reach: f64,
+        fade_radius: f64,
     } => (
         "two surfaces are {width:.3e} apart at node {node}, which is under {tolerances} tolerances; the correction fades \
-         out over half of that instead of {reach:.3e}, so a smaller tolerance would serve the cells there"
+         out over half of that instead of {fade_radius:.3e}, so a smaller tolerance would serve the cells there"
     )
 
     /// Base points do not serve the velocities.

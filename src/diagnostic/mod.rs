@@ -20,7 +20,21 @@ use std::fmt;
 use std::mem::discriminant;
 use std::path::{Path, PathBuf};
 
-/// A note or a warning with its place.
+/// A note or a warning with its place; `Display` is its sentence.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a folder");
+/// # let path = folder.path().join("naca0012.su2");
+/// # fn main() -> azimesh::Result<()> {
+/// use azimesh::{DataArray, Diagnostic, Mesh, Values};
+///
+/// let mut mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// mesh.point_arrays.push(DataArray::scalar("p", Values::F64(vec![0.0; mesh.points.len()])));
+/// let notes: Vec<Diagnostic> = mesh.write(&path)?.into_iter().collect();
+/// assert!(notes.iter().any(|note| note.to_string().contains("\"p\"")));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
     /// What it is about, with its names and numbers.

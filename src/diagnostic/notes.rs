@@ -1,11 +1,12 @@
 //! How the notes of a room are declared: of each its fields, and the sentence that is made of them.
 
-/// Declares the notes of a room: the enum, its sentences, and how it becomes the [`NoteKind`](super::NoteKind) after `as`.
+/// Declares the notes of a room: the enum, its sentences, and how it becomes the [`NoteKind`](super::NoteKind) after `as`,
+/// where one is given.
 /// A sentence is what `write!` takes, with the fields as names.
 macro_rules! notes {
-    ($(#[$doc:meta])* $name:ident as $kind:ident {$(
+    ($(#[$doc:meta])* $name:ident $(as $kind:ident)? {$(
         $(#[$note_doc:meta])*
-        $note:ident $({$( $(#[$field_doc:meta])* $field:ident: $type:ty, )*})? => ($($sentence:tt)*)
+        $note:ident $({$( $(#[$field_doc:meta])* $field:ident: $type:ty ),* $(,)?})? => ($($sentence:tt)*)
     )*}) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq)]
@@ -22,11 +23,11 @@ macro_rules! notes {
             }
         }
 
-        impl From<$name> for crate::diagnostic::NoteKind {
+        $(impl From<$name> for crate::diagnostic::NoteKind {
             fn from(note: $name) -> Self {
                 Self::$kind(note)
             }
-        }
+        })?
     };
 }
 pub(super) use notes;

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 /// Where a mesh lies.
 pub enum Location {
-    /// A file, unpacked, or standard input.
+    /// A file, decompressed, or standard input.
     File(Source),
     /// A folder, in which a format finds its files.
     Folder(PathBuf),
 }
 
 impl Location {
-    /// What lies at a path; `-` is standard input. What is held in memory, unpacked or from a pipe, may take
+    /// What lies at a path; `-` is standard input. Decompressed content, and that of a pipe, may take
     /// half of the memory that is free.
     pub fn open(path: &Path) -> Result<Self> {
         Self::open_within(path, None)

@@ -1,7 +1,12 @@
-//! Meshes read and written by their paths alone: the front door of this room.
+//! Reads and writes meshes by their paths: the entry points of this module.
 
-use super::{Commit, Loaded, Location, Notes, ReadOptions, WriteOptions, by_extension, read, save};
-use crate::error::Result;
+use super::output_set::stage_folder;
+use super::save::stage_file;
+use super::{
+    Begin, Commit, Format, Loaded, Location, Notes, OutputSet, ReadOptions, SequenceFile, Staged,
+    WriteOptions, by_extension, read,
+};
+use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshView};
 use std::path::Path;
 
@@ -24,7 +29,8 @@ impl Mesh {
         Ok(Self::read_with(path, &ReadOptions::default())?.mesh)
     }
 
-    /// The same with options; with notes on what the mesh does not hold of the file, and its format.
+    /// Reads as [`Mesh::read`] does, with options. Gives the mesh, notes on what it does not hold of the file, and the
+    /// file's format.
     ///
     /// ```
     /// use azimesh::{Mesh, ReadOptions};
@@ -42,8 +48,8 @@ impl Mesh {
         read(&Location::open(path.as_ref())?, options)
     }
 
-    /// Writes the mesh, whole or not at all, in the format that the path's ending names, in place of what has the
-    /// name; gives notes on what the format does not hold.
+    /// Writes the mesh in the format of the path's extension, completely or not at all. An existing file is replaced.
+    /// Returns notes on what the format does not hold.
     ///
     /// ```
     /// use azimesh::Mesh;
@@ -71,9 +77,64 @@ impl MeshView<'_> {
     /// # Errors
     /// Those of [`Mesh::write`].
     pub fn write(&self, path: impl AsRef<Path>) -> Result<Notes> {
+        self.write_with(path, &WriteOptions::default())
+    }
+
+    /// Writes as [`Mesh::write`] does, with options. Those that the format has no use for change nothing.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::write`].
+    pub fn write_with(&self, path: impl AsRef<Path>, options: &WriteOptions) -> Result<Notes> {
         let path = path.as_ref();
-        let format = by_extension(path)?;
-        let options = WriteOptions::default();
-        save(self, path, format, &options, Commit::REPLACE)
+        save(self, path, by_extension(path)?, options, Commit::REPLACE)
+    }
+}
+
+/// Writes `mesh` to `path`; returns a note for each thing that the format cannot hold.
+///
+/// The files are staged in the same folder, renamed once all are complete, and removed when anything
+/// fails. `-` is standard output. A device or a pipe, which cannot be replaced, is written to directly;
+/// a symbolic link is followed.
+pub fn save(
+    mesh: &MeshView,
+    path: &Path,
+    format: &dyn Format,
+    options: &WriteOptions,
+    commit: Commit,
+) -> Result<Notes> {
+    let (notes, files) = stage(mesh, path, format, options, commit)?;
+    files.keep()?;
+    Ok(notes)
+}
+
+/// Writes `mesh` as [`save`] does, but leaves the files staged.
+pub fn stage(
+    mesh: &MeshView,
+    path: &Path,
+    format: &dyn Format,
+    options: &WriteOptions,
+    commit: Commit,
+) -> Result<(Notes, Staged)> {
+    let mut out = OutputSet::new(path, commit);
+    let notes = format.write(mesh, &mut out, options)?;
+    Ok((notes, out.finish().files))
+}
+
+/// Lets `write` fill the staged file or folder of a whole sequence. Where `path` is standard output, a device or a
+/// pipe, the file is copied to it and removed.
+pub fn stage_sequence<T>(
+    path: &Path,
+    format: &dyn Format,
+    options: &WriteOptions,
+    commit: Commit,
+    write: impl FnOnce(&mut dyn SequenceFile) -> Result<T>,
+) -> Result<(T, Staged)> {
+    let create = format
+        .sequence()
+        .ok_or_else(|| Error::input(format!("{} keeps no sequence", format.title())).file(path))?;
+    let fill = |staged: &Path| write(&mut *create(staged, options, Begin::Fill, false)?);
+    match format.is_folder() {
+        true => stage_folder(path, commit, fill),
+        false => stage_file(path, commit, fill),
     }
 }

@@ -4,27 +4,27 @@
 //! positions; the path is added at this door. A writer writes to any sink, front to back.
 
 pub mod cgns;
-mod emerging;
+mod decompress;
 pub mod gmsh;
+mod growing;
 mod hash;
 mod hdf5;
-mod hidden;
 pub mod legacy;
 mod lexer;
 mod location;
+mod memory_limit;
 mod mesh_file;
 mod names;
 mod options;
 mod output_set;
-mod packed;
 pub mod pvtu;
 mod records;
-mod room;
 mod save;
 mod sequence;
 mod series;
 mod sink;
 mod source;
+mod staged;
 pub mod su2;
 #[cfg(test)]
 mod toy;
@@ -36,23 +36,24 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use hash::{hash_of, hash_of_range};
-pub use hidden::{
-    Commit, clear_left, end_hidden, end_hidden_soon, folder_of, is_same, list_hidden, sync_folder,
-    unlist_hidden,
-};
 pub use location::Location;
+pub use mesh_file::{save, stage, stage_sequence};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use output_set::{Output, OutputSet};
-pub use save::{Waiting, save, save_text, stage, stage_bytes, stage_sequence};
+pub use output_set::OutputSet;
+pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub use source::{Source, check_file, check_no_device};
+pub use staged::{
+    Commit, clear_left, end_staged, end_staged_soon, folder_of, is_same, register_temporary,
+    sync_folder, unregister_temporary,
+};
 
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::formats::{Read, Written};
 use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
-pub use packed::without_packing;
+pub use decompress::without_compression;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -138,8 +139,8 @@ pub trait Format: Sync {
     }
     /// Writes the mesh; returns a note for each thing that the format cannot hold.
     fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
-        let beside = self.beside(mesh, out.path());
-        if !beside.is_empty() && out.path().as_os_str() == "-" {
+        let companions = self.companion_files(mesh, out.path());
+        if !companions.is_empty() && out.path().as_os_str() == "-" {
             return Err(Error::input(format!(
                 "{} keeps names and conditions of tags in a file beside it, for which standard output \
                  has no place; write to a file",
@@ -147,12 +148,12 @@ pub trait Format: Sync {
             )));
         }
         let is_stream = out.is_stream();
-        for (path, content) in beside.iter().filter(|_| !is_stream) {
-            out.beside(path, content)?;
+        for (path, content) in companions.iter().filter(|_| !is_stream) {
+            out.companion(path, content)?;
         }
         let mut notes = out.main(|out| self.write_file(mesh, out, options))?;
-        if is_stream && !beside.is_empty() {
-            notes.push(Written::BesideLeftOut);
+        if is_stream && !companions.is_empty() {
+            notes.push(Written::CompanionLeftOut);
         }
         Ok(notes)
     }
@@ -160,9 +161,9 @@ pub trait Format: Sync {
     fn write_file(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
         Err(Error::input(format!("{} is no single file", self.title())))
     }
-    /// Small files that belong beside a mesh written to `path`, with their content: the same at whatever
-    /// positions its nodes are.
-    fn beside(&self, _mesh: &MeshView, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    /// Small files that belong next to a mesh written to `path`, with their content, which does not depend on the
+    /// positions of the nodes.
+    fn companion_files(&self, _mesh: &MeshView, _path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         Vec::new()
     }
     /// Whether arrays at nodes and cells are written.
@@ -188,7 +189,8 @@ pub trait Format: Sync {
     }
 }
 
-/// What readers and writers have to say, each thing once.
+/// What readers and writers have to say, each thing once: an iterator of [`Diagnostic`]s. See
+/// [`Mesh::read_with`] and [`Mesh::write`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
     list: Vec<Diagnostic>,
@@ -263,7 +265,7 @@ impl IntoIterator for Notes {
     }
 }
 
-/// A mesh as it was read.
+/// A mesh as it was read. See [`Mesh::read_with`].
 pub struct Loaded {
     /// The mesh.
     pub mesh: Mesh,
@@ -295,7 +297,7 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
         )));
     }
     let name = file_name(path);
-    let inside = without_packing(&name);
+    let inside = without_compression(&name);
     let format = with_extension(&name);
     format.ok_or_else(|| {
         if inside != name && with_extension(inside).is_some() {
@@ -343,7 +345,7 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
 /// A file name without the endings of packing and format: what files of one case share. The whole
 /// name where its ending is none of a format.
 pub fn case_name(name: &str) -> &str {
-    let inside = without_packing(name);
+    let inside = without_compression(name);
     let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
     let extensions = with_flavours().flat_map(|format| format.extensions());
     let starts = extensions.filter_map(|extension| {
@@ -361,7 +363,7 @@ pub fn recognize(location: &Location) -> Option<&'static dyn Format> {
 
 /// The format of what lies somewhere, by its content or, where that does not tell, by its name.
 pub fn of(location: &Location) -> Result<&'static dyn Format> {
-    let by_name = || with_extension(without_packing(&file_name(location.path())));
+    let by_name = || with_extension(without_compression(&file_name(location.path())));
     match recognize(location) {
         Some(format) => Ok(format),
         None => by_name().ok_or_else(|| match location.file() {
@@ -405,6 +407,7 @@ pub fn read_as(
 }
 
 /// The mesh in bytes of a known format, as the format gives it, without the checks of [`read`].
+#[cfg(any(test, feature = "internals"))]
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
     format.read_file(&source, options, &mut Notes::default())

@@ -5,7 +5,17 @@ use crate::error::{Error, Result};
 use crate::mesh::MeshView;
 use std::num::NonZeroUsize;
 
-/// What a reader is told.
+/// Options of readers.
+///
+/// ```
+/// use azimesh::{Mesh, ReadOptions};
+/// # fn main() -> azimesh::Result<()> {
+/// let options = ReadOptions { tag_array: Some("Marker".to_owned()), step: None };
+/// let error = Mesh::read_with("testdata/naca0012.vtu", &options).err().expect("it has no such array");
+/// assert!(error.message.contains("Marker"));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
     /// VTK cell array that holds boundary tags, when it is not one of the known names.
@@ -14,7 +24,25 @@ pub struct ReadOptions {
     pub step: Option<usize>,
 }
 
-/// What a writer is told.
+/// Options of writers: [`Encoding`], [`Compression`], [`Precision`] and what VTK formats can do beside.
+///
+/// ```
+/// use azimesh::{Compression, Mesh, Precision, WriteOptions};
+/// # fn main() -> azimesh::Result<()> {
+/// # let folder = tempfile::tempdir().expect("a folder");
+/// # let path = folder.path().join("small.vtu");
+/// let options = WriteOptions {
+///     compression: Compression::Zlib,
+///     precision: Precision::F32,
+///     ..WriteOptions::default()
+/// };
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// mesh.view().write_with(&path, &options)?;
+/// let x = Mesh::read(&path)?.points[7][0];
+/// assert_eq!(x, f64::from(mesh.points[7][0] as f32));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone)]
 pub struct WriteOptions {
     /// How numbers are stored.

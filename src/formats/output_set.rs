@@ -1,50 +1,51 @@
-//! Where a mesh goes: one file, a file and others beside it, or a folder; all whole before any takes its name.
+//! The output of one mesh: a file, a file with companion files, or a folder. All files are complete before any gets
+//! its name.
 
-use super::hidden::{Commit, Hidden, folder_of, sync_folder};
-use super::save::{Waiting, exists, stage_bytes, stage_whole};
+use super::save::{Staged, exists, stage_bytes, stage_whole};
+use super::staged::{Commit, Temporary, folder_of, sync_folder};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// The files that a mesh is written to. Each has a hidden name until [`OutputSet::finish`], whose result gives
-/// them theirs: those of a folder first, then those beside, the main file last, since it may name the others.
+/// The files that a mesh is written to, staged until the result of [`OutputSet::finish`] is committed: first the
+/// files of a folder, then companion files, then the main file, since it may refer to the others.
 pub struct OutputSet<'a> {
     path: &'a Path,
-    /// `None` where the bytes go nowhere.
+    /// `None` where nothing is kept.
     commit: Option<Commit>,
     folder: Option<Folder>,
-    files: Vec<Waiting>,
-    main: Option<Waiting>,
-    /// The main file of a folder's, which names those: written when they have their names, since a signal names
-    /// what is whole and removes a folder that waits.
+    files: Vec<Staged>,
+    main: Option<Staged>,
+    /// Content of the main file of a set with a folder, which refers to the files in it: staged only when those
+    /// have their names, since a signal commits staged files and removes a staged folder.
     list: Option<Vec<u8>>,
     tally: Tally,
 }
 
-/// Files of one mesh that are whole.
+/// The complete files of one mesh.
 pub struct Output {
-    /// What gives them their names.
-    pub files: Waiting,
-    /// Hash of the main file, or of all files of a folder, where it was asked for.
+    /// The staged files.
+    pub files: Staged,
+    /// Hash of the main file, or of all files of a folder, with [`OutputSet::hashed`].
     pub hash: Option<blake3::Hash>,
     /// Bytes of the main file, or of all files of a folder.
     pub n_bytes: u64,
 }
 
-/// Bytes that were written, and their hash where that is wanted.
+/// Number of bytes written, and their hash with [`OutputSet::hashed`].
 #[derive(Default)]
 struct Tally {
     n_bytes: u64,
     is_hashed: bool,
     main: Option<blake3::Hash>,
-    /// Of the files of a folder, by their names.
+    /// Hashes of the files of a folder, by their names.
     of_folder: BTreeMap<String, blake3::Hash>,
 }
 
 impl<'a> OutputSet<'a> {
-    /// What is to be at a path; `-` is standard output.
+    /// An output at a path; `-` is standard output.
     pub fn new(path: &'a Path, commit: Commit) -> Self {
         Self {
             commit: Some(commit),
@@ -52,7 +53,7 @@ impl<'a> OutputSet<'a> {
         }
     }
 
-    /// The same, of which nothing is kept but how long it is, and its hash.
+    /// An output of which only the number of bytes and the hash are kept.
     pub fn nowhere(path: &'a Path) -> Self {
         Self {
             path,
@@ -65,7 +66,7 @@ impl<'a> OutputSet<'a> {
         }
     }
 
-    /// With a hash of what is written.
+    /// Computes a hash of what is written.
     #[must_use]
     pub fn hashed(mut self) -> Self {
         self.tally.is_hashed = true;
@@ -77,7 +78,7 @@ impl<'a> OutputSet<'a> {
         self.path
     }
 
-    /// Whether that is standard output, a device or a pipe, beside which nothing can be.
+    /// Whether it is standard output, a device or a pipe, which can have no companion files.
     pub fn is_stream(&self) -> bool {
         let is_special = |found: fs::Metadata| !found.is_file() && !found.is_dir();
         self.path.as_os_str() == "-" || fs::metadata(self.path).is_ok_and(is_special)
@@ -105,16 +106,16 @@ impl<'a> OutputSet<'a> {
         Ok(written)
     }
 
-    /// Writes a small file beside the main one, which is no part of the hash.
-    pub fn beside(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
+    /// Writes a small companion file, which is not part of the hash.
+    pub fn companion(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
         if let Some(commit) = self.commit {
             self.files.push(stage_bytes(bytes, path, commit)?);
         }
         Ok(())
     }
 
-    /// Writes a file of a folder, at `path` or beside it; `name` may have folders of its own. All files of a set
-    /// are in one folder.
+    /// Writes the file `name` of a folder, which is `path` or lies next to it; `name` may contain folders. All files
+    /// of a set are in one folder.
     pub fn in_folder<T>(
         &mut self,
         folder: &Path,
@@ -129,12 +130,12 @@ impl<'a> OutputSet<'a> {
             return Ok(written);
         };
         if self.folder.is_none() {
-            // The main file says whether what is beside it may be replaced.
+            // Whether the main file may be replaced decides for its folder too.
             let replace = folder != self.path || commit.replace;
-            self.folder = Some(Folder::beside(folder, Commit { replace, ..commit })?);
+            self.folder = Some(Folder::new(folder, Commit { replace, ..commit })?);
         }
         let staged = self.folder.as_mut().expect("it was just made");
-        let path = staged.hidden.path().join(name);
+        let path = staged.temporary.path().join(name);
         fs::create_dir_all(folder_of(&path)).map_err(|error| Error::io(folder, &error))?;
         let tally = &mut self.tally;
         let counted = |out: &mut dyn Write| tally.count(out, write);
@@ -151,21 +152,21 @@ impl<'a> OutputSet<'a> {
         Ok(written)
     }
 
-    /// The files, which are whole.
+    /// The files, all of them complete.
     pub fn finish(self) -> Output {
         let files = self.files.into_iter().chain(self.main);
-        let files: Vec<Waiting> = files.collect();
+        let files: Vec<Staged> = files.collect();
         let files = match (self.folder, self.commit) {
             (Some(folder), Some(commit)) => {
                 let path = self.path.to_path_buf();
                 let list = self.list;
-                folder.waiting(commit, move || {
-                    Waiting::keep_all(files)?;
+                folder.staged(commit, move || {
+                    Staged::keep_all(files)?;
                     let list = list.map(|list| stage_bytes(&list, &path, commit));
-                    list.transpose()?.map_or(Ok(()), Waiting::keep)
+                    list.transpose()?.map_or(Ok(()), Staged::keep)
                 })
             }
-            _ => Waiting::all(files),
+            _ => Staged::all(files),
         };
         Output {
             files,
@@ -176,7 +177,7 @@ impl<'a> OutputSet<'a> {
 }
 
 impl Tally {
-    /// Lets `write` write to `out`, and counts.
+    /// Lets `write` write to `out`; counts and hashes the bytes.
     fn count<T>(
         &mut self,
         out: &mut dyn Write,
@@ -198,7 +199,7 @@ impl Tally {
     }
 }
 
-/// Counts and hashes what goes through it.
+/// Counts and hashes the bytes that pass through.
 struct Counting<'a> {
     out: &'a mut dyn Write,
     n_bytes: u64,
@@ -220,7 +221,7 @@ impl Write for Counting<'_> {
     }
 }
 
-/// One hash of several files: of their names and hashes, in the order of the names.
+/// One hash of several files: that of their names and hashes, ordered by name.
 fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for (name, hash) in files {
@@ -231,7 +232,7 @@ fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
     hasher.finalize()
 }
 
-/// The hash that [`Output::hash`] gives of the files of a folder; `of_file` is that of a file.
+/// The [`Output::hash`] of the files in a folder; `of_file` hashes a file.
 pub fn hash_of_folder(
     folder: &Path,
     of_file: impl Fn(&Path) -> io::Result<blake3::Hash>,
@@ -241,7 +242,7 @@ pub fn hash_of_folder(
     Ok(hash_of_names(&hashes.collect::<io::Result<_>>()?))
 }
 
-/// Names of all files below a folder, with the folders in it that they are in.
+/// Paths of all files in a folder and its subfolders, relative to it, ascending.
 fn files_in(folder: &Path) -> io::Result<Vec<String>> {
     let mut files = Vec::new();
     let mut folders = vec![String::new()];
@@ -259,55 +260,51 @@ fn files_in(folder: &Path) -> io::Result<Vec<String>> {
     Ok(files)
 }
 
-/// Lets `write` fill a folder, of a name that it is given, which then waits for the name `path`.
+/// Lets `write` fill a staged folder, whose path it is given; the result commits it to `path`.
 pub(super) fn stage_folder<T>(
     path: &Path,
     commit: Commit,
     write: impl FnOnce(&Path) -> Result<T>,
-) -> Result<(T, Waiting)> {
-    let mut folder = Folder::beside(path, commit)?;
-    let written = write(folder.hidden.path()).map_err(|mut error| {
-        // Who asked for `path` knows nothing of the hidden folder.
+) -> Result<(T, Staged)> {
+    let mut folder = Folder::new(path, commit)?;
+    let written = write(folder.temporary.path()).map_err(|mut error| {
+        // The user knows `path`, not the temporary folder.
         error.path = error
             .path
-            .filter(|path| !path.starts_with(folder.hidden.path()));
+            .filter(|path| !path.starts_with(folder.temporary.path()));
         error.file(path)
     })?;
-    let names = files_in(folder.hidden.path());
+    let names = files_in(folder.temporary.path());
     folder.names = names.map_err(|error| Error::io(path, &error))?;
-    Ok((written, folder.waiting(commit, || Ok(()))))
+    Ok((written, folder.staged(commit, || Ok(()))))
 }
 
-/// Files in a hidden folder that go to a folder, which may be there.
+/// Files in a staged folder that are moved to their folder, which may exist.
 struct Folder {
-    hidden: Hidden,
+    temporary: Temporary,
     target: PathBuf,
     names: Vec<String>,
 }
 
 impl Folder {
-    /// An empty one. Refuses a name that is taken, unless that is to be replaced.
-    fn beside(target: &Path, commit: Commit) -> Result<Self> {
+    /// An empty staged folder for `target`. Refuses an existing target unless it is to be replaced.
+    fn new(target: &Path, commit: Commit) -> Result<Self> {
         if !commit.replace && target.exists() {
             return Err(exists(target));
         }
-        let hidden = Hidden::folder_beside(target).map_err(|error| Error::io(target, &error))?;
+        let temporary = Temporary::folder_for(target).map_err(|error| Error::io(target, &error))?;
         Ok(Self {
-            hidden,
+            temporary,
             target: target.to_path_buf(),
             names: Vec::new(),
         })
     }
 
-    /// What moves them, then does the `last` thing. An error on the way brings back the files that had the
-    /// names before. A system that stops between the renames, which no file system does at once for several
-    /// files, leaves old and new ones.
-    fn waiting(
-        self,
-        commit: Commit,
-        last: impl FnOnce() -> Result<()> + Send + 'static,
-    ) -> Waiting {
-        Waiting::new(move || {
+    /// The staged files; committing them moves them, then calls `last`. After an error the files that were there
+    /// before are restored. A system that stops between two renames leaves a mixture of old and new files: no
+    /// file system renames several files at once.
+    fn staged(self, commit: Commit, last: impl FnOnce() -> Result<()> + Send + 'static) -> Staged {
+        Staged::new(move || {
             self.put_in_place(|| {
                 if commit.sync {
                     sync_folder(&self.target).map_err(|error| Error::io(&self.target, &error))?;
@@ -318,10 +315,10 @@ impl Folder {
         })
     }
 
-    /// Moves the files to their folder, then does the `last` thing.
+    /// Moves the files to their folder, then calls `last`.
     fn put_in_place(&self, last: impl FnOnce() -> Result<()>) -> Result<()> {
-        let (hidden, folder) = (self.hidden.path(), &self.target);
-        let old = hidden.join("old");
+        let (temporary, folder) = (self.temporary.path(), &self.target);
+        let old = temporary.join("old");
         let is_new = !folder.exists();
         for made in [&old, folder] {
             fs::create_dir_all(made).map_err(|error| Error::io(made, &error))?;
@@ -338,13 +335,13 @@ impl Folder {
                     fs::rename(&target, kept).map_err(io)?;
                 }
                 moved += 1;
-                fs::rename(hidden.join(name), &target).map_err(io)?;
+                fs::rename(temporary.join(name), &target).map_err(io)?;
             }
             last()
         };
         let done = move_all();
         if done.is_err() {
-            // What cannot be brought back is worth less than the error that is told.
+            // A file that cannot be restored matters less than the error that is reported.
             for name in &self.names[..moved] {
                 let target = folder.join(name);
                 let _ = fs::remove_file(&target);

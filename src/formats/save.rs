@@ -1,45 +1,41 @@
-//! Writing a mesh file whole or not at all: into a file beside it, which then takes its name.
+//! Writes a file completely or not at all: it is staged under a temporary name and renamed when it is complete.
 
-use super::hidden::{Commit, Hidden, folder_of, sync_folder};
-use super::output_set::stage_folder;
 use super::sink::{Sink, name_of};
-use super::{Begin, Format, Notes, OutputSet, SequenceFile, WriteOptions};
+use super::staged::{Commit, Temporary, folder_of, sync_folder};
 use crate::error::{Error, ErrorKind, Result, option};
-use crate::mesh::MeshView;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Bytes gathered before the system is asked to write, and the most that it is asked for at once:
-/// Linux was measured to stall for a third of a second now and then in writes of 4 MB and more.
+/// Size of the write buffer and of the largest single write, in bytes: in writes of 4 MB and more Linux was measured
+/// to stall for a third of a second now and then.
 pub(super) const PIECE: usize = 1 << 20;
 
-/// Gives files their names; tells the folder that is to be synced then.
+/// Renames files to their final names; returns the folder that is to be synced after that.
 type GiveNames = Box<dyn FnOnce() -> Result<Option<PathBuf>> + Send>;
 
-/// Files that are whole and have not their names yet. Dropped, it removes them.
+/// Staged files: complete, but still under temporary names. They are removed when this is dropped.
 #[must_use]
-pub struct Waiting(GiveNames);
+pub struct Staged(GiveNames);
 
-impl Waiting {
-    /// What gives files their names and tells the folder of them, if that is to be synced; dropped, it removes
-    /// them.
+impl Staged {
+    /// `give` renames the files and returns their folder if that is to be synced; dropping it removes them.
     pub(crate) fn new(give: impl FnOnce() -> Result<Option<PathBuf>> + Send + 'static) -> Self {
         Self(Box::new(give))
     }
 
-    /// Several as one, in order.
+    /// Several staged outputs as one, in order.
     pub(super) fn all(files: Vec<Self>) -> Self {
         Self::new(|| Self::keep_all(files).map(|()| None))
     }
 
-    /// Gives them their names.
+    /// Renames the files to their final names.
     pub fn keep(self) -> Result<()> {
         Self::keep_all([self])
     }
 
-    /// Gives all of several their names, in order.
+    /// Renames the files of several outputs, in order.
     pub fn keep_all(files: impl IntoIterator<Item = Self>) -> Result<()> {
         let mut folders = BTreeSet::new();
         let mut give = |file: Self| {
@@ -53,43 +49,13 @@ impl Waiting {
     }
 }
 
-/// Writes `mesh` to `path`; returns a note for each thing that the format cannot hold.
-///
-/// The bytes go to hidden files in the same folder, which are renamed once all are complete and
-/// removed when anything fails. `-` is standard output. A device or a pipe, which cannot be
-/// replaced, is written to directly; a symbolic link is followed.
-pub fn save(
-    mesh: &MeshView,
-    path: &Path,
-    format: &dyn Format,
-    options: &WriteOptions,
-    commit: Commit,
-) -> Result<Notes> {
-    let (notes, files) = stage(mesh, path, format, options, commit)?;
-    files.keep()?;
-    Ok(notes)
-}
-
-/// Does what [`save`] does, but leaves the files under hidden names.
-pub fn stage(
-    mesh: &MeshView,
-    path: &Path,
-    format: &dyn Format,
-    options: &WriteOptions,
-    commit: Commit,
-) -> Result<(Notes, Waiting)> {
-    let mut out = OutputSet::new(path, commit);
-    let notes = format.write(mesh, &mut out, options)?;
-    Ok((notes, out.finish().files))
-}
-
-/// Writes text to `path` in the same way.
+/// Writes text to `path`, completely or not at all.
 pub fn save_text(text: &str, path: &Path, commit: Commit) -> Result<()> {
     stage_bytes(text.as_bytes(), path, commit)?.keep()
 }
 
-/// Writes bytes under a hidden name.
-pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Waiting> {
+/// Stages a file with these bytes.
+pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Staged> {
     let write = |out: &mut dyn Write| {
         let written = out.write_all(bytes);
         written.map_err(|error| Error::io(path, &error))
@@ -97,80 +63,62 @@ pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Waiting>
     stage_whole(path, commit, write).map(|((), file)| file)
 }
 
-/// Fills a file through `write` under a hidden name.
+/// Stages a file that `write` fills. Where `path` is standard output, a device or a pipe, it is written to directly.
 pub(super) fn stage_whole<T>(
     path: &Path,
     commit: Commit,
     write: impl FnOnce(&mut dyn Write) -> Result<T>,
-) -> Result<(T, Waiting)> {
+) -> Result<(T, Staged)> {
     let target = match Sink::of(path, commit)? {
         Sink::Stream(stream) => {
             let written = fill(stream, name_of(path), write)?;
-            return Ok((written, Waiting::new(|| Ok(None))));
+            return Ok((written, Staged::new(|| Ok(None))));
         }
         Sink::File(target) => target,
     };
-    let (file, hidden) = Hidden::beside(&target).map_err(|error| Error::io(path, &error))?;
+    let (file, temporary) =
+        Temporary::file_for(&target).map_err(|error| Error::io(path, &error))?;
     let written = fill(file, path, write)?;
-    Ok((written, waiting(hidden, path, target, commit)))
+    Ok((written, staged(temporary, path, target, commit)))
 }
 
-/// Lets `write` fill the file or folder of a whole sequence, which then waits for the name `path`. Where that is
-/// standard output, a device or a pipe, a file is copied to it and removed.
-pub fn stage_sequence<T>(
-    path: &Path,
-    format: &dyn Format,
-    options: &WriteOptions,
-    commit: Commit,
-    write: impl FnOnce(&mut dyn SequenceFile) -> Result<T>,
-) -> Result<(T, Waiting)> {
-    let create = format
-        .sequence()
-        .ok_or_else(|| Error::input(format!("{} keeps no sequence", format.title())).file(path))?;
-    let fill = |hidden: &Path| write(&mut *create(hidden, options, Begin::Fill, false)?);
-    match format.is_folder() {
-        true => stage_folder(path, commit, fill),
-        false => stage_file(path, commit, fill),
-    }
-}
-
-/// Lets `write` fill a file, of a name that it is given, which then waits for the name `path`. Where that
-/// is standard output, a device or a pipe, the file is copied to it and removed.
-fn stage_file<T>(
+/// Lets `write` fill a staged file, whose path it is given. Where `path` is standard output, a device or a pipe, the
+/// file is copied to it and removed.
+pub(super) fn stage_file<T>(
     path: &Path,
     commit: Commit,
     write: impl FnOnce(&Path) -> Result<T>,
-) -> Result<(T, Waiting)> {
+) -> Result<(T, Staged)> {
     let (target, stream) = match Sink::of(path, commit)? {
         Sink::Stream(stream) => (std::env::temp_dir().join("azimesh"), Some(stream)),
         Sink::File(target) => (target, None),
     };
     let told = if stream.is_some() { &target } else { path };
-    let (_, hidden) = Hidden::beside(&target).map_err(|error| Error::io(told, &error))?;
-    let written = write(hidden.path()).map_err(|mut error| {
-        // Who asked for `path` knows nothing of the hidden file.
-        error.path = error.path.filter(|path| path != hidden.path());
+    let (_, temporary) = Temporary::file_for(&target).map_err(|error| Error::io(told, &error))?;
+    let written = write(temporary.path()).map_err(|mut error| {
+        // The user knows `path`, not the temporary file.
+        error.path = error.path.filter(|path| path != temporary.path());
         match (&stream, error.kind) {
-            (Some(_), ErrorKind::System) => error.file(hidden.path()),
+            (Some(_), ErrorKind::System) => error.file(temporary.path()),
             _ => error.file(name_of(path)),
         }
     })?;
     let Some(mut stream) = stream else {
-        return Ok((written, waiting(hidden, path, target, commit)));
+        return Ok((written, staged(temporary, path, target, commit)));
     };
-    let mut file = File::open(hidden.path()).map_err(|error| Error::io(&target, &error))?;
+    let mut file = File::open(temporary.path()).map_err(|error| Error::io(&target, &error))?;
     let copied = io::copy(&mut file, &mut Pieces(&mut *stream));
     let copied = copied.and_then(|_| stream.flush());
     copied.map_err(|error| Error::io(name_of(path), &error))?;
-    Ok((written, Waiting::new(|| Ok(None))))
+    Ok((written, Staged::new(|| Ok(None))))
 }
 
-/// A whole file that waits for the name `target`, which the user knows as `path`.
-fn waiting(mut hidden: Hidden, path: &Path, target: PathBuf, commit: Commit) -> Waiting {
-    hidden.is_whole(&target, commit);
+/// A complete file that is to be renamed to `target`, which the user knows as `path`.
+fn staged(mut temporary: Temporary, path: &Path, target: PathBuf, commit: Commit) -> Staged {
+    temporary.set_complete(&target, commit);
     let path = path.to_path_buf();
-    Waiting::new(move || {
-        let named = hidden.take_name(&target, commit);
+    Staged::new(move || {
+        let named = temporary.commit(&target, commit);
         named.map_err(|error| match error.kind() {
             io::ErrorKind::AlreadyExists => exists(&path),
             _ => Error::io(&path, &error),
@@ -180,8 +128,8 @@ fn waiting(mut hidden: Hidden, path: &Path, target: PathBuf, commit: Commit) -> 
 }
 
 impl Commit {
-    /// Refuses a name that a file has already, or a symbolic link that leads to none, unless it is to be
-    /// replaced. Standard output, devices and pipes are written to.
+    /// Refuses an existing file, or a symbolic link to a file that does not exist, unless it is to be replaced.
+    /// Standard output, devices and pipes are accepted.
     pub fn check(self, path: &Path) -> Result<()> {
         if self.replace || path.as_os_str() == "-" {
             return Ok(());
@@ -213,7 +161,7 @@ fn fill<T>(
     Ok(written)
 }
 
-/// Hands on at most a piece at a time.
+/// Writes at most [`PIECE`] bytes at a time.
 pub(super) struct Pieces<W>(pub W);
 
 impl<W: Write> Write for Pieces<W> {
@@ -328,7 +276,7 @@ mod tests {
         let path = folder.path().join("mesh.txt");
         let stage = |text: &str| stage_bytes(text.as_bytes(), &path, Commit::with_force(false));
         let staged = ["first", "second"].map(|text| stage(text).expect("the name is free"));
-        let [first, second] = staged.map(Waiting::keep);
+        let [first, second] = staged.map(Staged::keep);
         first.expect("the name was free");
         let refused = second.expect_err("it is taken");
         assert_eq!(

@@ -1,21 +1,20 @@
-//! A whole sequence of meshes in one file.
+//! The interface of formats that keep a whole sequence of meshes in one file or folder.
 
 use super::{Notes, WriteOptions};
 use crate::error::Result;
 use crate::mesh::MeshView;
 use std::path::Path;
 
-/// A file that takes one mesh after another.
+/// A file to which meshes are appended one after another.
 ///
-/// It stands under its name once the first mesh is committed, and whatever happens to the program
-/// after that, it holds the meshes that were committed before.
+/// It has its name once the first mesh is committed. If the program ends after that, for whatever reason, the file
+/// is valid and holds the meshes that were committed.
 pub trait SequenceFile: Send {
-    /// Appends a mesh with the nodes, cells and arrays of the first, whose positions and values may
-    /// differ; gives the hash of the bytes that were added to the file. It is in the file from the next
-    /// [`SequenceFile::commit`] on.
+    /// Appends a mesh with the same cells and arrays as the first; positions and values may differ. Returns the hash
+    /// of the bytes added to the file. The mesh is part of the file from the next [`SequenceFile::commit`] on.
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash>;
 
-    /// Makes the mesh that was appended last one of the file, before another is appended.
+    /// Makes the mesh that was appended last a part of the file. Must be called before another is appended.
     fn commit(&mut self) -> Result<()>;
 
     /// Appends and commits.
@@ -25,64 +24,64 @@ pub trait SequenceFile: Send {
         Ok(hash)
     }
 
-    /// What of the first mesh the format cannot hold.
+    /// Notes on what the format cannot hold of the first mesh.
     fn notes(&self) -> &Notes;
 
     /// Bytes of the file up to the end of the mesh appended last.
     fn n_bytes(&self) -> u64;
 
-    /// After the last mesh of a file that was there before: leaves out what comes after that. Tells
-    /// whether there was something.
+    /// Ends a resumed file ([`Begin::Resume`]) with the mesh appended last: removes what comes after it. Returns
+    /// whether there was anything.
     fn end(&mut self) -> Result<bool>;
 
-    /// Whether all that was appended so far was in the file before ([`Begin::Resume`]).
+    /// Whether all meshes appended so far were in the file before ([`Begin::Resume`]).
     fn is_resuming(&self) -> bool;
 }
 
-/// What each mesh of a sequence has of its own.
+/// The sizes that each mesh of a sequence adds to its file.
 #[derive(Debug, Clone, Copy)]
 pub struct StepSize {
-    /// Nodes.
+    /// Number of nodes.
     pub n_nodes: u64,
     /// Whether all of them lie in the plane z = 0, at every step.
     pub is_plane: bool,
     /// Bytes of a coordinate.
     pub number: u64,
-    /// Arrays of three components of 8 bytes at the nodes.
+    /// Number of node arrays of three components of 8 bytes.
     pub n_vectors: u64,
-    /// Arrays at the cells that change, and the bytes that they have together for one cell.
+    /// Number of cell arrays that change, and their bytes per cell together.
     pub at_cells: (u64, u64),
-    /// Cells, and those of the mesh's own dimension.
+    /// Number of cells, and of those with the dimension of the mesh.
     pub n_cells: (u64, u64),
-    /// Arrays that stay the same.
+    /// Number of arrays that do not change.
     pub n_still: u64,
-    /// Steps of the sequence.
+    /// Number of steps of the sequence.
     pub n_steps: u64,
 }
 
-/// Bytes that a mesh of a sequence adds to the file of all, at the most.
+/// Upper bounds of the bytes that a mesh adds to the file of a sequence.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StepBytes {
     /// Its coordinates.
     pub coordinates: u64,
     /// Its arrays.
     pub arrays: u64,
-    /// What says where those are.
+    /// The metadata that locates them.
     pub rest: u64,
 }
 
-/// What becomes of a file that has the name of a sequence.
+/// What happens to an existing file of a sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
-    /// It is replaced when the first mesh is whole.
+    /// It is replaced when the first mesh is complete.
     Create,
-    /// Meshes that it holds already are compared with it, not written; from the first byte that is
-    /// another it is written over. It holds the meshes before that at every moment.
+    /// It is resumed: appended meshes that it holds already are compared, not written. From the first byte that
+    /// differs on it is overwritten; the meshes before that byte stay readable at every moment.
     Resume,
-    /// It is there, empty, and is filled as it is: who made it gives it its name when all is done.
+    /// It is an empty staged file, which is filled in place; the caller commits it.
     Fill,
 }
 
-/// Starts a file of a sequence. With `sync` each mesh is on the disk when it is committed.
+/// Opens a file of a sequence. With `sync` each mesh is synced to the disk when it is committed.
 pub type CreateSequence =
     fn(&Path, &WriteOptions, Begin, sync: bool) -> Result<Box<dyn SequenceFile>>;

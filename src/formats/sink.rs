@@ -1,12 +1,12 @@
-//! Where outputs go: files, standard output, devices and pipes.
+//! Output targets: files, standard output, devices and pipes.
 
-use super::hidden::Commit;
+use super::staged::Commit;
 use crate::error::{Error, Result};
 use std::fs::{self, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// Where the bytes of an output go.
+/// The target of an output.
 pub(super) enum Sink {
     /// Standard output, a device or a pipe.
     Stream(Box<dyn Write>),
@@ -15,7 +15,7 @@ pub(super) enum Sink {
 }
 
 impl Sink {
-    /// The place of this name; a device or a pipe is opened. A file that must not be replaced is refused.
+    /// The target at this path; a device or a pipe is opened. An existing file that must not be replaced is refused.
     pub fn of(path: &Path, commit: Commit) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Ok(Self::Stream(Box::new(UntilClosed::new(
@@ -41,7 +41,7 @@ impl Sink {
     }
 }
 
-/// What an output is called in messages.
+/// The name of an output in messages.
 pub(super) fn name_of(path: &Path) -> &Path {
     match path.as_os_str() == "-" {
         true => Path::new("<stdout>"),
@@ -49,7 +49,7 @@ pub(super) fn name_of(path: &Path) -> &Path {
     }
 }
 
-/// A pipe whose reader may leave early, as `head` does: what comes after is dropped quietly.
+/// A pipe whose reader may close it early, as `head` does: what is written after that is discarded.
 struct UntilClosed<W> {
     pipe: W,
     is_closed: bool,

@@ -1,14 +1,14 @@
-//! The bytes of an input: a mapped file, an unpacked one, or standard input.
+//! The bytes of an input: a mapped file, a decompressed one, or standard input.
 
-use super::packed;
-use super::room::Room;
+use super::decompress::decompress;
+use super::memory_limit::MemoryLimit;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The bytes of one input file and the name it goes by in messages.
+/// The bytes of one input file, and its name in messages.
 pub struct Source {
     path: PathBuf,
     bytes: Arc<Bytes>,
@@ -38,17 +38,17 @@ impl AsRef<[u8]> for Shared {
 }
 
 impl Source {
-    /// Opens a file; `-` is standard input; a packed file is unpacked. What is held in memory, unpacked or
-    /// from a pipe, may take half of the memory that is free.
+    /// Opens a file; `-` is standard input; a compressed file is decompressed. Decompressed content, and that of a
+    /// pipe, may take half of the free memory.
     pub fn open(path: &Path) -> Result<Self> {
         Self::open_within(path, None)
     }
 
-    /// The same, with as many bytes as are allowed, where a number is given.
+    /// [`Source::open`] with a limit in bytes for decompressed content and that of a pipe.
     pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
-        let room = Room::new(max_memory);
+        let limit = MemoryLimit::new(max_memory);
         if path.as_os_str() == "-" {
-            return Self::standard_input(room)?.unpacked(room);
+            return Self::standard_input(limit)?.decompressed(limit);
         }
         let io = |error| Error::io(path, &error);
         check_no_device(path).map_err(io)?;
@@ -58,15 +58,15 @@ impl Source {
         }
         let bytes = match map(&file, 0) {
             Some(map) => Bytes::Mapped(map),
-            None => Bytes::Owned(read_all(&file, room).map_err(io)?),
+            None => Bytes::Owned(read_all(&file, limit).map_err(io)?),
         };
         let bytes = Arc::new(bytes);
         let path = path.to_path_buf();
-        Self { path, bytes }.unpacked(room)
+        Self { path, bytes }.decompressed(limit)
     }
 
     /// Standard input: mapped where it is a file, read where it is a pipe.
-    fn standard_input(room: Room) -> Result<Self> {
+    fn standard_input(limit: MemoryLimit) -> Result<Self> {
         let name = Path::new("<stdin>");
         if let Some(map) = map_standard_input() {
             return Ok(Self {
@@ -74,7 +74,7 @@ impl Source {
                 bytes: Arc::new(Bytes::Mapped(map)),
             });
         }
-        let bytes = read_all(std::io::stdin().lock(), room);
+        let bytes = read_all(std::io::stdin().lock(), limit);
         let bytes = bytes.map_err(|error| Error::io(name, &error))?;
         Ok(Self::from_bytes(name, bytes))
     }
@@ -87,9 +87,9 @@ impl Source {
         }
     }
 
-    /// What is in memory or mapped, unpacked.
-    fn unpacked(self, room: Room) -> Result<Self> {
-        match packed::unpack(self.bytes(), room) {
+    /// The same source with its content decompressed, where it is compressed.
+    fn decompressed(self, limit: MemoryLimit) -> Result<Self> {
+        match decompress(self.bytes(), limit) {
             None => Ok(self),
             Some(Ok(bytes)) => Ok(Self {
                 bytes: Arc::new(Bytes::Owned(bytes)),
@@ -104,7 +104,7 @@ impl Source {
         &self.path
     }
 
-    /// Its bytes; those of text without the mark that some editors put before UTF-8.
+    /// Its bytes; of text without the byte order mark that some editors put before UTF-8.
     pub fn bytes(&self) -> &[u8] {
         without_mark((*self.bytes).as_ref())
     }
@@ -115,7 +115,8 @@ impl Source {
     }
 }
 
-/// Text without the mark of UTF-8. What goes on with control characters is binary, and may start so.
+/// Text without the byte order mark of UTF-8. A file that continues with control characters is binary, and may
+/// start with these bytes.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     let is_text = |byte: &u8| byte.is_ascii_whitespace() || !byte.is_ascii_control();
     match bytes.strip_prefix(b"\xef\xbb\xbf") {
@@ -124,7 +125,7 @@ pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     }
 }
 
-/// Refuses what can give bytes without end: a device.
+/// Refuses devices, which may give bytes without end.
 pub fn check_no_device(path: &Path) -> io::Result<()> {
     #[cfg(unix)]
     {
@@ -140,8 +141,8 @@ pub fn check_no_device(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Refuses what is no file on a disk: a pipe as well, for which one may wait for ever. For files that others
-/// name, or that are looked for by a name of their own.
+/// Refuses what is no regular file: a folder, a device, or a pipe, whose reader may wait for ever. For files that
+/// another file refers to, and for companion files.
 pub fn check_file(path: &Path) -> io::Result<()> {
     match std::fs::metadata(path)?.is_file() {
         true => Ok(()),
@@ -152,9 +153,9 @@ pub fn check_file(path: &Path) -> io::Result<()> {
     }
 }
 
-fn read_all(from: impl Read, room: Room) -> io::Result<Vec<u8>> {
+fn read_all(from: impl Read, limit: MemoryLimit) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    room.read_all(from, &mut bytes)?;
+    limit.read_all(from, &mut bytes)?;
     Ok(bytes)
 }
 

@@ -6,7 +6,7 @@
 
 use super::{
     Begin, Commit, CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SequenceFile,
-    Waiting, WriteOptions, save, stage_bytes,
+    Staged, WriteOptions, save, stage_bytes,
 };
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Mesh, MeshView};
@@ -134,7 +134,7 @@ struct Sequence {
     names: Vec<String>,
     n_bytes: u64,
     /// Files of the mesh appended last.
-    staged: Vec<Waiting>,
+    staged: Vec<Staged>,
     notes: Notes,
 }
 
@@ -162,7 +162,7 @@ impl SequenceFile for Sequence {
         Ok(blake3::hash(text.as_bytes()))
     }
     fn commit(&mut self) -> Result<()> {
-        Waiting::keep_all(self.staged.drain(..))
+        Staged::keep_all(self.staged.drain(..))
     }
     fn notes(&self) -> &Notes {
         &self.notes

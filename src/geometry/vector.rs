@@ -37,6 +37,18 @@ pub fn cross(a: Vector, b: Vector) -> Vector {
     ]
 }
 
+/// `sum_m values_m vectors_m`, in the order of `m`.
+#[inline(always)]
+pub fn weighted_sum(values: &[f64], vectors: &[Vector]) -> Vector {
+    let mut sum = [0.0; 3];
+    for (value, vector) in values.iter().zip(vectors) {
+        for axis in 0..3 {
+            sum[axis] += value * vector[axis];
+        }
+    }
+    sum
+}
+
 /// Length of `a`.
 #[inline]
 pub fn norm(a: Vector) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Values of one array, in the type of the file.
+/// Values of one array, in the type of the file. See [`DataArray`].
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)] // the names say it
 pub enum Values {
@@ -40,6 +40,13 @@ macro_rules! with_numbers {
 pub(crate) use with_numbers;
 
 /// A named array of tuples.
+///
+/// ```
+/// use azimesh::{DataArray, Values};
+///
+/// let force = DataArray::tuples("force", 3, Values::F64(vec![0.0, 0.0, 1.0, 0.0, 0.0, 2.0]));
+/// assert_eq!(force.n_tuples(), 2);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataArray {
     /// Its name.

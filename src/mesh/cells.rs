@@ -8,7 +8,16 @@ pub use super::streams::face_stream;
 use super::streams::{Listed, distinct_nodes};
 use crate::error::{Error, Result};
 
-/// Cells in order, run-length encoded by kind and node count.
+/// Cells in order, run-length encoded by kind and node count. Nodes are in VTK's order.
+///
+/// ```
+/// use azimesh::{CellKind, Cells};
+///
+/// let mut cells = Cells::default();
+/// cells.push(CellKind::Triangle, &[0, 1, 2]);
+/// cells.push(CellKind::Quadrilateral, &[1, 3, 4, 2]);
+/// assert_eq!(cells.len(), 2);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Cells {
     runs: Vec<Run>,

@@ -30,9 +30,9 @@ pub struct Faces {
     /// Boundary cells between two cells, ascending.
     pub inside: Vec<u32>,
     /// Boundary cells that lie on no face of a cell, ascending.
-    pub loose: Vec<u32>,
-    /// Faces found that more than two cells have.
-    pub n_crowded: usize,
+    pub dangling: Vec<u32>,
+    /// Number of non-manifold faces: faces of more than two cells.
+    pub n_non_manifold: usize,
 }
 
 /// A face of a cell, or a boundary cell, for comparison.
@@ -160,7 +160,7 @@ impl Faces {
         for_each_face(&mesh.cells, &mut entries, |same| faces.add(same));
         faces.outer.par_sort_unstable();
         faces.inside.par_sort_unstable();
-        faces.loose.par_sort_unstable();
+        faces.dangling.par_sort_unstable();
         faces
     }
 
@@ -169,14 +169,14 @@ impl Faces {
         let boundary = boundary.map(|entry| entry.cell);
         let mut cells = same.iter().filter(|entry| !entry.is_boundary());
         match (cells.next(), cells.count()) {
-            (None, _) => self.loose.extend(boundary),
+            (None, _) => self.dangling.extend(boundary),
             (Some(side), 0) => self.outer.push(OuterFace {
                 cell: side.cell,
                 face: side.face(),
                 boundary: boundary.min(),
             }),
             (Some(_), others) => {
-                self.n_crowded += usize::from(others > 1);
+                self.n_non_manifold += usize::from(others > 1);
                 self.inside.extend(boundary);
             }
         }
@@ -298,7 +298,10 @@ mod tests {
         assert_eq!(faces.outer.len(), 6);
         assert_eq!(faces.bare().count(), 5);
         assert_eq!(faces.outer.iter().find_map(|face| face.boundary), Some(2));
-        assert_eq!((&faces.inside[..], &faces.loose[..]), (&[3][..], &[4][..]));
+        assert_eq!(
+            (&faces.inside[..], &faces.dangling[..]),
+            (&[3][..], &[4][..])
+        );
         let alone = Faces::of_cells(&mesh, |cell| cell.index == 1);
         assert_eq!(alone.outer.len(), 4);
     }

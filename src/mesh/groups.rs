@@ -4,6 +4,15 @@ use std::ops::Range;
 
 /// A named set of cells of one dimension. One below the mesh's dimension it is a boundary tag, of
 /// the mesh's dimension a zone; in a cloud of points a tag.
+///
+/// ```
+/// # fn main() -> azimesh::Result<()> {
+/// let mesh = azimesh::Mesh::read("testdata/naca0012.vtu")?;
+/// let names: Vec<&str> = mesh.tags().map(|tag| tag.name.as_str()).collect();
+/// assert_eq!(names, ["airfoil", "farfield"]);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// Topological dimension of its cells.

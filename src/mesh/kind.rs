@@ -1,6 +1,13 @@
 //! Cell kinds: VTK's numbers, names, dimensions, faces and edges, in VTK's node order.
 
 /// A kind of cell. The discriminant is VTK's cell type.
+///
+/// ```
+/// use azimesh::CellKind;
+///
+/// assert_eq!(CellKind::Wedge as u8, 13);
+/// assert_eq!(CellKind::Wedge.dimension(), 3);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 #[allow(missing_docs)] // the names say it

@@ -26,7 +26,7 @@ pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
-pub use faces::{Faces, OuterFace};
+pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub use view::MeshView;
@@ -38,6 +38,20 @@ use rayon::prelude::*;
 ///
 /// Boundary faces are cells like any other, one dimension below the mesh's own; a boundary tag is a
 /// [`Group`] of them. A face in two tags is one cell in two groups.
+///
+/// ```
+/// use azimesh::{CellKind, Cells, Mesh};
+///
+/// # fn main() -> azimesh::Result<()> {
+/// let mut cells = Cells::default();
+/// cells.push(CellKind::Triangle, &[0, 1, 2]);
+/// cells.push(CellKind::Line, &[0, 1]);
+/// let mut mesh = Mesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], cells)?;
+/// mesh.add_tag("wall", [1])?;
+/// assert_eq!(mesh.tag_nodes("wall")?, [0, 1]);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Node coordinates, in the mesh's own unit. In 2D the third is zero unless the file says

@@ -14,7 +14,7 @@ mod mixed;
 mod sketch;
 
 use crate::error::Result;
-use crate::geometry::vector::{Vector, scale, sub};
+use crate::geometry::vector::{Vector, scale, sub, weighted_sum};
 use crate::geometry::{Bounds, Transform};
 use crate::linear::{Matrix, qr_factor, svd};
 use multiversion::multiversion;
@@ -33,7 +33,7 @@ const LANES: usize = 8;
 pub struct Modes {
     /// Number of modes, r.
     pub n_modes: usize,
-    /// `U (N_s, r)`, by rows, in mesh units: it carries the singular values.
+    /// `U (N_s, r)`, by rows, in mesh units: the singular values are in it.
     pub values: Vec<f64>,
     /// `C_k` by steps: (K, r, 3).
     pub coefficients: Vec<f64>,
@@ -72,10 +72,10 @@ impl Modes {
         form: Form,
     ) -> Result<Self> {
         let n_steps = poses.first().map_or(0, Vec::len);
-        let frames = frames(surface, poses.len());
-        let coefficients = coefficients(&frames, poses, n_steps);
+        let scalings = scalings(surface, poses.len());
+        let coefficients = coefficients(&scalings, poses, n_steps);
         // F = Q R, so D = Q (R A) = Q U' S V^T, and U = Q U' S = F R^-1 U' S = F A V.
-        let projected = stacked_factor(surface, &frames).times(&coefficients);
+        let projected = stacked_factor(surface, &scalings).times(&coefficients);
         let right = match form {
             Form::Scalar => right_factor(&projected)?,
             Form::Vector => right_factor(&components_as_rows(&projected))?,
@@ -93,7 +93,7 @@ impl Modes {
                 })
             }
         };
-        modes.values = mode_values(surface, &frames, &to_modes);
+        modes.values = mode_values(surface, &scalings, &to_modes);
         modes.truncation = modes.largest_truncation(surface, poses);
         Ok(modes)
     }
@@ -160,13 +160,7 @@ impl Modes {
     /// The displacement of a surface node at a step.
     pub fn displacement(&self, node: usize, step: usize) -> Vector {
         let values = &self.values[node * self.n_modes..][..self.n_modes];
-        let mut sum = [0.0; 3];
-        for (u, c) in values.iter().zip(self.at_step(step).as_chunks::<3>().0) {
-            for axis in 0..3 {
-                sum[axis] += u * c[axis];
-            }
-        }
-        sum
+        weighted_sum(values, self.at_step(step).as_chunks::<3>().0)
     }
 
     /// Largest absolute value of each component over all nodes and steps.
@@ -291,19 +285,19 @@ fn interleave(n: usize, first: &[f64], a: usize, second: &[f64], b: usize) -> Ve
 
 /// Where a body's fields are centred and by what they are scaled, so that they are of order one.
 #[derive(Clone, Copy)]
-struct Frame {
+struct Scaling {
     centre: Vector,
     size: f64,
 }
 
-fn frames(surface: RigidSurface<'_>, n_bodies: usize) -> Vec<Frame> {
+fn scalings(surface: RigidSurface<'_>, n_bodies: usize) -> Vec<Scaling> {
     let mut bounds = vec![Bounds::EMPTY; n_bodies];
     for (point, body) in surface.points.iter().zip(surface.body) {
         if let Some(body) = body {
             bounds[usize::from(*body)].include(point);
         }
     }
-    let frame = |b: &Bounds| Frame {
+    let scaling = |b: &Bounds| Scaling {
         centre: std::array::from_fn(|i| match b.low[i] <= b.high[i] {
             true => 0.5 * (b.low[i] + b.high[i]),
             false => 0.0,
@@ -313,28 +307,28 @@ fn frames(surface: RigidSurface<'_>, n_bodies: usize) -> Vec<Frame> {
             diagonal => 0.5 * diagonal,
         },
     };
-    bounds.iter().map(frame).collect()
+    bounds.iter().map(scaling).collect()
 }
 
-fn fields(point: &Vector, frame: &Frame) -> [f64; FIELDS] {
-    let [x, y, z] = scale(sub(*point, frame.centre), 1.0 / frame.size);
+fn fields(point: &Vector, scaling: &Scaling) -> [f64; FIELDS] {
+    let [x, y, z] = scale(sub(*point, scaling.centre), 1.0 / scaling.size);
     [1.0, x, y, z]
 }
 
 /// `A (4 bodies, 3K)`: displacements in the bodies' fields. With x = c + s q, a pose `R x + t` moves
 /// by `(R c + t - c) + s (R - I) q`.
-fn coefficients(frames: &[Frame], poses: &[Vec<Transform>], n_steps: usize) -> Matrix {
-    let mut a = Matrix::zeros(FIELDS * frames.len(), 3 * n_steps);
-    for (body, frame) in frames.iter().enumerate() {
+fn coefficients(scalings: &[Scaling], poses: &[Vec<Transform>], n_steps: usize) -> Matrix {
+    let mut a = Matrix::zeros(FIELDS * scalings.len(), 3 * n_steps);
+    for (body, scaling) in scalings.iter().enumerate() {
         for (step, pose) in poses[body].iter().enumerate() {
-            let moved = sub(pose.apply(frame.centre), frame.centre);
+            let moved = sub(pose.apply(scaling.centre), scaling.centre);
             for axis in 0..3 {
                 let column = a.column_mut(3 * step + axis);
                 column[FIELDS * body] = moved[axis];
                 for field in 0..3 {
                     let identity = f64::from(u8::from(axis == field));
                     column[FIELDS * body + 1 + field] =
-                        frame.size * (pose.rotation[axis][field] - identity);
+                        scaling.size * (pose.rotation[axis][field] - identity);
                 }
             }
         }
@@ -343,13 +337,13 @@ fn coefficients(frames: &[Frame], poses: &[Vec<Transform>], n_steps: usize) -> M
 }
 
 /// The triangular factors of the bodies' fields on one diagonal: (4 bodies, 4 bodies).
-fn stacked_factor(surface: RigidSurface<'_>, frames: &[Frame]) -> Matrix {
-    let mut stacked = Matrix::zeros(FIELDS * frames.len(), FIELDS * frames.len());
-    for (body, frame) in frames.iter().enumerate() {
+fn stacked_factor(surface: RigidSurface<'_>, scalings: &[Scaling]) -> Matrix {
+    let mut stacked = Matrix::zeros(FIELDS * scalings.len(), FIELDS * scalings.len());
+    for (body, scaling) in scalings.iter().enumerate() {
         let nodes = surface.points.iter().zip(surface.body);
         let rows: Vec<[f64; FIELDS]> = nodes
             .filter(|(_, of)| of.map(usize::from) == Some(body))
-            .map(|(point, _)| fields(point, frame))
+            .map(|(point, _)| fields(point, scaling))
             .collect();
         let factor = qr_factor(&Matrix::from_fn(rows.len(), FIELDS, |i, j| rows[i][j]));
         for i in 0..factor.n_rows() {
@@ -362,7 +356,7 @@ fn stacked_factor(surface: RigidSurface<'_>, frames: &[Frame]) -> Matrix {
 }
 
 /// `U = F A V`: (N_s, r), by rows; zero rows where nothing moves.
-fn mode_values(surface: RigidSurface<'_>, frames: &[Frame], to_modes: &Matrix) -> Vec<f64> {
+fn mode_values(surface: RigidSurface<'_>, scalings: &[Scaling], to_modes: &Matrix) -> Vec<f64> {
     let r = to_modes.n_cols();
     let mut values = vec![0.0; surface.points.len() * r];
     if r == 0 {
@@ -376,7 +370,7 @@ fn mode_values(surface: RigidSurface<'_>, frames: &[Frame], to_modes: &Matrix) -
             let Some(body) = body.map(usize::from) else {
                 return;
             };
-            let fields = fields(point, &frames[body]);
+            let fields = fields(point, &scalings[body]);
             for (mode, value) in row.iter_mut().enumerate() {
                 let column = &to_modes.column(mode)[FIELDS * body..][..FIELDS];
                 *value = fields.iter().zip(column).map(|(f, c)| f * c).sum();

@@ -4,7 +4,7 @@ use super::motions::{
     AxisRotation, Beam, BodyMotion, Cyclic, Displacements, MOTIONS, Modes, Rigid, SurfaceMotion,
     TableMotion, Translation,
 };
-use super::names::{Pattern, list, patterns};
+use super::names::{Pattern, list};
 use super::places::Places;
 use super::reader::{AngleUnit, Entry};
 use super::setters::setters;
@@ -122,19 +122,21 @@ impl Body {
     /// Reads a body of a schedule.
     pub(super) fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
         let mut keys = vec!["name", "tags", "azimuth_offset", "parent"];
-        keys.extend(MOTIONS.iter().map(|kind| kind.key));
+        keys.extend(MOTIONS.iter().map(|known| known.key));
         let section = entry.section("[[body]]", &keys)?;
         let name = section.require("name", "name = \"blade\"")?.string()?;
         let mut body = Self::new(name, [""; 0]);
         body.places = section.places();
         body.places.add(String::new(), section.line);
-        body.tags = patterns(&section.require("tags", "tags = [\"blade\"]")?, "tags")?;
+        body.tags = section
+            .require("tags", "tags = [\"blade\"]")?
+            .patterns("tags")?;
         body.parent = section
             .optional("parent", Entry::string)?
             .map(str::to_owned);
         body.azimuth_offset = section.optional("azimuth_offset", |entry| entry.angle(unit))?;
-        for kind in MOTIONS {
-            if let Some(motion) = section.optional(kind.key, |entry| (kind.read)(entry, unit))? {
+        for known in MOTIONS {
+            if let Some(motion) = section.optional(known.key, |entry| (known.read)(entry, unit))? {
                 body.add(motion);
             }
         }
@@ -180,7 +182,12 @@ impl Body {
             .try_for_each(|motion| motion.check(self))
     }
 
-    /// Whether its motions change with the azimuth by themselves.
+    /// Whether it is a beam.
+    pub(super) fn bends(&self) -> bool {
+        self.motion::<Beam>().is_some()
+    }
+
+    /// Whether its motions need the azimuth of a step.
     pub(super) fn has_harmonics(&self) -> bool {
         self.motions.iter().any(|motion| motion.has_harmonics())
     }

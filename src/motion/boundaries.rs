@@ -1,6 +1,6 @@
 //! What the schedule says of the boundaries that belong to no body, and of zones.
 
-use super::names::{Pattern, pattern, patterns};
+use super::names::Pattern;
 use super::reader::Entry;
 use crate::error::{Position, Result};
 
@@ -54,7 +54,7 @@ impl Boundaries {
             ("fixed", "tags", &mut boundaries.fixed),
             ("slide", "tags", &mut boundaries.slide),
         ] {
-            section.set(key, names, |entry| patterns(entry, what))?;
+            section.set(key, names, |entry| entry.patterns(what))?;
         }
         section.set("periodic", &mut boundaries.periodic, read_pairs)?;
         let known = [
@@ -84,8 +84,8 @@ fn read_pair(element: &Entry<'_>) -> Result<PeriodicPair> {
         return Err(pair.error(&format!("has {n} names; it must have 2, one for each side")));
     };
     Ok(PeriodicPair {
-        a: pattern(a)?,
-        b: pattern(b)?,
+        a: a.pattern()?,
+        b: b.pattern()?,
         place: Some(Position::Line(pair.line())),
     })
 }

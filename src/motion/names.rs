@@ -1,7 +1,6 @@
 //! Names of tags and zones in the schedule, globs among them, found in a mesh.
 
 use super::places::Places;
-use super::reader::Entry;
 use crate::error::{Error, Position, Result, nearest_name};
 
 /// Names listed in a message before the rest is counted.
@@ -69,23 +68,6 @@ impl Pattern {
         };
         Err(Error::input(format!("{missing}; {has}")).at(self.place.clone()))
     }
-}
-
-/// A list of names or globs that is not empty.
-pub(super) fn patterns(entry: &Entry<'_>, what: &str) -> Result<Vec<Pattern>> {
-    let elements = entry.elements("strings")?;
-    if elements.is_empty() {
-        return Err(entry.error(&format!("is empty; name the {what}, or leave the key out")));
-    }
-    elements.iter().map(pattern).collect()
-}
-
-/// A name or a glob.
-pub(super) fn pattern(element: &Entry<'_>) -> Result<Pattern> {
-    Ok(Pattern {
-        text: element.string()?.to_owned(),
-        place: Some(Position::Line(element.line())),
-    })
 }
 
 /// Glob matching with one point of return: the last `*` seen takes one more character.

@@ -7,7 +7,7 @@
 //! ```
 
 use super::body_map::BodyMap;
-use super::motions::{At, AxisRotation, CentreLine, Clock, Link, Reach};
+use super::motions::{At, AxisRotation, CentreLine, Clock, Link, MapScope};
 use super::resolved::Motion;
 use super::rotor::Frame;
 use super::steps::Step;
@@ -87,19 +87,19 @@ impl Motion {
 
     /// Whether every point of a body has one rigid map.
     pub fn is_rigid(&self, body: usize) -> bool {
-        self.all_motions(body, |reach| reach == Reach::Whole)
+        self.all_motions(body, |scope| scope == MapScope::Body)
     }
 
     /// Whether every point of a body has a rotation: not where nodes have displacements alone.
     pub fn has_rotations(&self, body: usize) -> bool {
-        self.all_motions(body, |reach| reach != Reach::Nodes)
+        self.all_motions(body, |scope| scope != MapScope::Nodes)
     }
 
-    fn all_motions(&self, body: usize, is_so: impl Fn(Reach) -> bool) -> bool {
+    fn all_motions(&self, body: usize, is_so: impl Fn(MapScope) -> bool) -> bool {
         let mut motions = self
             .family(body)
             .flat_map(|body| &self.bodies[body].motions);
-        motions.all(|motion| is_so(motion.reach()))
+        motions.all(|motion| is_so(motion.map_scope()))
     }
 
     /// The lifting line of a body that is a beam, held within the span of `points` of it.
@@ -134,14 +134,14 @@ impl Motion {
         }
     }
 
-    /// In the inertial frame, the azimuth rotation `Rz(psi)` that carries the whole deforming zone
-    /// round after it has deformed; `None` in the rotating frame.
-    pub fn carry(&self, step: &Step) -> Option<Transform> {
+    /// The azimuth rotation `Rz(psi)` from the rotating frame, in which the mesh deforms, to the inertial
+    /// frame; `None` where meshes are written in the rotating frame.
+    pub fn to_inertial(&self, step: &Step) -> Option<Transform> {
         (self.rotor.frame == Frame::Inertial).then(|| self.rotor.turn(step.azimuth))
     }
 
-    /// The carrying round of the inertial frame, with its velocity.
-    pub fn carry_moving(&self, step: &Step) -> Option<Moving> {
+    /// The rotation of [`to_inertial`](Self::to_inertial) with its velocity.
+    pub fn to_inertial_moving(&self, step: &Step) -> Option<Moving> {
         let rate = self.azimuth_rate.unwrap_or(0.0);
         let rotor = &self.rotor;
         (rotor.frame == Frame::Inertial).then(|| {

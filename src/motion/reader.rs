@@ -4,9 +4,9 @@
 //! keys mean.
 
 use super::checks::{MOST_TURNED, is_angle};
-use super::names::list;
+use super::names::{Pattern, list};
 use super::places::Places;
-use crate::error::{Error, Result, nearest_name};
+use crate::error::{Error, Position, Result, nearest_name};
 use toml::de::{DeTable, DeValue};
 
 /// A table whose keys are known to be right.
@@ -179,6 +179,23 @@ impl<'a> Entry<'a> {
     /// Line of the key, or of the element in an array.
     pub(super) fn line(&self) -> u64 {
         self.lines.at(self.offset)
+    }
+
+    /// A name or a glob.
+    pub(super) fn pattern(&self) -> Result<Pattern> {
+        Ok(Pattern {
+            text: self.string()?.to_owned(),
+            place: Some(Position::Line(self.line())),
+        })
+    }
+
+    /// A list of names or globs that is not empty.
+    pub(super) fn patterns(&self, what: &str) -> Result<Vec<Pattern>> {
+        let elements = self.elements("strings")?;
+        if elements.is_empty() {
+            return Err(self.error(&format!("is empty; name the {what}, or leave the key out")));
+        }
+        elements.iter().map(Self::pattern).collect()
     }
 
     /// An error at this line: what the key holds is wrong.

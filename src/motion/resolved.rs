@@ -1,12 +1,14 @@
 //! A schedule on a mesh: steps, axes, bodies, and the role of every surface node.
 
 use super::body::Body;
-use super::motions::{AtRest, Clock, Displacements, OnMesh, Reach, ResolvedMotion, Rigid};
+use super::motions::{
+    At, Clock, Displacements, Link, MapScope, OnMesh, ResolvedMotion, Rigid, RigidLink,
+};
 use super::rotor::RotorAxes;
 use super::schedule::Schedule;
 use super::steps::{Step, neighbours};
-use super::surface::{Role, Surface, nodes_of_tags};
-use super::tags::{PeriodicTags, TagRole, TagRoles};
+use super::surface::{Role, Surface, TagRole, nodes_of_tags};
+use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Position, Result};
@@ -50,8 +52,19 @@ pub struct MovingBody {
     pub(crate) place: Option<Position>,
 }
 
+impl Schedule {
+    /// What the schedule means on this mesh: axes, motions, and the role of every surface node.
+    ///
+    /// # Errors
+    /// When the schedule does not hold together, names what the mesh does not have, or a file of it is wrong.
+    pub fn resolve(&self, mesh: &Mesh) -> Result<Motion> {
+        let motion = self.check().and_then(|()| Motion::new(self, mesh));
+        motion.map_err(|error| error.file(&self.path))
+    }
+}
+
 impl Motion {
-    pub(super) fn new(schedule: &Schedule, mesh: &Mesh) -> Result<Self> {
+    fn new(schedule: &Schedule, mesh: &Mesh) -> Result<Self> {
         if mesh.cells.is_empty() {
             return Err(Error::input(
                 "the mesh has no cells; there is nothing to deform",
@@ -114,7 +127,7 @@ impl Motion {
         if body.motion::<Rigid>().is_none() {
             let nodes = motions
                 .iter()
-                .filter(|motion| motion.reach() == Reach::Nodes);
+                .filter(|motion| motion.map_scope() == MapScope::Nodes);
             motions.insert(nodes.count(), Arc::new(AtRest));
         }
         Ok(MovingBody {
@@ -131,7 +144,7 @@ impl Motion {
         for (child, declared) in self.bodies.iter().zip(&schedule.bodies) {
             let has_nodes = |parent: &usize| {
                 let mut motions = self.bodies[*parent].motions.iter();
-                motions.any(|motion| motion.reach() == Reach::Nodes)
+                motions.any(|motion| motion.map_scope() == MapScope::Nodes)
             };
             if let Some(parent) = child.parent.filter(has_nodes) {
                 let what = match schedule.bodies[parent].motion::<Displacements>() {
@@ -162,6 +175,16 @@ impl Motion {
     /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
     pub fn periodic_nodes(&self, pair: &PeriodicTags, mesh: &Mesh) -> [Vec<u32>; 2] {
         [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), mesh))
+    }
+}
+
+/// What a body without `[body.rigid]` has in its place, so that every chain begins with a rigid map.
+#[derive(Debug)]
+struct AtRest;
+
+impl ResolvedMotion for AtRest {
+    fn link(&self, _: &At<'_>) -> Option<Link<'_>> {
+        Some(Link::Rigid(RigidLink::default()))
     }
 }
 

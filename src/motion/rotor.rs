@@ -27,7 +27,7 @@ const PARALLEL: f64 = 1e-6;
 pub enum Frame {
     /// Turning with the rotor: the mesh only pitches, flaps and lags.
     Rotating,
-    /// At rest: the mesh is carried round with the azimuth.
+    /// At rest: the mesh is rotated by the azimuth.
     Inertial,
 }
 
@@ -193,7 +193,7 @@ setters! { Rotor {
     span_axis(direction: Vector) |self| self.span_axis = Some(unit(direction).unwrap_or_default());
     /// Direction, of any length, of the shaft, towards the thrust side.
     shaft_axis(direction: Vector) |self| self.shaft_axis = Some(unit(direction).unwrap_or_default());
-    /// Meshes are written in the inertial frame: carried round with the azimuth.
+    /// Meshes are written in the inertial frame: rotated by the azimuth.
     inertial() |self| self.frame = Frame::Inertial;
     /// Meshes are written in the frame that turns with the rotor, which is the default.
     rotating() |self| self.frame = Frame::Rotating;

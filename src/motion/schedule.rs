@@ -7,13 +7,11 @@ use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::{OnInverted, OutputOptions};
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Lines, Section};
-use super::resolved::Motion;
 use super::rotor::{Frame, Rotor};
 use super::steps::{Step, Steps};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::formats::check_no_device;
-use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
@@ -128,7 +126,7 @@ impl Schedule {
     }
 
     /// Refuses what means nothing, and what does not go together.
-    fn check(&self) -> Result<()> {
+    pub(super) fn check(&self) -> Result<()> {
         let places = &self.places;
         self.rotor.check(places)?;
         let steps = self.steps()?;
@@ -205,15 +203,6 @@ impl Schedule {
         functions
             .map(|(body, function)| (body.name.as_str(), function.name.as_deref()))
             .collect()
-    }
-
-    /// What the schedule means on this mesh: axes, motions, and the role of every surface node.
-    ///
-    /// # Errors
-    /// When the schedule does not hold together, names what the mesh does not have, or a file of it is wrong.
-    pub fn resolve(&self, mesh: &Mesh) -> Result<Motion> {
-        let motion = self.check().and_then(|()| Motion::new(self, mesh));
-        motion.map_err(|error| error.file(&self.path))
     }
 }
 

@@ -1,6 +1,5 @@
 //! The role of every surface node: with which body it moves, or that it stays.
 
-use super::tags::TagRole;
 use super::zones::DeformingZone;
 use crate::mesh::{Group, Mesh};
 use rayon::prelude::*;
@@ -36,6 +35,18 @@ pub struct SurfaceFaces {
     pub roles: Vec<Role>,
     /// Tag of each, as its place in [`Surface::tags`]; of several tags with its role the first.
     pub tags: Vec<u32>,
+}
+
+/// A tag with what the schedule makes of it; for `azimesh check`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TagRole {
+    /// Name of the tag.
+    pub tag: String,
+    /// What its nodes do; `None` when they are free or periodic, or when the tag is unnamed and
+    /// lies outside the zones that deform.
+    pub role: Option<Role>,
+    /// Whether it is a side of a periodic pair.
+    pub periodic: bool,
 }
 
 /// The surface of the deforming part of a mesh.

@@ -4,22 +4,10 @@ use super::body::Body;
 use super::boundaries::{Boundaries, Others};
 use super::names::{Pattern, list};
 use super::schedule::Schedule;
-use super::surface::{Role, nodes_of};
+use super::surface::{Role, TagRole, nodes_of};
 use super::zones::DeformingZone;
 use crate::error::{Error, Position, Result};
 use crate::mesh::{Group, Mesh};
-
-/// A tag with what the schedule makes of it; for `azimesh check`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TagRole {
-    /// Name of the tag.
-    pub tag: String,
-    /// What its nodes do; `None` when they are free or periodic, or when the tag is unnamed and
-    /// lies outside the zones that deform.
-    pub role: Option<Role>,
-    /// Whether it is a side of a periodic pair.
-    pub periodic: bool,
-}
 
 /// A periodic pair on a mesh: the tags of its sides, as places in
 /// [`Surface::tags`](super::Surface::tags), ascending and at least one on each side.

@@ -1,7 +1,7 @@
 //! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
 //! "twist"` interpolates.
 
-use super::motions::{AxisRotation, Reach};
+use super::motions::{AxisRotation, MapScope};
 use super::options::{Interpolate, RbfOptions};
 use super::resolved::Motion;
 use super::steps::Step;
@@ -85,7 +85,7 @@ impl Motion {
     pub fn warnings(&self, rbf: &RbfOptions) -> Vec<Diagnostic> {
         let mut motions: Vec<_> = self.bodies.iter().flat_map(|body| &body.motions).collect();
         // What files hold comes first.
-        motions.sort_by_key(|motion| motion.reach() == Reach::Whole);
+        motions.sort_by_key(|motion| motion.map_scope() == MapScope::Body);
         let mut warnings: Vec<Diagnostic> = motions
             .iter()
             .filter_map(|motion| motion.warning())

@@ -93,7 +93,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
     // A sector meets its own images there.
     let is_whole = plan.motion.periodic.is_empty();
     let is_turned = |step: &&Step| {
-        is_whole && plan.motion.carry(step).is_some() && step.azimuth_deg % 360.0 != 0.0
+        is_whole && plan.motion.to_inertial(step).is_some() && step.azimuth_deg % 360.0 != 0.0
     };
     let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
     let nodes = zone.interface_nodes.iter();

@@ -3,7 +3,7 @@
 //!
 //! Free of branches, so that a loop over cells becomes vector instructions.
 
-use super::metrics::{Span, greater, lesser};
+use super::span::{Span, greater, lesser};
 use crate::geometry::vector::{Vector, add, cross, dot, sub};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI, TAU};
 

@@ -2,8 +2,9 @@
 //! measured at once. One compiled version per instruction set is chosen at run time.
 
 use super::angles::{Angles, N_CLASSES};
-use super::metrics::{Metrics, Span};
-use super::reference::Facing;
+use super::facing::Facing;
+use super::metrics::Metrics;
+use super::span::Span;
 use crate::geometry::vector::Vector;
 use multiversion::multiversion;
 

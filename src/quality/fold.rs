@@ -2,8 +2,8 @@
 
 use super::angles::N_CLASSES;
 use super::block::{BLOCK, Block, Spans};
-use super::metrics::{Span, greater, lesser};
 use super::percentile;
+use super::span::{Span, greater, lesser};
 use multiversion::multiversion;
 
 type Column = [f64; BLOCK];

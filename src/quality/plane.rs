@@ -1,7 +1,8 @@
 //! Triangles, quadrilaterals and polygons, seen along a given direction.
 
 use super::angles::{Angles, Edge, Patch, signed_root};
-use super::metrics::{Metrics, Span, greater};
+use super::metrics::Metrics;
+use super::span::{Span, greater};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 
 /// `2 / sqrt(3)`: makes the equilateral triangle's scaled Jacobian one.

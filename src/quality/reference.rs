@@ -1,8 +1,9 @@
 //! How each cell of the reference mesh is oriented, so that later positions can be judged.
 
+use super::facing::Facing;
 use super::plane::vector_area;
 use super::visit::{self, CHUNK};
-use crate::geometry::vector::{Vector, unit};
+use crate::geometry::vector::unit;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
 
@@ -17,25 +18,6 @@ pub struct Reference {
     signs: Vec<i8>,
     facing: Facing,
     n_inverted: usize,
-}
-
-/// Where the positive side of a two-dimensional cell is.
-#[derive(Debug, Clone)]
-pub(super) enum Facing {
-    /// Toward +z, for all cells.
-    Z,
-    /// Toward a normal of each cell.
-    Normals(Vec<[f32; 3]>),
-}
-
-impl Facing {
-    #[inline]
-    pub(super) fn of(&self, cell: usize) -> Vector {
-        match self {
-            Facing::Z => [0.0, 0.0, 1.0],
-            Facing::Normals(normals) => normals[cell].map(f64::from),
-        }
-    }
 }
 
 /// Set beside the sign of a cell that is not valid in the reference.
@@ -85,15 +67,6 @@ impl Reference {
     /// boundary faces, which are not judged.
     pub fn is_valid(&self, cell: usize) -> bool {
         self.signs[cell].abs() == 1
-    }
-
-    /// Bytes held in memory.
-    pub fn memory_bytes(&self) -> usize {
-        let normals = match &self.facing {
-            Facing::Z => 0,
-            Facing::Normals(normals) => size_of_val(&normals[..]),
-        };
-        self.signs.len() + normals
     }
 
     /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.

@@ -5,8 +5,9 @@
 //! positive: for a wedge that is a first triangle whose normal points at the second.
 
 use super::angles::{Angles, Edge, Patch, signed_root};
-use super::metrics::{Metrics, Span, greater};
+use super::metrics::Metrics;
 use super::plane::{or_zero, ratio};
+use super::span::{Span, greater};
 use crate::geometry::vector::{Vector, add, cross, dot, scale, sub};
 use std::f64::consts::SQRT_2;
 

@@ -3,9 +3,9 @@
 use super::angles::{Angles, N_CLASSES};
 use super::block::Block;
 use super::fold::{Folded, fold};
-use super::metrics::Span;
 use super::percentile::Histogram;
 use super::reference::Reference;
+use super::span::Span;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -86,8 +86,8 @@ pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary 
         .with_min_len(16)
         .fold(
             new,
-            |(mut parts, mut histogram): (Vec<Part>, Histogram), chunk| {
-                let (mut part, mut folded) = (Part::new(), Folded::EMPTY);
+            |(mut parts, mut histogram): (Vec<CellTotals>, Histogram), chunk| {
+                let (mut part, mut folded) = (CellTotals::new(), Folded::EMPTY);
                 let facing = reference.facing();
                 visit::volume_cells(mesh, points, facing, range(chunk), |first, block| {
                     fold(block, reference.signs_from(first), &mut folded);
@@ -102,7 +102,7 @@ pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary 
             histogram.merge(&counts);
             (parts, histogram)
         });
-    let mut whole = Part::new();
+    let mut whole = CellTotals::new();
     for part in &parts {
         whole.append(part);
     }
@@ -110,7 +110,7 @@ pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary 
 }
 
 /// What a chunk of cells adds up to.
-struct Part {
+struct CellTotals {
     n_cells: usize,
     n_scaled: usize,
     inverted: usize,
@@ -124,7 +124,7 @@ struct Part {
     angles: Angles,
 }
 
-impl Part {
+impl CellTotals {
     fn new() -> Self {
         Self {
             n_cells: 0,

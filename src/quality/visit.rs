@@ -1,8 +1,8 @@
 //! Walks over volume cells and measures them block by block, each of one kind.
 
 use super::block::{BLOCK, Block, Corners, Shape, measure};
+use super::facing::Facing;
 use super::metrics::Metrics;
-use super::reference::Facing;
 use super::{plane, solid};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, CellRun, Mesh};

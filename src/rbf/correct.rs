@@ -1,4 +1,4 @@
-//! The exact surface: carries what the base points leave at the surface into the volume, fading out.
+//! The exact surface: adds what the base points leave at the surface to the nodes near it, fading out.
 //!
 //! ```text
 //! M(x) += e(c(x)) psi(q / rho),   psi = wendland-c2
@@ -18,7 +18,7 @@ use crate::geometry::{curve, vector::Vector};
 use rayon::prelude::*;
 
 /// `rho` in units of the largest residual.
-pub const REACH: f64 = 30.0;
+pub const FADE_RADIUS_PER_ERROR: f64 = 30.0;
 /// Nodes that one task works on, and tasks whose results are added to the field while the next find
 /// theirs.
 const BLOCK: usize = 2048;
@@ -35,9 +35,9 @@ pub struct Correction<'a> {
 pub struct Fading<'a> {
     surface: ClosestSurface<'a>,
     /// `rho` at each surface node.
-    pub reach: Vec<f64>,
-    largest_reach: f64,
-    /// Smallest gap between two surfaces that was found within twice the reach.
+    pub fade_radius: Vec<f64>,
+    largest_fade_radius: f64,
+    /// Smallest gap between two surfaces that was found within twice the fade radius.
     pub narrowest_gap: Option<Gap>,
 }
 
@@ -63,26 +63,26 @@ pub struct Faded {
 
 impl<'a> Fading<'a> {
     /// The surface of `facets` (triangles, or edges with the second corner repeated) between `points`.
-    /// The `reach` of each is lowered to half the gap to the nearest facet of a surface that is not
+    /// The `fade_radius` of each is lowered to half the gap to the nearest facet of a surface that is not
     /// connected to its own.
-    pub fn new(points: &'a [Vector], facets: &[[u32; 3]], mut reach: Vec<f64>) -> Self {
+    pub fn new(points: &'a [Vector], facets: &[[u32; 3]], mut fade_radius: Vec<f64>) -> Self {
         let surface = ClosestSurface::new(points, facets);
-        let gaps = gaps(&surface, &reach);
-        for (reach, gap) in reach.iter_mut().zip(&gaps) {
-            *reach = reach.min(0.5 * gap);
+        let gaps = gaps(&surface, &fade_radius);
+        for (fade_radius, gap) in fade_radius.iter_mut().zip(&gaps) {
+            *fade_radius = fade_radius.min(0.5 * gap);
         }
         let narrowest = gaps.iter().enumerate().filter(|(_, gap)| gap.is_finite());
         Self {
             narrowest_gap: narrowest
                 .map(|(node, &width)| Gap { node, width })
                 .min_by(|a, b| a.width.total_cmp(&b.width)),
-            largest_reach: reach.iter().copied().fold(0.0, f64::max),
+            largest_fade_radius: fade_radius.iter().copied().fold(0.0, f64::max),
             surface,
-            reach,
+            fade_radius,
         }
     }
 
-    /// What of the residuals is added at those of `points` that are in reach, in the order of a
+    /// What of the residuals is added at those of `points` that are within the fade radius, in the order of a
     /// space-filling curve. `12 N` bytes on the way for the `N` points in the surface's box.
     pub fn faded(&self, points: &[Vector]) -> Vec<Faded> {
         let order = self.order(points.len(), |row| points[row]);
@@ -104,17 +104,17 @@ impl<'a> Fading<'a> {
         blocks.collect()
     }
 
-    /// The points in the box of the reach along a space-filling curve, so that those which ask one
+    /// The points in the box of the surface, grown by the fade radius, along a space-filling curve, so that those which ask one
     /// after another have their feet near each other.
     fn order(&self, n_points: usize, place: impl Fn(usize) -> Vector + Sync) -> Vec<u32> {
-        if self.largest_reach == 0.0 {
+        if self.largest_fade_radius == 0.0 {
             return Vec::new();
         }
-        let within = self.surface.bounds().grown(self.largest_reach);
+        let within = self.surface.bounds().grown(self.largest_fade_radius);
         curve::rough_order(n_points, place, &within)
     }
 
-    /// Calls `found(row, foot, psi(q / rho))` for each of the rows that is in reach.
+    /// Calls `found(row, foot, psi(q / rho))` for each of the rows that is within the fade radius.
     fn near(
         &self,
         rows: &[u32],
@@ -123,20 +123,20 @@ impl<'a> Fading<'a> {
     ) {
         let points: Vec<Vector> = rows.iter().map(|&row| place(row as usize)).collect();
         let mut each = |i: usize, foot: &Foot| {
-            let reach = interpolate(foot, |node| self.reach[node]);
-            if reach > 0.0 {
-                let fade = Kernel::WendlandC2.value(foot.distance_squared.sqrt() / reach);
+            let fade_radius = interpolate(foot, |node| self.fade_radius[node]);
+            if fade_radius > 0.0 {
+                let fade = Kernel::WendlandC2.value(foot.distance_squared.sqrt() / fade_radius);
                 found(rows[i], foot, fade);
             }
         };
         self.surface
-            .nearest_each(&points, self.largest_reach, &mut each);
+            .nearest_each(&points, self.largest_fade_radius, &mut each);
     }
 }
 
 impl<'a> Correction<'a> {
     /// The surface of `facets` (triangles, or edges with the second corner repeated) between
-    /// `points`, with residuals (N_s, r) that reach `error` at most.
+    /// `points`, with residuals (N_s, r) of at most `error`.
     pub fn new(
         points: &'a [Vector],
         facets: &[[u32; 3]],
@@ -144,15 +144,15 @@ impl<'a> Correction<'a> {
         n_modes: usize,
         error: f64,
     ) -> Self {
-        let reach = vec![REACH * error; points.len()];
+        let fade_radius = vec![FADE_RADIUS_PER_ERROR * error; points.len()];
         Self {
-            fading: Fading::new(points, facets, reach),
+            fading: Fading::new(points, facets, fade_radius),
             residuals,
             n_modes,
         }
     }
 
-    /// Smallest gap between two surfaces that was found within twice the reach.
+    /// Smallest gap between two surfaces that was found within twice the fade radius.
     pub fn narrowest_gap(&self) -> Option<Gap> {
         self.fading.narrowest_gap
     }
@@ -185,7 +185,7 @@ impl<'a> Correction<'a> {
         }
     }
 
-    /// What is added at those of the rows that are in reach.
+    /// What is added at those of the rows that are within the fade radius.
     fn near(&self, rows: &[u32], place: impl Fn(usize) -> Vector) -> Near {
         let mut near = Near::default();
         self.fading.near(rows, place, |row, foot, fade| {
@@ -220,13 +220,13 @@ fn interpolate(foot: &Foot, value: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// Distance from each surface node to the nearest facet of another connected surface; infinite where
-/// that is beyond twice its reach.
-fn gaps(surface: &ClosestSurface<'_>, reach: &[f64]) -> Vec<f64> {
-    let gap = |(node, reach): (usize, &f64)| {
-        let foot = surface.nearest_apart(node, 2.0 * reach);
+/// that is beyond twice its fade radius.
+fn gaps(surface: &ClosestSurface<'_>, fade_radius: &[f64]) -> Vec<f64> {
+    let gap = |(node, fade_radius): (usize, &f64)| {
+        let foot = surface.nearest_apart(node, 2.0 * fade_radius);
         foot.map_or(f64::INFINITY, |foot| foot.distance_squared.sqrt())
     };
-    reach.par_iter().enumerate().map(gap).collect()
+    fade_radius.par_iter().enumerate().map(gap).collect()
 }
 
 #[cfg(test)]
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_near_surface_halves_the_reach_to_half_the_gap() {
+    fn a_near_surface_lowers_the_fade_radius_to_half_the_gap() {
         let points = [
             [0.0, 0.0, 0.0],
             [1.0, 0.0, 0.0],

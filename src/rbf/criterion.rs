@@ -84,49 +84,46 @@ impl Criterion {
         Self::of_parts(self.n_modes, coefficients, self.parts.clone())
     }
 
-    /// Number of steps.
-    pub fn n_steps(&self) -> usize {
-        self.n_steps
-    }
-
     /// Number of modes.
     pub fn n_modes(&self) -> usize {
         self.n_modes
     }
 
-    /// The arms of one point, one for each part, among those of all points (N, parts); none among
+    /// The lever_arms of one point, one for each part, among those of all points (N, parts); none among
     /// none, which stands for 1 everywhere.
     #[inline]
-    pub fn arms_of<'a>(&self, point: usize, arms: &'a [f64]) -> &'a [f64] {
-        match arms.is_empty() {
+    pub fn arms_of<'a>(&self, point: usize, lever_arms: &'a [f64]) -> &'a [f64] {
+        match lever_arms.is_empty() {
             true => &[],
-            false => &arms[point * self.parts.len()..][..self.parts.len()],
+            false => &lever_arms[point * self.parts.len()..][..self.parts.len()],
         }
     }
 
     /// Not below the error at any step: `sum_p arm_p |e_p| max_k |C_p,k|_2`.
     #[inline]
-    pub fn bound(&self, residual: &[f64], arms: &[f64]) -> f64 {
-        self.sum(arms, |part, modes| {
+    pub fn bound(&self, residual: &[f64], lever_arms: &[f64]) -> f64 {
+        self.sum(lever_arms, |part, modes| {
             squared_norm(&residual[modes]).sqrt() * self.part_norms[part]
         })
     }
 
     /// The largest error over a sample of the steps; at most the exact one.
     #[inline]
-    pub fn sampled(&self, residual: &[f64], arms: &[f64]) -> f64 {
-        self.largest(residual, arms, self.sampled.iter().copied())
+    pub fn sampled(&self, residual: &[f64], lever_arms: &[f64]) -> f64 {
+        self.largest(residual, lever_arms, self.sampled.iter().copied())
     }
 
     /// The largest error over all steps.
-    pub fn exact(&self, residual: &[f64], arms: &[f64]) -> f64 {
-        self.largest(residual, arms, 0..self.n_steps)
+    pub fn exact(&self, residual: &[f64], lever_arms: &[f64]) -> f64 {
+        self.largest(residual, lever_arms, 0..self.n_steps)
     }
 
     /// The error at one step.
     #[inline]
-    pub fn at_step(&self, residual: &[f64], arms: &[f64], step: usize) -> f64 {
-        self.sum(arms, |_, modes| self.squared(residual, modes, step).sqrt())
+    pub fn at_step(&self, residual: &[f64], lever_arms: &[f64], step: usize) -> f64 {
+        self.sum(lever_arms, |_, modes| {
+            self.squared(residual, modes, step).sqrt()
+        })
     }
 
     /// Adds to the sample the worst of the steps whose errors, one a step, are above `stop`: as many
@@ -144,22 +141,27 @@ impl Criterion {
     }
 
     #[inline]
-    fn largest(&self, residual: &[f64], arms: &[f64], steps: impl Iterator<Item = usize>) -> f64 {
+    fn largest(
+        &self,
+        residual: &[f64],
+        lever_arms: &[f64],
+        steps: impl Iterator<Item = usize>,
+    ) -> f64 {
         // Of one part the root is taken once.
         if let [modes] = self.parts.as_slice() {
             let squares = steps.map(|k| self.squared(residual, modes.clone(), k));
-            return arm(arms, 0) * squares.fold(0.0, f64::max).sqrt();
+            return arm(lever_arms, 0) * squares.fold(0.0, f64::max).sqrt();
         }
-        let errors = steps.map(|k| self.at_step(residual, arms, k));
+        let errors = steps.map(|k| self.at_step(residual, lever_arms, k));
         errors.fold(0.0, f64::max)
     }
 
     /// The sum over the parts of arm times length.
     #[inline]
-    fn sum(&self, arms: &[f64], length: impl Fn(usize, Range<usize>) -> f64) -> f64 {
+    fn sum(&self, lever_arms: &[f64], length: impl Fn(usize, Range<usize>) -> f64) -> f64 {
         let mut sum = 0.0;
         for (part, modes) in self.parts.iter().enumerate() {
-            sum += arm(arms, part) * length(part, modes.clone());
+            sum += arm(lever_arms, part) * length(part, modes.clone());
         }
         sum
     }
@@ -176,9 +178,9 @@ impl Criterion {
         sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
     }
 
-    /// The mean error over all nodes, from their residuals (N, r) and arms, at the step where that is
+    /// The mean error over all nodes, from their residuals (N, r) and lever_arms, at the step where that is
     /// largest.
-    pub fn largest_mean(&self, residuals: &[f64], arms: &[f64]) -> f64 {
+    pub fn largest_mean(&self, residuals: &[f64], lever_arms: &[f64]) -> f64 {
         let r = self.n_modes.max(1);
         let n_nodes = residuals.len() / r;
         let sums = residuals
@@ -187,9 +189,9 @@ impl Criterion {
             .map(|(chunk, nodes)| {
                 let mut sums = vec![0.0; self.n_steps];
                 for (i, residual) in nodes.chunks_exact(r).enumerate() {
-                    let arms = self.arms_of(MEAN_CHUNK * chunk + i, arms);
+                    let lever_arms = self.arms_of(MEAN_CHUNK * chunk + i, lever_arms);
                     for (step, sum) in sums.iter_mut().enumerate() {
-                        *sum += self.at_step(residual, arms, step);
+                        *sum += self.at_step(residual, lever_arms, step);
                     }
                 }
                 sums
@@ -202,9 +204,9 @@ impl Criterion {
         (0..self.n_steps).map(mean).fold(0.0, f64::max)
     }
 
-    /// The largest error at each step over all nodes, from their residuals (N, r) and arms. Nodes are
+    /// The largest error at each step over all nodes, from their residuals (N, r) and lever_arms. Nodes are
     /// taken by falling residual, so that few are looked at in each step.
-    pub fn largest_by_step(&self, residuals: &[f64], arms: &[f64]) -> Vec<f64> {
+    pub fn largest_by_step(&self, residuals: &[f64], lever_arms: &[f64]) -> Vec<f64> {
         if self.n_modes == 0 {
             return vec![0.0; self.n_steps];
         }
@@ -212,20 +214,20 @@ impl Criterion {
             .par_chunks_exact(self.n_modes)
             .enumerate()
             .map(|(node, e)| {
-                let arms = self.arms_of(node, arms);
-                let length = self.sum(arms, |_, modes| squared_norm(&e[modes]).sqrt());
-                (length, arms, e)
+                let lever_arms = self.arms_of(node, lever_arms);
+                let length = self.sum(lever_arms, |_, modes| squared_norm(&e[modes]).sqrt());
+                (length, lever_arms, e)
             })
             .collect();
         nodes.par_sort_by(|a, b| b.0.total_cmp(&a.0));
         (0..self.n_steps)
             .map(|k| {
                 let mut largest = 0.0;
-                for (length, arms, residual) in &nodes {
+                for (length, lever_arms, residual) in &nodes {
                     if length * self.norms[k] <= largest {
                         break;
                     }
-                    largest = f64::max(largest, self.at_step(residual, arms, k));
+                    largest = f64::max(largest, self.at_step(residual, lever_arms, k));
                 }
                 largest
             })
@@ -235,8 +237,8 @@ impl Criterion {
 
 /// The arm of a part; 1 where there are none.
 #[inline]
-fn arm(arms: &[f64], part: usize) -> f64 {
-    arms.get(part).copied().unwrap_or(1.0)
+fn arm(lever_arms: &[f64], part: usize) -> f64 {
+    lever_arms.get(part).copied().unwrap_or(1.0)
 }
 
 fn squared_norm(e: &[f64]) -> f64 {
@@ -266,12 +268,12 @@ mod tests {
 
     #[test]
     fn residuals_of_parts_that_turn_about_different_centres_do_not_cancel() {
-        // Two rotations that cancel as vectors, with arms of 3 and 0.5; at the second step twice both.
+        // Two rotations that cancel as vectors, with lever_arms of 3 and 0.5; at the second step twice both.
         let coefficients = [0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 2.0, 0.0, 0.0, -2.0];
         let parts = vec![0..1, 1..2];
         let criterion = Criterion::of_parts(2, &coefficients, parts).expect("it converges");
-        let (residuals, arms) = ([0.1, 0.1, 0.0, 0.1], [3.0, 0.5, 1.0, 1.0]);
-        let (residual, own) = (&residuals[..2], criterion.arms_of(0, &arms));
+        let (residuals, lever_arms) = ([0.1, 0.1, 0.0, 0.1], [3.0, 0.5, 1.0, 1.0]);
+        let (residual, own) = (&residuals[..2], criterion.arms_of(0, &lever_arms));
         assert!((criterion.at_step(residual, own, 0) - 0.35).abs() < 1e-15);
         assert!((criterion.exact(residual, own) - 0.7).abs() < 1e-15);
         assert_eq!(
@@ -279,9 +281,9 @@ mod tests {
             criterion.sampled(residual, own)
         );
         assert!(criterion.bound(residual, own) >= 0.7 - 1e-15);
-        let by_step = criterion.largest_by_step(&residuals, &arms);
+        let by_step = criterion.largest_by_step(&residuals, &lever_arms);
         assert!((by_step[0] - 0.35).abs() < 1e-15 && (by_step[1] - 0.7).abs() < 1e-15);
-        assert!((criterion.largest_mean(&residuals, &arms) - 0.45).abs() < 1e-15);
+        assert!((criterion.largest_mean(&residuals, &lever_arms) - 0.45).abs() < 1e-15);
     }
 
     #[test]

@@ -48,7 +48,7 @@ impl WeightedBase<'_> {
     /// out(i) += sum_j phi(|x_i - b_j| / R) w_j
     /// ```
     ///
-    /// On all threads. `N n` kernel evaluations; base points out of reach of a block's bounding box
+    /// On all threads. `N n` kernel evaluations; base points beyond the support radius of a block's bounding box
     /// are skipped, which pays when neighbours in memory are neighbours in space.
     pub fn add_at(&self, points: &[Vector], out: &mut [f64]) {
         self.add_at_with(Arch::new(), points, out);
@@ -62,25 +62,25 @@ impl WeightedBase<'_> {
         }
         out.par_chunks_mut(BLOCK * self.n_columns)
             .zip(points.par_chunks(BLOCK))
-            .for_each_init(Reach::default, |reach, (out, points)| {
-                reach.gather(self, points);
-                self.add_block(arch, reach, points, out);
+            .for_each_init(NearbyBase::default, |nearby, (out, points)| {
+                nearby.gather(self, points);
+                self.add_block(arch, nearby, points, out);
             });
     }
 
-    fn add_block(&self, arch: Arch, reach: &mut Reach, points: &[Vector], out: &mut [f64]) {
+    fn add_block(&self, arch: Arch, nearby: &mut NearbyBase, points: &[Vector], out: &mut [f64]) {
         match self.basis.kernel {
-            Kernel::WendlandC0 => self.add_with::<C0>(arch, reach, points, out),
-            Kernel::WendlandC2 => self.add_with::<C2>(arch, reach, points, out),
-            Kernel::WendlandC4 => self.add_with::<C4>(arch, reach, points, out),
-            Kernel::WendlandC6 => self.add_with::<C6>(arch, reach, points, out),
+            Kernel::WendlandC0 => self.add_with::<C0>(arch, nearby, points, out),
+            Kernel::WendlandC2 => self.add_with::<C2>(arch, nearby, points, out),
+            Kernel::WendlandC4 => self.add_with::<C4>(arch, nearby, points, out),
+            Kernel::WendlandC6 => self.add_with::<C6>(arch, nearby, points, out),
         }
     }
 
     fn add_with<K: Radial>(
         &self,
         arch: Arch,
-        reach: &mut Reach,
+        nearby: &mut NearbyBase,
         points: &[Vector],
         out: &mut [f64],
     ) {
@@ -89,12 +89,12 @@ impl WeightedBase<'_> {
                 match self.n_columns {
                     $($r => arch.dispatch(Fused::<K, $r> {
                         points,
-                        base: reach,
+                        base: nearby,
                         inverse: 1.0 / self.basis.radius,
                         out,
                         kernel: PhantomData,
                     }),)*
-                    r => self.add_tiles::<K>(arch, reach, points, r, out),
+                    r => self.add_tiles::<K>(arch, nearby, points, r, out),
                 }
             };
         }
@@ -105,36 +105,36 @@ impl WeightedBase<'_> {
     fn add_tiles<K: Radial>(
         &self,
         arch: Arch,
-        reach: &mut Reach,
+        nearby: &mut NearbyBase,
         points: &[Vector],
         n_columns: usize,
         out: &mut [f64],
     ) {
-        let weights = reach.weights.chunks(TILE * n_columns);
-        for (base, weights) in reach.points.chunks(TILE).zip(weights) {
-            reach.tile.resize(points.len() * base.len(), 0.0);
+        let weights = nearby.weights.chunks(TILE * n_columns);
+        for (base, weights) in nearby.points.chunks(TILE).zip(weights) {
+            nearby.tile.resize(points.len() * base.len(), 0.0);
             arch.dispatch(Tile::<K> {
                 points,
                 base,
                 inverse: 1.0 / self.basis.radius,
-                tile: &mut reach.tile,
+                tile: &mut nearby.tile,
                 kernel: PhantomData,
             });
-            linear::add_product(out, &reach.tile, weights, base.len(), n_columns);
+            linear::add_product(out, &nearby.tile, weights, base.len(), n_columns);
         }
     }
 }
 
-/// Base points within reach of a block, scaled by `1 / R`, with their weights; filled up to a
+/// Base points within the support radius of a block, scaled by `1 / R`, with their weights; filled up to a
 /// multiple of `DEPTH` by points of weight zero.
 #[derive(Default)]
-struct Reach {
+struct NearbyBase {
     points: Vec<Vector>,
     weights: Vec<f64>,
     tile: Vec<f64>,
 }
 
-impl Reach {
+impl NearbyBase {
     fn gather(&mut self, base: &WeightedBase<'_>, block: &[Vector]) {
         let bounds = Bounds::around(block);
         let squared = base.basis.radius * base.basis.radius;
@@ -205,7 +205,7 @@ impl<S: Simd> Pipeline<'_, S> {
 /// Kernel and product with the weights in one go, for few columns.
 struct Fused<'a, K, const R: usize> {
     points: &'a [Vector],
-    base: &'a Reach,
+    base: &'a NearbyBase,
     inverse: f64,
     out: &'a mut [f64],
     kernel: PhantomData<K>,

@@ -1,10 +1,12 @@
 //! The interpolant of every mode at the nodes that deform: `M = Phi_vb W`, one pass over the mesh.
 
 use super::interpolant::Interpolant;
-use crate::geometry::vector::{Vector, add};
+use crate::geometry::vector::{Vector, add, weighted_sum};
 use crate::geometry::{Bounds, curve};
 use rayon::prelude::*;
 
+/// Nodes that one task moves or places; sums over surface nodes are taken in blocks of it.
+pub const BLOCK: usize = 4096;
 /// Nodes evaluated between two reports of progress.
 const BATCH: usize = 1 << 18;
 
@@ -59,23 +61,23 @@ impl Field {
         let (coefficients, _) = coefficients.as_chunks::<3>();
         match &self.nodes {
             None => out
-                .par_chunks_mut(4096)
-                .zip(reference.par_chunks(4096))
-                .zip(self.values.par_chunks(4096 * self.n_modes))
+                .par_chunks_mut(BLOCK)
+                .zip(reference.par_chunks(BLOCK))
+                .zip(self.values.par_chunks(BLOCK * self.n_modes))
                 .for_each(|((out, reference), values)| {
                     displace_block(values, coefficients, reference, out);
                 }),
             Some(nodes) => {
-                let blocks = out.par_chunks_mut(4096).zip(reference.par_chunks(4096));
+                let blocks = out.par_chunks_mut(BLOCK).zip(reference.par_chunks(BLOCK));
                 blocks.enumerate().for_each(|(block, (out, reference))| {
                     out.copy_from_slice(reference);
-                    let first = block * 4096;
+                    let first = block * BLOCK;
                     let from = nodes.partition_point(|&node| (node as usize) < first);
                     let to = nodes.partition_point(|&node| (node as usize) < first + out.len());
                     for row in from..to {
                         let at = nodes[row] as usize - first;
                         let values = &self.values[row * self.n_modes..][..self.n_modes];
-                        out[at] = add(reference[at], combine(values, coefficients));
+                        out[at] = add(reference[at], weighted_sum(values, coefficients));
                     }
                 });
             }
@@ -105,26 +107,15 @@ fn displace_rows<const R: usize>(
     let (rows, _) = values.as_chunks::<R>();
     let c: &[[f64; 3]; R] = c.try_into().expect("there is a coefficient for each mode");
     for ((row, reference), out) in rows.iter().zip(reference).zip(out) {
-        *out = add(*reference, combine(row, c));
+        *out = add(*reference, weighted_sum(row, c));
     }
 }
 
 fn displace_any(values: &[f64], c: &[[f64; 3]], reference: &[Vector], out: &mut [Vector]) {
     let rows = values.chunks_exact(c.len());
     for ((values, reference), out) in rows.zip(reference).zip(out) {
-        *out = add(*reference, combine(values, c));
+        *out = add(*reference, weighted_sum(values, c));
     }
-}
-
-#[inline(always)]
-fn combine(values: &[f64], coefficients: &[[f64; 3]]) -> Vector {
-    let mut sum = [0.0; 3];
-    for (value, c) in values.iter().zip(coefficients) {
-        for axis in 0..3 {
-            sum[axis] += value * c[axis];
-        }
-    }
-    sum
 }
 
 fn evaluate_at(base: &Interpolant, points: &[Vector], out: &mut [f64], progress: &dyn Fn(usize)) {

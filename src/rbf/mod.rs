@@ -17,6 +17,7 @@ pub mod select;
 pub mod slide;
 pub mod space;
 pub mod system;
+pub mod targets;
 pub mod transposed;
 
 pub use kernel::Kernel;

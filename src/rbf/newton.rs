@@ -6,8 +6,8 @@
 //! along the constraints: it decides which points are tried, not what they give.
 
 use super::criterion::Criterion;
-use super::select::{Chosen, Targets};
 use super::space::Space;
+use super::targets::{Chosen, LEAST_POWER, Targets};
 use crate::geometry::vector::Vector;
 use crate::linear::{GrowingCholesky, Matrix};
 use multiversion::multiversion;
@@ -15,8 +15,6 @@ use rayon::prelude::*;
 
 /// Candidates that one task keeps up to date.
 const CHUNK: usize = 256;
-/// A candidate whose power function has fallen below this adds nothing but noise.
-pub(super) const LEAST_POWER: f64 = 1e-13;
 
 /// The candidates of one round.
 pub struct Candidates<'a> {
@@ -37,7 +35,7 @@ struct Chunk {
     /// Power function, squared.
     power: Vec<f64>,
     /// Displacement that a residual of one makes, by parts (m, parts); 1 when empty.
-    arms: Vec<f64>,
+    lever_arms: Vec<f64>,
     /// Chosen or passed over.
     done: Vec<bool>,
     worst: Worst,
@@ -147,9 +145,9 @@ impl Chunk {
             // One, but for the images.
             power: points.iter().map(|x| space.between(x, x)).collect(),
             points,
-            arms: nodes
+            lever_arms: nodes
                 .iter()
-                .flat_map(|&i| targets.criterion.arms_of(i, targets.arms))
+                .flat_map(|&i| targets.criterion.arms_of(i, targets.lever_arms))
                 .copied()
                 .collect(),
             done: vec![false; nodes.len()],
@@ -178,9 +176,9 @@ impl Chunk {
         let mut worst = Worst { error: 0.0, at: 0 };
         let residuals = self.residuals.chunks_exact(criterion.n_modes());
         for (at, (residual, done)) in residuals.zip(&self.done).enumerate() {
-            let arms = criterion.arms_of(at, &self.arms);
-            if !done && criterion.bound(residual, arms) > worst.error {
-                let error = criterion.sampled(residual, arms);
+            let lever_arms = criterion.arms_of(at, &self.lever_arms);
+            if !done && criterion.bound(residual, lever_arms) > worst.error {
+                let error = criterion.sampled(residual, lever_arms);
                 if error > worst.error {
                     worst = Worst { error, at };
                 }

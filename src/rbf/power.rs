@@ -12,8 +12,9 @@
 //! Source: S. De Marchi, R. Schaback, H. Wendland, Near-optimal data-independent point locations for
 //! radial basis function interpolation, Adv. Comput. Math. 23, 2005.
 
-use super::newton::{LEAST_POWER, subtract_rows};
+use super::newton::subtract_rows;
 use super::space::Space;
+use super::targets::LEAST_POWER;
 use crate::geometry::vector::Vector;
 use rayon::prelude::*;
 

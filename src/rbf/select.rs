@@ -11,29 +11,11 @@
 
 use super::criterion::Criterion;
 use super::interpolant::Interpolant;
-use super::newton::{Candidates, LEAST_POWER};
+use super::newton::Candidates;
 use super::space::Space;
+use super::targets::{Chosen, Targets};
 use crate::error::Result;
-use crate::geometry::vector::Vector;
-use crate::linear::{GrowingCholesky, Matrix};
 use rayon::prelude::*;
-
-/// What the base points are to reproduce. Points are in the order of a space-filling curve, no two
-/// at the same place.
-#[derive(Debug, Clone, Copy)]
-pub struct Targets<'a> {
-    /// Surface nodes, N of them.
-    pub points: &'a [Vector],
-    /// Values of the modes there (N, r), by rows.
-    pub values: &'a [f64],
-    /// The error over all steps.
-    pub criterion: &'a Criterion,
-    /// Points that never become base points, as an image of each does; none when empty.
-    pub images: &'a [bool],
-    /// Displacement that a residual of one makes at each point, by parts of the criterion (N, parts);
-    /// 1 at all when empty.
-    pub arms: &'a [f64],
-}
 
 /// Which error has to come below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,7 +141,7 @@ fn grow(
                 (limits, stop),
                 &mut chosen,
             ) {
-                let by_step = criterion.largest_by_step(&residuals, targets.arms);
+                let by_step = criterion.largest_by_step(&residuals, targets.lever_arms);
                 if !criterion.sample_more(&by_step, stop) {
                     break;
                 }
@@ -205,62 +187,7 @@ pub fn from_base(
     chosen.finish(space, targets, measure)
 }
 
-/// A selection under way.
-#[derive(Default)]
-pub(super) struct Chosen {
-    pub base: Vec<usize>,
-    pub picked: Vec<f64>,
-    /// Factor of the kernel matrix of the base points.
-    pub factor: GrowingCholesky,
-    history: Vec<(usize, f64)>,
-    skipped: usize,
-}
-
 impl Chosen {
-    /// Base points chosen before, with their factor.
-    fn of_base(space: &Space, points: &[Vector], base: Vec<usize>) -> Self {
-        let mut factor = GrowingCholesky::default();
-        for (n, &new) in base.iter().enumerate() {
-            let new = &points[new];
-            let mut row = Matrix::from_fn(n, 1, |i, _| space.between(&points[base[i]], new));
-            factor.solve_lower(&mut row);
-            let squares: f64 = row.column(0).iter().map(|v| v * v).sum();
-            let power = (space.between(new, new) - squares).max(LEAST_POWER);
-            factor.push(row.column(0), power.sqrt());
-        }
-        Self {
-            base,
-            factor,
-            ..Self::default()
-        }
-    }
-
-    /// The interpolant of the base points chosen so far, by the growing factor where that serves.
-    fn interpolant(&self, space: &Space, targets: &Targets<'_>) -> Result<Interpolant> {
-        let values = targets.values_at(&self.base);
-        if !space.is_plain() {
-            return space.interpolant(targets.points, &self.base, &values);
-        }
-        let r = targets.criterion.n_modes();
-        let mut solution = Matrix::from_fn(self.base.len(), r, |i, j| values[i * r + j]);
-        self.factor.solve_lower(&mut solution);
-        self.factor.solve_transposed(&mut solution);
-        Ok(Interpolant {
-            basis: space.basis,
-            points: self.base.iter().map(|&i| targets.points[i]).collect(),
-            weights: (0..values.len())
-                .map(|at| solution[(at / r, at % r)])
-                .collect(),
-            n_columns: r,
-            polynomial: None,
-        })
-    }
-
-    /// The interpolant as any later run from the same base points solves it.
-    fn final_interpolant(&self, space: &Space, targets: &Targets<'_>) -> Result<Interpolant> {
-        space.interpolant(targets.points, &self.base, &targets.values_at(&self.base))
-    }
-
     /// The selection with its final weights.
     fn finish(self, space: &Space, targets: Targets<'_>, measure: Measure) -> Result<Selection> {
         let interpolant = self.final_interpolant(space, &targets)?;
@@ -278,7 +205,9 @@ impl Chosen {
         let error = largest_error(&targets, &residuals, 0.0);
         let measured = match measure {
             Measure::Max => error,
-            Measure::Mean => targets.criterion.largest_mean(&residuals, targets.arms),
+            Measure::Mean => targets
+                .criterion
+                .largest_mean(&residuals, targets.lever_arms),
         };
         Selection {
             base: self.base,
@@ -290,25 +219,6 @@ impl Chosen {
             picked: self.picked,
             skipped: self.skipped,
         }
-    }
-}
-
-impl<'a> Targets<'a> {
-    /// The same by another criterion.
-    fn seen_by<'b>(self, criterion: &'b Criterion) -> Targets<'b>
-    where
-        'a: 'b,
-    {
-        Targets { criterion, ..self }
-    }
-
-    fn values_at(&self, nodes: &[usize]) -> Vec<f64> {
-        let r = self.criterion.n_modes();
-        nodes
-            .iter()
-            .flat_map(|&i| &self.values[i * r..(i + 1) * r])
-            .copied()
-            .collect()
     }
 }
 
@@ -336,7 +246,9 @@ fn errors(targets: &Targets<'_>, residuals: &[f64], limits: &Limits) -> (f64, f6
         }
         Measure::Mean => (
             largest_error(targets, residuals, 0.0),
-            targets.criterion.largest_mean(residuals, targets.arms),
+            targets
+                .criterion
+                .largest_mean(residuals, targets.lever_arms),
         ),
     }
 }
@@ -354,10 +266,10 @@ fn largest_error(targets: &Targets<'_>, residuals: &[f64], tolerance: f64) -> f6
             .map(|(chunk, nodes)| {
                 let errors = nodes.chunks_exact(r).enumerate();
                 errors.fold(floor, |worst, (i, e)| {
-                    let arms = criterion.arms_of(NODES * chunk + i, targets.arms);
-                    match criterion.bound(e, arms) <= worst {
+                    let lever_arms = criterion.arms_of(NODES * chunk + i, targets.lever_arms);
+                    match criterion.bound(e, lever_arms) <= worst {
                         true => worst,
-                        false => f64::max(worst, error(criterion, e, arms)),
+                        false => f64::max(worst, error(criterion, e, lever_arms)),
                     }
                 })
             })
@@ -383,9 +295,9 @@ fn worst_of_runs(targets: &Targets<'_>, residuals: &[f64], runs: usize) -> Vec<u
             let mut worst = (usize::MAX, -1.0);
             for (i, e) in residuals.chunks_exact(r).enumerate() {
                 let image = !targets.images.is_empty() && targets.images[run * length + i];
-                let arms = criterion.arms_of(run * length + i, targets.arms);
-                if !image && criterion.bound(e, arms) > worst.1 {
-                    let error = criterion.sampled(e, arms);
+                let lever_arms = criterion.arms_of(run * length + i, targets.lever_arms);
+                if !image && criterion.bound(e, lever_arms) > worst.1 {
+                    let error = criterion.sampled(e, lever_arms);
                     if error > worst.1 {
                         worst = (i, error);
                     }

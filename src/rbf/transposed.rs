@@ -30,8 +30,8 @@ pub fn transposed(
     let mut sums = vec![[0.0; 3]; base.len()];
     for chunks in order.chunks(CHUNK * CHUNKS) {
         let chunks = chunks.par_chunks(CHUNK);
-        let parts: Vec<Part> = chunks
-            .map(|nodes| Part::of(basis, base, points, nodes, values))
+        let parts: Vec<ChunkSums> = chunks
+            .map(|nodes| ChunkSums::of(basis, base, points, nodes, values))
             .collect();
         for part in &parts {
             for (&j, sum) in part.base.iter().zip(&part.sums) {
@@ -43,13 +43,13 @@ pub fn transposed(
 }
 
 /// The sums over one chunk of points.
-struct Part {
+struct ChunkSums {
     /// The base points that it reaches.
     base: Vec<u32>,
     sums: Vec<Vector>,
 }
 
-impl Part {
+impl ChunkSums {
     /// The points stand in for base points, their values for weights: the kernel is symmetric.
     fn of(
         basis: Basis,

@@ -1,6 +1,6 @@
 //! Base points on disk: base.toml to resume from, base.vtp to look at.
 
-use crate::deform::{BasePoints, Kind, Plan, from_nodes};
+use crate::deform::{BasePoints, LayerKind, Plan, from_nodes};
 use crate::error::{Error, Result};
 use crate::formats::{Commit, check_no_device, save_text};
 use crate::geometry::vector::Vector;
@@ -57,7 +57,7 @@ pub fn picture_of(path: &Path) -> PathBuf {
 
 /// Base points read from `path`, with weights for the plan's motion.
 pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
-    let intervals = plan.intervals();
+    let intervals = plan.selection_intervals();
     let [interval] = intervals.as_slice() else {
         return Err(Error::input(
             "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
@@ -114,7 +114,7 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
     let twist = plan
         .layers
         .iter()
-        .any(|layer| layer.kind != Kind::Displacement);
+        .any(|layer| layer.kind != LayerKind::Displacement);
     if twist != file.rotation_nodes.is_some()
         || file.rotation_radius != plan.schedule.rbf.rotation_radius
     {

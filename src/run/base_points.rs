@@ -46,7 +46,7 @@ impl<'a> BasePointStore<'a> {
         Self {
             deformation,
             names,
-            ranges: deformation.plan().intervals(),
+            ranges: deformation.plan().selection_intervals(),
             loaded,
             base_files,
             selections: Vec::new(),

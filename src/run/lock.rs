@@ -5,7 +5,7 @@ use super::names::Names;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Result};
-use crate::formats::{folder_of, is_same, list_hidden, sync_folder, unlist_hidden};
+use crate::formats::{folder_of, is_same, register_temporary, sync_folder, unregister_temporary};
 use crate::record::{file_name, parts_in};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
@@ -38,7 +38,7 @@ impl Lock {
         let steps = names.steps();
         let path = folder.join(file_name(STEM, Some(&steps), EXTENSION));
         let (file, warning) = own(&path, folder, &steps)?;
-        list_hidden(&path);
+        register_temporary(&path);
         let lock = Self {
             _file: file,
             path,
@@ -59,7 +59,7 @@ impl Drop for Lock {
     fn drop(&mut self) {
         // An unlocked file left behind stops nobody, and a folder with something in it is kept.
         let _ = fs::remove_file(&self.path);
-        unlist_hidden(&self.path);
+        unregister_temporary(&self.path);
         if let Some(folder) = &self.made {
             let _ = fs::remove_dir(folder);
         }

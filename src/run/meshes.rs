@@ -2,7 +2,7 @@
 
 use super::names::Names;
 use crate::error::Result;
-use crate::formats::{Begin, Format, Notes, OutputSet, SequenceFile, Waiting, WriteOptions};
+use crate::formats::{Begin, Format, Notes, OutputSet, SequenceFile, Staged, WriteOptions};
 use crate::mesh::MeshView;
 use crate::motion::Step;
 use std::path::Path;
@@ -52,7 +52,7 @@ impl<'a> Meshes<'a> {
 
     /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
     /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
-    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Waiting)> {
+    pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
         let path = self.names.path(&self.names.mesh(step.index));
         if let Some(sequence) = &self.sequence {
             let mut file = lock(sequence);
@@ -62,7 +62,7 @@ impl<'a> Meshes<'a> {
             self.is_resuming = file.is_resuming();
             let sequence = Arc::clone(sequence);
             let commit = move || lock(&sequence).commit().map_err(|error| error.file(&path));
-            return Ok((hash, Waiting::new(move || commit().map(|()| None))));
+            return Ok((hash, Staged::new(move || commit().map(|()| None))));
         }
         let mut out = OutputSet::new(&path, self.names.commit).hashed();
         let notes = self.format.write(mesh, &mut out, &self.options)?;

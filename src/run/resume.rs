@@ -212,10 +212,13 @@ fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Optio
         Ok(_) => return Some(FileFault::OtherHash("steps.csv")),
         Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
-    let beside = format.beside(&plan.mesh.view(), &path);
+    let companions = format.companion_files(&plan.mesh.view(), &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
-    beside.iter().any(differs).then_some(FileFault::NoCompanion)
+    companions
+        .iter()
+        .any(differs)
+        .then_some(FileFault::NoCompanion)
 }
 
 /// Refuses a run with other inputs.

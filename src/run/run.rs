@@ -11,7 +11,7 @@ use super::record::{Clock, RecordFile, sentences};
 use super::request::Request;
 use super::resume::Earlier;
 use super::writer::Writer;
-use crate::deform::{Deformation, Plan, missed};
+use crate::deform::{Deformation, Plan, missed_at_step};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::Result;
@@ -258,7 +258,9 @@ impl Run<'_> {
         let entered = base_points.enter(first).map(|_| ());
         self.note_choices(base_points)?;
         match entered {
-            Err(error) if self.plan.intervals().len() > 1 && self.passes_over(&error) => Ok(()),
+            Err(error) if self.plan.selection_intervals().len() > 1 && self.passes_over(&error) => {
+                Ok(())
+            }
             entered => entered,
         }
     }
@@ -295,7 +297,7 @@ impl Run<'_> {
     fn note_misses(&self, finished: &mut Finished) {
         for (index, row) in &self.rows {
             let (step, n_base) = (&self.plan.motion.steps[*index], row.base_points);
-            match missed(self.plan, step, n_base, row.selection_error) {
+            match missed_at_step(self.plan, step, n_base, row.selection_error) {
                 Some((note, true)) => finished.failures.push(note.into()),
                 Some((note, false)) => finished.warnings.push(note.into()),
                 None => {}

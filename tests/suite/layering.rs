@@ -13,7 +13,7 @@ const FLOORS: &[&[&str]] = &[
     &["modes", "formats", "record"],
     &["mesh"],
     &["linear", "geometry"],
-    &["diagnostic", "progress"],
+    &["diagnostic", "parallel", "progress"],
     &["error"],
 ];
 

@@ -1,4 +1,4 @@
-//! The commands of docs/pipelines.md do what the page says.
+//! The commands of docs/tasks/regression_test.md do what the page says.
 
 use crate::support::succeed;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 /// The commands of the page, block by block.
 fn blocks() -> Vec<String> {
-    let page = include_str!("../../docs/pipelines.md");
+    let page = include_str!("../../docs/tasks/regression_test.md");
     let blocks = page.split("```sh\n").skip(1);
     blocks
         .map(|rest| rest.split("```").next().unwrap().to_owned())

@@ -12,7 +12,8 @@ use std::path::Path;
 /// Largest distance between a prescribed displacement and the plain double sum over the base
 /// points, over all surface nodes and steps.
 fn true_error(plan: &Plan) -> (usize, f64) {
-    let selection = &choose(plan, &plan.intervals()[0], &Silent).expect("it can be solved")[0];
+    let selection =
+        &choose(plan, &plan.selection_intervals()[0], &Silent).expect("it can be solved")[0];
     let layer_modes = &plan.layers[0].modes;
     let r = layer_modes.n_modes;
     let surface = &plan.motion.surface.nodes;

@@ -7,7 +7,7 @@ use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
 use crate::error::{Error, ErrorKind, Result};
-use crate::formats::{self, Waiting};
+use crate::formats::{self, Staged};
 use crate::mesh::Mesh;
 use changes::Changes;
 use std::cell::RefCell;
@@ -53,7 +53,7 @@ struct Run<'a> {
     told: RefCell<BTreeSet<String>>,
     written: RefCell<Vec<Written>>,
     /// Files that get their names when all are whole.
-    waiting: RefCell<Vec<Waiting>>,
+    waiting: RefCell<Vec<Staged>>,
 }
 
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
@@ -94,7 +94,7 @@ impl Run<'_> {
             Err(error) if error.kind != ErrorKind::System => return Err(error),
             _ => {}
         }
-        let kept = Waiting::keep_all(files);
+        let kept = Staged::keep_all(files);
         done.and(kept)
     }
 

@@ -3,7 +3,7 @@
 use super::{Input, Run};
 use crate::error::{Error, Result};
 use crate::formats::{
-    self, Format, SequenceFile, Waiting, WriteOptions, check_listed, is_series, pvd, stage_bytes,
+    self, Format, SequenceFile, Staged, WriteOptions, check_listed, is_series, pvd, stage_bytes,
     vtk_series,
 };
 use crate::mesh::Mesh;
@@ -225,7 +225,7 @@ impl Run<'_> {
     }
 
     /// Leaves files without their names until all are whole.
-    fn wait(&self, files: Waiting) {
+    fn wait(&self, files: Staged) {
         self.waiting.borrow_mut().push(files);
     }
 

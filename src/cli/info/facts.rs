@@ -38,9 +38,9 @@ pub struct Boundary {
     /// Boundary cells with a tag between two cells.
     pub n_inside: usize,
     /// Boundary cells that lie on no face of a cell.
-    pub n_loose: usize,
+    pub n_dangling: usize,
     /// Faces of more than two cells.
-    pub n_crowded: usize,
+    pub n_non_manifold: usize,
 }
 
 impl<'a> Facts<'a> {
@@ -105,8 +105,8 @@ impl Boundary {
             n_untagged: untagged(mesh, &tagged),
             n_open: open.count(),
             n_inside: inside.count(),
-            n_loose: faces.loose.len(),
-            n_crowded: faces.n_crowded,
+            n_dangling: faces.dangling.len(),
+            n_non_manifold: faces.n_non_manifold,
         }
     }
 }

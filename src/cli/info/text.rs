@@ -46,10 +46,10 @@ impl Rows {
                 "tagged face",
                 " between two cells",
             ),
-            ("loose", found.n_loose, "boundary face", " on no cell"),
+            ("loose", found.n_dangling, "boundary face", " on no cell"),
             (
                 "crowded",
-                found.n_crowded,
+                found.n_non_manifold,
                 "face",
                 " of more than two cells",
             ),

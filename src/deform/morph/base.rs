@@ -9,8 +9,9 @@ use crate::geometry::vector::{Vector, norm};
 use crate::geometry::{Bounds, Transform};
 use crate::rbf::criterion::Criterion;
 use crate::rbf::power::by_power;
-use crate::rbf::select::{Limits, Targets, select};
+use crate::rbf::select::{Limits, select};
 use crate::rbf::space::Space;
+use crate::rbf::targets::Targets;
 use crate::rbf::{Basis, Kernel};
 use rayon::prelude::*;
 
@@ -102,7 +103,7 @@ fn by_samples(
         values: &values,
         criterion: &Criterion::new(r, &coefficients)?,
         images: is_image,
-        arms: &[],
+        lever_arms: &[],
     };
     let limits = Limits::in_rounds(options.tolerance, options.max_points, n_points);
     Ok(select(space, targets, limits, &mut |_, _| {})?.base)

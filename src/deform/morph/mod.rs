@@ -10,13 +10,14 @@
 //! set. Everything but `d` is fixed in [`Morph::new`].
 
 mod base;
+mod fade;
 mod options;
 mod pairs;
-mod reach;
 mod surface;
 
 pub use options::{MorphOptions, Nodes};
 
+use super::checks::check_length;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, add, norm, scale, sub};
 use crate::geometry::{Bounds, curve};
@@ -25,19 +26,17 @@ use crate::rbf::Basis;
 use crate::rbf::constrained::FactoredSystem;
 use crate::rbf::constraint::Constraint;
 use crate::rbf::correct::Faded;
-use crate::rbf::field::evaluate_along;
+use crate::rbf::field::{BLOCK, evaluate_along};
 use crate::rbf::interpolant::Interpolant;
 use crate::rbf::space::Space;
 use crate::rbf::transposed::transposed;
+use fade::{FadeRows, fade_rows};
 use pairs::Pairs;
 use rayon::prelude::*;
-use reach::{Reaching, reaching};
 use std::sync::Arc;
-use surface::{MorphSurface, check_finite, check_length};
+use surface::{MorphSurface, check_finite};
 
-/// Nodes that one task places.
-const BLOCK: usize = 4096;
-/// Where a residual is more than this part of the reach, the correction may fold cells.
+/// Where a residual is more than this part of the fade radius, the correction may fold cells.
 const STEEP: f64 = 0.1;
 
 /// A mesh that follows displacements of its moving nodes.
@@ -101,9 +100,9 @@ pub struct Morph {
     system: FactoredSystem,
     /// Base points and their images.
     sources: Vec<Vector>,
-    /// The nodes that these reach, along a space-filling curve.
+    /// The nodes that these influence, along a space-filling curve.
     order: Vec<u32>,
-    reach: Vec<f64>,
+    fade_radius: Vec<f64>,
     rows: Vec<Faded>,
 }
 
@@ -112,7 +111,7 @@ pub struct Morph {
 pub struct MorphReport {
     /// Largest distance between a prescribed displacement and the interpolant, in mesh units.
     pub largest_residual: f64,
-    /// Largest of these distances over the reach of the correction. The correction compresses cells by
+    /// Largest of these distances over the fade radius of the correction. The correction compresses cells by
     /// up to 2.1 times this.
     pub largest_slope: f64,
     /// The node where it is largest.
@@ -125,7 +124,7 @@ pub struct MorphReport {
 impl Morph {
     /// Chooses base points, factors their system and finds the closest surface points of all nodes.
     ///
-    /// Besides the mesh it keeps 4 bytes for each node that base points reach, 40 for each in reach of
+    /// Besides the mesh it keeps 4 bytes for each node that base points influence, 40 for each within the fade radius of
     /// the correction, and `8 n^2` for each factor.
     ///
     /// # Errors
@@ -155,8 +154,8 @@ impl Morph {
         for node in surface.nodes().chain(pairs.following()) {
             is_placed[node as usize] = true;
         }
-        let Reaching { reach, rows } =
-            reaching(&surface, &sources, basis.radius, &mesh.points, &is_placed);
+        let FadeRows { fade_radius, rows } =
+            fade_rows(&surface, &sources, basis.radius, &mesh.points, &is_placed);
         surface.points.facets = Vec::new();
         Ok(Self {
             mesh,
@@ -167,7 +166,7 @@ impl Morph {
             system,
             sources,
             order,
-            reach,
+            fade_radius,
             rows,
         })
     }
@@ -311,10 +310,10 @@ impl Morph {
             steepest_node: nodes[0],
             steep_nodes: Vec::new(),
         };
-        for ((residual, reach), &node) in residuals.iter().zip(&self.reach).zip(nodes) {
+        for ((residual, fade_radius), &node) in residuals.iter().zip(&self.fade_radius).zip(nodes) {
             let residual = norm(*residual);
             let slope = if residual > 0.0 {
-                residual / reach
+                residual / fade_radius
             } else {
                 0.0
             };

@@ -3,6 +3,7 @@
 
 use super::options::{MorphOptions, Nodes};
 use super::pairs::Pairs;
+use crate::deform::checks::check_length;
 use crate::deform::surface::SurfacePoints;
 use crate::error::{Error, Result};
 use crate::geometry::transform::Matrix;
@@ -172,17 +173,6 @@ impl MorphSurface {
             }
         }
         Ok(())
-    }
-}
-
-/// # Errors
-/// Where there is not one row for each of `n` nodes.
-pub fn check_length(what: &str, found: usize, n: usize) -> Result<()> {
-    match found == n {
-        true => Ok(()),
-        false => Err(Error::input(format!(
-            "there are {found} {what} for {n} nodes; one for each is needed"
-        ))),
     }
 }
 

@@ -1,335 +1,189 @@
-//! Notes of writers.
+//! Notes of writers: what a file does not hold of a mesh, or holds in another way.
 
 use super::quoted;
-use std::fmt::{self, Display, Formatter};
+use crate::diagnostic::notes::notes;
 
-/// An array that is not in a file as it was.
-#[derive(Debug, Clone, PartialEq)]
+notes! {
+/// An array that a file does not hold, or holds in another way.
 #[allow(missing_docs)] // the names of the fields say it
-pub enum ArrayWritten {
+ArrayWritten {
     /// The format has no such arrays.
-    LeftOut {
-        format: &'static str,
-        what: &'static str,
-        names: Vec<String>,
-    },
+    LeftOut { format: &'static str, what: &'static str, names: Vec<String> } => (
+        "{format} holds no {what} arrays; left out: {}", quoted(names)
+    )
     /// The format has no text there.
-    TextLeftOut { format: &'static str, name: String },
+    TextLeftOut { format: &'static str, name: String } => ("{}", text_left_out(format, name))
     /// Its name stands for tags, or no text is wanted.
-    NotWritten { name: String },
+    NotWritten { name: String } => ("the array \"{name}\" is not written")
     /// It has no values.
-    WithoutValues { name: String },
+    WithoutValues { name: String } => ("field array \"{name}\" is not written: it has no values")
     /// It has more components than the format allows.
-    TooManyComponents { name: String, n: usize, most: usize },
-    /// It becomes an array a component.
-    ComponentsApart { name: String, n: usize },
+    TooManyComponents { name: String, n: usize, most: usize } => (
+        "array \"{name}\" is left out: it has {n} components, and MSH holds fields of {most} at most"
+    )
+    /// Each component becomes an array.
+    ComponentsApart { name: String, n: usize } => (
+        "array \"{name}\" of {n} components is written as so many arrays"
+    )
     /// Its components lose their names.
-    ComponentNames { name: String },
+    ComponentNames { name: String } => ("names of the components of \"{name}\" are not written")
     /// It has integers above the largest of the format.
-    IntegersTooLarge { name: String },
-    /// It has integers that reals do not hold.
-    IntegersRounded { name: String },
-    /// Its text has zeros.
-    ZerosInText { name: String },
+    IntegersTooLarge { name: String } => (
+        "array \"{name}\" is not written: it has integers above {}, the largest of CGNS", i64::MAX
+    )
+    /// It has integers that reals cannot represent.
+    IntegersRounded { name: String } => (
+        "array \"{name}\" has integers above 2^53, which MSH holds as the nearest 64-bit real"
+    )
+    /// Its text has zero bytes.
+    ZerosInText { name: String } => ("bytes of zero in the text of \"{name}\" are written as \"_\"")
     /// Its values on faces are left out.
-    FaceValues { name: String },
+    FaceValues { name: String } => (
+        "values of the array \"{name}\" on faces are not kept: CGNS has values of cells"
+    )
     /// Its name is that of global numbers.
-    ReplacedByNumbers { name: String },
+    ReplacedByNumbers { name: String } => (
+        "the array \"{name}\" is replaced by numbers that count through"
+    )
+}
 }
 
-impl Display for ArrayWritten {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::LeftOut {
-                format,
-                what,
-                names,
-            } => {
-                let names = quoted(names);
-                write!(f, "{format} holds no {what} arrays; left out: {names}")
-            }
-            Self::TextLeftOut { format, name } => match *format {
-                "CGNS" => write!(f, "array \"{name}\" of text is not written"),
-                "VTKHDF" => write!(
-                    f,
-                    "the array \"{name}\" is left out: VTK reads no text at nodes or cells"
-                ),
-                format => write!(f, "{format} holds no text; array \"{name}\" is left out"),
-            },
-            Self::NotWritten { name } => write!(f, "the array \"{name}\" is not written"),
-            Self::WithoutValues { name } => {
-                write!(f, "field array \"{name}\" is not written: it has no values")
-            }
-            Self::TooManyComponents { name, n, most } => write!(
-                f,
-                "array \"{name}\" is left out: it has {n} components, and MSH holds fields of {most} at most"
-            ),
-            Self::ComponentsApart { name, n } => {
-                write!(
-                    f,
-                    "array \"{name}\" of {n} components is written as so many arrays"
-                )
-            }
-            Self::ComponentNames { name } => {
-                write!(f, "names of the components of \"{name}\" are not written")
-            }
-            Self::IntegersTooLarge { name } => write!(
-                f,
-                "array \"{name}\" is not written: it has integers above {}, the largest of CGNS",
-                i64::MAX
-            ),
-            Self::IntegersRounded { name } => write!(
-                f,
-                "array \"{name}\" has integers above 2^53, which MSH holds as the nearest 64-bit real"
-            ),
-            Self::ZerosInText { name } => {
-                write!(
-                    f,
-                    "bytes of zero in the text of \"{name}\" are written as \"_\""
-                )
-            }
-            Self::FaceValues { name } => write!(
-                f,
-                "values of the array \"{name}\" on faces are not kept: CGNS has values of cells"
-            ),
-            Self::ReplacedByNumbers { name } => {
-                write!(
-                    f,
-                    "the array \"{name}\" is replaced by numbers that count through"
-                )
-            }
+fn text_left_out(format: &str, name: &str) -> String {
+    match format {
+        "CGNS" => format!("array \"{name}\" of text is not written"),
+        "VTKHDF" => {
+            format!("the array \"{name}\" is left out: VTK reads no text at nodes or cells")
         }
+        format => format!("{format} holds no text; array \"{name}\" is left out"),
     }
 }
 
-/// A group that is not in a file as it was, or a name.
-#[derive(Debug, Clone, PartialEq)]
+notes! {
+/// A group that a file does not hold, or holds in another way, and names that are written as others.
 #[allow(missing_docs)] // the names of the fields say it
-pub enum GroupWritten {
-    /// A name, of an array too, is written as another: the format allows no such name, or `is_taken` the
-    /// one that it would allow.
-    Renamed {
-        what: &'static str,
-        name: String,
-        written: String,
-        why: &'static str,
-        is_taken: bool,
-    },
-    /// Its number is another.
-    Renumbered { name: String, number: i32, own: i32 },
+GroupWritten {
+    /// A name, of an array too, is written as another: the format does not allow it, or (`is_taken`) what it would
+    /// become is taken.
+    Renamed { what: &'static str, name: String, written: String, why: &'static str, is_taken: bool } => (
+        "{what} {name:?} is written as \"{written}\": {why}{}",
+        if *is_taken { ", and that name is taken" } else { "" }
+    )
+    /// It is written with another number.
+    Renumbered { name: String, number: i32, own: i32 } => (
+        "group \"{name}\" has number {number} instead of {own}, which is taken or none of MSH"
+    )
     /// Tags of one name become one.
-    Joined { name: String, n: usize },
+    Joined { name: String, n: usize } => ("{n} tags are called \"{name}\" and become one")
     /// It has no cells.
-    Empty { name: String },
-    /// Zones, in a format that has none or none such.
-    ZonesLeftOut {
-        format: &'static str,
-        names: Vec<String>,
-    },
+    Empty { name: String } => ("group \"{name}\" has no cells; CGNS keeps its family alone")
+    /// Zones, in a format that has none or only some.
+    ZonesLeftOut { format: &'static str, names: Vec<String> } => (
+        "{format} holds {}; left out: {}", zones_held(format), quoted(names)
+    )
     /// Zones are numbered.
-    ZoneNames { n: usize, names: Vec<String> },
+    ZoneNames { n: usize, names: Vec<String> } => (
+        "zones are written as IZONE= 1 to {n}; names left out: {}", quoted(names)
+    )
     /// Groups of lower dimension than boundary tags.
-    LowerLeftOut {
-        format: &'static str,
-        names: Vec<String>,
-    },
-    /// Tags of faces beyond one a face.
-    FaceTagsLeftOut { n: usize },
-    /// Groups of cells in several, of which an array holds the first.
-    OfSeveral {
-        n: usize,
-        array: &'static str,
-        cell: usize,
-    },
+    LowerLeftOut { format: &'static str, names: Vec<String> } => (
+        "{format} holds boundary tags only; groups left out: {}", quoted(names)
+    )
+    /// Further tags of faces that are in several.
+    FaceTagsLeftOut { n: usize } => (
+        "UGRID holds one number for a face; {n} more tags of faces in several are left out"
+    )
+    /// Cells in several groups, of which an array holds the first.
+    OfSeveral { n: usize, array: &'static str, cell: usize } => (
+        "{n} cells are in more than one group; the array {array} holds the first (cell {cell})"
+    )
     /// Boundary faces in no tag are left out.
-    UntaggedLeftOut { n: usize },
-    /// Boundary faces in no tag have a number of their own.
-    UntaggedNumbered { n: usize, number: i32, name: String },
+    UntaggedLeftOut { n: usize } => ("{n} boundary elements without a tag are left out")
+    /// Boundary faces in no tag get a number.
+    UntaggedNumbered { n: usize, number: i32, name: String } => (
+        "{n} boundary faces without a tag have number {number}, \"{name}\""
+    )
     /// Names of tags were not wanted.
-    NamesNotWritten,
+    NamesNotWritten => ("names of tags are not written, as was asked")
+}
 }
 
-impl Display for GroupWritten {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Renamed {
-                what,
-                name,
-                written,
-                why,
-                is_taken,
-            } => {
-                write!(f, "{what} {name:?} is written as \"{written}\": {why}")?;
-                f.write_str(if *is_taken {
-                    ", and that name is taken"
-                } else {
-                    ""
-                })
-            }
-            Self::Renumbered { name, number, own } => write!(
-                f,
-                "group \"{name}\" has number {number} instead of {own}, which is taken or none of MSH"
-            ),
-            Self::Joined { name, n } => {
-                write!(f, "{n} tags are called \"{name}\" and become one")
-            }
-            Self::Empty { name } => {
-                write!(
-                    f,
-                    "group \"{name}\" has no cells; CGNS keeps its family alone"
-                )
-            }
-            Self::ZonesLeftOut { format, names } => {
-                let when = match *format {
-                    "SU2" => "zones only where they are all of the mesh and share no nodes",
-                    _ => "no zones",
-                };
-                write!(f, "{format} holds {when}; left out: {}", quoted(names))
-            }
-            Self::ZoneNames { n, names } => {
-                let names = quoted(names);
-                write!(
-                    f,
-                    "zones are written as IZONE= 1 to {n}; names left out: {names}"
-                )
-            }
-            Self::LowerLeftOut { format, names } => {
-                let names = quoted(names);
-                write!(
-                    f,
-                    "{format} holds boundary tags only; groups left out: {names}"
-                )
-            }
-            Self::FaceTagsLeftOut { n } => write!(
-                f,
-                "UGRID holds one number for a face; {n} more tags of faces in several are left out"
-            ),
-            Self::OfSeveral { n, array, cell } => write!(
-                f,
-                "{n} cells are in more than one group; the array {array} holds the first (cell {cell})"
-            ),
-            Self::UntaggedLeftOut { n } => {
-                write!(f, "{n} boundary elements without a tag are left out")
-            }
-            Self::UntaggedNumbered { n, number, name } => {
-                write!(
-                    f,
-                    "{n} boundary faces without a tag have number {number}, \"{name}\""
-                )
-            }
-            Self::NamesNotWritten => f.write_str("names of tags are not written, as was asked"),
-        }
+fn zones_held(format: &str) -> &'static str {
+    match format {
+        "SU2" => "zones only where they are all of the mesh and share no nodes",
+        _ => "no zones",
     }
 }
 
-/// The type of a boundary condition that a file does not hold as it was.
-#[derive(Debug, Clone, PartialEq)]
+notes! {
+/// The type of a boundary condition that a file does not hold, or holds in another way.
 #[allow(missing_docs)] // the names of the fields say it
-pub enum Condition {
-    /// Those of so many groups: the format has none.
-    NotWritten { format: &'static str, n: usize },
+Condition {
+    /// The format has no types of conditions: those of `n` groups are left out.
+    NotWritten { format: &'static str, n: usize } => ("{}", conditions_left_out(format, *n))
     /// It has no number.
-    WithoutNumber { condition: String, tag: String },
+    WithoutNumber { condition: String, tag: String } => (
+        "condition {condition} of tag \"{tag}\" has no number in FUN3D; 0 is written"
+    )
     /// It is written as the number of another.
-    WrittenAs {
-        condition: String,
-        tag: String,
-        number: i32,
-    },
+    WrittenAs { condition: String, tag: String, number: i32 } => (
+        "condition {condition} of tag \"{tag}\" is written as FUN3D's {number}"
+    )
     /// Tags have none.
-    Missing { tags: Vec<String> },
+    Missing { tags: Vec<String> } => (
+        "tags without a boundary condition have number 0 in the .mapbc: {}", quoted(tags)
+    )
     /// CGNS does not know it.
-    Unknown { condition: String, group: String },
+    Unknown { condition: String, group: String } => (
+        "the condition \"{condition}\" of \"{group}\" is none of CGNS"
+    )
+}
 }
 
-impl Display for Condition {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotWritten { format, n } => match *format {
-                "SU2" => f.write_str(
-                    "types of boundary conditions are not written: SU2 has them in its configuration",
-                ),
-                "MSH" => write!(
-                    f,
-                    "MSH holds no types of boundary conditions; those of {n} tags are left out"
-                ),
-                _ => f.write_str("types of boundary conditions are not written"),
-            },
-            Self::WithoutNumber { condition, tag } => write!(
-                f,
-                "condition {condition} of tag \"{tag}\" has no number in FUN3D; 0 is written"
-            ),
-            Self::WrittenAs {
-                condition,
-                tag,
-                number,
-            } => write!(
-                f,
-                "condition {condition} of tag \"{tag}\" is written as FUN3D's {number}"
-            ),
-            Self::Missing { tags } => write!(
-                f,
-                "tags without a boundary condition have number 0 in the .mapbc: {}",
-                quoted(tags)
-            ),
-            Self::Unknown { condition, group } => {
-                write!(f, "the condition \"{condition}\" of \"{group}\" is none of CGNS")
-            }
+fn conditions_left_out(format: &str, n: usize) -> String {
+    match format {
+        "SU2" => {
+            "types of boundary conditions are not written: SU2 has them in its configuration".into()
         }
+        "MSH" => {
+            format!("MSH holds no types of boundary conditions; those of {n} tags are left out")
+        }
+        _ => "types of boundary conditions are not written".into(),
     }
 }
 
-/// Something else that is not in a file as it was.
-#[derive(Debug, Clone, PartialEq)]
+notes! {
+/// Something else that a file does not hold, or holds in another way.
 #[allow(missing_docs)] // the names of the fields say it
-pub enum Written {
-    /// Coordinates were asked for in 32 bits, which the format does not have.
-    CoordinatesIn64 { format: &'static str },
+Written {
+    /// Coordinates in 32 bits were wanted, which the format does not have.
+    CoordinatesIn64 { format: &'static str } => ("{}", coordinates_in_64(format))
     /// Coordinates lose digits.
-    CoordinatesRounded,
+    CoordinatesRounded => ("coordinates are rounded to 32 bits")
     /// The height of a plane mesh.
-    HeightLeftOut { z: f64 },
+    HeightLeftOut { z: f64 } => ("SU2 holds no z of a plane mesh; left out: z = {z}")
     /// Cells of lower dimension.
-    LowerCellsLeftOut { n: usize },
-    /// Nodes come zone by zone.
-    NodesByZone,
-    /// Cells come type by type.
-    CellsByType,
-    /// A device or a pipe has no place for a file beside it.
-    BesideLeftOut,
+    LowerCellsLeftOut { n: usize } => ("{n} cells of lower dimension are left out")
+    /// Nodes are written zone by zone.
+    NodesByZone => ("nodes are written zone by zone, in another order")
+    /// Cells are written type by type.
+    CellsByType => (
+        "cells are in the order of their types: as they were, they would be too many sections"
+    )
+    /// A device or a pipe can have no companion file.
+    CompanionLeftOut => (
+        "names and conditions of tags are not written: they are in a file beside the mesh, for which a device or a pipe \
+         has no place"
+    )
     /// Nodes or elements are counted from 1.
-    CountedFromOne { what: &'static str },
+    CountedFromOne { what: &'static str } => (
+        "{what} are counted from 1: data of MSH refer to numbers up to {}, and theirs are higher", i32::MAX
+    )
+}
 }
 
-impl Display for Written {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CoordinatesIn64 { format: "UGRID" } => {
-                f.write_str("coordinates are written in 64 bits; ugrid-b4 has 32")
-            }
-            Self::CoordinatesIn64 { format } => {
-                write!(f, "{format} holds coordinates in f64 only")
-            }
-            Self::CoordinatesRounded => f.write_str("coordinates are rounded to 32 bits"),
-            Self::HeightLeftOut { z } => {
-                write!(f, "SU2 holds no z of a plane mesh; left out: z = {z}")
-            }
-            Self::LowerCellsLeftOut { n } => {
-                write!(f, "{n} cells of lower dimension are left out")
-            }
-            Self::NodesByZone => f.write_str("nodes are written zone by zone, in another order"),
-            Self::CellsByType => f.write_str(
-                "cells are in the order of their types: as they were, they would be too many sections",
-            ),
-            Self::BesideLeftOut => f.write_str(
-                "names and conditions of tags are not written: they are in a file beside the mesh, for which \
-                 a device or a pipe has no place",
-            ),
-            Self::CountedFromOne { what } => write!(
-                f,
-                "{what} are counted from 1: data of MSH refer to numbers up to {}, and theirs are higher",
-                i32::MAX
-            ),
-        }
+fn coordinates_in_64(format: &str) -> String {
+    match format {
+        "UGRID" => "coordinates are written in 64 bits; ugrid-b4 has 32".into(),
+        format => format!("{format} holds coordinates in f64 only"),
     }
 }

@@ -54,7 +54,7 @@ struct ElementTags {
 }
 
 impl Part {
-    /// Room for the nodes of one more element.
+    /// MemoryLimit for the nodes of one more element.
     fn push(&mut self, of: &'static Type, number: i64, tags: ElementTags) -> &mut [u32] {
         self.numbers.push(number);
         match self.runs.last_mut() {

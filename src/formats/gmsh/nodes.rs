@@ -97,7 +97,7 @@ fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
 /// Reads a block of tags as text.
 fn read_tags(stream: &mut Stream, n: usize, tags: &mut Vec<i64>) -> Result<()> {
     let what = "a node tag";
-    if stream.crowded(1) {
+    if stream.has_long_line(1) {
         for _ in 0..n {
             tags.push(stream.word(what)?.integer(what)?);
         }
@@ -119,7 +119,7 @@ fn read_coordinates(
     n_parameters: usize,
     points: &mut Vec<[f64; 3]>,
 ) -> Result<()> {
-    if stream.crowded(3 + n_parameters) {
+    if stream.has_long_line(3 + n_parameters) {
         for _ in 0..n {
             let mut point = [0.0; 3];
             for x in &mut point {

@@ -139,7 +139,7 @@ impl<'a> Stream<'a> {
 
     /// Whether the next line of a text file has more than `n` words: some programs write a whole
     /// block on one line.
-    pub fn crowded(&self, n: usize) -> bool {
+    pub fn has_long_line(&self, n: usize) -> bool {
         let line = self.text.rest().trim_ascii_start();
         let line = line.iter().take_while(|byte| **byte != b'\n');
         let mut n_words = 0;

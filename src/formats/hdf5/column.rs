@@ -4,9 +4,9 @@
 //! before they are needed. Others are in chunks, of which a step writes the last one anew.
 
 use super::element::{Element, Number};
-use super::grow::Stored;
 use super::header::{NOWHERE, Place};
 use super::index::{Chunks, index_bytes};
+use super::step_file::Stored;
 use crate::error::Result;
 
 /// Bytes of the smallest chunk.

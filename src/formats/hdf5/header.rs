@@ -5,9 +5,9 @@
 //! libhdf5 from 1.8, files with chunks from 1.10.
 
 use super::checksum::lookup3;
-use super::grow::Stored;
 use super::index;
 use super::links::Links;
+use super::step_file::Stored;
 use super::tree::{Attribute, Id, Node};
 use crate::error::{Error, Result};
 

@@ -12,8 +12,8 @@
 //! and node j has the records j M(k) to (j + 1) M(k) - 2; the one after them is record j of the next
 //! level. The last node has up to M(k).
 
-use super::grow::Stored;
 use super::header::{NOWHERE, with_checksum};
+use super::step_file::Stored;
 use crate::error::Result;
 use std::ops::Range;
 

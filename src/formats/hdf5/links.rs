@@ -1,8 +1,8 @@
 //! The children of a group that gets more of them with each step: those that are in the file
 //! already, in blocks of 8, 64, 512 ... that are written once.
 
-use super::grow::Stored;
 use super::header::{self, Messages, with_checksum};
+use super::step_file::Stored;
 use crate::error::Result;
 
 /// Blocks of one size that are joined to one.

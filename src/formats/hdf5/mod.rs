@@ -18,7 +18,7 @@
 //! that hands over bytes. A file that grows step by step and is whole after each:
 //!
 //! ```text
-//! let mut file = Growing::create(path, Begin::Create, true)?;             // hidden until the first step is whole
+//! let mut file = StepFile::create(path, Begin::Create, true)?;             // hidden until the first step is whole
 //! let x = file.store(|sink| sink(bytemuck::cast_slice(&x)))?;           // keep `x` for later steps
 //! let mut tree = ...;                                                   // all that is in the file now
 //! tree.dataset(group, "CoordinateX", Element::F64, &[n], Data::Stored(x));
@@ -48,21 +48,21 @@
 mod checksum;
 mod column;
 mod element;
-mod grow;
 mod header;
 mod index;
 mod links;
 mod read;
+mod step_file;
 mod tree;
 mod write;
 
 pub(super) use self::{
     column::{Column, column_bytes},
     element::Element,
-    grow::{Growing, Stored},
     index::{Chunks, index_bytes},
     links::Links,
     read::{Dataset, File, Group},
+    step_file::{StepFile, Stored},
     tree::{Data, Id, Sink, Tree},
 };
 

@@ -40,7 +40,7 @@ impl File {
     /// Opens the file. Its links into other files are relative to its folder.
     pub fn open(source: &Source) -> Result<Self> {
         let folder = source.path().parent().map(PathBuf::from);
-        let resolver = folder.map(|folder| Arc::new(Beside { folder }) as _);
+        let resolver = folder.map(|folder| Arc::new(SameFolder { folder }) as _);
         Hdf5File::from_owner(source.shared(), options(source.bytes().len(), resolver))
             .map(Self)
             .map_err(refused)
@@ -67,12 +67,12 @@ fn limit(n_bytes: usize) -> usize {
     n_bytes.saturating_mul(MOST_RATIO).max(SMALLEST_LIMIT)
 }
 
-/// Finds linked files beside the one that links.
-struct Beside {
+/// Finds linked files in the folder of the file that links to them.
+struct SameFolder {
     folder: PathBuf,
 }
 
-impl ExternalLinkResolver for Beside {
+impl ExternalLinkResolver for SameFolder {
     fn resolve_external_link(&self, name: &str) -> hdf5_reader::error::Result<Option<Hdf5File>> {
         let path = self.folder.join(name);
         if !path.is_file() {

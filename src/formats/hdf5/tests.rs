@@ -114,11 +114,11 @@ fn many_children_and_many_strings_fit() {
     assert_eq!(values(&root, "strings"), Values::Text(strings));
 }
 
-impl super::grow::Grows for Cursor<Vec<u8>> {}
+impl super::step_file::StepTarget for Cursor<Vec<u8>> {}
 
 /// A sequence with everything that grows.
 struct Sequence {
-    file: Growing<Cursor<Vec<u8>>>,
+    file: StepFile<Cursor<Vec<u8>>>,
     fixed: Stored,
     chunks: Chunks,
     links: Links,
@@ -140,7 +140,7 @@ fn name(step: u64) -> String {
 
 impl Sequence {
     fn start() -> Self {
-        let mut file = Growing::start(Cursor::new(Vec::new())).expect("it starts");
+        let mut file = StepFile::start(Cursor::new(Vec::new())).expect("it starts");
         Self {
             fixed: file.store(|sink| sink(&[1, 2, 3])).expect("it is stored"),
             file,

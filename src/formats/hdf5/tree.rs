@@ -2,9 +2,9 @@
 
 use super::column::Column;
 use super::element::{Element, Number};
-use super::grow::Stored;
 use super::index::Chunks;
 use super::links::Links;
+use super::step_file::Stored;
 use crate::error::Result;
 use std::borrow::Cow;
 

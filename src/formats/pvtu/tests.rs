@@ -1,6 +1,6 @@
 use super::*;
 use crate::diagnostic::formats::{ArrayRead, Pieces};
-use crate::formats::{self, Commit, Loaded, Waiting, stage};
+use crate::formats::{self, Commit, Loaded, Staged, stage};
 use crate::mesh::{CellKind, DataArray, Group, Values};
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -47,7 +47,7 @@ fn bar(n: u32) -> Mesh {
     mesh
 }
 
-fn stage_pieces(mesh: &Mesh, path: &Path, n: usize) -> Result<(Notes, Waiting)> {
+fn stage_pieces(mesh: &Mesh, path: &Path, n: usize) -> Result<(Notes, Staged)> {
     let options = WriteOptions {
         pieces: NonZeroUsize::new(n),
         ..WriteOptions::default()

@@ -34,7 +34,7 @@ pub(super) fn path(case: &Path) -> PathBuf {
 
 /// The patches in the file of a case; none where there is no file. One that is not understood is
 /// noted: the mesh is whole without it.
-pub(super) fn beside(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
+pub(super) fn companion(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     let path = path(case);
     let failed = match check_file(&path).and_then(|()| std::fs::read(&path)) {
         Ok(bytes) => match parse(without_mark(&bytes), notes) {

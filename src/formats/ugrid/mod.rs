@@ -84,7 +84,7 @@ impl Format for Ugrid {
         _options: &ReadOptions,
         notes: &mut Notes,
     ) -> Result<Mesh> {
-        let patches = mapbc::beside(&case(source.path()), notes)?;
+        let patches = mapbc::companion(&case(source.path()), notes)?;
         read::read(source.bytes(), self, &patches, notes)
     }
     fn write_file(
@@ -98,7 +98,7 @@ impl Format for Ugrid {
     fn rounds(&self, _asked: Precision) -> bool {
         matches!(self.layout, Layout::Binary(binary) if binary.real == 4)
     }
-    fn beside(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fn companion_files(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         let file = mapbc::path(&case(path));
         // One that is there already would name the tags of this mesh.
         if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {

@@ -155,8 +155,8 @@ fn names_and_conditions_are_beside_the_mesh() {
     let tags = vec!["spare".into()];
     let missing = Condition::Missing { tags };
     assert_eq!(notes, [renamed.into(), missing.into()]);
-    let beside = folder.path().join("wing.mapbc");
-    let text = std::fs::read_to_string(&beside).expect("it is there");
+    let mapbc = folder.path().join("wing.mapbc");
+    let text = std::fs::read_to_string(&mapbc).expect("it is there");
     assert_eq!(
         text,
         "4\n2 4000 upper\n1 6100 far_field\n9 0 spare\n3 6662 plane\n"
@@ -176,7 +176,7 @@ fn names_and_conditions_are_beside_the_mesh() {
     assert_eq!(groups, expected.map(|(name, number)| (name, Some(number))));
     assert_eq!(back.groups[1].condition.as_deref(), Some("BCWallViscous"));
     assert_eq!(back.groups[0].condition.as_deref(), Some("6100"));
-    std::fs::write(&beside, "1\nwall 4000\n").expect("it can be replaced");
+    std::fs::write(&mapbc, "1\nwall 4000\n").expect("it can be replaced");
     let back = LB8
         .read_file(&source, &options, &mut notes)
         .expect("the mesh is whole");
@@ -196,9 +196,9 @@ fn numbers_of_fun3d_come_back_where_words_of_cgns_say_less() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wing.b8.ugrid");
     std::fs::write(&path, written(&B8, &solid()).0).expect("it can be written");
-    let beside = folder.path().join("wing.mapbc");
+    let mapbc = folder.path().join("wing.mapbc");
     let text = "2\n2 5050 far\n7 6663 plane\n";
-    std::fs::write(&beside, text).expect("it can be written");
+    std::fs::write(&mapbc, text).expect("it can be written");
     let source = Source::open(&path).expect("it is there");
     let mesh = B8.read_file(&source, &ReadOptions::default(), &mut Notes::default());
     let mesh = mesh.expect("a good file");
@@ -212,7 +212,7 @@ fn numbers_of_fun3d_come_back_where_words_of_cgns_say_less() {
     )
     .expect("it can be written");
     assert!(notes.is_empty(), "{notes:?}");
-    assert_eq!(std::fs::read_to_string(&beside).expect("it is there"), text);
+    assert_eq!(std::fs::read_to_string(&mapbc).expect("it is there"), text);
 }
 
 #[test]
@@ -376,7 +376,7 @@ fn a_large_text_is_read_as_a_small_one() {
 fn an_old_mapbc_does_not_rename_the_tags_of_a_new_mesh() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wing.b8.ugrid");
-    assert!(B8.beside(&solid().view(), &path).is_empty());
+    assert!(B8.companion_files(&solid().view(), &path).is_empty());
     std::fs::write(folder.path().join("wing.mapbc"), "1\n2 4000 hub\n").expect("a folder");
     save(
         &solid().view(),

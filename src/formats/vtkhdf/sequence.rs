@@ -1,6 +1,6 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
-use super::super::hdf5::{Column, Data, Element, Growing, Links, Stored, Tree};
+use super::super::hdf5::{Column, Data, Element, Links, StepFile, Stored, Tree};
 use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::vtk::plan::Plan;
 use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
@@ -24,7 +24,7 @@ const ZEROS: [u8; 4096] = [0; 4096];
 
 /// A sequence under work.
 pub(super) struct Sequence {
-    file: Growing,
+    file: StepFile,
     /// Most bytes of a chunk.
     pub chunk_limit: u64,
     options: WriteOptions,
@@ -49,7 +49,7 @@ impl Sequence {
     /// A file, which takes its name with the first mesh unless it has it.
     pub fn create(path: &Path, options: &WriteOptions, begin: Begin, sync: bool) -> Result<Self> {
         Ok(Self {
-            file: Growing::create(path, begin, sync)?,
+            file: StepFile::create(path, begin, sync)?,
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             notes: Notes::default(),
@@ -308,14 +308,14 @@ pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
     }
 }
 
-fn store(file: &mut Growing, block: &Block) -> Result<Stored> {
+fn store(file: &mut StepFile, block: &Block) -> Result<Stored> {
     match &block.data {
         Data::Strings(strings) => file.store_strings(strings),
         data => file.store(|sink| data.each(sink)),
     }
 }
 
-fn pad(file: &mut Growing, mut n_bytes: u64) -> Result<()> {
+fn pad(file: &mut StepFile, mut n_bytes: u64) -> Result<()> {
     while n_bytes > 0 {
         let n = n_bytes.min(ZEROS.len() as u64);
         file.continue_with(&ZEROS[..n as usize])?;

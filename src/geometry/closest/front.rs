@@ -3,22 +3,13 @@
 use super::super::bounds::Bounds;
 use super::super::oriented::LANES;
 use super::super::vector::{Vector, dot, sub};
-use super::search::{Stack, search};
+use super::search::{Front, MOST_GROUPS, Stack, search};
 use super::{ClosestSurface, Foot};
 use multiversion::multiversion;
 
 /// Points that are asked for from one front; longer lists are cut into `PARTS`.
 const TOGETHER: usize = 16;
 const PARTS: usize = 4;
-/// Most groups that a front is walked down to.
-pub(super) const MOST_GROUPS: usize = 24;
-
-/// Groups of one level that hold all that may be closest to some point.
-#[derive(Debug, Clone)]
-pub(super) struct Front {
-    pub(super) level: usize,
-    pub(super) groups: Vec<u32>,
-}
 
 /// Neighbouring points that are asked for together.
 pub(super) struct Block<'a> {

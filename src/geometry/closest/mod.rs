@@ -9,9 +9,9 @@ use super::curve;
 use super::oriented::{Group, LANES, OrientedBox};
 use super::vector::{Vector, add, scale};
 use components::{components, owners};
-use front::{Block, Front};
+use front::Block;
 use rayon::prelude::*;
-use search::{Query, Stack, search};
+use search::{Front, Query, Stack, search};
 use std::borrow::Cow;
 
 /// Facets of a leaf.

@@ -3,12 +3,20 @@
 use super::super::facet::closest_weights;
 use super::super::oriented::LANES;
 use super::super::vector::{Vector, add, dot, scale, sub};
-use super::front::{Front, MOST_GROUPS};
 use super::{ClosestSurface, Foot, LEAF};
 use multiversion::multiversion;
 
+/// Most groups that a front is walked down to.
+pub(super) const MOST_GROUPS: usize = 24;
 /// Boxes that wait in a search: those of a front, and three for each of at most 16 levels.
 const DEPTH: usize = MOST_GROUPS * LANES + 48;
+
+/// Groups of one level that hold all that may be closest to some point.
+#[derive(Debug, Clone)]
+pub(super) struct Front {
+    pub(super) level: usize,
+    pub(super) groups: Vec<u32>,
+}
 
 /// A box that waits in a search; at level 0 that of a leaf.
 #[derive(Clone, Copy)]

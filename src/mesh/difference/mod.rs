@@ -56,7 +56,7 @@ pub struct NodePair {
     pub distance: f64,
 }
 
-/// What differs between two meshes.
+/// What differs between two meshes. See [`diff`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Difference {
     /// Number of nodes in each.
@@ -85,7 +85,7 @@ pub struct Difference {
     pub notes: Vec<String>,
 }
 
-/// How two meshes are compared; the default asks for the same numbers in the same order.
+/// How two meshes are compared. The default: the same numbers in the same order. See [`diff`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DiffOptions {
     /// Largest distance of two nodes, and of two values of an array, that count as the same: in mesh units,
@@ -102,11 +102,16 @@ pub struct DiffOptions {
 /// How two meshes differ: node by node, cell by cell, tag by tag, array by array.
 ///
 /// ```
-/// use azimesh::{DiffOptions, Mesh, diff};
+/// use azimesh::{DiffOptions, Difference, Mesh, diff};
 ///
 /// # fn main() -> azimesh::Result<()> {
 /// let a = Mesh::read("testdata/naca0012.vtu")?;
-/// assert!(diff(&a, &a, &DiffOptions::default())?.is_same());
+/// let mut b = a.clone();
+/// b.points[5][0] += 0.25;
+/// let found: Difference = diff(&a, &b, &DiffOptions::default())?;
+/// assert_eq!(found.moved_nodes, 1);
+/// let tolerance = DiffOptions { tolerance: 0.5, ..DiffOptions::default() };
+/// assert!(diff(&a, &b, &tolerance)?.is_same());
 /// # Ok(())
 /// # }
 /// ```

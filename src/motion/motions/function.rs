@@ -32,6 +32,10 @@ impl BodyMotion for Displacements {
         2
     }
 
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let nodes = on.nodes();
         let displaced = |step: &Step| {

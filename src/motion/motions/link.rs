@@ -1,7 +1,7 @@
 //! Links: what motions do at a step, one after another.
 
 use super::AxisRotation;
-use super::beam::Sections;
+use super::beam::sections::Sections;
 use super::nodes::BodyNodes;
 use crate::geometry::vector::{Vector, add, scale};
 use crate::geometry::{Moving, Transform};

@@ -9,6 +9,7 @@
 //!
 //! A new motion is a file here with both traits and a line in [`MOTIONS`].
 
+mod axis_rotation;
 mod beam;
 mod clock;
 mod cyclic;
@@ -20,20 +21,22 @@ mod modes;
 mod node_files;
 mod nodes;
 mod rigid;
+mod series;
 mod sets;
 mod surface;
 mod table;
 
+pub use axis_rotation::AxisRotation;
 pub use beam::{Beam, CentreLine};
 pub(super) use clock::Clock;
 pub use cyclic::Cyclic;
-#[cfg(test)]
-pub(super) use cyclic::{Harmonic, Series};
 pub(super) use function::Displacements;
-pub(super) use link::Link;
+pub(super) use link::{Link, RigidLink};
 pub use modes::Modes;
-pub(super) use rigid::{AtRest, Rigid};
-pub use rigid::{AxisRotation, Translation};
+pub(super) use rigid::Rigid;
+pub use rigid::Translation;
+#[cfg(test)]
+pub(super) use series::{Harmonic, Series};
 pub use surface::SurfaceMotion;
 pub use table::TableMotion;
 
@@ -55,24 +58,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The motions that a schedule may name.
-pub(super) const MOTIONS: &[Kind] = &[
-    Kind::of::<Cyclic>(),
-    Kind::of::<Rigid>(),
-    Kind::of::<TableMotion>(),
-    Kind::of::<Beam>(),
-    Kind::of::<Modes>(),
-    Kind::of::<SurfaceMotion>(),
+pub(super) const MOTIONS: &[MotionEntry] = &[
+    MotionEntry::of::<Cyclic>(),
+    MotionEntry::of::<Rigid>(),
+    MotionEntry::of::<TableMotion>(),
+    MotionEntry::of::<Beam>(),
+    MotionEntry::of::<Modes>(),
+    MotionEntry::of::<SurfaceMotion>(),
     #[cfg(test)]
-    Kind::of::<heave::Heave>(),
+    MotionEntry::of::<heave::Heave>(),
 ];
 
 /// A motion that has a key under `[[body]]`.
-pub(super) struct Kind {
+pub(super) struct MotionEntry {
     pub key: &'static str,
     pub read: fn(&Entry<'_>, AngleUnit) -> Result<Arc<dyn BodyMotion>>,
 }
 
-impl Kind {
+impl MotionEntry {
     const fn of<M: FromSchedule>() -> Self {
         Self {
             key: M::KEY,
@@ -100,10 +103,8 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Whether it changes with the azimuth by itself, without a table.
-    fn has_harmonics(&self) -> bool {
-        false
-    }
+    /// Whether it needs the azimuth of a step: harmonics do, tables say so by their columns.
+    fn has_harmonics(&self) -> bool;
 
     /// Refuses numbers that mean nothing.
     fn check(&self, _body: &Body) -> Result<()> {
@@ -121,9 +122,9 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
 
 /// How many maps a motion has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reach {
+pub(super) enum MapScope {
     /// One rigid map for every point.
-    Whole,
+    Body,
     /// A rigid map for each section.
     Sections,
     /// A displacement for each node, and no rotation.
@@ -136,8 +137,8 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>>;
 
     /// How many maps it has.
-    fn reach(&self) -> Reach {
-        Reach::Whole
+    fn map_scope(&self) -> MapScope {
+        MapScope::Body
     }
 
     /// The point that it turns about, where it does.

@@ -4,7 +4,7 @@ use super::link::{Link, NodeField, NodeLink};
 use super::node_files::{NamedVectors, arrays_of, place_columns, three, unused, vector};
 use super::nodes::{At as Given, BodyNodes, Filling, Matching, Wrong};
 use super::{
-    At, BodyMotion, Clock, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
+    At, BodyMotion, Clock, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource,
     read_interpolation,
 };
 use crate::diagnostic::Diagnostic;
@@ -92,6 +92,10 @@ impl BodyMotion for Modes {
         0
     }
 
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
     fn files(&self) -> Vec<&str> {
         let tables = [&self.shapes, &self.coordinates];
         tables.into_iter().filter_map(TableSource::file).collect()
@@ -158,8 +162,8 @@ impl ResolvedMotion for ModeShapes {
         }))
     }
 
-    fn reach(&self) -> Reach {
-        Reach::Nodes
+    fn map_scope(&self) -> MapScope {
+        MapScope::Nodes
     }
 
     fn notes(&self) -> &[Diagnostic] {

@@ -1,71 +1,13 @@
-//! `[body.rigid]`: a rotation, then a translation, the same at every step or growing with the steps.
+//! `[body.rigid]`: a rotation, then a translation, constant or growing linearly over the steps.
 
 use super::link::{Link, RigidLink};
-use super::{At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion};
+use super::{At, AxisRotation, BodyMotion, FromSchedule, OnMesh, ResolvedMotion};
 use crate::error::{Error, Result};
-use crate::geometry::vector::{Vector, scale, unit};
-use crate::geometry::{Moving, Transform};
+use crate::geometry::vector::{Vector, scale};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
-use crate::motion::setters::setters;
 use crate::motion::steps::Step;
 use std::sync::Arc;
-
-/// A right-handed rotation about an axis.
-///
-/// ```
-/// use azimesh::{AxisRotation, Body};
-///
-/// let about = AxisRotation::new([0.0, 0.0, 1.0]).origin([0.25, 0.0, 0.0]).angle_deg(20.0);
-/// let airfoil = Body::new("airfoil", ["airfoil"]).rotate(about);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AxisRotation {
-    /// Unit axis; zero where a direction of no length was given.
-    pub(in crate::motion) axis: Vector,
-    /// A point of the axis, in mesh units.
-    pub(in crate::motion) origin: Vector,
-    /// In radians.
-    pub(in crate::motion) angle: f64,
-    /// In radians a second; 0 where the schedule has no time.
-    pub(in crate::motion) rate: f64,
-}
-
-impl AxisRotation {
-    /// About an axis through the origin in this direction, of any length; by no angle yet.
-    pub fn new(axis: Vector) -> Self {
-        Self {
-            axis: unit(axis).unwrap_or_default(),
-            origin: [0.0; 3],
-            angle: 0.0,
-            rate: 0.0,
-        }
-    }
-
-    /// The part, from 0 to 1, of the angle.
-    pub(super) fn part(self, part: f64) -> Self {
-        Self {
-            angle: part * self.angle,
-            ..self
-        }
-    }
-
-    pub(super) fn map(&self) -> Transform {
-        Transform::rotation(self.axis, self.origin, self.angle)
-    }
-
-    /// The rotation with its velocity.
-    pub(super) fn moving(&self) -> Moving {
-        Moving::rotation(self.axis, self.origin, self.angle, self.rate)
-    }
-}
-
-setters! { AxisRotation {
-    /// A point of the axis, in mesh units.
-    origin(origin: Vector) |self| self.origin = origin;
-    /// The angle, in degrees.
-    angle_deg(angle: f64) |self| self.angle = angle.to_radians();
-} }
 
 /// A translation, in mesh units.
 ///
@@ -123,6 +65,10 @@ impl BodyMotion for Rigid {
         3
     }
 
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
     fn check(&self, body: &Body) -> Result<()> {
         if self.rotate.is_none() && self.translate.is_none() {
             let message = "[body.rigid] has neither `rotate` nor `translate`; give one of them";
@@ -168,7 +114,7 @@ impl ResolvedMotion for Rigid {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
         let reached = self.reached(at.step, at.clock.steps.len());
         let rate = match self.ramp {
-            true => at.clock.steps_a_second(at.step) / intervals(at.clock.steps.len()),
+            true => at.clock.steps_a_second(at.step) / n_intervals(at.clock.steps.len()),
             false => 0.0,
         };
         let part = at.part * reached;
@@ -196,22 +142,12 @@ impl Rigid {
     /// when there is one step.
     fn reached(&self, step: &Step, n_steps: usize) -> f64 {
         match self.ramp && n_steps > 1 {
-            true => step.index as f64 / intervals(n_steps),
+            true => step.index as f64 / n_intervals(n_steps),
             false => 1.0,
         }
     }
 }
 
-fn intervals(n_steps: usize) -> f64 {
+fn n_intervals(n_steps: usize) -> f64 {
     n_steps.saturating_sub(1).max(1) as f64
-}
-
-/// What a body without `[body.rigid]` has in its place, so that every chain begins with a rigid map.
-#[derive(Debug)]
-pub(in crate::motion) struct AtRest;
-
-impl ResolvedMotion for AtRest {
-    fn link(&self, _: &At<'_>) -> Option<Link<'_>> {
-        Some(Link::Rigid(RigidLink::default()))
-    }
 }

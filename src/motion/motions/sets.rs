@@ -4,7 +4,7 @@
 use super::clock::NO_TIME;
 use super::link::{Link, NodeField, NodeLink};
 use super::nodes::BodyNodes;
-use super::{At, Clock, OnMesh, Reach, ResolvedMotion};
+use super::{At, Clock, MapScope, OnMesh, ResolvedMotion};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, scale, sub};
@@ -68,8 +68,8 @@ impl ResolvedMotion for NodeSets {
         }))
     }
 
-    fn reach(&self) -> Reach {
-        Reach::Nodes
+    fn map_scope(&self) -> MapScope {
+        MapScope::Nodes
     }
 
     fn memory_bytes(&self) -> usize {

@@ -73,6 +73,10 @@ impl BodyMotion for SurfaceMotion {
         1
     }
 
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
     fn files(&self) -> Vec<&str> {
         self.source.file().into_iter().collect()
     }

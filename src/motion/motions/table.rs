@@ -78,6 +78,10 @@ impl BodyMotion for TableMotion {
         4
     }
 
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
     fn files(&self) -> Vec<&str> {
         self.table.file().into_iter().collect()
     }

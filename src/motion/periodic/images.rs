@@ -119,12 +119,12 @@ fn powers(symmetry: &Symmetry, radius: f64, bounds: &Bounds) -> Result<Vec<Trans
             let length = norm(*by);
             let sizes = (0..3).map(|k| by[k].abs() / length * (bounds.high[k] - bounds.low[k]));
             let extent = sizes.sum::<f64>().max(0.0);
-            let reach = ((radius + extent) / length).ceil();
-            if reach.is_nan() || 2.0 * reach > MOST_IMAGES as f64 {
-                return Err(too_many((2.0 * reach) as usize, radius));
+            let copies = ((radius + extent) / length).ceil();
+            if copies.is_nan() || 2.0 * copies > MOST_IMAGES as f64 {
+                return Err(too_many((2.0 * copies) as usize, radius));
             }
-            let reach = reach as i32;
-            let both = (1..=reach).flat_map(|j| [j, -j]);
+            let copies = copies as i32;
+            let both = (1..=copies).flat_map(|j| [j, -j]);
             Ok(both.map(|j| symmetry.power(j)).collect())
         }
         Symmetry::Rotation { angle, .. } => {

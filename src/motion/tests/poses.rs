@@ -4,7 +4,8 @@ use super::{one_body, two_cubes, two_squares};
 use crate::geometry::vector::{Vector, add, cross, distance, dot, scale, sub, unit};
 use crate::geometry::{Transform, transform::Matrix};
 use crate::motion::motions::Series;
-use crate::motion::{Motion, RbfOptions, Step};
+use crate::motion::options::RbfOptions;
+use crate::motion::{Motion, Step};
 use proptest::prelude::*;
 
 fn cubes(head: &str, body: &str) -> Motion {
@@ -262,15 +263,15 @@ fn a_clockwise_rotor_is_carried_the_other_way() {
         "rotor = { frame = \"inertial\", azimuth_sign = -1 }",
         cyclic,
     );
-    let carried = |motion: &Motion| {
+    let in_inertial = |motion: &Motion| {
         motion
-            .carry(&at(90.0))
+            .to_inertial(&at(90.0))
             .expect("inertial")
             .apply([1.0, 0.0, 0.0])
     };
-    assert_near(carried(&ccw), [0.0, 1.0, 0.0]);
-    assert_near(carried(&cw), [0.0, -1.0, 0.0]);
-    assert_eq!(cubes("", cyclic).carry(&at(90.0)), None);
+    assert_near(in_inertial(&ccw), [0.0, 1.0, 0.0]);
+    assert_near(in_inertial(&cw), [0.0, -1.0, 0.0]);
+    assert_eq!(cubes("", cyclic).to_inertial(&at(90.0)), None);
 }
 
 #[test]
@@ -418,9 +419,9 @@ proptest! {
         let step = case.step();
         let pose = rigid(&motion, &step);
         prop_assert!(distance(pose.apply(x), case.expected(x, case.offset)) < 1e-12);
-        let carried = pose.then(&motion.carry(&step).expect("inertial")).apply(x);
+        let in_inertial = pose.then(&motion.to_inertial(&step).expect("inertial")).apply(x);
         let expected = case.expected(x, step.azimuth + case.offset);
-        prop_assert!(distance(carried, expected) < 1e-12);
+        prop_assert!(distance(in_inertial, expected) < 1e-12);
     }
 
     #[test]
@@ -428,7 +429,7 @@ proptest! {
         let motion = case.motion();
         let step = case.step();
         let pose = rigid(&motion, &step);
-        for rotation in [pose.rotation, pose.then(&motion.carry(&step).expect("inertial")).rotation] {
+        for rotation in [pose.rotation, pose.then(&motion.to_inertial(&step).expect("inertial")).rotation] {
             for i in 0..3 {
                 for j in 0..3 {
                     let expected = if i == j { 1.0 } else { 0.0 };

@@ -32,13 +32,18 @@ fn assert_differentiated(motion: &Motion) {
         let found = motion.velocities(&motion.steps[1])[0].velocity(0, x);
         let off = distance(found, difference) / norm(difference);
         assert!(off < 1e-7, "{found:?} {difference:?}");
-        let carry = |step: usize| motion.carry(&motion.steps[step]).expect("inertial");
+        let to_inertial = |step: usize| motion.to_inertial(&motion.steps[step]).expect("inertial");
         let difference = scale(
-            sub(carry(2).apply(place(2)), carry(0).apply(place(0))),
+            sub(
+                to_inertial(2).apply(place(2)),
+                to_inertial(0).apply(place(0)),
+            ),
             0.5 / H,
         );
-        let carry = motion.carry_moving(&motion.steps[1]).expect("inertial");
-        let found = carry.velocity(place(1), found);
+        let to_inertial = motion
+            .to_inertial_moving(&motion.steps[1])
+            .expect("inertial");
+        let found = to_inertial.velocity(place(1), found);
         let off = distance(found, difference) / norm(difference);
         assert!(off < 1e-7, "{found:?} {difference:?}");
     }

@@ -6,7 +6,7 @@ use crate::error::{Error, Position};
 
 /// A kind of file: the body that names it as `m.csv` or `m.dat`, a good one, and what is wrong where it
 /// is missing.
-struct Kind {
+struct MotionFile {
     name: &'static str,
     body: &'static str,
     /// Files beside it.
@@ -27,8 +27,8 @@ const BENT: &str =
     "station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0\n1,0,0,0.1,0,0,0\n";
 const SHAPES: &str = "node,mode,dx,dy,dz\n0,1,0,0,0\n1,1,0,0,0.1\n2,1,0,0,0.2\n3,1,0,0,0\n";
 
-const KINDS: [Kind; 8] = [
-    Kind {
+const MOTION_FILES: [MotionFile; 8] = [
+    MotionFile {
         name: "six degrees of freedom",
         body: "table = { file = \"m.csv\" }",
         others: &[],
@@ -38,7 +38,7 @@ const KINDS: [Kind; 8] = [
         unique: true,
         complete: false,
     },
-    Kind {
+    MotionFile {
         name: "beam",
         body: "beam = { table = \"m.csv\" }",
         others: &[],
@@ -57,7 +57,7 @@ const KINDS: [Kind; 8] = [
         unique: true,
         complete: true,
     },
-    Kind {
+    MotionFile {
         name: "lifting line",
         body: SECTIONS,
         others: &[("b.csv", BENT)],
@@ -67,7 +67,7 @@ const KINDS: [Kind; 8] = [
         unique: true,
         complete: false,
     },
-    Kind {
+    MotionFile {
         name: "surface by node",
         body: "surface = { file = \"m.csv\" }",
         others: &[],
@@ -78,7 +78,7 @@ const KINDS: [Kind; 8] = [
         unique: true,
         complete: true,
     },
-    Kind {
+    MotionFile {
         name: "surface by place",
         body: "surface = { file = \"m.csv\" }",
         others: &[],
@@ -88,7 +88,7 @@ const KINDS: [Kind; 8] = [
         unique: true,
         complete: true,
     },
-    Kind {
+    MotionFile {
         name: "SU2's surface positions",
         body: "surface = { file = \"m.dat\" }",
         others: &[],
@@ -98,7 +98,7 @@ const KINDS: [Kind; 8] = [
         unique: true,
         complete: true,
     },
-    Kind {
+    MotionFile {
         name: "mode shapes",
         body: "modes = { shapes = \"m.csv\", coordinates = \"q.csv\" }",
         others: &[("q.csv", "azimuth_deg,q1\n0,0\n30,1\n")],
@@ -108,7 +108,7 @@ const KINDS: [Kind; 8] = [
         unique: true,
         complete: true,
     },
-    Kind {
+    MotionFile {
         name: "mode coordinates",
         body: "modes = { shapes = \"s.csv\", coordinates = \"m.csv\" }",
         others: &[("s.csv", SHAPES)],
@@ -120,7 +120,7 @@ const KINDS: [Kind; 8] = [
     },
 ];
 
-impl Kind {
+impl MotionFile {
     fn delimiter(&self) -> char {
         if self.required.is_empty() { ' ' } else { ',' }
     }
@@ -216,7 +216,7 @@ impl Kind {
 
 #[test]
 fn every_wrong_file_of_a_motion_is_told_with_file_and_line() {
-    for kind in &KINDS {
+    for kind in &MOTION_FILES {
         kind.read(kind.good)
             .unwrap_or_else(|error| panic!("{}: {error}", kind.name));
         for (what, text) in kind.wrong() {

@@ -8,8 +8,8 @@ mod plane;
 mod solid;
 
 use super::angles::Angles;
-use super::metrics::Span;
 use super::reference::Reference;
+use super::span::Span;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, DataArray, Mesh, Values};

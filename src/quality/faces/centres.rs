@@ -1,8 +1,9 @@
 //! Centres and volumes of all cells with nodes at given positions. Those of triangles and tetrahedra
 //! are worked out where they are wanted, which takes no longer than to look them up.
 
+use super::super::facing::Facing;
 use super::super::plane::vector_area;
-use super::super::reference::{Facing, Reference};
+use super::super::reference::Reference;
 use super::geometry::{self, Centre, Face};
 use crate::geometry::vector::{Vector, dot, scale, unit};
 use crate::mesh::sides::for_each_side;

@@ -15,7 +15,7 @@ use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, Mesh};
 use block::Measured;
 use centres::Centres;
-pub use per_cell::{FaceArrays, per_cell};
+pub use per_cell::per_cell;
 use rayon::prelude::*;
 
 /// Quality of the faces between the volume cells of a mesh. `None` where there are none. An extreme
@@ -76,15 +76,15 @@ pub fn assess(
     adjacency: &Adjacency,
 ) -> FaceSummary {
     let centres = Centres::new(mesh, points, reference);
-    let parts: Vec<Part> = (0..adjacency.n_chunks())
+    let parts: Vec<FaceTotals> = (0..adjacency.n_chunks())
         .into_par_iter()
         .map(|chunk| {
-            let mut part = Part::default();
+            let mut part = FaceTotals::default();
             walk::faces_of(&centres, adjacency, chunk, &mut part);
             part
         })
         .collect();
-    let mut whole = Part::default();
+    let mut whole = FaceTotals::default();
     for part in &parts {
         whole.append(part);
     }
@@ -93,7 +93,7 @@ pub fn assess(
 
 /// What the faces of a chunk add up to.
 #[derive(Default)]
-struct Part {
+struct FaceTotals {
     cosine_sum: f64,
     min_cosine: Least,
     max_skewness: Least,
@@ -131,7 +131,7 @@ impl Least {
     }
 }
 
-impl walk::Sink for Part {
+impl walk::Sink for FaceTotals {
     fn inner(&mut self, faces: &Measured<'_>) {
         let mut sum = 0.0;
         for (i, &owner) in faces.cells[0].iter().enumerate() {
@@ -149,7 +149,7 @@ impl walk::Sink for Part {
     }
 }
 
-impl Part {
+impl FaceTotals {
     fn append(&mut self, next: &Self) {
         self.cosine_sum += next.cosine_sum;
         self.min_cosine.merge(next.min_cosine);

@@ -71,11 +71,11 @@ pub fn assess(
         reference,
     };
     let n_cells = mesh.cells.len();
-    let parts: Vec<Part> = (0..n_cells.div_ceil(CHUNK))
+    let parts: Vec<SizeSkewTotals> = (0..n_cells.div_ceil(CHUNK))
         .into_par_iter()
         .with_min_len(16)
         .map(|chunk| {
-            let mut part = Part::default();
+            let mut part = SizeSkewTotals::default();
             let cells = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_cells);
             for run in mesh.volume_runs_in(cells) {
                 positions.visit(&run, &mut |first, values| part.take(first, values));
@@ -83,7 +83,7 @@ pub fn assess(
             part
         })
         .collect();
-    let mut whole = Part::default();
+    let mut whole = SizeSkewTotals::default();
     for part in &parts {
         whole.sum += part.sum;
         whole.n += part.n;
@@ -127,13 +127,13 @@ pub fn per_cell(
 }
 
 #[derive(Default)]
-struct Part {
+struct SizeSkewTotals {
     sum: f64,
     n: usize,
     least: Option<Extreme>,
 }
 
-impl Part {
+impl SizeSkewTotals {
     fn take(&mut self, first: usize, values: &[f64]) {
         let mut sum = 0.0;
         for (cell, &value) in (first..).zip(values) {

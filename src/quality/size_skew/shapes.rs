@@ -7,7 +7,7 @@
 //! in Analysis and Design 39, 2003. Pyramids and wedges, which it does not have, follow from the same
 //! matrices.
 
-use super::super::metrics::{greater, lesser};
+use super::super::span::{greater, lesser};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 
 /// What the corners of a cell come to.

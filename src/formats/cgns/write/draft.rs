@@ -2,7 +2,7 @@
 //! the CGNS library lays them out.
 
 use crate::error::Result;
-use crate::formats::hdf5::{Column, Data, Element, Growing, Id, Links, Sink, Stored, Tree};
+use crate::formats::hdf5::{Column, Data, Element, Id, Links, Sink, StepFile, Stored, Tree};
 use std::collections::BTreeMap;
 
 /// The dataset of a node.
@@ -197,7 +197,7 @@ impl<'a> Draft<'a> {
     /// adds them to `links`; all but the one at `open`.
     pub fn store(
         &self,
-        file: &mut Growing,
+        file: &mut StepFile,
         of: Option<Place>,
         open: Option<Place>,
         links: &mut Links,
@@ -230,7 +230,7 @@ impl<'a> Draft<'a> {
     }
 
     /// A node whose children are put into a growing file, and which gets more of them with each step.
-    pub fn open(&self, file: &mut Growing, place: Place, child: Option<Place>) -> Result<Open> {
+    pub fn open(&self, file: &mut StepFile, place: Place, child: Option<Place>) -> Result<Open> {
         let node = &self.nodes[place];
         let mut links = Links::default();
         if let Some((kind, sizes, payload)) = &node.data {
@@ -247,7 +247,7 @@ impl<'a> Draft<'a> {
     }
 
     /// The root of the file to be, with what is not a child of `open` in the file already.
-    pub fn open_root(&self, file: &mut Growing, open: Place) -> Result<Links> {
+    pub fn open_root(&self, file: &mut StepFile, open: Place) -> Result<Links> {
         let mut links = Links::default();
         for (name, text) in marks() {
             let data = Data::Bytes(text.as_slice().into());

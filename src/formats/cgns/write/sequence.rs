@@ -1,7 +1,7 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
 //! once; pointers of the zone to those of each step, and times.
 
-use super::super::super::hdf5::{Column, Element, Growing, Links, Tree, column_bytes};
+use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree, column_bytes};
 use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS};
 use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
@@ -25,7 +25,7 @@ const MOTION: &str = "ArbitraryGridMotion";
 
 /// A sequence under work.
 pub(in crate::formats::cgns) struct Sequence {
-    file: Growing,
+    file: StepFile,
     options: WriteOptions,
     notes: Notes,
     first: Option<First>,
@@ -57,7 +57,7 @@ impl Sequence {
     /// A file, which takes its name with the first mesh unless it has it.
     pub fn create(path: &Path, options: &WriteOptions, begin: Begin, sync: bool) -> Result<Self> {
         Ok(Self {
-            file: Growing::create(path, begin, sync)?,
+            file: StepFile::create(path, begin, sync)?,
             options: options.clone(),
             notes: Notes::default(),
             first: None,
@@ -141,7 +141,7 @@ impl Steps {
     fn append_arrays(
         &mut self,
         mesh: &MeshView,
-        (file, first): (&mut Growing, &mut First),
+        (file, first): (&mut StepFile, &mut First),
         notes: &mut Notes,
     ) -> Result<()> {
         let everywhere = 0..mesh.points.len();
@@ -163,7 +163,7 @@ impl Steps {
     }
 
     /// Puts into the file what grows with the steps.
-    fn store(&mut self, file: &mut Growing) -> Result<()> {
+    fn store(&mut self, file: &mut StepFile) -> Result<()> {
         for column in [&mut self.times, &mut self.grids, &mut self.motions] {
             file.store_column(column)?;
         }

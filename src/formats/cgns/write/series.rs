@@ -1,7 +1,7 @@
 //! Arrays of the steps of a sequence: a node for each step whose arrays are other than those of the
 //! step before, and the list that says which node each step has.
 
-use super::super::super::hdf5::{Column, Element, Growing, Links, Stored};
+use super::super::super::hdf5::{Column, Element, Links, StepFile, Stored};
 use super::super::FULL_NAME;
 use super::arrays::Scalar;
 use super::draft::{Draft, Kind, Make};
@@ -81,7 +81,7 @@ impl Series {
         &mut self,
         step: usize,
         given: Vec<Given>,
-        file: &mut Growing,
+        file: &mut StepFile,
         links: &mut Links,
     ) -> Result<()> {
         let before = self.newest.as_ref().map_or(&[][..], |(_, arrays)| arrays);
@@ -148,7 +148,7 @@ impl<'a> From<&Scalar<'a>> for Given<'a> {
 
 impl Given<'_> {
     /// The array in the file: that of the step before where it is the same.
-    fn stored(self, before: &[Array], file: &mut Growing) -> Result<Array> {
+    fn stored(self, before: &[Array], file: &mut StepFile) -> Result<Array> {
         let hash = hash_of_bytes(&self.make)?;
         let is_same = |array: &&Array| {
             array.name == self.name

@@ -1,14 +1,12 @@
 //! `[body.beam]`: a blade that bends: translations and rotations of its sections over azimuth and span.
 
 mod lifting;
-mod sections;
-
-pub(super) use sections::Sections;
+pub(super) mod sections;
 
 use super::cyclic::Hinges;
 use super::link::Link;
 use super::{
-    At, BodyMotion, Clock, Cyclic, FromSchedule, OnMesh, Reach, ResolvedMotion, TableSource,
+    At, BodyMotion, Clock, Cyclic, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource,
     read_interpolation,
 };
 use crate::diagnostic::Diagnostic;
@@ -22,6 +20,7 @@ use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::table::{Interpolation, SpanHistory, Table};
 use lifting::{BladeEdges, LiftingLine, off_blade};
+use sections::Sections;
 use std::sync::Arc;
 
 /// A blade may go on past the ends of its table by this part of its span before it is told of.
@@ -91,6 +90,10 @@ impl FromSchedule for Beam {
 impl BodyMotion for Beam {
     fn order(&self) -> u8 {
         6
+    }
+
+    fn has_harmonics(&self) -> bool {
+        false
     }
 
     fn files(&self) -> Vec<&str> {
@@ -210,8 +213,8 @@ impl ResolvedMotion for BendingBlade {
         })))
     }
 
-    fn reach(&self) -> Reach {
-        Reach::Sections
+    fn map_scope(&self) -> MapScope {
+        MapScope::Sections
     }
 
     fn centre_line(&self, points: &[Vector]) -> Option<CentreLine> {
@@ -296,8 +299,8 @@ fn check_span(
             notes.push(note.into());
         }
     }
-    let reach = FAR * low.abs().max(high.abs());
-    if let Some(at) = stations.iter().position(|station| station.abs() > reach) {
+    let farthest = FAR * low.abs().max(high.abs());
+    if let Some(at) = stations.iter().position(|station| station.abs() > farthest) {
         let note = MotionNote::FarStation {
             station: stations[at],
             body: body.to_owned(),

@@ -1,29 +1,30 @@
-//! A file that takes its name when its first part is whole, and grows in place after that.
+//! A growing file: staged until its first step is complete, then extended in place.
 
-use super::hidden::{Commit, Hidden, folder_of, sync_folder};
 use super::save::{PIECE, Pieces};
+use super::staged::{Commit, Temporary, folder_of, sync_folder};
 use crate::error::{Error, Result};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// A file that takes its name when its first part is complete, and grows in place after that.
-pub(super) struct Emerging {
+/// A file that gets its name when its first step is complete, and is extended in place after that.
+pub(super) struct GrowingFile {
     file: Pieces<File>,
     path: PathBuf,
-    /// Its name until then.
-    temporary: Option<Hidden>,
-    /// Bytes read back.
+    /// The staged file, until the file has its name.
+    temporary: Option<Temporary>,
+    /// Buffer for bytes that are read back.
     piece: Vec<u8>,
-    /// Whether what is written is put on the disk before work goes on.
+    /// Whether each step is synced to the disk.
     sync: bool,
 }
 
-impl Emerging {
-    /// A new file beside `path`, empty.
+impl GrowingFile {
+    /// A new, empty file, which is to get the name `path`.
     pub fn create(path: &Path, sync: bool) -> Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let (file, temporary) = Hidden::beside(&target).map_err(|error| Error::io(path, &error))?;
+        let (file, temporary) =
+            Temporary::file_for(&target).map_err(|error| Error::io(path, &error))?;
         Ok(Self {
             file: Pieces(file),
             path: target,
@@ -33,7 +34,7 @@ impl Emerging {
         })
     }
 
-    /// The file of this name, with what is in it.
+    /// The existing file of this name.
     pub fn reopen(path: &Path, sync: bool) -> Result<Self> {
         let opened = OpenOptions::new().read(true).write(true).open(path);
         Ok(Self {
@@ -45,7 +46,7 @@ impl Emerging {
         })
     }
 
-    /// How many of these bytes are in the file from `at` on.
+    /// How many of these bytes, from the first on, the file has already at offset `at`.
     pub fn matching(&mut self, at: u64, bytes: &[u8]) -> io::Result<usize> {
         self.file.0.seek(SeekFrom::Start(at))?;
         let mut n = 0;
@@ -67,15 +68,15 @@ impl Emerging {
         Ok(self.file.0.metadata()?.len())
     }
 
-    /// Leaves out what comes after so many bytes.
+    /// Truncates the file.
     pub fn cut(&mut self, n_bytes: u64) -> io::Result<()> {
         self.file.0.set_len(n_bytes)
     }
 
-    /// Goes on in a new file beside, which has the first `n_bytes` of this one and takes its place
-    /// with [`Emerging::appear`].
-    pub fn move_aside(&mut self, n_bytes: u64) -> io::Result<()> {
-        let (mut file, temporary) = Hidden::beside(&self.path)?;
+    /// Continues in a staged copy of the first `n_bytes`, which replaces this file with
+    /// [`GrowingFile::commit`].
+    pub fn continue_in_copy(&mut self, n_bytes: u64) -> io::Result<()> {
+        let (mut file, temporary) = Temporary::file_for(&self.path)?;
         self.temporary = Some(temporary);
         self.file.0.seek(SeekFrom::Start(0))?;
         io::copy(&mut (&mut self.file.0).take(n_bytes), &mut file)?;
@@ -83,29 +84,29 @@ impl Emerging {
         Ok(())
     }
 
-    /// Puts what is written on the disk, if that is wanted. A file without a name is worth nothing yet.
+    /// Syncs to the disk what was written, if `sync` is set. A staged file need not be synced yet.
     pub fn sync(&mut self) -> io::Result<()> {
-        match self.sync && self.temporary.is_none() {
-            true => self.file.0.sync_data(),
-            false => Ok(()),
+        if self.sync && self.temporary.is_none() {
+            self.file.0.sync_data()?;
         }
+        Ok(())
     }
 
-    /// Gives it its name, unless it has it.
-    pub fn appear(&mut self) -> io::Result<()> {
-        let Some(hidden) = self.temporary.take() else {
+    /// Gives the file its name, unless it has it.
+    pub fn commit(&mut self) -> io::Result<()> {
+        let Some(temporary) = self.temporary.take() else {
             return Ok(());
         };
         let (replace, sync) = (true, self.sync);
-        hidden.take_name(&self.path, Commit { replace, sync })?;
-        match sync {
-            true => sync_folder(folder_of(&self.path)),
-            false => Ok(()),
+        temporary.commit(&self.path, Commit { replace, sync })?;
+        if sync {
+            sync_folder(folder_of(&self.path))?;
         }
+        Ok(())
     }
 }
 
-impl Write for Emerging {
+impl Write for GrowingFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.write(bytes)
     }
@@ -115,7 +116,7 @@ impl Write for Emerging {
     }
 }
 
-impl Seek for Emerging {
+impl Seek for GrowingFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.0.seek(to)
     }

@@ -1,49 +1,52 @@
-//! How much of an input may be held in memory: what is unpacked or comes from a pipe tells its size only by
-//! its end, and may have none.
+//! How many bytes of one input may be held in memory. The size of a compressed file's content, or of a pipe, is
+//! not known before its end, so that it is read up to a limit.
 
 use crate::error::option;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// What is read takes so much at first, and twice as much each time it grows up to [`DOUBLED`].
+/// First size of the buffer in bytes; it doubles up to [`DOUBLED`].
 const FIRST: usize = 64 << 10;
-/// From here on it grows by an eighth, so that little is taken in vain.
+/// From this size on the buffer grows by an eighth, so that little memory stays unused.
 const DOUBLED: usize = 64 << 20;
-/// Without being asked, a packed file is unpacked to this, or to so many times its size.
-const PACKED: usize = 1 << 30;
+/// Without an option, a compressed file may have this many bytes of content, or [`RATIO`] times its size.
+const COMPRESSED: usize = 1 << 30;
 const RATIO: usize = 100;
-/// Half of this where the system does not tell what is free.
+/// Free memory that is assumed where the system does not say.
 const UNKNOWN: u64 = 16 << 30;
 
-/// The most bytes that one input may have in memory.
+/// The most bytes of one input that may be held in memory.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Room {
+pub(super) struct MemoryLimit {
     bytes: usize,
     reason: Reason,
 }
 
-/// Why it is no more.
+/// Where the limit comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Reason {
-    Asked,
+    /// The option of the user.
+    Option,
+    /// Free memory.
     Free,
+    /// The size of the compressed file.
     Ratio,
 }
 
-impl Room {
-    /// As much as is allowed; else half of the memory that is free, since the mesh wants some too.
+impl MemoryLimit {
+    /// `max_memory` bytes; without it half of the free memory, since the mesh itself needs some too.
     pub fn new(max_memory: Option<u64>) -> Self {
         let bytes = max_memory.unwrap_or_else(|| free() / 2);
         Self {
             bytes: usize::try_from(bytes).unwrap_or(usize::MAX),
-            reason: max_memory.map_or(Reason::Free, |_| Reason::Asked),
+            reason: max_memory.map_or(Reason::Free, |_| Reason::Option),
         }
     }
 
-    /// For a packed file of `n` bytes: a mesh does not pack to a hundredth, a bomb does.
-    pub fn of_packed(self, n: usize) -> Self {
-        let bytes = n.saturating_mul(RATIO).max(PACKED);
-        match self.reason == Reason::Asked || bytes >= self.bytes {
+    /// The limit for a compressed file of `n` bytes: meshes do not compress to a hundredth, decompression bombs do.
+    pub fn for_compressed(self, n: usize) -> Self {
+        let bytes = n.saturating_mul(RATIO).max(COMPRESSED);
+        match self.reason == Reason::Option || bytes >= self.bytes {
             true => self,
             false => Self {
                 bytes,
@@ -52,7 +55,7 @@ impl Room {
         }
     }
 
-    /// Reads to the end, behind what `out` holds.
+    /// Reads to the end and appends to `out`; an error where that exceeds the limit.
     pub fn read_all(&self, mut from: impl Read, out: &mut Vec<u8>) -> Result<()> {
         loop {
             if out.len() == out.capacity() && !self.grow(out)? {
@@ -68,7 +71,7 @@ impl Room {
         }
     }
 
-    /// Whether there is room for more.
+    /// Grows the buffer; `false` where it has reached the limit.
     fn grow(&self, out: &mut Vec<u8>) -> Result<bool> {
         let held = out.len();
         let step = if held < DOUBLED { held } else { held / 8 };
@@ -79,7 +82,7 @@ impl Room {
 
     fn exceeded(&self) -> Error {
         let which = match self.reason {
-            Reason::Asked => "what {} allows",
+            Reason::Option => "what {} allows",
             Reason::Free => "half of the memory that is free; {} allows more",
             Reason::Ratio => "more than meshes have that are packed to so little; {} allows more",
         };
@@ -89,14 +92,14 @@ impl Room {
     }
 }
 
-/// Bytes of memory that the machine has left, or the control group may have.
+/// Free memory of the machine in bytes, or the limit of the control group where that is lower.
 fn free() -> u64 {
     let machine = std::fs::read_to_string("/proc/meminfo").ok();
     let machine = machine.as_deref().and_then(available);
     machine.into_iter().chain(group()).min().unwrap_or(UNKNOWN)
 }
 
-/// What a /proc/meminfo says.
+/// Available bytes in the text of /proc/meminfo.
 fn available(meminfo: &str) -> Option<u64> {
     let mut lines = meminfo.lines();
     let line = lines.find_map(|line| line.strip_prefix("MemAvailable:"))?;
@@ -104,8 +107,7 @@ fn available(meminfo: &str) -> Option<u64> {
     Some(kilobytes << 10)
 }
 
-/// The limit of the control group of this process (v2, or v1 with a hierarchy of its own for memory), or of
-/// one that holds it.
+/// The lowest memory limit of the control groups (v1 or v2) that this process is in.
 fn group() -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let limits = groups.lines().filter_map(|line| {
@@ -131,36 +133,36 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_much_is_read_as_there_is_room_for() {
+    fn input_is_read_up_to_the_limit() {
         let text: Vec<u8> = (0..200_000_u32).flat_map(u32::to_le_bytes).collect();
-        for room in [text.len(), text.len() + 1, 10 * text.len()] {
+        for limit in [text.len(), text.len() + 1, 10 * text.len()] {
             let mut out = vec![7];
-            let room = Room::new(Some(room as u64 + 1));
-            room.read_all(&text[..], &mut out).expect("it fits");
+            let limit = MemoryLimit::new(Some(limit as u64 + 1));
+            limit.read_all(&text[..], &mut out).expect("it fits");
             assert_eq!(out[1..], text);
-            assert!(out.capacity() <= room.bytes);
+            assert!(out.capacity() <= limit.bytes);
         }
-        for room in [0, 1, text.len() - 1] {
+        for limit in [0, 1, text.len() - 1] {
             let mut out = Vec::new();
-            let room = Room::new(Some(room as u64));
-            let error = room.read_all(&text[..], &mut out).expect_err("too large");
+            let limit = MemoryLimit::new(Some(limit as u64));
+            let error = limit.read_all(&text[..], &mut out).expect_err("too large");
             assert_eq!(error.kind(), ErrorKind::FileTooLarge);
             assert!(error.to_string().contains("--max-memory"), "{error}");
-            assert!(out.capacity() <= room.bytes);
+            assert!(out.capacity() <= limit.bytes);
         }
     }
 
     #[test]
-    fn a_small_packed_file_may_have_a_gigabyte_and_a_large_one_a_hundred_times_its_size() {
-        let unasked = Room {
+    fn a_small_compressed_file_may_have_a_gigabyte_and_a_large_one_a_hundred_times_its_size() {
+        let by_default = MemoryLimit {
             bytes: 16 << 30,
             reason: Reason::Free,
         };
-        assert_eq!(unasked.of_packed(6 << 20).bytes, 1 << 30);
-        assert_eq!(unasked.of_packed(100 << 20).bytes, 10_000 << 20);
-        assert_eq!(unasked.of_packed(1 << 30).bytes, 16 << 30);
-        let asked = Room::new(Some(8 << 30));
-        assert_eq!(asked.of_packed(6 << 20).bytes, 8 << 30);
+        assert_eq!(by_default.for_compressed(6 << 20).bytes, 1 << 30);
+        assert_eq!(by_default.for_compressed(100 << 20).bytes, 10_000 << 20);
+        assert_eq!(by_default.for_compressed(1 << 30).bytes, 16 << 30);
+        let asked = MemoryLimit::new(Some(8 << 30));
+        assert_eq!(asked.for_compressed(6 << 20).bytes, 8 << 30);
     }
 
     #[test]

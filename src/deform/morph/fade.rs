@@ -1,52 +1,52 @@
-//! How far a morph carries what the base points leave at the surface into the volume: from the
-//! geometry alone, so that it is the same for all displacements.
+//! How far into the volume a morph corrects what the base points leave at the surface. It follows
+//! from the geometry alone, so it is the same for all displacements.
 
 use super::surface::MorphSurface;
 use crate::geometry::vector::{Vector, dot, sub};
 use crate::rbf::correct::{Faded, Fading};
 use rayon::prelude::*;
 
-/// The reach in distances between base points.
-const REACH: f64 = 1.0;
+/// The fade radius in distances between base points.
+const FADE_RADIUS_PER_SPACING: f64 = 1.0;
 
-/// The reach at every surface point, and what of the residuals is added at which node.
-pub struct Reaching {
+/// The fade radius at every surface point, and what of the residuals is added at which node.
+pub struct FadeRows {
     /// `rho` at each surface point, in mesh units.
-    pub reach: Vec<f64>,
-    /// Nodes within reach, ascending, that are not on the surface themselves.
+    pub fade_radius: Vec<f64>,
+    /// Nodes within the fade radius, ascending, that are not on the surface themselves.
     pub rows: Vec<Faded>,
 }
 
-/// The reach at a surface point is the distance of the base point that is the third nearest in the
+/// The fade radius at a surface point is the distance of the base point that is the third nearest in the
 /// plane, the fourth in space, which is how far apart base points are there; at most half the gap to
 /// another surface. `base` are the base points and their images; `skipped` are nodes that are placed by
 /// themselves.
 ///
-/// Points that do not move and that no base point reaches have no residual, and no reach.
-pub fn reaching(
+/// Points that do not move and that no base point influences have no residual, and no fade radius.
+pub fn fade_rows(
     surface: &MorphSurface,
     base: &[Vector],
     radius: f64,
     nodes: &[Vector],
     skipped: &[bool],
-) -> Reaching {
+) -> FadeRows {
     let places = &surface.points.points;
     let nearest = if surface.in_plane { 3 } else { 4 };
     let is_moving = surface.is_moving();
-    let reach = places.par_iter().zip(&is_moving).map(|(point, moves)| {
+    let fade_radius = places.par_iter().zip(&is_moving).map(|(point, moves)| {
         let apart = apart(point, base, nearest);
         match *moves || apart.nearest < radius {
-            true => REACH * apart.among,
+            true => FADE_RADIUS_PER_SPACING * apart.among,
             false => 0.0,
         }
     });
-    let fading = Fading::new(places, &surface.points.facets, reach.collect());
+    let fading = Fading::new(places, &surface.points.facets, fade_radius.collect());
     let mut rows = fading.faded(nodes);
     rows.retain(|row| !skipped[row.point as usize]);
     rows.par_sort_unstable_by_key(|row| row.point);
     rows.shrink_to_fit();
-    Reaching {
-        reach: fading.reach,
+    FadeRows {
+        fade_radius: fading.fade_radius,
         rows,
     }
 }

@@ -1,9 +1,9 @@
-//! Files under hidden names until they are whole: a list of them, so that a signal leaves none behind, and
-//! locks, so that what a killed program has left is known and removed.
+//! Staged files: files and folders under temporary names until they are complete. Owns the list of them, so that
+//! a signal leaves none behind, and their locks, so that what a killed program has left is found and removed.
 //!
-//! A file is locked until it is whole. Of those that are whole and wait for their names, of which there may be
-//! more than files can be open, the last one of each folder is: a program that has one file of a folder locked
-//! is at work on all that it has there.
+//! A file is locked until it is complete. Complete files that wait for their names may be more than can be open,
+//! so that only the last one of each folder stays locked: a program that holds a lock in a folder is still
+//! using all its temporary files there.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
@@ -16,28 +16,28 @@ use std::thread;
 use std::time::Duration;
 use tempfile::TempPath;
 
-/// Hidden names are `.azimesh_PROCESS-NUMBER.part`, however long the name is that a file waits for.
+/// Temporary names are `.azimesh_PROCESS-NUMBER.part`, however long the final name is.
 const START: &str = ".azimesh_";
 const END: &str = ".part";
 
-/// How a whole file takes its name.
+/// How a complete file gets its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Commit {
-    /// Whether a file that has the name is replaced; it gives its permissions. Otherwise it stays, and taking
-    /// the name is an error.
+    /// Whether an existing file of that name is replaced (its permissions are kept). Otherwise it stays, and
+    /// committing is an error.
     pub replace: bool,
-    /// Whether the file and its name are on the disk before work goes on, so that they outlive a power cut.
+    /// Whether the file and its name are synced to the disk, so that they survive a power cut.
     pub sync: bool,
 }
 
 impl Commit {
-    /// Synced, in place of a file that has the name.
+    /// Synced; an existing file is replaced.
     pub const REPLACE: Self = Self {
         replace: true,
         sync: true,
     };
 
-    /// Synced; a file that has the name is replaced by `force` only.
+    /// Synced; an existing file is replaced only with `force`.
     pub fn with_force(force: bool) -> Self {
         Self {
             replace: force,
@@ -46,51 +46,52 @@ impl Commit {
     }
 }
 
-/// What this process has under hidden names.
-struct All {
-    /// Every hidden file or folder there is, and the name that it waits for if it is whole.
-    waiting: BTreeMap<PathBuf, Option<(PathBuf, Commit)>>,
-    /// By folder, the file that became whole there last: locked as long as it is open.
+/// The temporary files of this process.
+struct Registry {
+    /// Every temporary file or folder, and the name it is to get once it is complete.
+    entries: BTreeMap<PathBuf, Option<(PathBuf, Commit)>>,
+    /// By folder, the file that was completed there last: locked as long as it is open.
     locked: BTreeMap<PathBuf, File>,
-    /// Folders in which nothing is left of killed programs.
+    /// Folders that were cleared of the files of killed programs.
     cleared: BTreeSet<PathBuf>,
 }
 
-static ALL: Mutex<All> = Mutex::new(All {
-    waiting: BTreeMap::new(),
+static REGISTRY: Mutex<Registry> = Mutex::new(Registry {
+    entries: BTreeMap::new(),
     locked: BTreeMap::new(),
     cleared: BTreeSet::new(),
 });
-/// Makes every hidden name of this process another one.
+/// The number of the next temporary name.
 static NUMBER: AtomicU64 = AtomicU64::new(0);
 
-fn all() -> MutexGuard<'static, All> {
-    ALL.lock().unwrap_or_else(PoisonError::into_inner)
+fn registry() -> MutexGuard<'static, Registry> {
+    REGISTRY.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file or folder under a hidden name. Dropped, it is removed, unless it has taken its name.
+/// A file or folder under a temporary name. It is removed when dropped, unless it was committed.
 #[must_use]
-pub(super) struct Hidden {
+pub(super) struct Temporary {
     path: PathBuf,
-    /// Locked as long as it is open: until it is whole.
+    /// The open file, which holds the lock; `None` once it is complete.
     file: Option<File>,
 }
 
-impl Hidden {
-    /// A new file in the folder of `target`, under a name that nothing has.
-    pub fn beside(target: &Path) -> io::Result<(File, Self)> {
+impl Temporary {
+    /// A new file in the folder of `target`.
+    pub fn file_for(target: &Path) -> io::Result<(File, Self)> {
         target.file_name().ok_or(ErrorKind::InvalidInput)?;
         let create = |path: &Path| {
             let mut options = OpenOptions::new();
             options.read(true).write(true).create_new(true).open(path)
         };
-        let hidden = Self::create(folder_of(target), create)?;
-        let file = hidden.file.as_ref().expect("it is not whole yet");
-        Ok((file.try_clone()?, hidden))
+        let temporary = Self::create(folder_of(target), create)?;
+        let file = temporary.file.as_ref();
+        let file = file.expect("it is not complete yet").try_clone()?;
+        Ok((file, temporary))
     }
 
-    /// A new folder in that of `target`.
-    pub fn folder_beside(target: &Path) -> io::Result<Self> {
+    /// A new folder in the folder of `target`.
+    pub fn folder_for(target: &Path) -> io::Result<Self> {
         let create = |path: &Path| {
             fs::create_dir(path)?;
             File::open(path)
@@ -103,70 +104,72 @@ impl Hidden {
         loop {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{START}{}-{number}{END}", std::process::id()));
-            let mut all = all();
+            let mut registry = registry();
             let file = match create(&path) {
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
                 file => file?,
             };
-            // Another program may have taken it for one that was left, before it was locked.
+            // Before it was locked, another program may have removed it as left over.
             if lock(&file) == Some(false) || !is_same(&file, &path) {
                 continue;
             }
-            all.waiting.insert(path.clone(), None);
+            registry.entries.insert(path.clone(), None);
             let file = Some(file);
             return Ok(Self { path, file });
         }
     }
 
-    /// Its path.
+    /// Its temporary path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// It is whole: a signal gives it its name.
-    pub fn is_whole(&mut self, target: &Path, commit: Commit) {
-        let mut all = all();
+    /// Marks it as complete: from here on a signal commits it instead of removing it.
+    pub fn set_complete(&mut self, target: &Path, commit: Commit) {
+        let mut registry = registry();
         let wanted = Some((target.to_path_buf(), commit));
-        all.waiting.insert(self.path.clone(), wanted);
+        registry.entries.insert(self.path.clone(), wanted);
         if let Some(file) = self.file.take() {
-            all.locked.insert(folder_of(&self.path).to_path_buf(), file);
+            registry
+                .locked
+                .insert(folder_of(&self.path).to_path_buf(), file);
         }
     }
 
-    /// Gives it its name. Its folder has to be synced after that.
-    pub fn take_name(self, target: &Path, commit: Commit) -> io::Result<()> {
+    /// Renames it to `target`. The folder has to be synced after that.
+    pub fn commit(self, target: &Path, commit: Commit) -> io::Result<()> {
         if commit.sync {
             sync_file(&self.path)?;
         }
-        let mut all = all();
-        give_name(&self.path, target, commit)?;
-        all.waiting.remove(&self.path);
+        let mut registry = registry();
+        rename(&self.path, target, commit)?;
+        registry.entries.remove(&self.path);
         Ok(())
     }
 }
 
-impl Drop for Hidden {
+impl Drop for Temporary {
     fn drop(&mut self) {
-        let mut all = all();
-        if all.waiting.remove(&self.path).is_some() {
+        let mut registry = registry();
+        if registry.entries.remove(&self.path).is_some() {
             remove(&self.path);
         }
     }
 }
 
-fn give_name(hidden: &Path, target: &Path, commit: Commit) -> io::Result<()> {
+fn rename(temporary: &Path, target: &Path, commit: Commit) -> io::Result<()> {
     if !commit.replace {
-        let named = TempPath::try_from_path(hidden)?.persist_noclobber(target);
+        let named = TempPath::try_from_path(temporary)?.persist_noclobber(target);
         return named.map_err(|failed| failed.error);
     }
     if let Ok(replaced) = fs::metadata(target) {
         // File systems without permissions refuse this, and nothing is lost.
-        let _ = fs::set_permissions(hidden, replaced.permissions());
+        let _ = fs::set_permissions(temporary, replaced.permissions());
     }
-    fs::rename(hidden, target)
+    fs::rename(temporary, target)
 }
 
-/// The folder that a file of this name is in.
+/// The folder that contains a path.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -176,7 +179,7 @@ pub fn folder_of(path: &Path) -> &Path {
 
 fn sync_file(path: &Path) -> io::Result<()> {
     let mut options = OpenOptions::new();
-    // Windows syncs what may be written only.
+    // Windows syncs only files that are open for writing.
     options
         .read(true)
         .write(cfg!(windows))
@@ -184,9 +187,9 @@ fn sync_file(path: &Path) -> io::Result<()> {
         .sync_all()
 }
 
-/// Puts the names in a folder on the disk.
+/// Syncs the names in a folder to the disk.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
-    // Folders are files on Unix only, and one that may not be read cannot be synced.
+    // Folders can be opened on Unix only, and one without read permission cannot be synced.
     match File::open(folder) {
         Ok(open) if cfg!(unix) => match open.sync_all() {
             Err(error) if error.kind() == ErrorKind::InvalidInput => Ok(()),
@@ -197,14 +200,16 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
 }
 
 fn remove(path: &Path) {
-    // Whatever went wrong before is what is told.
-    let _ = match path.is_dir() {
-        true => fs::remove_dir_all(path),
-        false => fs::remove_file(path),
+    // The error that led here is the one to report.
+    let _ = if path.is_dir() {
+        fs::remove_dir_all(path)
+    } else {
+        fs::remove_file(path)
     };
 }
 
-/// Removes what killed programs have left in a folder: the hidden files of those that have none of them locked.
+/// Removes the temporary files that killed programs have left in a folder: those of processes that hold no lock
+/// there.
 pub fn clear_left(folder: &Path) {
     let mut of_processes: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -220,23 +225,24 @@ pub fn clear_left(folder: &Path) {
     }
 }
 
-/// Whether a hidden file could be locked, so that no program is at work on it.
+/// Whether a temporary file could be locked, so that no program is using it.
 fn is_unlocked(path: &Path) -> bool {
-    let file = match path.is_dir() {
-        true => File::open(path),
-        false => OpenOptions::new().read(true).write(true).open(path),
+    let file = if path.is_dir() {
+        File::open(path)
+    } else {
+        OpenOptions::new().read(true).write(true).open(path)
     };
     file.is_ok_and(|file| lock(&file) == Some(true) && is_same(&file, path))
 }
 
 fn clear_once(folder: &Path) {
-    let is_new = all().cleared.insert(folder.to_path_buf());
+    let is_new = registry().cleared.insert(folder.to_path_buf());
     if is_new {
         clear_left(folder);
     }
 }
 
-/// The process that a hidden name tells.
+/// The process id in a temporary name.
 fn process_of(name: &str) -> Option<&str> {
     let numbers = name.strip_prefix(START)?.strip_suffix(END)?;
     let (process, number) = numbers.split_once('-')?;
@@ -244,8 +250,8 @@ fn process_of(name: &str) -> Option<&str> {
     (is_number(process) && is_number(number)).then_some(process)
 }
 
-/// Locks a file as long as it is open; tells whether nobody else has it locked, as far as the file system
-/// knows. On Windows, where others could not read a locked file, none is.
+/// Locks a file for as long as it is open. `Some(false)`: another process holds the lock; `None`: the file system
+/// has no locks. Nothing is locked on Windows, where others could not read a locked file.
 fn lock(file: &File) -> Option<bool> {
     match file.try_lock() {
         _ if !cfg!(unix) => None,
@@ -255,7 +261,7 @@ fn lock(file: &File) -> Option<bool> {
     }
 }
 
-/// Whether an open file is the one that has this name.
+/// Whether an open file is the one at this path.
 #[cfg(unix)]
 pub fn is_same(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -266,57 +272,58 @@ pub fn is_same(file: &File, path: &Path) -> bool {
     }
 }
 
-/// An open file keeps its name there.
+/// Whether an open file is the one at this path: always, where an open file cannot be renamed.
 #[cfg(not(unix))]
 pub fn is_same(_file: &File, _path: &Path) -> bool {
     true
 }
 
-/// Lists a hidden file that is none of this module's, to be removed where a signal ends the program.
-pub fn list_hidden(path: &Path) {
-    all().waiting.insert(path.to_path_buf(), None);
+/// Registers a file that was not made by this module, to be removed when a signal ends the program.
+pub fn register_temporary(path: &Path) {
+    registry().entries.insert(path.to_path_buf(), None);
 }
 
-/// Takes it off the list.
-pub fn unlist_hidden(path: &Path) {
-    all().waiting.remove(path);
+/// Removes a file of [`register_temporary`] from the list.
+pub fn unregister_temporary(path: &Path) {
+    registry().entries.remove(path);
 }
 
-/// For a program that a signal ends: hidden files that are whole get their names, the others are removed.
-/// No file is made or gets its name after that; who tries waits for the end.
-pub fn end_hidden() {
-    end_all(all());
+/// For a program that a signal ends: commits the temporary files that are complete and removes the others. After
+/// that, a thread that creates or commits a file blocks until the process ends.
+pub fn end_staged() {
+    end_all(registry());
 }
 
-/// The same for a program that has no memory left: the list is waited for a second at the most, since the
-/// thread that has it may be waiting for memory.
-pub fn end_hidden_soon() {
+/// [`end_staged`] for a program that has run out of memory: waits at most a second for the list of files, since
+/// the thread that holds its lock may be waiting for memory.
+pub fn end_staged_soon() {
     for _ in 0..100 {
-        match ALL.try_lock() {
+        match REGISTRY.try_lock() {
             Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(10)),
-            Ok(all) => return end_all(all),
-            Err(TryLockError::Poisoned(all)) => return end_all(all.into_inner()),
+            Ok(registry) => return end_all(registry),
+            Err(TryLockError::Poisoned(registry)) => return end_all(registry.into_inner()),
         }
     }
 }
 
-fn end_all(mut all: MutexGuard<'static, All>) {
-    for (hidden, wanted) in mem::take(&mut all.waiting) {
+fn end_all(mut registry: MutexGuard<'static, Registry>) {
+    for (temporary, wanted) in mem::take(&mut registry.entries) {
         let named = wanted.is_some_and(|(target, commit)| {
-            let synced = match commit.sync {
-                true => sync_file(&hidden),
-                false => Ok(()),
+            let synced = if commit.sync {
+                sync_file(&temporary)
+            } else {
+                Ok(())
             };
             synced
-                .and_then(|()| give_name(&hidden, &target, commit))
+                .and_then(|()| rename(&temporary, &target, commit))
                 .and_then(|()| sync_folder(folder_of(&target)))
                 .is_ok()
         });
         if !named {
-            remove(&hidden);
+            remove(&temporary);
         }
     }
-    mem::forget(all);
+    mem::forget(registry);
 }
 
 #[cfg(test)]
@@ -333,7 +340,8 @@ mod tests {
     #[test]
     fn what_a_killed_program_left_goes_and_what_another_is_writing_stays() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (_, written) = Hidden::beside(&folder.path().join("mesh.vtu")).expect("it is made");
+        let (_, written) =
+            Temporary::file_for(&folder.path().join("mesh.vtu")).expect("it is made");
         let left = [".azimesh_1-0.part", ".azimesh_77-12.part"];
         let others = [".azimesh_0-10.lock", ".mesh.part", ".azimesh_1-x.part"];
         for name in left.iter().chain(&others) {
@@ -360,21 +368,21 @@ mod tests {
     #[test]
     fn files_that_wait_for_their_names_stay_however_many() {
         let folder = tempfile::tempdir().expect("a folder");
-        let whole: Vec<Hidden> = (0..5)
+        let whole: Vec<Temporary> = (0..5)
             .map(|i| {
                 let target = folder.path().join(format!("mesh_{i}.vtu"));
-                let (_, mut hidden) = Hidden::beside(&target).expect("it is made");
-                hidden.is_whole(&target, Commit::REPLACE);
-                hidden
+                let (_, mut temporary) = Temporary::file_for(&target).expect("it is made");
+                temporary.set_complete(&target, Commit::REPLACE);
+                temporary
             })
             .collect();
-        assert!(whole.iter().all(|hidden| hidden.file.is_none()));
+        assert!(whole.iter().all(|temporary| temporary.file.is_none()));
         clear_left(folder.path());
         assert_eq!(names(folder.path()).len(), 5);
-        for (i, hidden) in whole.into_iter().enumerate() {
+        for (i, temporary) in whole.into_iter().enumerate() {
             let target = folder.path().join(format!("mesh_{i}.vtu"));
-            hidden
-                .take_name(&target, Commit::REPLACE)
+            temporary
+                .commit(&target, Commit::REPLACE)
                 .expect("it is named");
             clear_left(folder.path());
         }
@@ -391,15 +399,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let target = folder.path().join("mesh.vtu");
         fs::write(&target, "old").expect("it is written");
-        let staged = || Hidden::beside(&target).expect("it is made").1;
-        let refused = staged().take_name(&target, Commit::with_force(false));
+        let staged = || Temporary::file_for(&target).expect("it is made").1;
+        let refused = staged().commit(&target, Commit::with_force(false));
         assert_eq!(
             refused.expect_err("it is taken").kind(),
             ErrorKind::AlreadyExists
         );
         assert_eq!(fs::read(&target).expect("it is there"), b"old");
         staged()
-            .take_name(&target, Commit::REPLACE)
+            .commit(&target, Commit::REPLACE)
             .expect("it is replaced");
         assert_eq!(fs::read(&target).expect("it is there"), b"");
         assert_eq!(names(folder.path()), ["mesh.vtu"]);

@@ -1,26 +1,26 @@
-//! Packed files: gzip, xz and zstd, known by their first bytes, any number of members in a row.
+//! Decompresses input files: gzip, xz and zstd, recognized by their first bytes, with any number of members.
 
-use super::room::Room;
+use super::memory_limit::MemoryLimit;
 use crate::error::{Error, Result};
 use ruzstd::decoding::{FrameDecoder, StreamingDecoder};
 use std::io::{self, ErrorKind};
 
-/// Most memory that a dictionary or window may take, as a file asks for it.
+/// The largest dictionary or window, in bytes, that a file may require.
 const WINDOW: u64 = 2 << 30;
 
-/// How a file is packed.
+/// The format of a compressed file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Packing {
+enum Codec {
     Gzip,
     Xz,
     Zstd,
 }
 
-/// Endings of packed files.
+/// Extensions of compressed files.
 const ENDINGS: &[&str] = &[".gz", ".xz", ".zst"];
 
-/// A file name without the ending of a packed file.
-pub fn without_packing(name: &str) -> &str {
+/// A file name without the extension of a compressed file.
+pub fn without_compression(name: &str) -> &str {
     let is_end = |ending: &&&str| {
         let from = name.len().checked_sub(ending.len());
         let end = from.and_then(|from| name.get(from..));
@@ -32,55 +32,54 @@ pub fn without_packing(name: &str) -> &str {
     }
 }
 
-/// What a packed file holds; `None` for any other. A small file may hold much: more than there is room for is
-/// an error.
-pub(super) fn unpack(bytes: &[u8], room: Room) -> Option<Result<Vec<u8>>> {
-    let packing = match bytes {
-        [0x1f, 0x8b, ..] => Packing::Gzip,
-        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Packing::Xz,
-        [0x28, 0xb5, 0x2f, 0xfd, ..] => Packing::Zstd,
-        [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] => Packing::Zstd,
+/// The content of a compressed file; `None` for any other file. More than `limit` allows is an error.
+pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<Vec<u8>>> {
+    let codec = match bytes {
+        [0x1f, 0x8b, ..] => Codec::Gzip,
+        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Codec::Xz,
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => Codec::Zstd,
+        [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] => Codec::Zstd,
         _ => return None,
     };
-    let room = room.of_packed(bytes.len());
-    let mut unpacked = Vec::new();
-    let result = match packing {
-        Packing::Gzip => {
+    let limit = limit.for_compressed(bytes.len());
+    let mut content = Vec::new();
+    let result = match codec {
+        Codec::Gzip => {
             let file = flate2::read::MultiGzDecoder::new(bytes);
-            room.read_all(file, &mut unpacked)
+            limit.read_all(file, &mut content)
         }
-        Packing::Xz => {
-            let limit = (WINDOW >> 10) as u32;
-            let file = lzma_rust2::XzReader::new_mem_limit(bytes, true, limit);
-            room.read_all(file, &mut unpacked)
+        Codec::Xz => {
+            let window_kib = (WINDOW >> 10) as u32;
+            let file = lzma_rust2::XzReader::new_mem_limit(bytes, true, window_kib);
+            limit.read_all(file, &mut content)
         }
-        Packing::Zstd => zstd(bytes, room, &mut unpacked),
+        Codec::Zstd => zstd(bytes, limit, &mut content),
     };
     Some(match result {
-        Ok(()) => Ok(unpacked),
-        Err(error) => Err(refusal(packing, unpacked.len(), &error)),
+        Ok(()) => Ok(content),
+        Err(error) => Err(refusal(codec, content.len(), &error)),
     })
 }
 
-fn refusal(packing: Packing, n_unpacked: usize, error: &io::Error) -> Error {
-    let name = match packing {
-        Packing::Gzip => "gzip",
-        Packing::Xz => "xz",
-        Packing::Zstd => "zstd",
+fn refusal(codec: Codec, n_bytes: usize, error: &io::Error) -> Error {
+    let name = match codec {
+        Codec::Gzip => "gzip",
+        Codec::Xz => "xz",
+        Codec::Zstd => "zstd",
     };
     match error.kind() {
         ErrorKind::FileTooLarge => Error::system(format!("the {name} data is unpacked to {error}")),
         ErrorKind::OutOfMemory => Error::system(format!(
-            "no memory is left after {n_unpacked} bytes of {name} data are unpacked"
+            "no memory is left after {n_bytes} bytes of {name} data are unpacked"
         )),
         _ => Error::input(format!(
-            "the {name} data is damaged after {n_unpacked} bytes that are unpacked: {error}"
+            "the {name} data is damaged after {n_bytes} bytes that are unpacked: {error}"
         )),
     }
 }
 
-/// Unpacks every frame; frames that hold no data are passed over.
-fn zstd(bytes: &[u8], room: Room, out: &mut Vec<u8>) -> io::Result<()> {
+/// Decompresses every frame; skippable frames are skipped.
+fn zstd(bytes: &[u8], limit: MemoryLimit, out: &mut Vec<u8>) -> io::Result<()> {
     let mut rest = bytes;
     while !rest.is_empty() {
         if let [0x50..=0x5f, 0x2a, 0x4d, 0x18, a, b, c, d, tail @ ..] = rest {
@@ -92,7 +91,7 @@ fn zstd(bytes: &[u8], room: Room, out: &mut Vec<u8>) -> io::Result<()> {
         decoder.set_max_window_size(WINDOW);
         let mut frame =
             StreamingDecoder::new_with_decoder(rest, decoder).map_err(io::Error::other)?;
-        room.read_all(&mut frame, out)?;
+        limit.read_all(&mut frame, out)?;
         let (tail, decoder) = frame.into_parts();
         let promised = decoder.get_checksum_from_data();
         if promised.is_some() && promised != decoder.get_calculated_checksum() {
@@ -128,54 +127,65 @@ mod tests {
         compress_to_vec(text, CompressionLevel::Fastest)
     }
 
-    fn unpack(bytes: &[u8]) -> Option<Result<Vec<u8>>> {
-        super::unpack(bytes, Room::new(None))
+    fn decompress(bytes: &[u8]) -> Option<Result<Vec<u8>>> {
+        super::decompress(bytes, MemoryLimit::new(None))
     }
 
-    type Packer = fn(&[u8]) -> Vec<u8>;
-    const PACKERS: [Packer; 3] = [gzip, xz, zst];
+    type Compressor = fn(&[u8]) -> Vec<u8>;
+    const COMPRESSORS: [Compressor; 3] = [gzip, xz, zst];
 
     #[test]
     fn members_in_a_row_are_one_file() {
-        for pack in PACKERS {
-            let file = [pack(b"NDIME= 2\n"), pack(b""), pack(b"NELEM= 0\n")].concat();
-            let text = unpack(&file).expect("it is packed").expect("it is whole");
+        for compress in COMPRESSORS {
+            let file = [
+                compress(b"NDIME= 2\n"),
+                compress(b""),
+                compress(b"NELEM= 0\n"),
+            ]
+            .concat();
+            let text = decompress(&file)
+                .expect("it is compressed")
+                .expect("it is whole");
             assert_eq!(text, b"NDIME= 2\nNELEM= 0\n");
         }
-        assert!(unpack(b"NDIME= 2\n").is_none());
+        assert!(decompress(b"NDIME= 2\n").is_none());
         let skipped = [&[0x51, 0x2a, 0x4d, 0x18, 2, 0, 0, 0, 7, 7][..], &zst(b"x")].concat();
-        let text = unpack(&skipped).expect("it is packed").expect("whole");
+        let text = decompress(&skipped)
+            .expect("it is compressed")
+            .expect("whole");
         assert_eq!(text, b"x");
     }
 
     #[test]
     fn damaged_data_is_refused_in_a_sentence() {
         let text: Vec<u8> = (0..20_000u32).flat_map(|i| (i * i).to_le_bytes()).collect();
-        for pack in PACKERS {
-            let whole = pack(&text);
+        for compress in COMPRESSORS {
+            let whole = compress(&text);
             for length in [8, whole.len() / 2, whole.len() - 2] {
-                let result = unpack(&whole[..length]).expect("it is packed");
+                let result = decompress(&whole[..length]).expect("it is compressed");
                 let message = result.expect_err("it is cut off").to_string();
                 assert!(message.contains("data is damaged"), "{message}");
             }
             for at in (12..whole.len()).step_by(whole.len() / 50) {
                 let mut file = whole.clone();
                 file[at] ^= 0x55;
-                let result = unpack(&file).expect("it is packed");
+                let result = decompress(&file).expect("it is compressed");
                 assert!(result.is_err() || result.is_ok_and(|back| back == text));
             }
         }
     }
 
     #[test]
-    fn what_unpacks_to_more_than_there_is_room_for_is_refused() {
+    fn content_beyond_the_memory_limit_is_refused() {
         let text = vec![b' '; 3_000_000];
-        for pack in PACKERS {
-            let file = [pack(&text), pack(&text)].concat();
-            let room = |n: u64| super::unpack(&file, Room::new(Some(n))).expect("it is packed");
-            assert_eq!(room(6_000_000).expect("it fits").len(), 6_000_000);
+        for compress in COMPRESSORS {
+            let file = [compress(&text), compress(&text)].concat();
+            let with_limit = |n: u64| {
+                super::decompress(&file, MemoryLimit::new(Some(n))).expect("it is compressed")
+            };
+            assert_eq!(with_limit(6_000_000).expect("it fits").len(), 6_000_000);
             for n in [5_999_999, 3_000_000, 1000, 0] {
-                let error = room(n).expect_err("it is too much");
+                let error = with_limit(n).expect_err("it is too much");
                 assert_eq!(error.kind, ErrorKind::System);
                 let limit = format!("more than {n} bytes, what --max-memory allows");
                 assert!(error.message.contains(&limit), "{error}");
@@ -184,9 +194,9 @@ mod tests {
     }
 
     #[test]
-    fn an_ending_of_a_packed_file_is_cut() {
-        assert_eq!(without_packing("wing.b8.ugrid.GZ"), "wing.b8.ugrid");
-        assert_eq!(without_packing("wing.su2"), "wing.su2");
-        assert_eq!(without_packing(".zst"), "");
+    fn the_extension_of_a_compressed_file_is_removed() {
+        assert_eq!(without_compression("wing.b8.ugrid.GZ"), "wing.b8.ugrid");
+        assert_eq!(without_compression("wing.su2"), "wing.su2");
+        assert_eq!(without_compression(".zst"), "");
     }
 }

@@ -18,7 +18,7 @@ use super::tree::{Data, Sink, Tree};
 use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_values};
 use crate::error::Result;
 use crate::formats::Begin;
-use crate::formats::emerging::Emerging;
+use crate::formats::growing::GrowingFile;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
@@ -26,7 +26,7 @@ use std::path::Path;
 const BUFFER: usize = 1 << 20;
 
 /// What a growing file is written to.
-pub(in crate::formats) trait Grows: Write + Seek {
+pub(in crate::formats) trait StepTarget: Write + Seek {
     /// Puts what was written on the disk before work goes on, if that is wanted.
     fn sync(&mut self) -> std::io::Result<()> {
         Ok(())
@@ -54,17 +54,17 @@ pub(in crate::formats) trait Grows: Write + Seek {
     }
 }
 
-impl Grows for Emerging {
+impl StepTarget for GrowingFile {
     fn sync(&mut self) -> std::io::Result<()> {
-        Emerging::sync(self)
+        GrowingFile::sync(self)
     }
 
     fn is_whole(&mut self) -> std::io::Result<()> {
-        self.appear()
+        self.commit()
     }
 
     fn matching(&mut self, at: u64, bytes: &[u8]) -> std::io::Result<usize> {
-        Emerging::matching(self, at, bytes)
+        GrowingFile::matching(self, at, bytes)
     }
 
     fn ends_at(&self, at: u64) -> std::io::Result<bool> {
@@ -77,17 +77,17 @@ impl Grows for Emerging {
                 self.seek(SeekFrom::Start(0))?;
                 self.write_all(superblock)?;
                 // What is written next may be on the disk before anything that was written earlier.
-                Emerging::sync(self)?;
+                GrowingFile::sync(self)?;
                 self.cut(at)?;
             }
-            None => self.move_aside(at)?,
+            None => self.continue_in_copy(at)?,
         }
         self.seek(SeekFrom::Start(at)).map(|_| ())
     }
 }
 
 /// A file under work.
-pub(in crate::formats) struct Growing<F: Grows = Emerging> {
+pub(in crate::formats) struct StepFile<F: StepTarget = GrowingFile> {
     out: Counted<Buffered<F>>,
     hasher: blake3::Hasher,
     /// Whether bytes are compared with those of an earlier run.
@@ -104,7 +104,7 @@ struct Buffered<F> {
     bytes: Vec<u8>,
 }
 
-impl<F: Grows> Write for Buffered<F> {
+impl<F: StepTarget> Write for Buffered<F> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         if self.bytes.len() + bytes.len() > BUFFER {
             self.flush()?;
@@ -138,20 +138,20 @@ impl Stored {
     }
 }
 
-impl Growing {
-    /// A new file, which takes its name with the first [`Growing::commit`]; or one that is there and is
+impl StepFile {
+    /// A new file, which takes its name with the first [`StepFile::commit`]; or one that is there and is
     /// resumed or filled. With `sync` each step is on the disk when it is committed.
     pub fn create(path: &Path, begin: Begin, sync: bool) -> Result<Self> {
         match begin {
-            Begin::Resume if path.is_file() => Ok(Self::resume(Emerging::reopen(path, sync)?)),
-            Begin::Resume | Begin::Create => Self::start(Emerging::create(path, sync)?),
-            Begin::Fill => Self::start(Emerging::reopen(path, sync)?),
+            Begin::Resume if path.is_file() => Ok(Self::resume(GrowingFile::reopen(path, sync)?)),
+            Begin::Resume | Begin::Create => Self::start(GrowingFile::create(path, sync)?),
+            Begin::Fill => Self::start(GrowingFile::reopen(path, sync)?),
         }
     }
 }
 
-impl<F: Grows> Growing<F> {
-    /// Starts in an empty file. It is no HDF5 file before the first [`Growing::commit`].
+impl<F: StepTarget> StepFile<F> {
+    /// Starts in an empty file. It is no HDF5 file before the first [`StepFile::commit`].
     pub fn start(file: F) -> Result<Self> {
         let mut growing = Self::at(0, file);
         growing.out.write(&[0; SUPERBLOCK])?;
@@ -238,7 +238,7 @@ impl<F: Grows> Growing<F> {
         chunks.store(|bytes| self.put(bytes))
     }
 
-    /// Appends `tree`, which is the content of the file from the next [`Growing::commit`] on; gives the
+    /// Appends `tree`, which is the content of the file from the next [`StepFile::commit`] on; gives the
     /// hash of the bytes appended since the last time. Values of the tree that were not stored before are
     /// appended now and belong to this step alone.
     pub fn finish_step(&mut self, tree: &Tree) -> Result<blake3::Hash> {
@@ -360,7 +360,7 @@ impl<F: Grows> Growing<F> {
     }
 }
 
-impl<F: Grows> Drop for Growing<F> {
+impl<F: StepTarget> Drop for StepFile<F> {
     /// A step that failed leaves nothing: on a full disk there is room again for a few words on it.
     fn drop(&mut self) {
         if let Some((superblock, end)) = &self.finished

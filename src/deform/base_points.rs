@@ -1,0 +1,19 @@
+//! Base points by their mesh nodes, as users give and get them.
+
+/// Base points by their mesh nodes, in the order in which they were chosen.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct BasePoints {
+    /// Those of the displacements; with `interpolate = "twist"` of the translations.
+    pub nodes: Vec<u32>,
+    /// With `interpolate = "twist"`, those of the rotations.
+    pub rotation_nodes: Option<Vec<u32>>,
+}
+
+impl From<Vec<u32>> for BasePoints {
+    fn from(nodes: Vec<u32>) -> Self {
+        Self {
+            nodes,
+            rotation_nodes: None,
+        }
+    }
+}

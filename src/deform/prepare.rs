@@ -1,0 +1,250 @@
+//! How a [`Plan`] is made: what the schedule means on the mesh, the layers that are interpolated, and what
+//! is chosen where the schedule says nothing.
+
+use super::checks::{
+    check_combination, check_constant, check_finite, check_radii, check_size, repeated_time, unused,
+};
+use super::first_cells::FirstCells;
+use super::layer::{self, Method};
+use super::periodic::PeriodicNodes;
+use super::plan::{Plan, SELECTED};
+use super::sections;
+use super::surface::SurfacePoints;
+use super::velocity;
+use super::zone;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
+use crate::error::{Error, Result};
+use crate::formats::su2;
+use crate::geometry::Bounds;
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use crate::modes::{Form, RigidSurface};
+use crate::motion::{
+    Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SelectionMethod, SurfaceFaces,
+};
+use crate::rbf::space::Space;
+use crate::rbf::{Basis, Kernel};
+use std::sync::Arc;
+
+/// The tolerance left out of a schedule, in diagonals of the moving bodies.
+const DEFAULT_TOLERANCE: f64 = 1e-4;
+/// The support radius left out, at most this many diagonals of the moving surfaces.
+const DEFAULT_RADIUS: f64 = 10.0;
+/// The modes may be off by this part of the tolerance, and of the smallest first cell.
+const TRUNCATION: f64 = 0.01;
+/// A body that goes this many diagonals of the mesh is out of it in any case.
+const FAR: f64 = 100.0;
+
+impl Plan {
+    /// Resolves a schedule on a mesh and finds its modes. An error without a file is about the mesh.
+    pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
+        let mut mesh = mesh.into();
+        let has_boxes = mesh.field_arrays.iter().any(|a| a.name == su2::BOXES);
+        if has_boxes {
+            Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);
+        }
+        check_size(&mesh)?;
+        let mut motion = schedule.resolve(&mesh)?;
+        if motion.to_inertial(&motion.steps[0]).is_some() {
+            zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
+        }
+        let in_schedule = |error: Error| error.file(&schedule.path);
+        let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
+        let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
+        check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
+        let mut choices = motion.notes();
+        choices.extend(schedule.note());
+        // The facets between the surface points have taken their place.
+        let faces = std::mem::take(&mut motion.surface.faces);
+        let first_cells = FirstCells::find(&mesh, &motion);
+        let moving = moving_bounds(&surface);
+        let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
+        check_radii(&schedule, &mesh).map_err(in_schedule)?;
+        let tolerance = tolerance(&schedule, &moving, &first_cells, &mut choices)?;
+        check_constant(&schedule, tolerance).map_err(in_schedule)?;
+        choices.extend(unused(&schedule));
+        choices.extend(repeated_time(&motion.steps));
+        let periodic =
+            PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
+        choices.extend(periodic.found.iter().cloned());
+        check_combination(&schedule, &motion, &surface, &periodic).map_err(in_schedule)?;
+        let cell = first_cells.smallest().unwrap_or(f64::INFINITY);
+        let truncation = TRUNCATION * tolerance.min(cell);
+        let method = method(&schedule, &surface, &periodic, basis, tolerance, truncation);
+        let mut plan = Self {
+            centres: centres(&motion, surface.rigid()),
+            layers: Vec::new(),
+            velocity: None,
+            mesh,
+            without_boxes: has_boxes,
+            schedule,
+            motion,
+            surface,
+            first_cells,
+            moving_faces: moving_faces(&faces),
+            basis,
+            method,
+            periodic,
+            tolerance,
+            choices,
+        };
+        let path = plan.schedule.path.clone();
+        plan.find_layers().map_err(|error| error.file(&path))?;
+        Ok(plan)
+    }
+
+    /// Finds what is interpolated, over all steps.
+    fn find_layers(&mut self) -> Result<()> {
+        let all_rigid = (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body));
+        let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
+        self.layers = match twist && !all_rigid {
+            true => sections::layers(self, &self.method)?,
+            false => layer::layers(
+                self.surface.rigid(),
+                &self.surface_displacements(),
+                &self.method,
+            )?,
+        };
+        self.check_truncation()?;
+        if self.schedule.output.velocity {
+            self.velocity = Some(velocity::layer(self)?);
+        }
+        Ok(())
+    }
+
+    fn check_truncation(&self) -> Result<()> {
+        if self.truncation() > self.method.truncation {
+            let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
+            let diagonal = Bounds::around(&self.mesh.points).diagonal();
+            let steps = 0..self.motion.steps.len();
+            let largest = steps.map(|step| self.largest_displacement(step));
+            let largest = largest.fold(0.0, f64::max);
+            let remedy = match largest > FAR * diagonal {
+                true => format!(
+                    "the motion takes bodies {largest:.1e} away, and the mesh is {diagonal:.1e} across: give it in the \
+                     units of the mesh"
+                ),
+                false => "move the mesh near the origin or raise the tolerance".to_owned(),
+            };
+            return Err(Error::input(format!(
+                "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
+                 or of the smallest first cell {cell:.1e}; {remedy}",
+                self.truncation(),
+                self.tolerance
+            ))
+            .file(&self.schedule.path));
+        }
+        Ok(())
+    }
+}
+
+fn moving_faces(faces: &SurfaceFaces) -> Vec<u32> {
+    let faces = faces.cells.iter().zip(&faces.roles);
+    let moving = faces.filter(|(_, role)| matches!(role, Role::Moving(_)));
+    moving.map(|(cell, _)| *cell).collect()
+}
+
+/// The point that each body turns about: its centre of rotation where that is on or near it.
+fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
+    (0..motion.bodies.len())
+        .map(|body| motion.twist_centre(body, &layer::bounds_of_body(surface, body)))
+        .collect()
+}
+
+fn method(
+    schedule: &Schedule,
+    surface: &SurfacePoints,
+    periodic: &PeriodicNodes,
+    basis: Basis,
+    tolerance: f64,
+    truncation: f64,
+) -> Method {
+    let radius = schedule.rbf.rotation_radius.unwrap_or(basis.radius);
+    let linear = schedule.rbf.polynomial == Polynomial::Linear;
+    Method {
+        displacement: Space {
+            linear,
+            constraints: surface.constraints(surface.sliding.as_ref()),
+            images: periodic.images.clone(),
+            ..Space::radial(basis)
+        },
+        rotation: Space {
+            linear,
+            constraints: surface.rotation_constraints(),
+            ..Space::radial(Basis { radius, ..basis })
+        },
+        form: match surface.sliding.is_none() && periodic.images.is_empty() {
+            true => Form::Scalar,
+            false => Form::Vector,
+        },
+        tolerance: SELECTED * tolerance,
+        truncation,
+    }
+}
+
+fn moving_bounds(surface: &SurfacePoints) -> Bounds {
+    let nodes = surface.points.iter().zip(&surface.body);
+    let moving: Vec<Vector> = nodes
+        .filter(|(_, body)| body.is_some())
+        .map(|(point, _)| *point)
+        .collect();
+    Bounds::around(&moving)
+}
+
+fn basis(
+    schedule: &Schedule,
+    mesh: &Mesh,
+    motion: &Motion,
+    moving: &Bounds,
+    choices: &mut Vec<Diagnostic>,
+) -> Basis {
+    let kernel = match schedule.rbf.kernel {
+        KernelName::WendlandC0 => Kernel::WendlandC0,
+        KernelName::WendlandC2 => Kernel::WendlandC2,
+        KernelName::WendlandC4 => Kernel::WendlandC4,
+        KernelName::WendlandC6 => Kernel::WendlandC6,
+    };
+    let radius = schedule.rbf.support_radius.unwrap_or_else(|| {
+        let region = match &motion.zone {
+            None => Bounds::around(&mesh.points),
+            Some(zone) => {
+                let nodes = mesh.points.iter().zip(&zone.nodes);
+                let inside: Vec<Vector> = nodes
+                    .filter(|(_, inside)| **inside)
+                    .map(|(point, _)| *point)
+                    .collect();
+                Bounds::around(&inside)
+            }
+        };
+        let radius = region.diagonal().min(DEFAULT_RADIUS * moving.diagonal());
+        choices.push(DeformNote::SupportRadius { radius }.into());
+        radius
+    });
+    Basis { kernel, radius }
+}
+
+fn tolerance(
+    schedule: &Schedule,
+    moving: &Bounds,
+    first_cells: &FirstCells,
+    choices: &mut Vec<Diagnostic>,
+) -> Result<f64> {
+    if let Some(tolerance) = schedule.selection.tolerance {
+        return Ok(tolerance);
+    }
+    let chosen = match schedule.selection.correction {
+        true => Some(DEFAULT_TOLERANCE * moving.diagonal()),
+        false => first_cells.smallest(),
+    };
+    let tolerance = chosen.filter(|t| *t > 0.0).ok_or_else(|| {
+        Error::input(
+            "no tolerance can be chosen for this mesh; set selection.tolerance, in mesh units",
+        )
+        .file(&schedule.path)
+    })?;
+    if schedule.selection.method != SelectionMethod::All {
+        choices.push(DeformNote::Tolerance { tolerance }.into());
+    }
+    Ok(tolerance)
+}
