@@ -105,6 +105,7 @@ impl DeformationBuilder {
     /// # Errors
     /// As [`Deformation::new`].
     pub fn build(self) -> Result<Deformation> {
+        self.mesh.validate()?;
         let deformation = self.plan()?;
         if deformation.plan.selection_intervals().len() == 1 {
             deformation.interval(&deformation.plan.motion.steps[0])?;
@@ -116,9 +117,9 @@ impl DeformationBuilder {
         Ok(deformation)
     }
 
-    /// Checks mesh and schedule; base points are chosen when they are needed.
+    /// Resolves the schedule on a mesh that is valid, as readers give it; base points are chosen when they
+    /// are needed.
     pub(crate) fn plan(self) -> Result<Deformation> {
-        self.mesh.validate()?;
         Ok(Deformation {
             plan: Arc::new(Plan::new(self.mesh, self.schedule)?),
             measures: OnceLock::new(),

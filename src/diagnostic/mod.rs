@@ -162,7 +162,8 @@ mod tests {
     fn inverted(step: usize) -> Diagnostic {
         let note = RunNote::Inverted {
             step,
-            azimuth_deg: 10.0 * step as f64,
+            azimuth_deg: Some(10.0 * step as f64),
+            time_s: None,
             cells: 7 * step,
             first: None,
         };

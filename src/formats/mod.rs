@@ -7,6 +7,7 @@ pub mod cgns;
 mod decompress;
 pub mod gmsh;
 mod growing;
+mod hash;
 mod hdf5;
 pub mod legacy;
 mod lexer;
@@ -34,10 +35,11 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
+pub use hash::{hash_of, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use output_set::{Output, OutputSet, hash_of_folder};
+pub use output_set::OutputSet;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
@@ -427,6 +429,7 @@ pub fn read_as(
 }
 
 /// The mesh in bytes of a known format, as the format gives it, without the checks of [`read`].
+#[cfg(any(test, feature = "internals"))]
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
     format.read_file(&source, options, &mut Notes::default())

@@ -26,7 +26,7 @@ pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
-pub use faces::{Faces, OuterFace};
+pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub use view::MeshView;

@@ -108,6 +108,12 @@ impl Motion {
         motions.find_map(|motion| motion.centre_line(points))
     }
 
+    /// Bytes of the displacements that functions and files give for the nodes of bodies.
+    pub fn memory_bytes(&self) -> usize {
+        let motions = self.bodies.iter().flat_map(|body| &body.motions);
+        motions.map(|motion| motion.memory_bytes()).sum()
+    }
+
     /// Pitch, flap and lag of a body's cyclic motion at a step, in radians, positive in the sense that
     /// the signs of the rotor give them; `None` where it has none.
     pub fn cyclic_angles(&self, body: usize, step: &Step) -> Option<[f64; 3]> {

@@ -87,7 +87,7 @@ impl Judge {
         size_skew::assess(mesh, points, before, &self.reference)
     }
 
-    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::CellMetrics) and
+    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::cells::CellMetrics) and
     /// [`detail_arrays`], then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`.
     ///
     /// # Panics
@@ -108,10 +108,5 @@ impl Judge {
     /// Bytes that judging a mesh will take, one step at a time, before anything is made.
     pub fn estimate_bytes(mesh: &Mesh) -> usize {
         mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh)
-    }
-
-    /// Bytes held in memory.
-    pub fn memory_bytes(&self) -> usize {
-        self.reference.memory_bytes() + self.adjacency.memory_bytes()
     }
 }

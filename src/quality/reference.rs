@@ -69,15 +69,6 @@ impl Reference {
         self.signs[cell].abs() == 1
     }
 
-    /// Bytes held in memory.
-    pub fn memory_bytes(&self) -> usize {
-        let normals = match &self.facing {
-            Facing::Z => 0,
-            Facing::Normals(normals) => size_of_val(&normals[..]),
-        };
-        self.signs.len() + normals
-    }
-
     /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.
     #[inline]
     pub(super) fn sign(&self, cell: usize) -> i8 {

@@ -84,11 +84,6 @@ impl Criterion {
         Self::of_parts(self.n_modes, coefficients, self.parts.clone())
     }
 
-    /// Number of steps.
-    pub fn n_steps(&self) -> usize {
-        self.n_steps
-    }
-
     /// Number of modes.
     pub fn n_modes(&self) -> usize {
         self.n_modes

@@ -171,6 +171,7 @@ impl Adjacency {
     }
 
     /// Bytes held in memory.
+    #[cfg(any(test, feature = "internals"))]
     pub fn memory_bytes(&self) -> usize {
         let of = |chunk: &Chunk| chunk.codes.len() + 4 * chunk.across.len();
         self.chunks.iter().map(of).sum()

@@ -156,6 +156,11 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
         None
     }
 
+    /// Bytes of the displacements that it holds for the nodes of its body.
+    fn memory_bytes(&self) -> usize {
+        0
+    }
+
     /// What the user should know of its files.
     fn notes(&self) -> &[Diagnostic] {
         &[]

@@ -71,6 +71,11 @@ impl ResolvedMotion for NodeSets {
         MapScope::Nodes
     }
 
+    fn memory_bytes(&self) -> usize {
+        let sets = self.sets.sets.iter();
+        sets.map(|set| size_of_val(set.as_slice())).sum()
+    }
+
     fn notes(&self) -> &[Diagnostic] {
         &self.sets.notes
     }

@@ -200,6 +200,7 @@ impl History {
     }
 
     /// What it repeats itself after, in the unit of its key.
+    #[cfg(test)]
     pub fn period(&self) -> Option<f64> {
         self.period
     }

@@ -16,7 +16,7 @@ mod spline;
 mod text;
 
 pub use columns::{Column, Columns};
-pub use history::{History, Interpolation, Place};
+pub use history::{History, Interpolation};
 pub use key::Key;
 pub use span::{SpanHistory, SpanValues};
 

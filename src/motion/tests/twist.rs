@@ -5,7 +5,8 @@ use crate::diagnostic::motion::MotionNote;
 use crate::diagnostic::{Diagnostic, NoteKind};
 use crate::geometry::vector::{Vector, add, distance, norm, scale, sub};
 use crate::geometry::{Bounds, Transform};
-use crate::motion::{Interpolate, Motion, RbfOptions, Step};
+use crate::motion::options::RbfOptions;
+use crate::motion::{Interpolate, Motion, Step};
 use proptest::prelude::*;
 
 fn cubes(head: &str, body: &str) -> Motion {
