@@ -49,7 +49,7 @@ support_radius = 5.625
 
 
 def schedule(folder, steps, exact, tolerance):
-    """The file of a schedule. `exact` has the correction and the quality of cells, as azimesh comes."""
+    """The file of a schedule. `exact` has the correction and the quality of cells, as by default."""
     path = folder / f"steps_{steps}{'_exact' if exact else ''}.toml"
     plain = "" if exact else 'correction = false\n\n[output]\nquality = "none"\n'
     path.write_text(f"[azimuth]\n{STEPS[steps]}\n{MOTION}\n[selection]\ntolerance = {tolerance}\n{plain}")
@@ -165,13 +165,13 @@ def page(options, about, chosen, results):
     size = f"{about['nodes']:,} nodes, {chosen['surface_points']:,} of them on the surface"
     return f"""# Beside scripts in numpy and SciPy
 
-What a user would script, measured by `scripts/compare_peers.py`, which writes this page. {datetime.date.today():%B %Y}, {machine()};
+What users write in scripts, measured by `scripts/compare_peers.py`, which writes this page. {datetime.date.today():%B %Y}, {machine()};
 Python {sys.version.split()[0]}, {libraries}. Medians of {options.rounds} rounds in which every program runs once, in turn, in a process
 of its own.
 
 `azimesh sample blade`: {size}, hexahedra. The paper's cyclic
 pitch and flap, Wendland C2, and the same {chosen['layers'][0]['base_points']:,} base points for all, chosen by `azimesh select` for a tolerance of
-{options.tolerance:g} ({options.tolerance / 0.3:.1g} chord). In brackets: how many times azimesh's figure.
+{options.tolerance:g} ({options.tolerance / 0.3:.1g} chord). In brackets: multiples of azimesh's figure.
 
 ## One step
 
@@ -188,16 +188,16 @@ Every node of every step that numpy computes is where azimesh puts it, to {agree
 - **Computing**: from displacements of base points to node positions of all steps. azimesh: `selection` (with `--base`: solving for
   given base points, and their error on the surface), `modes` and `steps` of `run.json`. Scripts: fitting and evaluation.
 - **Whole command**: also starting the program, importing libraries, reading the mesh, and writing a VTU file a step (raw
-  binary; the scripts with VTK's own reader and writer). azimesh also works out the motion and measures the error of each step at
-  the surface, and hashes each file; the scripts get the displacements of the base points from a file. Nobody waits for the disk.
+  binary; the scripts with VTK's own reader and writer). azimesh also computes the motion and measures the error of each step at
+  the surface, and hashes each file; the scripts get the displacements of the base points from a file. None of them waits for the disk.
 - **CPU**: user and system seconds of the whole command. **Peak memory**: resident, of the whole command.
-- **azimesh, exact surface and quality**: as azimesh comes. It corrects the surface and judges every cell at every step; the rows
-  above and below do neither.
+- **azimesh, exact surface and quality**: azimesh's defaults. It corrects the surface and computes the quality of every cell at every step; the other
+  rows do neither.
 - **numpy, in blocks**: one Cholesky factorisation, weights of all steps together, one kernel matrix for each 1,024 nodes, worked
-  on in place, times the weights; a thread for each core, or one loop (whose matrix product has them anyway).
-- **numpy, whole matrix**: the formula as it stands for all nodes at once, then a product a step.
-- **`RBFInterpolator`**: one fit with three columns a step. It has no Wendland function; its linear kernel does not fade with
-  distance, and the base points were chosen for Wendland's, hence its error.
+  on in place, times the weights; a thread for each core, or one loop (whose matrix product uses threads as well).
+- **numpy, whole matrix**: the formula for all nodes at once, then a product a step.
+- **`RBFInterpolator`**: one fit with three columns a step. It has no Wendland function; its linear kernel does not decay with
+  distance, and the base points were chosen for Wendland's; hence its error.
 """
 
 

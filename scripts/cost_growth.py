@@ -195,7 +195,7 @@ def page(kept):
         parts.append(f"## {symbol}, the number of {title}\n\n{holding}.\n\n{table(symbol, values, points)}\n")
     return f"""# How the cost grows
 
-Time and memory of `azimesh deform` while one size is doubled four times and the others are held, by `scripts/cost_growth.py`,
+Time and memory of `azimesh deform` while one size is doubled four times and the others are kept constant, by `scripts/cost_growth.py`,
 which writes this page. {kept["when"]}, {kept["machine"]}. The sample blade of hexahedra, the paper's cyclic pitch and flap
 (three modes); each figure is the least of {kept["rounds"]} runs.
 
@@ -207,12 +207,12 @@ Markers are measurements, dashed lines the formulas of [the method](method.md), 
 |---|---|---|
 | selection | sweeps x N_s n + candidates x n^2 + n^3 / 3 | candidates: one for every 16 surface nodes, 512 to 2,048 |
 | modes | N_v n | once for all steps |
-| correction | | reaches from the surface in proportion to the error that it takes away: falls with n |
+| correction | | its reach is proportional to the error that it removes: falls with n |
 | steps | K N_v | positions, and their error at the surface |
 | writing | K N_v | one VTU file a step; overlaps with the next step's positions, and shares the cores with them |
-| peak memory | that of the mesh, or of the selection where it is larger | no array has the size N_v n or N_s K |
+| peak memory | that of the mesh, or of the selection if it is larger | no array has the size N_v n or N_s K |
 
-A slope is the exponent of the power law through the five figures (least squares of logarithms). Exactly n base points are had with
+A slope is the exponent of the power law through the five figures (least squares of logarithms). Exactly n base points are obtained with
 `method = "constant"`, which ends at `max_points`; the other parts do not depend on how the points were chosen. Quality is off,
 so `steps` is positions alone; times are those of `run.json`, the whole command and its memory those of the process with correction.
 `modes` is measured without correction, the correction as the difference of two runs.

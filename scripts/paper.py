@@ -3,7 +3,8 @@
     .venv/bin/python scripts/paper.py [table2 table3 table4 cost] [--nodes 1000000] [--folder target/paper]
 
 Runs the cases that are named (all unless any is), keeps what they came to as JSON in the folder, and
-writes docs/paper.md and its pictures from what the folder holds, scripts/m427.py's results included.
+writes docs/paper.md and its pictures from what the folder holds, results of scripts/m427.py and
+scripts/paper_greedy.py included; a part of the page without results stays as it is.
 `--draw` runs nothing. All cases take about 12 minutes on two cores and 4 GB of disk.
 """
 
@@ -139,7 +140,8 @@ def main():
         (options.folder / f"{name}.json").write_text(json.dumps(result))
     results = {path.stem: json.loads(path.read_text()) for path in options.folder.glob("*.json")}
     paper_plots.draw(results, DOCS / "pictures")
-    (DOCS / "paper.md").write_text(paper_text.page(results))
+    path = DOCS / "paper.md"
+    path.write_text(paper_text.page(results, path.read_text() if path.exists() else ""))
 
 
 if __name__ == "__main__":

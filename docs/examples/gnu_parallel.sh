@@ -5,9 +5,9 @@
 #     azimesh select wing.cgns wing.toml -o base.toml
 #     ./gnu_parallel.sh wing.cgns wing.toml base.toml out 8
 #
-# Run again after whatever has stopped it, it goes on from the finished steps. With --sshlogin of
-# parallel the parts run on several machines that share the folder. Exit code 1: all is there, but a
-# check failed, as for inverted cells.
+# After it was stopped, run it again: it resumes from the finished steps. With --sshlogin of
+# parallel the parts run on several machines that share the folder. Exit code 1: everything is there,
+# but a check failed, as for inverted cells.
 set -euo pipefail
 mesh=$1 schedule=$2 base=$3 out=$4 parts=$5
 threads=$(($(nproc) / parts))
@@ -20,8 +20,8 @@ ranges() {
     done
 }
 
-# A part with exit code 1 has failed a check and is written: no reason to leave out the others, or
-# `finish`, which ends with 1 then.
+# A part with exit code 1 has failed a check and is complete: the other parts and `finish`, which
+# then ends with 1, still run.
 deform=$(printf '%q ' azimesh deform "$mesh" "$schedule" --base "$base" -o "$out" --resume \
     --threads "$((threads > 0 ? threads : 1))")
 export PARALLEL_SHELL=/bin/bash

@@ -11,7 +11,7 @@
 #     job=$(sbatch --parsable slurm_array.sh wing.cgns wing.toml base.toml out)
 #     sbatch --dependency=afterok:$job --wrap "azimesh finish out"
 #
-# A task that is stopped a minute before its time is up, preempted or requeued goes on from its last
+# A task that is stopped a minute before its time is up, preempted or requeued resumes from its last
 # finished step when it runs again. A task that fails a check (inverted cells, say) is finished: the job
 # with `azimesh finish` runs, and ends with 1.
 set -euo pipefail
@@ -27,8 +27,8 @@ if [ "$first" -eq "$end" ]; then
     exit 0
 fi
 
-# Slurm's signal reaches this shell. It is handed on to azimesh, which finishes the step that it is
-# writing, and waited for.
+# Slurm's signal reaches this shell. It is passed on to azimesh, which finishes the step that it is
+# writing; the shell waits for it.
 asked='' deform=''
 trap 'asked=yes; [ -z "$deform" ] || kill -TERM "$deform" || true' TERM
 azimesh deform "$mesh" "$schedule" --base "$base" -o "$out" --steps "$first..$end" --resume &
