@@ -102,13 +102,13 @@ fn check_numbers(numbers: &[u32], option: &str, n_nodes: usize) -> Result<()> {
 /// Options of a [`Morph`](super::Morph): which nodes move, stay and slide, and how base points are chosen.
 ///
 /// ```
-/// use azimesh::{Kernel, MorphOptions};
+/// use azimesh::MorphOptions;
 ///
 /// let options = MorphOptions {
 ///     moving: ["wing", "flap"].into(),
 ///     fixed: "farfield".into(),
 ///     slide: "symmetry".into(),
-///     kernel: Kernel::WendlandC4,
+///     support_radius: Some(4.0),
 ///     ..Default::default()
 /// };
 /// assert_eq!(options.max_points, 1000);
