@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh::formats::gmsh::Msh;
+use azimesh::formats::gmsh::MSH41;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Msh, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&MSH41, bytes));

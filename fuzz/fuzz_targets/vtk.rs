@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh::formats::legacy::Legacy;
+use azimesh::formats::legacy::VTK51;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Legacy, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&VTK51, bytes));

@@ -6,7 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::error::{Result, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
 use crate::preflight::{
-    self, BodyAtStep, Extremes, bodies_at, conflicts, estimate_bytes, estimate_memory,
+    self, BodyAtStep, LargestDisplacements, bodies_at, conflicts, estimate_bytes, estimate_memory,
 };
 use serde_json::{Value, json};
 use std::fmt::{Display, Write};
@@ -32,7 +32,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
         .map_err(|error| error.file(&args.mesh))?;
     let n_bytes = estimate_bytes(&plan)?;
     let mut warnings = preflight::warnings(&plan);
-    let extremes = Extremes::new(&plan);
+    let extremes = LargestDisplacements::new(&plan);
     warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT), &extremes));
     for warning in &warnings {
         context.warn(&warning.to_string());
@@ -67,7 +67,7 @@ fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
 
 fn as_json(
     plan: &Plan,
-    extremes: &Extremes,
+    extremes: &LargestDisplacements,
     (mapped, n_bytes): (u64, u64),
     warnings: &[Diagnostic],
 ) -> Value {
@@ -103,7 +103,7 @@ fn as_json(
     })
 }
 
-fn as_text(plan: &Plan, extremes: &Extremes, (mapped, n_bytes): (u64, u64)) -> String {
+fn as_text(plan: &Plan, extremes: &LargestDisplacements, (mapped, n_bytes): (u64, u64)) -> String {
     let mut lines = Lines(String::new());
     lines.surface(plan);
     lines.interpolation(plan);
@@ -159,7 +159,7 @@ impl Lines {
         }
     }
 
-    fn displacements(&mut self, plan: &Plan, extremes: &Extremes, steps: &[&Step]) {
+    fn displacements(&mut self, plan: &Plan, extremes: &LargestDisplacements, steps: &[&Step]) {
         let n_steps = plan.motion.steps.len();
         let (step, largest) = extremes.largest();
         let of = match extremes.n_steps == n_steps {

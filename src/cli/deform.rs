@@ -226,7 +226,8 @@ mod tests {
     fn notes_of_one_sort_stand_together_and_hide_no_other() {
         let inverted = |step: usize| RunNote::Inverted {
             step,
-            azimuth_deg: 0.0,
+            azimuth_deg: Some(0.0),
+            time_s: None,
             cells: 7 * step,
             first: None,
         };

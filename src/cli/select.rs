@@ -6,7 +6,7 @@ use crate::error::{Error, Result, path_in_line};
 use crate::formats::Commit;
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
-use crate::run::base;
+use crate::run::base_file;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -29,7 +29,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
     let commit = Commit::with_force(args.force);
     commit.check(&args.output)?;
-    commit.check(&base::picture_of(&args.output))?;
+    commit.check(&base_file::picture_of(&args.output))?;
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
     for choice in &plan.choices {
@@ -45,7 +45,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
         .file(&args.schedule));
     }
     let selections = choose(&plan, &intervals[0], &*context.progress())?;
-    base::save(&plan, &selections, &args.output, commit)?;
+    base_file::save(&plan, &selections, &args.output, commit)?;
     report(args, &plan, &selections, context)
 }
 

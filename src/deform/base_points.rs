@@ -1,6 +1,14 @@
 //! Base points by their mesh nodes, as users give and get them.
 
 /// Base points by their mesh nodes, in the order in which they were chosen.
+///
+/// ```
+/// use azimesh::BasePoints;
+///
+/// let base = BasePoints::from(vec![3, 17, 42]);
+/// assert_eq!(base.nodes, [3, 17, 42]);
+/// assert_eq!(base.rotation_nodes, None);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BasePoints {
     /// Those of the displacements; with `interpolate = "twist"` of the translations.

@@ -1,4 +1,4 @@
-//! What of a schedule does not fit its mesh, or itself: refused before anything is worked out, or told.
+//! Checks of a schedule against its mesh and of its options against each other, before work starts.
 
 use super::layer;
 use super::periodic::PeriodicNodes;
@@ -20,13 +20,14 @@ const LEAST_RADIUS: f64 = 1e-9;
 /// Refuses a mesh whose lengths cannot be squared.
 pub(super) fn check_size(mesh: &Mesh) -> Result<()> {
     let bounds = Bounds::around(&mesh.points);
-    match bounds.diagonal().is_finite() {
-        true => Ok(()),
-        false => Err(Error::input(format!(
+    if bounds.diagonal().is_finite() {
+        Ok(())
+    } else {
+        Err(Error::input(format!(
             "the nodes of the mesh lie between {:e} and {:e}, too far apart for lengths to be squared; scale it",
             bounds.low.into_iter().fold(f64::INFINITY, f64::min),
             bounds.high.into_iter().fold(f64::NEG_INFINITY, f64::max)
-        ))),
+        )))
     }
 }
 
@@ -64,7 +65,7 @@ pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result
     Ok(())
 }
 
-/// Refuses support radii that are round-off beside the mesh.
+/// Refuses support radii that vanish in round-off against the mesh.
 pub(super) fn check_radii(schedule: &Schedule, mesh: &Mesh) -> Result<()> {
     let least = LEAST_RADIUS * Bounds::around(&mesh.points).diagonal();
     let radii = [
@@ -95,7 +96,7 @@ pub(super) fn check_constant(schedule: &Schedule, tolerance: f64) -> Result<()> 
     }
 }
 
-/// Keys that have no effect with the method of the schedule.
+/// Notes of keys that have no effect with the method of the schedule.
 pub(super) fn unused(schedule: &Schedule) -> Vec<Diagnostic> {
     let (given, default) = (&schedule.selection, SelectionOptions::default());
     let unused = [
@@ -123,7 +124,7 @@ pub(super) fn repeated_time(steps: &[Step]) -> Option<Diagnostic> {
     Some(note.into())
 }
 
-/// Refuses what does not go together.
+/// Refuses options that cannot be combined.
 pub(super) fn check_combination(
     schedule: &Schedule,
     motion: &Motion,

@@ -1,5 +1,4 @@
-//! Base points for a selection interval, by the method of the schedule: what they are to reproduce,
-//! and when there are enough.
+//! Chooses the base points of a selection interval by the method of the schedule.
 //!
 //! | method | targets | ends |
 //! |---|---|---|
@@ -41,7 +40,7 @@ pub fn choose(
     selections.map_err(|error| error.file(&plan.schedule.path))
 }
 
-/// The selections that base points chosen before make, for the steps of an interval.
+/// The selections of given base points, for the steps of an interval.
 pub(crate) fn from_nodes(
     plan: &Plan,
     interval: &Range<usize>,
@@ -201,7 +200,7 @@ fn by_constant(
     })
 }
 
-/// The target of Algorithm 2.
+/// The target of Algorithm 2: one vector on all that moves.
 struct ConstantField {
     space: Space,
     values: Vec<f64>,
@@ -209,7 +208,7 @@ struct ConstantField {
 }
 
 impl ConstantField {
-    /// This field at the points of other targets.
+    /// Targets with the values of this field, otherwise as `of`.
     fn targets<'a>(&'a self, of: Targets<'a>) -> Targets<'a> {
         Targets {
             values: &self.values,
@@ -220,8 +219,8 @@ impl ConstantField {
 }
 
 /// The constant vector on all that moves, zero elsewhere; `None` where there is nothing to choose for.
-/// It has one direction, so a scalar field of its length serves, but for periodic images, which turn
-/// it.
+/// It has one direction, so a scalar field of its length is enough, except with periodic images, which
+/// rotate it.
 fn constant_field(plan: &Plan, layer: &Layer) -> Result<Option<ConstantField>> {
     let vector = constant(plan, layer);
     let size = norm(vector);
@@ -245,7 +244,7 @@ fn constant_field(plan: &Plan, layer: &Layer) -> Result<Option<ConstantField>> {
     }))
 }
 
-/// What the selection of Algorithm 2 measures, of base points chosen before.
+/// The error that Algorithm 2 measures for given base points.
 fn constant_error(plan: &Plan, layer: &Layer, base: Vec<usize>) -> Result<f64> {
     let Some(field) = constant_field(plan, layer)? else {
         return Ok(0.0);

@@ -1,4 +1,4 @@
-//! The deformation of a mesh by a schedule, as a value that owns what it needs.
+//! The [`Deformation`] of a mesh by a schedule: the public value with positions, velocities and quality.
 
 use super::base_points::BasePoints;
 use super::checks::check_length;
@@ -23,7 +23,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 ///
 /// Base points are chosen once, and the fields of the motion are evaluated at every node once; a step
 /// then costs a product of small matrices. With method `real` each selection interval does that when a
-/// step of it is first asked for, and the last interval is kept.
+/// step of it is first needed, and the last interval is kept.
 ///
 /// It owns what it needs and may be shared between threads. It writes no file.
 ///
@@ -54,7 +54,22 @@ pub struct Deformation {
     stop: Arc<Stop>,
 }
 
-/// What a [`Deformation`] is made of, and what it is told beside.
+/// Options of a [`Deformation`], from [`Deformation::builder`].
+///
+/// ```
+/// use azimesh::{Body, Deformation, Mesh, Schedule, Steps, Translation};
+///
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// let heave = Translation::new([0.0, 0.1, 0.0]);
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0]))
+///     .body(Body::new("airfoil", ["airfoil"]).translate(heave))
+///     .fixed(["farfield"]);
+/// let first = Deformation::new(mesh.clone(), schedule.clone())?;
+/// let builder = Deformation::builder(mesh, schedule).base_points(first.base_points());
+/// let again = builder.build()?;
+/// assert_eq!(again.base_points(), first.base_points());
+/// # Ok::<(), azimesh::Error>(())
+/// ```
 pub struct DeformationBuilder {
     mesh: Arc<Mesh>,
     schedule: Schedule,
@@ -64,21 +79,21 @@ pub struct DeformationBuilder {
 }
 
 impl DeformationBuilder {
-    /// Takes these base points instead of choosing some.
+    /// Uses these base points instead of choosing them.
     #[must_use]
     pub fn base_points(mut self, base: impl Into<BasePoints>) -> Self {
         self.base = Some(base.into());
         self
     }
 
-    /// Tells of its progress.
+    /// Reports progress to `progress`.
     #[must_use]
     pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
         self.progress = progress;
         self
     }
 
-    /// Ends its work with an error of kind `Interrupted` when it is asked to.
+    /// Ends work with an error of kind `Interrupted` once `stop` is requested.
     #[must_use]
     pub fn stop(mut self, stop: Arc<Stop>) -> Self {
         self.stop = stop;
@@ -90,6 +105,7 @@ impl DeformationBuilder {
     /// # Errors
     /// As [`Deformation::new`].
     pub fn build(self) -> Result<Deformation> {
+        self.mesh.validate()?;
         let deformation = self.plan()?;
         if deformation.plan.selection_intervals().len() == 1 {
             deformation.interval(&deformation.plan.motion.steps[0])?;
@@ -101,9 +117,9 @@ impl DeformationBuilder {
         Ok(deformation)
     }
 
-    /// Checks mesh and schedule; base points are chosen when they are needed.
+    /// Resolves the schedule on a mesh that is valid, as readers give it; base points are chosen when they
+    /// are needed.
     pub(crate) fn plan(self) -> Result<Deformation> {
-        self.mesh.validate()?;
         Ok(Deformation {
             plan: Arc::new(Plan::new(self.mesh, self.schedule)?),
             measures: OnceLock::new(),
@@ -125,7 +141,8 @@ impl Deformation {
         Self::builder(mesh, schedule).build()
     }
 
-    /// The same, with base points, progress or a stop.
+    /// A deformation with options: given base points, a progress, a stop. [`build`](DeformationBuilder::build)
+    /// makes it.
     pub fn builder(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> DeformationBuilder {
         DeformationBuilder {
             mesh: mesh.into(),
@@ -158,7 +175,8 @@ impl Deformation {
         Ok(points)
     }
 
-    /// The same, written to `points`.
+    /// Writes the positions (n, 3) of all nodes at a step to `points`, in mesh units, in the order of
+    /// [`mesh`](Self::mesh).
     ///
     /// # Errors
     /// As [`points_at`](Self::points_at), and where `points` has another length than the mesh has nodes.
@@ -197,7 +215,7 @@ impl Deformation {
         Ok(velocities.expect("the schedule asks for them"))
     }
 
-    /// The quality of the mesh with its nodes at `points`, beside the mesh before it deforms.
+    /// The quality of the mesh with its nodes at `points`, relative to the mesh before it deforms.
     ///
     /// # Errors
     /// Where `points` has another length than the mesh has nodes.
@@ -253,24 +271,24 @@ impl Deformation {
     }
 }
 
-/// What `run` does with it beside.
+/// What rooms above need beyond the public methods.
 impl Deformation {
     /// Everything that was decided before base points are chosen.
     pub(crate) fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// What the quality is measured by.
+    /// Quality measures of the reference mesh, made on first use.
     pub(crate) fn measures(&self) -> &Measures {
         self.measures.get_or_init(|| Measures::new(&self.plan))
     }
 
-    /// Who asks it to end.
+    /// Its stop request.
     pub(crate) fn stop(&self) -> &Arc<Stop> {
         &self.stop
     }
 
-    /// Who hears of its progress.
+    /// Its progress reports.
     pub(crate) fn progress(&self) -> &dyn Progress {
         &*self.progress
     }
@@ -359,7 +377,7 @@ impl Deformation {
     }
 }
 
-/// Where the nodes are at a step, and what was found on the way.
+/// Results of positioning the nodes at a step.
 struct Positions {
     selection_error: f64,
     cells: Option<Summary>,
@@ -385,7 +403,7 @@ pub(crate) struct Evaluated {
     pub velocities: Option<Vec<Vector>>,
     /// Distinct base points.
     pub n_base: usize,
-    /// What became of inverted cells, where the step was taken again.
+    /// The result of the repair, where the step was repeated in substeps.
     pub repair: Option<Repair>,
 }
 

@@ -1,4 +1,5 @@
-//! The layers evaluated at every node of one mesh, corrected so that the surface is exact.
+//! The fields of all layers: their interpolants evaluated at every node of one mesh, with the correction
+//! that makes the surface exact.
 
 use super::layer::{Layer, LayerKind};
 use crate::geometry::vector::{Vector, add};
@@ -8,7 +9,7 @@ use crate::rbf::field::{BLOCK, Field};
 use crate::rbf::select::Selection;
 use rayon::prelude::*;
 
-/// The mesh that is deformed: the reference mesh, or what a substep left.
+/// The state of the mesh that is deformed: the reference mesh, or the result of a substep.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshState<'a> {
     /// Positions of all nodes.

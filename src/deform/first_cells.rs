@@ -5,7 +5,7 @@ use crate::mesh::{CellRun, Mesh};
 use crate::motion::{Motion, Role};
 use rayon::prelude::*;
 
-/// Cells that one task looks at.
+/// Cells of one task.
 const CELLS: usize = 1 << 14;
 
 /// Edges that leave a moving wall, the shortest at each wall node.

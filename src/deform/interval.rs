@@ -18,10 +18,11 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A gap between two surfaces under this many tolerances is warned of.
+/// A gap between two surfaces of fewer tolerances than this gives a warning.
 const NARROW: f64 = 20.0;
 
-/// The deformation of a mesh at the steps of a selection interval: those that share base points.
+/// The deformation of a mesh at the steps of one selection interval: consecutive steps of the schedule that
+/// share base points. Made once per interval; gives positions and velocities at any of its steps.
 pub struct Interval {
     /// The plan it follows.
     pub(super) plan: Arc<Plan>,
@@ -38,12 +39,11 @@ pub struct Interval {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// How a step is reached.
+/// How a step is computed.
 enum Way {
-    /// From the reference mesh at once, by fields that serve every step.
+    /// From the reference mesh in one go, by fields that are valid at every step.
     AtOnce { fields: Fields, errors: Errors },
-    /// Through as many meshes as the schedule has `substeps`, each interpolated anew from the base
-    /// points.
+    /// In the `substeps` of the schedule, each interpolated on the mesh that the substep before gave.
     Substeps,
 }
 
@@ -128,7 +128,7 @@ impl Interval {
         Ok(Way::AtOnce { fields, errors })
     }
 
-    /// The steps that it serves.
+    /// The steps of the interval.
     pub fn steps(&self) -> &Range<usize> {
         &self.steps
     }
@@ -180,7 +180,8 @@ impl Interval {
         Ok(error)
     }
 
-    /// The same by way of `n` meshes, each interpolated on the one before.
+    /// Writes the node positions at a step to `out`, computed in `n` substeps; gives the largest displacement
+    /// error before the correction.
     pub fn points_through(&self, step: &Step, n: usize, out: &mut [Vector]) -> Result<f64> {
         let error = self.through_substeps(step, n, out)?;
         self.finish_positions(step, out);
@@ -212,9 +213,9 @@ impl Interval {
         }
     }
 
-    /// Sliding nodes on their boundary; with the correction also the others where the motion puts them at
-    /// a part of a step, in the rotating frame, fixed ones as they were. `state` is the mesh that was
-    /// deformed.
+    /// Places the surface nodes of `out` at a part of a step, in the rotating frame: sliding nodes on their
+    /// boundary; with the correction also moving nodes where the motion puts them and fixed nodes at rest.
+    /// `state` is the mesh that was deformed.
     pub(super) fn place_surface_nodes(
         &self,
         step: &Step,
@@ -285,7 +286,7 @@ fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0.max(b.0), a.1 + b.1)
 }
 
-/// Moving nodes at their exact places.
+/// Places moving nodes exactly where the motion puts them.
 fn place_moving_nodes(plan: &Plan, poses: &[BodyMap<'_>], out: &mut [Vector]) {
     place_nodes(plan, out, |role, node, x| match role {
         Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),

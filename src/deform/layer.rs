@@ -1,5 +1,5 @@
-//! What is interpolated: displacements, or with `twist` rotations and the translations beside them,
-//! each as modes at the surface with the space its interpolant is sought in.
+//! What is interpolated: displacements, or with `twist` rotations and translations,
+//! each as modes at the surface with the space of its interpolant.
 //!
 //! ```text
 //! displacement   x' = x + d(x)
@@ -21,11 +21,11 @@ use std::ops::Range;
 pub struct BodyPath {
     /// Its exact map at each step.
     pub poses: Vec<Transform>,
-    /// The same as rotations about a point; present with `twist`.
+    /// Its rotation vectors and translations; present with `interpolate = "twist"`.
     pub turns: Option<Turns>,
 }
 
-/// What the surface points do over some steps.
+/// The prescribed displacements of the surface points over some steps.
 pub enum SurfaceDisplacements<'a> {
     /// Every body is rigid.
     Rigid(Vec<BodyPath>),
@@ -43,7 +43,7 @@ pub struct Free<'a> {
     /// The surface points that move rigidly, and the poses of all bodies; those of other bodies are
     /// not used. Empty where there are none.
     pub rigid: (Vec<Option<u16>>, Vec<Vec<Transform>>),
-    /// What writes the displacements.
+    /// Writes the displacements.
     pub fill: Box<Fill<'a>>,
 }
 
@@ -90,7 +90,7 @@ pub enum LayerKind {
 pub struct Turning {
     /// What it turns about.
     pub centre: Centre,
-    /// Largest distance of its surface points from there.
+    /// Its largest lever arm: the largest distance of its surface points from the centre, in mesh units.
     pub lever_arm: f64,
     /// Its modes.
     pub modes: Range<usize>,
@@ -169,7 +169,7 @@ pub(super) fn rotation_form(method: &Method) -> Form {
     }
 }
 
-/// The layers of rotations and of the translations beside them.
+/// The layers of rotations and of translations.
 pub(super) fn twist_layers(
     points: &[Vector],
     turning: Vec<Turning>,
@@ -203,12 +203,11 @@ impl Free<'_> {
     pub fn layer(&self, points: &[Vector], method: &Method) -> Result<Layer> {
         let (n_steps, limit, form) = (self.n_steps, method.truncation, method.form);
         let (body, poses) = &self.rigid;
-        let modes = match body.is_empty() {
-            true => Modes::of_displacements(points.len(), n_steps, limit, form, &self.fill)?,
-            false => {
-                let surface = RigidSurface { points, body };
-                Modes::of_mixed(surface, poses, n_steps, limit, form, &self.fill)?
-            }
+        let modes = if body.is_empty() {
+            Modes::of_displacements(points.len(), n_steps, limit, form, &self.fill)?
+        } else {
+            let surface = RigidSurface { points, body };
+            Modes::of_mixed(surface, poses, n_steps, limit, form, &self.fill)?
         };
         let space = method.displacement.clone();
         Layer::new(LayerKind::Displacement, space, modes, method.tolerance)
@@ -278,7 +277,8 @@ fn turning(bodies: &[Turning]) -> impl Iterator<Item = &Turning> {
     bodies.iter().filter(|body| !body.modes.is_empty())
 }
 
-/// How far each point is from the centre of each body that turns, in the largest lever lever_arms of these (N, bodies).
+/// Lever arm of each point about the centre of each body that turns, over the largest one of that body
+/// (N, bodies).
 fn lever_arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
     let turning: Vec<&Turning> = turning(bodies).collect();
     let arm =

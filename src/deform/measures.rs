@@ -1,4 +1,4 @@
-//! The quality of deformed meshes: what is made once for the reference mesh, and what is measured by it.
+//! Measures the quality of deformed meshes against the reference mesh.
 
 use super::plan::Plan;
 use super::wall_angles::WallAngles;
@@ -6,7 +6,7 @@ use crate::geometry::vector::Vector;
 use crate::mesh::DataArray;
 use crate::quality::{Assessment, Judge, Quality, Summary};
 
-/// What the quality of every step is measured by.
+/// Data of the reference mesh that the quality of every step is measured with.
 pub(crate) struct Measures {
     judge: Judge,
     walls: WallAngles,
@@ -27,7 +27,7 @@ impl Measures {
         self.judge.cells(&plan.mesh, points)
     }
 
-    /// All that is measured, where the part of the cells is there.
+    /// The whole assessment, from that of the cells.
     pub fn complete(&self, plan: &Plan, cells: Summary, points: &[Vector]) -> Assessment {
         let before = &plan.mesh.points;
         self.judge.complete(cells, &plan.mesh, points, before)

@@ -32,19 +32,16 @@ mod wall_angles;
 mod zone;
 
 pub use base_points::BasePoints;
+pub use choose::choose;
 pub(crate) use choose::from_nodes;
-pub use choose::{choose, constant};
 pub(crate) use deformation::Evaluated;
 pub use deformation::{Deformation, DeformationBuilder};
-pub use first_cells::FirstCells;
 pub use interval::Interval;
-pub use layer::{Centre, Layer, LayerKind};
+pub use layer::{Layer, LayerKind};
 pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use plan::Plan;
-pub use surface::SurfacePoints;
 pub(crate) use tolerance::missed_at_step;
 pub use tolerance::{check_tolerance, missed_layers};
-pub use wall_angles::WallAngles;
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,5 @@
-//! Periodic pairs of a mesh: the images that base points have, and nodes that follow their partners to
-//! the last bit.
+//! Periodic pairs of the mesh of a schedule: images of base points, and nodes that follow their partners
+//! to the last bit.
 
 use super::surface::SurfacePoints;
 use crate::diagnostic::Diagnostic;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// A body on both sides of a pair may be this part of the extent off at any step.
 const EQUIVARIANT: f64 = 1e-9;
 
-/// What periodic pairs make of a mesh. Without pairs nothing.
+/// The periodic pairs of a mesh; empty without pairs.
 #[derive(Debug, Clone, Default)]
 pub struct PeriodicNodes {
     /// Images of the base points, the identity left out.
@@ -24,7 +24,7 @@ pub struct PeriodicNodes {
     followers: Vec<Follower>,
     /// For each surface point whether the point of another is its image; empty when there are none.
     pub is_image: Vec<bool>,
-    /// What was found of each pair.
+    /// A note for each pair.
     pub found: Vec<Diagnostic>,
 }
 

@@ -43,7 +43,7 @@ pub struct Plan {
     pub periodic: PeriodicNodes,
     /// What is interpolated, over all steps of the schedule.
     pub layers: Vec<Layer>,
-    /// Velocities over all steps, where they are asked for.
+    /// Velocities over all steps, where they are requested.
     pub velocity: Option<Layer>,
     /// The point each body turns about, in the reference mesh.
     pub centres: Vec<Vector>,

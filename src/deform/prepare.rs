@@ -98,13 +98,14 @@ impl Plan {
     fn find_layers(&mut self) -> Result<()> {
         let all_rigid = (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body));
         let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
-        self.layers = match twist && !all_rigid {
-            true => sections::layers(self, &self.method)?,
-            false => layer::layers(
+        self.layers = if twist && !all_rigid {
+            sections::layers(self, &self.method)?
+        } else {
+            layer::layers(
                 self.surface.rigid(),
                 &self.surface_displacements(),
                 &self.method,
-            )?,
+            )?
         };
         self.check_truncation()?;
         if self.schedule.output.velocity {
@@ -120,12 +121,13 @@ impl Plan {
             let steps = 0..self.motion.steps.len();
             let largest = steps.map(|step| self.largest_displacement(step));
             let largest = largest.fold(0.0, f64::max);
-            let remedy = match largest > FAR * diagonal {
-                true => format!(
+            let remedy = if largest > FAR * diagonal {
+                format!(
                     "the motion takes bodies {largest:.1e} away, and the mesh is {diagonal:.1e} across: give it in the \
                      units of the mesh"
-                ),
-                false => "move the mesh near the origin or raise the tolerance".to_owned(),
+                )
+            } else {
+                "move the mesh near the origin or raise the tolerance".to_owned()
             };
             return Err(Error::input(format!(
                 "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
@@ -174,9 +176,10 @@ fn method(
             constraints: surface.rotation_constraints(),
             ..Space::radial(Basis { radius, ..basis })
         },
-        form: match surface.sliding.is_none() && periodic.images.is_empty() {
-            true => Form::Scalar,
-            false => Form::Vector,
+        form: if surface.sliding.is_none() && periodic.images.is_empty() {
+            Form::Scalar
+        } else {
+            Form::Vector
         },
         tolerance: SELECTED * tolerance,
         truncation,
@@ -233,9 +236,10 @@ fn tolerance(
     if let Some(tolerance) = schedule.selection.tolerance {
         return Ok(tolerance);
     }
-    let chosen = match schedule.selection.correction {
-        true => Some(DEFAULT_TOLERANCE * moving.diagonal()),
-        false => first_cells.smallest(),
+    let chosen = if schedule.selection.correction {
+        Some(DEFAULT_TOLERANCE * moving.diagonal())
+    } else {
+        first_cells.smallest()
     };
     let tolerance = chosen.filter(|t| *t > 0.0).ok_or_else(|| {
         Error::input(

@@ -1,4 +1,4 @@
-//! `on_inverted = "substeps"`: a step with inverted cells is taken again in 2, 4 and 8 substeps, from
+//! `on_inverted = "substeps"`: a step with inverted cells is repeated in 2, 4 and 8 substeps, from
 //! the same base points.
 
 use super::plan::Plan;
@@ -11,10 +11,10 @@ use crate::record::RepairRecord;
 /// Substeps that are tried, one after the other.
 const TRIES: [usize; 3] = [2, 4, 8];
 
-/// What became of a step with inverted cells.
+/// The result of repeating a step with inverted cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Repair {
-    /// Substeps that were taken at last; none where they did not help.
+    /// Substeps of the result; none where they did not help.
     pub substeps: Option<usize>,
     /// Inverted cells without them.
     before: usize,
@@ -72,7 +72,28 @@ impl Repair {
             inverted: self.after,
             sentence: String::new(),
         };
-        record.sentence = record.note(step.azimuth_deg).to_string();
+        record.sentence = record.note(step.azimuth_deg(), step.time_s()).to_string();
         record
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::{Schedule, Steps};
+
+    #[test]
+    fn a_repaired_step_without_an_azimuth_is_named_by_its_time() {
+        let steps = Schedule::new(Steps::times_s([0.25])).steps();
+        let repair = Repair {
+            substeps: Some(2),
+            before: 3,
+            after: 0,
+        };
+        let record = repair.record(&steps.expect("they are good")[0]);
+        assert_eq!(
+            record.sentence,
+            "step 0 (0.25 s) had 3 inverted cells: 2 substeps leave none"
+        );
     }
 }

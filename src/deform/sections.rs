@@ -1,5 +1,5 @@
-//! Rotations and translations of bodies whose points do not all turn alike: each surface point has the
-//! twist of its own section, about the lifting line where the body has one.
+//! The layers of `interpolate = "twist"` for bodies that bend: each surface point has the rotation and
+//! translation of its own section, about the lifting line where the body has one.
 //!
 //! ```text
 //! x' = x + tau(x) + exp(theta(x)) (x - c(x)) - (x - c(x)),   c(x) = x_ref(r(x)), r held within the span

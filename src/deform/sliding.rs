@@ -108,8 +108,9 @@ pub(super) fn on_moved_surface(
     points: &[Vector],
 ) -> Option<Sliding> {
     let sliding = surface.sliding.as_ref()?;
-    match sliding.has_curved() {
-        true => surface.find_sliding(&motion.surface.nodes, points),
-        false => None,
+    if sliding.has_curved() {
+        surface.find_sliding(&motion.surface.nodes, points)
+    } else {
+        None
     }
 }

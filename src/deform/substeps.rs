@@ -1,5 +1,5 @@
-//! A step by way of several meshes: its motion cut into parts, each interpolated on the mesh that the
-//! part before has left.
+//! A step in substeps: the motion is cut into equal parts, and each is interpolated on the mesh that the
+//! part before gave.
 
 use super::fields::{Chosen, Fields, MeshState};
 use super::interval::Interval;
@@ -35,9 +35,10 @@ impl Interval {
             nodes.copy_from_slice(out);
         }
         // What the correction does not take off adds up from part to part.
-        Ok(match plan.schedule.selection.correction {
-            true => worst,
-            false => self.off_place(&plan.motion.poses(step, 1.0), None, out).0,
+        Ok(if plan.schedule.selection.correction {
+            worst
+        } else {
+            self.off_place(&plan.motion.poses(step, 1.0), None, out).0
         })
     }
 

@@ -1,5 +1,5 @@
-//! What the surface points of a plan do between two parts of its steps: poses of rigid bodies, and
-//! displacements where bodies are not rigid.
+//! The prescribed displacements of the surface points between two parts of each step: poses of rigid bodies,
+//! and displacements where bodies are not rigid. Input of the layers; places no node.
 
 use super::layer::{BodyPath, Free, SurfaceDisplacements, Turns};
 use super::plan::Plan;
@@ -82,13 +82,14 @@ impl Plan {
         }
         let body = self.surface.body.iter();
         let body = body.map(|body| body.filter(|&body| rigid[usize::from(body)]));
-        let poses = rigid.iter().enumerate().map(|(body, rigid)| match rigid {
-            true => {
+        let poses = rigid.iter().enumerate().map(|(body, rigid)| {
+            if *rigid {
                 let steps = steps.iter();
                 let poses = steps.map(|step| self.pose_between(body, step, from, to));
                 poses.collect()
+            } else {
+                vec![Transform::IDENTITY; steps.len()]
             }
-            false => vec![Transform::IDENTITY; steps.len()],
         });
         (body.collect(), poses.collect())
     }

@@ -5,8 +5,8 @@
 //! x = X + Phi_vb Phi_bb^-1 d(t),   v = Phi_vb Phi_bb^-1 d'(t)
 //! ```
 //!
-//! The base points are those of the displacements; where these do not serve the velocities, as those of
-//! a body on its way through its place of rest, further ones are added.
+//! The base points are those of the displacements; where these are not enough for the velocities (a body
+//! that passes its position at rest), further ones are added.
 
 use super::fields::{Chosen, Fields, MeshState};
 use super::layer::{Free, Layer, Method};
@@ -67,13 +67,13 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
 /// Velocities of the nodes of a mesh at the steps of an interval.
 pub(super) struct Velocities {
     fields: Fields,
-    /// A note where base points do not serve and no more may be added.
+    /// A note where base points leave too large an error and no more may be added.
     pub warning: Option<DeformNote>,
 }
 
 impl Velocities {
-    /// From the base points of the displacements of an interval, whose largest error says how far the
-    /// correction of the surface reaches.
+    /// From the base points of the displacements of an interval, whose largest error sets the fade radius of
+    /// the correction.
     pub fn new(
         plan: &Plan,
         layer: &Layer,
@@ -131,7 +131,7 @@ impl Velocities {
 }
 
 /// The interpolant of the velocities of an interval from base points that are there, and from further ones
-/// where these do not serve.
+/// where these leave too large an error.
 fn select_for(
     plan: &Plan,
     layer: &Layer,

@@ -1,4 +1,4 @@
-//! How the first cells lean at moving walls, beside the reference mesh.
+//! The angle between moving walls and their first cells, compared with the reference mesh.
 
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 use crate::mesh::sides::for_each_side;

@@ -1,5 +1,6 @@
-//! Notes of `deform`: what it chose where the schedule says nothing, and what base points leave.
+//! Notes of `deform`: values that it chose, and errors that base points leave.
 
+use super::named_step;
 use super::notes::notes;
 use std::fmt;
 
@@ -59,7 +60,7 @@ DeformNote as Deform {
          out over half of that instead of {fade_radius:.3e}, so a smaller tolerance would serve the cells there"
     )
 
-    /// Base points do not serve the velocities.
+    /// Base points leave too large an error in the velocities.
     Velocities {
         /// How many there are.
         base_points: usize,
@@ -82,20 +83,23 @@ DeformNote as Deform {
         tolerance: f64,
     } => ("step {step}: the base points leave {error:.3e}, more than the tolerance {tolerance}")
 
-    /// A step with inverted cells was taken again in substeps.
+    /// A step with inverted cells was repeated in substeps.
     Substeps {
         /// The step.
         step: usize,
-        /// Its azimuth in degrees.
-        azimuth_deg: f64,
+        /// Its azimuth in degrees; `None` where the schedule has times alone.
+        azimuth_deg: Option<f64>,
+        /// Its time in seconds, where it is known.
+        time_s: Option<f64>,
         /// Inverted cells before.
         before: usize,
-        /// Substeps that were taken at last; none where they did not help.
+        /// Substeps of the result; none where they did not help.
         substeps: Option<usize>,
         /// Inverted cells with them.
         after: usize,
     } => (
-        "step {step} (azimuth {azimuth_deg} degrees) had {before} inverted cells: {}", outcome(*substeps, *after)
+        "{} had {before} inverted cells: {}",
+        named_step(*step, *azimuth_deg, *time_s), outcome(*substeps, *after)
     )
 }}
 
@@ -146,10 +150,11 @@ mod tests {
 
     #[test]
     fn substeps_are_told_with_what_they_leave() {
-        let told = |substeps, after| {
+        let told = |azimuth_deg, substeps, after| {
             let note = DeformNote::Substeps {
                 step: 1,
-                azimuth_deg: 120.0,
+                azimuth_deg,
+                time_s: Some(0.5),
                 before: 43,
                 substeps,
                 after,
@@ -157,8 +162,19 @@ mod tests {
             note.to_string()
         };
         let start = "step 1 (azimuth 120 degrees) had 43 inverted cells: ";
-        assert_eq!(told(None, 43), format!("{start}substeps leave no fewer"));
-        assert_eq!(told(Some(4), 0), format!("{start}4 substeps leave none"));
-        assert_eq!(told(Some(8), 2), format!("{start}8 substeps leave 2"));
+        let by_azimuth = |substeps, after| told(Some(120.0), substeps, after);
+        assert_eq!(
+            by_azimuth(None, 43),
+            format!("{start}substeps leave no fewer")
+        );
+        assert_eq!(
+            by_azimuth(Some(4), 0),
+            format!("{start}4 substeps leave none")
+        );
+        assert_eq!(by_azimuth(Some(8), 2), format!("{start}8 substeps leave 2"));
+        assert_eq!(
+            told(None, Some(4), 0),
+            "step 1 (0.5 s) had 43 inverted cells: 4 substeps leave none"
+        );
     }
 }

@@ -146,6 +146,15 @@ pub fn shortest(value: f64) -> String {
     }
 }
 
+/// A step as sentences name it: with its azimuth in degrees or, where the schedule has none, with its
+/// time in seconds.
+pub fn named_step(step: usize, azimuth_deg: Option<f64>, time_s: Option<f64>) -> String {
+    match (azimuth_deg, time_s) {
+        (None, Some(time)) => format!("step {step} ({time} s)"),
+        (azimuth, _) => format!("step {step} (azimuth {} degrees)", azimuth.unwrap_or(0.0)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -153,7 +162,8 @@ mod tests {
     fn inverted(step: usize) -> Diagnostic {
         let note = RunNote::Inverted {
             step,
-            azimuth_deg: 10.0 * step as f64,
+            azimuth_deg: Some(10.0 * step as f64),
+            time_s: None,
             cells: 7 * step,
             first: None,
         };

@@ -1,5 +1,6 @@
-//! Notes of `motion`: what of a schedule or of the files of a motion is likely to be another than was meant.
+//! Notes of `motion`: input in a schedule or in the files of a motion that is probably a mistake.
 
+use super::named_step;
 use super::notes::notes;
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ const LONG: f64 = 1e16;
 notes! {
 /// What the user should know of a motion.
 MotionNote as Motion {
-    /// The last step is not at the stop that was asked for.
+    /// The last step is not at the stop of the schedule.
     ShortOfStop {
         /// Where the last step is.
         last: f64,
@@ -44,20 +45,23 @@ MotionNote as Motion {
         body: String,
         /// How far it turns, in degrees.
         angle_deg: f64,
-        /// Substeps that it does so in.
+        /// Substeps of each step.
         substeps: usize,
         /// The step of that.
         step: usize,
-        /// Its azimuth in degrees.
-        azimuth_deg: f64,
+        /// Its azimuth in degrees; `None` where the schedule has times alone.
+        azimuth_deg: Option<f64>,
+        /// Its time in seconds, where it is known.
+        time_s: Option<f64>,
         /// How far a body may turn in one go, in degrees.
         folds_deg: f64,
-        /// Substeps that would serve.
+        /// Substeps that would be enough.
         needed: usize,
     } => (
-        "body \"{body}\" turns by {angle_deg:.0} degrees{} at step {step} (azimuth {azimuth_deg} degrees); past about \
+        "body \"{body}\" turns by {angle_deg:.0} degrees{} at {}; past about \
          {folds_deg} degrees in one go interpolate = \"twist\" folds cells: set rbf.substeps = {needed}",
-        if *substeps > 1 { format!(" in {substeps} substeps") } else { String::new() }
+        if *substeps > 1 { format!(" in {substeps} substeps") } else { String::new() },
+        named_step(*step, *azimuth_deg, *time_s)
     )
 
     /// Pitch, flap or lag is more than a turn.
@@ -178,7 +182,8 @@ mod tests {
             angle_deg,
             substeps,
             step: 2,
-            azimuth_deg: 90.0,
+            azimuth_deg: Some(90.0),
+            time_s: None,
             folds_deg: 300.0,
             needed,
         };

@@ -1,7 +1,7 @@
 //! Notes of `run`: what is wrong with steps, and what an earlier run has left.
 
 use super::notes::notes;
-use super::shortest;
+use super::{named_step, shortest};
 use std::fmt;
 use std::mem::discriminant;
 
@@ -12,14 +12,17 @@ RunNote as Run {
     Inverted {
         /// The step.
         step: usize,
-        /// Its azimuth in degrees.
-        azimuth_deg: f64,
+        /// Its azimuth in degrees; `None` where the schedule has times alone.
+        azimuth_deg: Option<f64>,
+        /// Its time in seconds, where it is known.
+        time_s: Option<f64>,
         /// How many.
         cells: usize,
         /// The first of them, where it is known.
         first: Option<usize>,
     } => (
-        "step {step} (azimuth {azimuth_deg} degrees) has {cells} inverted cells{}",
+        "{} has {cells} inverted cells{}",
+        named_step(*step, *azimuth_deg, *time_s),
         first.map_or(String::new(), |cell| format!(", cell {cell} first"))
     )
 
@@ -161,17 +164,21 @@ mod tests {
 
     #[test]
     fn the_first_inverted_cell_is_named_where_it_is_known() {
-        let told = |first| {
+        let told = |azimuth_deg, time_s, first| {
             let note = RunNote::Inverted {
                 step: 1,
-                azimuth_deg: 120.0,
+                azimuth_deg,
+                time_s,
                 cells: 29,
                 first,
             };
             note.to_string()
         };
         let start = "step 1 (azimuth 120 degrees) has 29 inverted cells";
-        assert_eq!(told(None), start);
-        assert_eq!(told(Some(244)), format!("{start}, cell 244 first"));
+        assert_eq!(told(Some(120.0), None, None), start);
+        let first = told(Some(120.0), Some(0.5), Some(244));
+        assert_eq!(first, format!("{start}, cell 244 first"));
+        let by_time = "step 1 (0.5 s) has 29 inverted cells";
+        assert_eq!(told(None, Some(0.5), None), by_time);
     }
 }

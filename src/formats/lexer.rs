@@ -1,6 +1,6 @@
 //! Text for the formats that are lines of numbers: words, numbers, and blocks of lines.
 //!
-//! A place is a byte offset; its line is counted only when an error needs it. Large blocks of lines
+//! Positions are byte offsets; lines are counted only for errors. Large blocks of lines
 //! are cut at line ends and parsed on all threads, results and errors in the order of the file.
 
 use crate::error::{Error, Result};
@@ -49,7 +49,7 @@ impl<'a> Lexer<'a> {
         self.bytes
     }
 
-    /// What is left.
+    /// The bytes from the position on.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
@@ -147,7 +147,7 @@ impl<'a> Fields<'a> {
         Self::new(bytes, range)
     }
 
-    /// What is left of the line, without white space around it.
+    /// The rest of the line, without white space around it.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes[self.at..self.end].trim_ascii()
     }

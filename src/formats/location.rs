@@ -1,10 +1,10 @@
-//! Where a mesh lies: in a file, in standard input, or in a folder.
+//! The location of a mesh that is read: a file, standard input, or a folder.
 
 use super::source::Source;
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// Where a mesh lies.
+/// The location of a mesh that is read.
 pub enum Location {
     /// A file, decompressed, or standard input.
     File(Source),
@@ -13,13 +13,13 @@ pub enum Location {
 }
 
 impl Location {
-    /// What lies at a path; `-` is standard input. Decompressed content, and that of a pipe, may take
-    /// half of the memory that is free.
+    /// Opens a path; `-` is standard input. Decompressed content, and that of a pipe, may take
+    /// half of the free memory.
     pub fn open(path: &Path) -> Result<Self> {
         Self::open_within(path, None)
     }
 
-    /// The same, with as many bytes as are allowed, where a number is given.
+    /// [`Location::open`] with a limit in bytes for decompressed content and that of a pipe.
     pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
         match path.is_dir() {
             true => Ok(Self::Folder(path.to_path_buf())),
@@ -27,7 +27,7 @@ impl Location {
         }
     }
 
-    /// The name it goes by in messages.
+    /// The path, as messages give it.
     pub fn path(&self) -> &Path {
         match self {
             Self::File(source) => source.path(),

@@ -1,12 +1,13 @@
-//! Mesh files: which formats there are, and reading and writing through one trait.
+//! Mesh files: the list of formats, and the trait through which they are read and written.
 //!
-//! A format is one file or folder here and one line in [`FORMATS`]. A reader sees bytes and gives
-//! positions; the path is added at this door. A writer writes to any sink, front to back.
+//! A format is one file or folder of this module and one line in [`FORMATS`]. Readers see bytes and give positions in
+//! errors; [`read`] adds the path. Writers write front to back into any sink.
 
 pub mod cgns;
 mod decompress;
 pub mod gmsh;
 mod growing;
+mod hash;
 mod hdf5;
 pub mod legacy;
 mod lexer;
@@ -34,10 +35,11 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
+pub use hash::{hash_of, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use output_set::{Output, OutputSet, hash_of_folder};
+pub use output_set::OutputSet;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
@@ -56,14 +58,14 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Every format; in this order their content is tried.
+/// Every format, in the order in which files are checked against them.
 pub static FORMATS: &[&dyn Format] = &[
     // Before the format that takes any XML of VTK.
     &pvtu::Pvtu,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
-    &legacy::Legacy,
-    &gmsh::Msh,
+    &legacy::VTK51,
+    &gmsh::MSH41,
     &su2::Su2,
     &cgns::Cgns,
     &ugrid::TEXT,
@@ -84,12 +86,12 @@ pub fn with_flavours() -> impl DoubleEndedIterator<Item = &'static dyn Format> +
 pub trait Format: Sync {
     /// Name for `--format` and `output.format`.
     fn name(&self) -> &'static str;
-    /// What it is, in a few words.
+    /// The format in a few words.
     fn title(&self) -> &'static str;
-    /// Extensions without the first dot; the first one is written. The longest that a file's name
-    /// ends with decides.
+    /// File name extensions without the first dot; new files get the first one. Of several formats, the one with the
+    /// longest matching extension is taken.
     fn extensions(&self) -> &'static [&'static str];
-    /// Other ways in which the format is stored, each with a name and endings of its own.
+    /// Variants of the format, each with its name and extensions.
     fn flavours(&self) -> &'static [&'static dyn Format] {
         &[]
     }
@@ -97,41 +99,41 @@ pub trait Format: Sync {
     fn is_folder(&self) -> bool {
         false
     }
-    /// Whether what lies there is of this format.
+    /// Whether the file or folder is of this format.
     fn recognizes(&self, location: &Location) -> bool {
         location.file().is_ok_and(|file| self.recognizes_file(file))
     }
-    /// Whether a file that starts like this is of this format.
+    /// Whether a file with these first bytes is of this format.
     fn recognizes_start(&self, _head: &[u8]) -> bool {
         false
     }
-    /// Whether a file is of this format, for those that its start alone does not tell.
+    /// Whether a file is of this format, where its first bytes alone do not tell.
     fn recognizes_file(&self, source: &Source) -> bool {
         self.recognizes_start(source.bytes())
     }
-    /// What a file is that starts like this.
+    /// The title of a file with these first bytes.
     fn title_of(&self, _head: &[u8]) -> String {
         self.title().to_owned()
     }
-    /// Version of the format that a file which starts like this says it has.
+    /// The version of the format that these first bytes of a file give.
     fn version(&self, _head: &[u8]) -> Option<String> {
         None
     }
-    /// The mesh that lies there; a note for each kind of data that it cannot keep.
+    /// Reads a mesh; adds a note for each kind of data that it cannot hold.
     fn read(&self, location: &Location, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         self.read_file(location.file()?, options, notes)
     }
-    /// The mesh in a file, for formats of one file.
+    /// Reads a mesh from a file, for formats of one file.
     fn read_file(&self, source: &Source, _: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
         Err(Error::input(format!("a file is no {}", self.title())).file(source.path()))
     }
-    /// Times of the steps of a sequence kept in one place; empty where it holds one mesh.
+    /// Times of the steps of a sequence in one file or folder; empty where it holds one mesh.
     fn steps(&self, location: &Location) -> Result<Vec<f64>> {
         location
             .file()
             .map_or(Ok(Vec::new()), |file| self.steps_of_file(file))
     }
-    /// The same, for formats of one file.
+    /// Times of the steps of a sequence in a file, for formats of one file.
     fn steps_of_file(&self, _source: &Source) -> Result<Vec<f64>> {
         Ok(Vec::new())
     }
@@ -168,26 +170,42 @@ pub trait Format: Sync {
     fn holds_arrays(&self) -> bool {
         false
     }
-    /// Whether coordinates are written in 32 bits when `asked`: the formats of VTK and CGNS, which hold
-    /// arrays too, do what they are asked.
+    /// Encodings of numbers that can be chosen for written files.
+    fn encodings(&self) -> &'static [Encoding] {
+        &[Encoding::Raw, Encoding::Ascii]
+    }
+    /// Whether binary data can be compressed.
+    fn compresses(&self) -> bool {
+        false
+    }
+    /// Whether names of tags are arrays apart from the tags, which can be left out.
+    fn has_tag_names(&self) -> bool {
+        false
+    }
+    /// Whether a mesh is written in pieces ([`WriteOptions::pieces`]).
+    fn is_in_pieces(&self) -> bool {
+        false
+    }
+    /// Whether coordinates are written in 32 bits for the precision that is `asked` for. The formats of VTK and
+    /// CGNS, which hold arrays too, have both.
     fn rounds(&self, asked: Precision) -> bool {
         asked == Precision::F32 && self.holds_arrays()
     }
-    /// Ending of a list of the files of a sequence that programs read beside the `.pvd`.
+    /// Extension of a list of the files of a sequence that programs read besides the `.pvd`.
     fn list_ending(&self) -> Option<&'static str> {
         None
     }
-    /// How a whole sequence is written into one file, where the format has that.
+    /// Opens a file for a whole sequence, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
         None
     }
-    /// Bytes that each mesh but the first adds to such a file.
+    /// Bytes that each mesh but the first adds to the file of a sequence.
     fn sequence_bytes(&self, _step: &StepSize) -> StepBytes {
         StepBytes::default()
     }
 }
 
-/// What readers and writers have to say, each thing once: an iterator of [`Diagnostic`]s. See
+/// Notes of readers and writers, without duplicates: an iterator of [`Diagnostic`]s. See
 /// [`Mesh::read_with`] and [`Mesh::write`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
@@ -210,7 +228,7 @@ impl Notes {
         self.latin1.insert(text.to_owned());
     }
 
-    /// Adds what there is to say of the file as a whole.
+    /// Adds the notes on the file as a whole.
     fn close(&mut self) {
         let texts: Vec<String> = std::mem::take(&mut self.latin1).into_iter().collect();
         if !texts.is_empty() {
@@ -223,12 +241,12 @@ impl Notes {
         self.list.iter()
     }
 
-    /// How many there are.
+    /// Number of notes.
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no notes.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -263,14 +281,20 @@ impl IntoIterator for Notes {
     }
 }
 
-/// A mesh as it was read. See [`Mesh::read_with`].
+/// A mesh that was read, with its format and notes. See [`Mesh::read_with`].
 pub struct Loaded {
     /// The mesh.
     pub mesh: Mesh,
-    /// What the file held beyond it.
+    /// Notes on what the mesh does not hold of the file.
     pub notes: Notes,
     /// The file's format.
     pub format: &'static dyn Format,
+}
+
+/// The format that is written in pieces.
+pub fn in_pieces() -> &'static dyn Format {
+    let found = FORMATS.iter().find(|format| format.is_in_pieces());
+    *found.expect("one format has pieces")
 }
 
 /// The format with this name.
@@ -286,7 +310,7 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
         })
 }
 
-/// The format that the file name says, for writing.
+/// The format for a file name, for writing.
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     if path.as_os_str() == "-" {
         return Err(Error::input(format!(
@@ -340,8 +364,8 @@ fn with_extension(name: &str) -> Option<&'static dyn Format> {
     Some(format)
 }
 
-/// A file name without the endings of packing and format: what files of one case share. The whole
-/// name where its ending is none of a format.
+/// A file name without the extensions of compression and format, which the files of one case share. The whole name
+/// where its extension is not that of a format.
 pub fn case_name(name: &str) -> &str {
     let inside = without_compression(name);
     let from = |extension: &str| inside.len().checked_sub(extension.len() + 1);
@@ -354,12 +378,12 @@ pub fn case_name(name: &str) -> &str {
     starts.min().map_or(name, |start| &inside[..start])
 }
 
-/// The format of what lies somewhere, where its content tells.
+/// The format of a file or folder by its content.
 pub fn recognize(location: &Location) -> Option<&'static dyn Format> {
     with_flavours().find(|format| format.recognizes(location))
 }
 
-/// The format of what lies somewhere, by its content or, where that does not tell, by its name.
+/// The format of a file or folder, by its content or, where that does not tell, by its name.
 pub fn of(location: &Location) -> Result<&'static dyn Format> {
     let by_name = || with_extension(without_compression(&file_name(location.path())));
     match recognize(location) {
@@ -371,7 +395,7 @@ pub fn of(location: &Location) -> Result<&'static dyn Format> {
     }
 }
 
-/// Reads a mesh, by its content or, where that does not tell, by its name.
+/// Reads a mesh in the format of its content or, where that does not tell, of its name.
 pub fn read(location: &Location, options: &ReadOptions) -> Result<Loaded> {
     read_as(of(location)?, location, options)
 }
@@ -405,6 +429,7 @@ pub fn read_as(
 }
 
 /// The mesh in bytes of a known format, as the format gives it, without the checks of [`read`].
+#[cfg(any(test, feature = "internals"))]
 pub fn parse(format: &dyn Format, bytes: &[u8], options: &ReadOptions) -> Result<Mesh> {
     let source = Source::from_bytes(Path::new("<memory>"), bytes.to_vec());
     format.read_file(&source, options, &mut Notes::default())

@@ -1,8 +1,5 @@
-//! Names: read from the bytes of a file whatever they are, and written as a format takes them, each
-//! another.
-//!
-//! What must be different in a file is made so here: names that are the same once they are cleaned, and
-//! arrays of one name.
+//! Names of arrays and groups: decoded from the bytes of a file, and changed to what a format allows. Makes names
+//! unique where a format needs that, and names of arrays that several have.
 
 use super::Notes;
 use crate::diagnostic::formats::{ArrayRead, GroupWritten, Read};
@@ -10,7 +7,7 @@ use crate::mesh::{Group, Mesh};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Text of a file: UTF-8 or else Latin-1, of which the notes tell.
+/// Text of a file: UTF-8, or else Latin-1, which is noted.
 pub fn text_of(bytes: &[u8], notes: &mut Notes) -> String {
     match decoded(bytes) {
         Cow::Borrowed(text) => text.to_owned(),
@@ -38,13 +35,13 @@ pub fn cut(name: &str, longest: usize) -> String {
     name[..end].to_owned()
 }
 
-/// What a format makes of names.
+/// The rule of a format for names.
 pub struct Rule {
     /// Bytes that a name may have.
     pub longest: usize,
     /// The name as the format takes it, in so many bytes.
     pub fit: fn(&str, usize) -> String,
-    /// What the format demands, for a sentence.
+    /// What the format allows, as part of a sentence.
     pub why: &'static str,
 }
 

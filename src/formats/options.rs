@@ -1,4 +1,4 @@
-//! What readers and writers are told.
+//! Options of readers and writers.
 
 use super::Format;
 use crate::error::{Error, Result};
@@ -18,13 +18,13 @@ use std::num::NonZeroUsize;
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
-    /// VTK cell array that holds boundary tags, when it is not one of the known names.
+    /// Name of the VTK cell array that holds boundary tags, when it is not one of the known names.
     pub tag_array: Option<String>,
-    /// Which step of a sequence in one file; the last when none is given.
+    /// Index of the step to read from a file with a sequence; the last by default.
     pub step: Option<usize>,
 }
 
-/// Options of writers: [`Encoding`], [`Compression`], [`Precision`] and what VTK formats can do beside.
+/// Options of writers: [`Encoding`], [`Compression`], [`Precision`] and what only the formats of VTK have.
 ///
 /// ```
 /// use azimesh::{Compression, Mesh, Precision, WriteOptions};
@@ -53,31 +53,19 @@ pub struct WriteOptions {
     pub precision: Precision,
     /// Whether names of tags are written as string arrays (VTU); some readers refuse them.
     pub tag_names: bool,
-    /// Into how many pieces the mesh is cut, in formats of pieces.
+    /// Number of pieces that the mesh is cut into, in formats of pieces.
     pub pieces: Option<NonZeroUsize>,
 }
 
 impl WriteOptions {
-    /// Names of the options that are set to something of no use to files of this format: text is what
-    /// it is, and only some formats have base64, compression, or names of tags apart from the tags.
+    /// Names of the options that are set but have no effect on files of this format.
     pub fn without_effect(&self, format: &dyn Format) -> Vec<&'static str> {
-        let name = format.name();
-        let is_xml = name == "vtu" || name == "pvtu";
-        let is_vtk = is_xml || name.starts_with("vtk");
-        let binary_only = name == "vtkhdf" || name == "cgns" || name.starts_with("ugrid-");
-        let no_encoding = match self.encoding {
-            Encoding::Raw => false,
-            Encoding::Base64 => !is_xml,
-            Encoding::Ascii => binary_only,
-        };
-        let packs = is_xml && self.encoding != Encoding::Ascii;
+        let is_set = self.compression != Compression::None;
+        let compresses = format.compresses() && self.encoding != Encoding::Ascii;
         let dropped = [
-            ("encoding", no_encoding),
-            (
-                "compression",
-                self.compression != Compression::None && !packs,
-            ),
-            ("tag-names", !self.tag_names && !is_vtk),
+            ("encoding", !format.encodings().contains(&self.encoding)),
+            ("compression", is_set && !compresses),
+            ("tag-names", !self.tag_names && !format.has_tag_names()),
         ];
         let dropped = dropped.into_iter().filter(|(_, is_dropped)| *is_dropped);
         dropped.map(|(option, _)| option).collect()

@@ -1,5 +1,5 @@
-//! Writing many records: formatted on all threads, written in order; and the sentences about what
-//! a format without arrays leaves out.
+//! Writes many records: formats them on all threads and writes them in order. Also gives the notes on what a format
+//! without arrays leaves out.
 
 use super::names::repeated;
 use super::{Precision, WriteOptions};

@@ -22,9 +22,9 @@ pub fn is_series(path: &Path) -> bool {
 /// A mesh of a list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Listed {
-    /// Its time.
+    /// Time of the mesh.
     pub time: f64,
-    /// Its file.
+    /// File of the mesh.
     pub path: PathBuf,
     /// The line of the list that names it, where that is known.
     pub line: Option<u64>,

@@ -79,7 +79,7 @@ impl Source {
         Ok(Self::from_bytes(name, bytes))
     }
 
-    /// Bytes that are in memory already, under a name for messages.
+    /// A source of bytes in memory, with a name for messages.
     pub fn from_bytes(name: &Path, bytes: Vec<u8>) -> Self {
         Self {
             path: name.to_path_buf(),
@@ -99,17 +99,17 @@ impl Source {
         }
     }
 
-    /// The name it goes by in messages.
+    /// The path, as messages give it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its bytes; of text without the byte order mark that some editors put before UTF-8.
+    /// The bytes; of text without the byte order mark that some editors put before UTF-8.
     pub fn bytes(&self) -> &[u8] {
         without_mark((*self.bytes).as_ref())
     }
 
-    /// Its bytes, for a reader that wants to own them; nothing is copied.
+    /// A shared handle on the bytes, for a reader that has to own them; nothing is copied.
     pub(super) fn shared(&self) -> Shared {
         Shared(Arc::clone(&self.bytes))
     }
@@ -167,7 +167,7 @@ fn map(file: &File, start: u64) -> Option<memmap2::Mmap> {
     unsafe { options.offset(start).map(file) }.ok()
 }
 
-/// What is left of standard input, where it is a file.
+/// Maps the rest of standard input, where it is a file.
 #[cfg(unix)]
 fn map_standard_input() -> Option<memmap2::Mmap> {
     use std::io::Seek;

@@ -1,5 +1,5 @@
-//! A format that is a folder, which holds this room to its promise: it is this file and a line in
-//! [`FORMATS`](super::FORMATS), and commands and runs know it.
+//! A format that is a folder, for tests: it is this file and a line in [`FORMATS`](super::FORMATS), and all commands
+//! and runs support it.
 //!
 //! `points` has x, y and z of a node a line, `cells` the nodes of a tetrahedron; `0.5/points` the nodes at a
 //! time of a sequence.

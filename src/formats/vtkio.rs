@@ -5,10 +5,11 @@
 //! as in legacy files.
 
 use super::pvtu::merge::{self, Piece};
-use super::vtk::cells::{Built, CellTable, Nodes, repeat_tuples};
+use super::vtk::arrays::VtkArrays;
+use super::vtk::cells::{Built, CellTable, repeat_tuples};
 use super::vtk::list::List;
 use super::vtk::number::Element;
-use super::vtk::plan::Plan;
+use super::vtk::polyhedra::PieceNodes;
 use super::vtk::tags;
 use super::vtu::NAMES;
 use super::{Notes, ReadOptions, WriteOptions};
@@ -31,7 +32,7 @@ pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
         tag_names: false,
         ..WriteOptions::default()
     };
-    let plan = Plan::new(mesh, &options, &NAMES);
+    let plan = VtkArrays::new(mesh, &options, &NAMES);
     notes.extend(plan.notes.iter().cloned());
     let sections = plan.sections();
     let attributes = |arrays: &[super::vtk::content::Content]| -> Result<Vec<model::Attribute>> {
@@ -283,7 +284,7 @@ fn mesh_cells(cells: &model::Cells, n_points: usize, notes: &mut Notes) -> Resul
         let (found, n) = (cells.types.len(), list.len());
         return Err(Error::input(format!("{found} types for {n} cells")));
     }
-    let nodes = Nodes {
+    let nodes = PieceNodes {
         base: 0,
         limit: n_points as u64,
     };

@@ -61,9 +61,12 @@ impl Bounds {
 
     /// The point of the box nearest to a point; the point itself when the box is empty.
     pub fn nearest(&self, point: &Vector) -> Vector {
-        std::array::from_fn(|i| match self.low[i] <= self.high[i] {
-            true => point[i].clamp(self.low[i], self.high[i]),
-            false => point[i],
+        std::array::from_fn(|i| {
+            if self.low[i] <= self.high[i] {
+                point[i].clamp(self.low[i], self.high[i])
+            } else {
+                point[i]
+            }
         })
     }
 

@@ -35,6 +35,7 @@ pub fn rotate_by(theta: Vector, v: Vector) -> Vector {
 ///
 /// Right to round-off for tiny rotations, whose vector is small, and near half a turn, where of two
 /// opposite vectors either may come out at exactly half a turn.
+#[cfg(test)]
 pub fn rotation_vector(rotation: &Matrix) -> Vector {
     let q = Quaternion::of_matrix(rotation);
     let q = if q.w < 0.0 { q.negative() } else { q };
@@ -46,9 +47,10 @@ pub fn rotation_vector(rotation: &Matrix) -> Vector {
 pub fn rotation_vector_near(rotation: &Matrix, previous: Vector) -> Vector {
     let q = Quaternion::of_matrix(rotation);
     let [a, b] = [q, q.negative()].map(|q| q.rotation_vector_near(previous));
-    match norm(sub(a, previous)) <= norm(sub(b, previous)) {
-        true => a,
-        false => b,
+    if norm(sub(a, previous)) <= norm(sub(b, previous)) {
+        a
+    } else {
+        b
     }
 }
 

@@ -7,7 +7,7 @@ mod cholesky;
 mod growing;
 mod tall;
 
-pub use cholesky::{Cholesky, NotPositive};
+pub use cholesky::Cholesky;
 pub use growing::GrowingCholesky;
 pub use tall::{add_transposed_product, multiply, orthonormalize, subtract_product};
 

@@ -49,7 +49,7 @@ pub(crate) use with_numbers;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataArray {
-    /// Its name.
+    /// Name of the array.
     pub name: String,
     /// Values in one tuple; 1 for a scalar, 3 for a vector.
     pub n_components: usize,

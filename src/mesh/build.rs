@@ -1,4 +1,4 @@
-//! Meshes made in memory, and what users ask of a mesh.
+//! Builds meshes in memory, and gives the properties of a mesh that users need.
 
 use super::{CellSet, Cells, DataArray, Group, Mesh};
 use crate::error::Result;

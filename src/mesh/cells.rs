@@ -83,11 +83,11 @@ impl<'a> CellRun<'a> {
 /// One cell.
 #[derive(Debug, Clone, Copy)]
 pub struct CellRef<'a> {
-    /// Its index among all cells.
+    /// Index among all cells.
     pub index: usize,
-    /// Its kind.
+    /// Kind of cell.
     pub kind: CellKind,
-    /// Its nodes, in VTK's order; for a polyhedron each node once.
+    /// Nodes in VTK's order; for a polyhedron each node once.
     pub nodes: &'a [u32],
 }
 
@@ -97,7 +97,7 @@ impl Cells {
         Self::default()
     }
 
-    /// Reserves room for `n_entries` node indices.
+    /// Reserves memory for `n_entries` node indices.
     pub fn reserve(&mut self, n_entries: usize) {
         self.connectivity.reserve(n_entries);
     }

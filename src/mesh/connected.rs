@@ -24,7 +24,7 @@ impl Mesh {
         };
         let faces = Faces::of(self);
         let n_before = self.cells.len();
-        let mut parts = Parts::new(self.points.len());
+        let mut parts = UnionFind::new(self.points.len());
         let mut untagged = Vec::new();
         let tagged = self.in_a_boundary_tag();
         for outer in &faces.outer {
@@ -122,11 +122,11 @@ impl Values {
 }
 
 /// Nodes in connected parts; a part goes by its smallest node.
-struct Parts {
+struct UnionFind {
     above: Vec<u32>,
 }
 
-impl Parts {
+impl UnionFind {
     fn new(n: usize) -> Self {
         Self {
             above: (0..n as u32).collect(),

@@ -1,4 +1,4 @@
-//! Which faces of the cells bound the mesh, and what lies on them.
+//! Finds the outer faces of a mesh and the boundary cells on them.
 //!
 //! A face that one cell has is an outer face; cells of one dimension less, the boundary cells, lie
 //! on outer faces, between two cells, or on no face at all. Faces are told apart by their corners.
@@ -38,7 +38,7 @@ pub struct Faces {
 /// A face of a cell, or a boundary cell, for comparison.
 #[derive(Clone, Copy)]
 pub(super) struct Entry {
-    /// Its four smallest corners, ascending; `NONE` where there are fewer.
+    /// The four smallest corners, ascending; `NONE` where there are fewer.
     corners: [u32; 4],
     pub cell: u32,
     /// Face of the cell (24 bits; all set for a boundary cell) and number of corners (8 bits, 255

@@ -1,7 +1,7 @@
-//! Flat pieces of a face or an edge through all of its nodes, for whoever needs its surface.
+//! Flat pieces of a face or an edge through all of its nodes, for computations on surfaces.
 
 use super::CellKind::{self, *};
-use super::lagrange::{self, Place};
+use super::lagrange::{self, LatticePoint};
 
 /// Triangles between the nodes of a face of this kind with `n_nodes` nodes, as indices into its nodes
 /// and turning as the face does; an edge of a plane mesh gives segments with their second node twice.
@@ -56,7 +56,7 @@ fn ring(n: usize) -> Vec<[usize; 3]> {
     (0..n).map(corner).chain(fan).collect()
 }
 
-/// Those of a Lagrange or Bezier cell, between neighbours on its lattice.
+/// Facets of a Lagrange or Bezier cell, between neighbours on its lattice.
 fn of_any_order(kind: CellKind, n_nodes: usize) -> Vec<[usize; 3]> {
     if !matches!(kind.dimension(), 1 | 2) {
         return Vec::new();
@@ -65,7 +65,7 @@ fn of_any_order(kind: CellKind, n_nodes: usize) -> Vec<[usize; 3]> {
         let linear = kind.linear();
         return facets(linear, linear.n_nodes().unwrap_or(n_nodes));
     };
-    let mut nodes: Vec<(Place, usize)> = lagrange::lattice(kind, order)
+    let mut nodes: Vec<(LatticePoint, usize)> = lagrange::lattice(kind, order)
         .into_iter()
         .zip(0..)
         .collect();
@@ -74,7 +74,7 @@ fn of_any_order(kind: CellKind, n_nodes: usize) -> Vec<[usize; 3]> {
         let found = nodes.binary_search_by_key(&[i, j, 0], |(place, _)| *place);
         found.ok().map(|at| nodes[at].1)
     };
-    let pieces = |&([i, j, _], node): &(Place, usize)| {
+    let pieces = |&([i, j, _], node): &(LatticePoint, usize)| {
         let (right, above, across) = (at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
         if kind.dimension() == 1 {
             return [right.map(|right| [node, right, right]), None];

@@ -17,14 +17,14 @@ use std::ops::Range;
 pub struct Group {
     /// Topological dimension of its cells.
     pub dimension: u8,
-    /// Its name; a group the file gives no name is called by its number.
+    /// Name of the group; its number where the file gives no name.
     pub name: String,
     /// The number the file gives it, for formats that number their groups.
     pub number: Option<i32>,
     /// Type of the boundary condition where the file gives one, in the words of CGNS
     /// (`BCWallViscous`).
     pub condition: Option<String>,
-    /// Its cells.
+    /// The cells of the group.
     pub cells: CellSet,
 }
 

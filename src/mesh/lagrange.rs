@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// A node of a cell's lattice: steps along the reference cell's axes. In a simplex their sum is at
 /// most the order; in a wedge that of the first two; in a pyramid the first and the second are each
 /// at most the order less the third.
-pub type Place = [u16; 3];
+pub type LatticePoint = [u16; 3];
 
 /// Nodes of a Lagrange or Bezier cell of an order from 1 on; `None` for other kinds, and where there
 /// are more than 2^32.
@@ -48,7 +48,7 @@ pub fn order(kind: CellKind, n: usize) -> Option<usize> {
 
 /// Where each node of a Lagrange or Bezier cell lies, in VTK's order; empty where [`n_nodes`] says
 /// `None`, and for orders above 65534.
-pub fn lattice(kind: CellKind, order: usize) -> Vec<Place> {
+pub fn lattice(kind: CellKind, order: usize) -> Vec<LatticePoint> {
     let (Ok(p @ ..=65534), Some(_)) = (u16::try_from(order), n_nodes(kind, order)) else {
         return Vec::new();
     };
@@ -65,8 +65,8 @@ pub fn lattice(kind: CellKind, order: usize) -> Vec<Place> {
 }
 
 /// For each place of `wanted` its position in `given`; `None` unless both have the same places.
-pub fn permutation(wanted: &[Place], given: &[Place]) -> Option<Vec<usize>> {
-    let at: BTreeMap<Place, usize> = given.iter().copied().zip(0..).collect();
+pub fn permutation(wanted: &[LatticePoint], given: &[LatticePoint]) -> Option<Vec<usize>> {
+    let at: BTreeMap<LatticePoint, usize> = given.iter().copied().zip(0..).collect();
     let found: Vec<usize> = wanted
         .iter()
         .map_while(|place| at.get(place).copied())
@@ -76,25 +76,33 @@ pub fn permutation(wanted: &[Place], given: &[Place]) -> Option<Vec<usize>> {
 }
 
 /// The places of the lattice inside the edge between two corners, from the first to the second.
-pub fn inside_edge(from: Place, to: Place, order: u16) -> impl Iterator<Item = Place> {
+pub fn inside_edge(
+    from: LatticePoint,
+    to: LatticePoint,
+    order: u16,
+) -> impl Iterator<Item = LatticePoint> {
     (1..order).map(move |step| moved(from, [(to, step)], order))
 }
 
 /// Places inside a face, from those of the face's own lattice: the first coordinate leads from
 /// `corner` to `first`, the second to `second`.
 pub fn inside_face(
-    [corner, first, second]: [Place; 3],
+    [corner, first, second]: [LatticePoint; 3],
     order: u16,
     places: &[[u16; 2]],
-) -> impl Iterator<Item = Place> {
+) -> impl Iterator<Item = LatticePoint> {
     let place = move |&[i, j]: &[u16; 2]| moved(corner, [(first, i), (second, j)], order);
     places.iter().map(place)
 }
 
 /// `from`, moved by steps towards corners that lie `order` steps or none away along each axis.
-fn moved<const N: usize>(from: Place, towards: [(Place, u16); N], order: u16) -> Place {
+fn moved<const N: usize>(
+    from: LatticePoint,
+    towards: [(LatticePoint, u16); N],
+    order: u16,
+) -> LatticePoint {
     std::array::from_fn(|axis| {
-        let step = |(to, n): &(Place, u16)| {
+        let step = |(to, n): &(LatticePoint, u16)| {
             let way = i32::from(to[axis]) - i32::from(from[axis]);
             way.signum() * i32::from(*n)
         };
@@ -113,11 +121,11 @@ pub fn shifted<const N: usize>(places: Vec<[u16; N]>) -> Vec<[u16; N]> {
         .collect()
 }
 
-fn flat(places: Vec<[u16; 2]>) -> Vec<Place> {
+fn flat(places: Vec<[u16; 2]>) -> Vec<LatticePoint> {
     places.into_iter().map(|[i, j]| [i, j, 0]).collect()
 }
 
-fn curve(p: u16) -> Vec<Place> {
+fn curve(p: u16) -> Vec<LatticePoint> {
     let ends = [[0, 0, 0], [p, 0, 0]];
     ends.into_iter()
         .chain(inside_edge(ends[0], ends[1], p))
@@ -165,10 +173,10 @@ fn rows(p: u16) -> Vec<[u16; 2]> {
 /// places inside.
 pub fn shell(
     p: u16,
-    corners: &[Place],
+    corners: &[LatticePoint],
     edges: &[[usize; 2]],
     faces: &[([usize; 3], &[[u16; 2]])],
-) -> Vec<Place> {
+) -> Vec<LatticePoint> {
     let mut places = corners.to_vec();
     for edge in edges {
         places.extend(inside_edge(corners[edge[0]], corners[edge[1]], p));
@@ -179,7 +187,7 @@ pub fn shell(
     places
 }
 
-fn tetrahedron(p: u16) -> Vec<Place> {
+fn tetrahedron(p: u16) -> Vec<LatticePoint> {
     if p == 0 {
         return vec![[0; 3]];
     }
@@ -194,7 +202,7 @@ fn tetrahedron(p: u16) -> Vec<Place> {
     places
 }
 
-fn hexahedron(p: u16) -> Vec<Place> {
+fn hexahedron(p: u16) -> Vec<LatticePoint> {
     let base = [[0, 0, 0], [p, 0, 0], [p, p, 0], [0, p, 0]];
     let corners = [base, base.map(|[i, j, _]| [i, j, p])].concat();
     let edges = [
@@ -220,7 +228,7 @@ fn hexahedron(p: u16) -> Vec<Place> {
 }
 
 /// Triangles inside a wedge are filled row by row, unlike all others.
-fn wedge(p: u16) -> Vec<Place> {
+fn wedge(p: u16) -> Vec<LatticePoint> {
     let base = [[0, 0, 0], [p, 0, 0], [0, p, 0]];
     let corners = [base, base.map(|[i, j, _]| [i, j, p])].concat();
     let edges = [
@@ -246,7 +254,7 @@ fn wedge(p: u16) -> Vec<Place> {
     places
 }
 
-fn pyramid(p: u16) -> Vec<Place> {
+fn pyramid(p: u16) -> Vec<LatticePoint> {
     if p == 0 {
         return vec![[0; 3]];
     }
@@ -299,9 +307,9 @@ mod tests {
                     .split(',')
                     .map(|i| i.parse().expect("a step"))
                     .collect();
-                Place::try_from(steps).expect("three steps")
+                LatticePoint::try_from(steps).expect("three steps")
             };
-            let expected: Vec<Place> = words.map(place).collect();
+            let expected: Vec<LatticePoint> = words.map(place).collect();
             assert_eq!(lattice(kind, order.into()), expected, "{kind:?} {order}");
         }
     }
@@ -328,7 +336,7 @@ mod tests {
     #[test]
     fn a_pyramid_of_second_order_is_the_13_node_one_with_the_centre_of_its_base() {
         let places = lattice(LagrangePyramid, 2);
-        let middle = |[a, b]: [u8; 2]| -> Place {
+        let middle = |[a, b]: [u8; 2]| -> LatticePoint {
             std::array::from_fn(|i| (places[usize::from(a)][i] + places[usize::from(b)][i]) / 2)
         };
         for (place, edge) in places[5..].iter().zip(Pyramid13.edges()) {

@@ -26,7 +26,7 @@ pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
-pub use faces::{Faces, OuterFace};
+pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub use view::MeshView;
@@ -108,7 +108,7 @@ impl Mesh {
             .filter(move |run| run.kind.dimension() == dimension)
     }
 
-    /// The same, cut to the cells of `range`.
+    /// Runs of the cells with the mesh's own dimension, cut to the cells of `range`.
     pub fn volume_runs_in(
         &self,
         range: std::ops::Range<usize>,
@@ -257,7 +257,7 @@ fn is_flat(points: &[[f64; 3]]) -> bool {
     size(2) <= FLAT * diagonal
 }
 
-/// What a file says of the dimension, or the largest of the cells.
+/// The dimension given by a file, or the largest of the cells.
 fn volume_dimension(cells: &Cells, space: Option<u8>) -> u8 {
     space.unwrap_or(0).max(cells.dimension())
 }

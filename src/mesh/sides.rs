@@ -1,6 +1,6 @@
 //! The faces of single cells, which are edges in 2D: their corners, and all of their nodes.
 
-use super::lagrange::{self, Place};
+use super::lagrange::{self, LatticePoint};
 use super::{CellKind, CellRef, Cells};
 use CellKind::*;
 
@@ -163,7 +163,7 @@ fn of_any_order(kind: CellKind, order: usize, corners: &[usize]) -> Option<(Cell
     let second = corners
         .get(2)
         .map_or([0; 3], |_| along(corners[corners.len() - 1]));
-    let place = |[i, j, _]: Place| {
+    let place = |[i, j, _]: LatticePoint| {
         [0, 1, 2]
             .map(|axis| origin[axis] + i32::from(i) * first[axis] + i32::from(j) * second[axis])
     };

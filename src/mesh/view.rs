@@ -1,4 +1,4 @@
-//! What writers take of a mesh, borrowed: node positions and arrays may be others than the mesh's own.
+//! A borrowed view of a mesh for writers, whose node positions and arrays may differ from those of the mesh.
 
 use super::{CellRun, Cells, DataArray, Group, Mesh, groups, volume_dimension};
 

@@ -1,4 +1,4 @@
-//! Displacements of any motion, looked at in blocks of nodes and steps.
+//! Displacements of any motion, evaluated in blocks of nodes and steps.
 
 use super::Form;
 use crate::error::{Error, Result};
@@ -105,11 +105,12 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
         // Zero times what is not finite is no number, and comparisons pass over those.
         let zero: f64 = block.values.iter().map(|value| value * 0.0).sum();
         let largest = largest_norm(&block.values, block.displaced.len(), self.form);
-        match zero == 0.0 && largest.is_finite() {
-            true => Ok(largest),
-            false => Err(Error::input(
+        if zero == 0.0 && largest.is_finite() {
+            Ok(largest)
+        } else {
+            Err(Error::input(
                 "the motion has displacements that are not finite numbers, or too large to be squared",
-            )),
+            ))
         }
     }
 }

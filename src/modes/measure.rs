@@ -1,4 +1,4 @@
-//! How many modes a motion needs: the error of fewer and fewer, at every node and step.
+//! The truncation error of modes at every node and step, and how many modes a motion needs.
 
 use super::displacements::{Block, Displacements, add_mode, largest_norm};
 use super::sketch::Course;

@@ -1,4 +1,4 @@
-//! Rigid bodies beside nodes that move in any other way.
+//! Modes of rigid bodies together with nodes that move in any other way.
 
 use super::{Form, Modes, RigidSurface, right_factor};
 use crate::error::Result;
@@ -13,7 +13,7 @@ impl Modes {
     /// the others in any way, to `limit`: see [`Modes::of_rigid_bodies`] and
     /// [`Modes::of_displacements`].
     ///
-    /// `displacements(step, nodes, out)` is asked for all nodes; what it writes for those of bodies
+    /// `displacements(step, nodes, out)` is called for all nodes; what it writes for those of bodies
     /// is not used, and it may leave them as they are.
     pub fn of_mixed(
         surface: RigidSurface<'_>,

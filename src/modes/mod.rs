@@ -24,7 +24,7 @@ use rayon::prelude::*;
 const FIELDS: usize = 4;
 /// Singular values below this part of the largest are round-off.
 const ROUND_OFF: f64 = 1e-15;
-/// Nodes that one task looks at, and those that are looked at side by side.
+/// Nodes of one task, and those that are measured side by side.
 const CHUNK: usize = 2048;
 const LANES: usize = 8;
 
@@ -298,9 +298,12 @@ fn scalings(surface: RigidSurface<'_>, n_bodies: usize) -> Vec<Scaling> {
         }
     }
     let scaling = |b: &Bounds| Scaling {
-        centre: std::array::from_fn(|i| match b.low[i] <= b.high[i] {
-            true => 0.5 * (b.low[i] + b.high[i]),
-            false => 0.0,
+        centre: std::array::from_fn(|i| {
+            if b.low[i] <= b.high[i] {
+                0.5 * (b.low[i] + b.high[i])
+            } else {
+                0.0
+            }
         }),
         size: match b.diagonal() {
             0.0 => 1.0,

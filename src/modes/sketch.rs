@@ -182,9 +182,12 @@ fn tails(rows: &[f64], n: usize) -> Vec<f64> {
 /// `Omega (columns, n)`, by rows: numbers between -1 and 1 that follow from their place alone; the
 /// identity where it has as many columns as rows.
 fn combinations(n_columns: usize, n: usize) -> Vec<f64> {
-    let entry = |at: usize| match n == n_columns {
-        true => f64::from(u8::from(at / n == at % n)),
-        false => random(at as u64),
+    let entry = |at: usize| {
+        if n == n_columns {
+            f64::from(u8::from(at / n == at % n))
+        } else {
+            random(at as u64)
+        }
     };
     (0..n_columns * n).map(entry).collect()
 }

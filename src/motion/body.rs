@@ -66,11 +66,11 @@ setters! { Body {
     /// Displacements by a function: for a step and the positions `(n, 3)` of all its nodes in the reference
     /// mesh it writes their displacements `(n, 3)`, which are zero before, all in mesh units. Nodes are in
     /// the order of the mesh. It is called once a step, when the mesh is known; its velocity is the difference of
-    /// the steps beside a step. Such a body has no twist and no children.
+    /// the neighbouring steps. Such a body has no twist and no children.
     displacements(function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static) |self|
         self = self.with(Displacements { function: Arc::new(function), name: None });
-    /// The same by a function with a name: a run of it can be resumed, for which the caller promises that a
-    /// function of the same name gives the same displacements.
+    /// Displacements by a function, as [`displacements`](Self::displacements), with a name: a run of it can be
+    /// resumed, for which the caller promises that a function of the same name gives the same displacements.
     displacements_named(name: impl Into<String>, function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static) |self|
         self = self.with(Displacements { function: Arc::new(function), name: Some(name.into()) });
     /// The body that it moves with, one that is given to the schedule before it.
@@ -94,7 +94,7 @@ impl Body {
         }
     }
 
-    /// With a motion, in the place of one of its sort.
+    /// Adds a motion; it replaces one of the same type.
     fn with(mut self, motion: impl BodyMotion) -> Self {
         let sort = motion.type_id();
         self.motions.retain(|other| (**other).type_id() != sort);
@@ -113,7 +113,7 @@ impl Body {
         self.motions.sort_by_key(|motion| motion.order());
     }
 
-    /// Its motion of a sort.
+    /// Its motion of a type.
     pub(super) fn motion<M: BodyMotion>(&self) -> Option<&M> {
         let mut motions = self.motions.iter();
         motions.find_map(|motion| (&**motion as &dyn Any).downcast_ref())
@@ -143,7 +143,7 @@ impl Body {
         Ok(body)
     }
 
-    /// Refuses what means nothing; `before` are the bodies that stand before it in the schedule.
+    /// Refuses a body that is incomplete or contradicts itself; `before` are the bodies before it in the schedule.
     pub(super) fn check(&self, before: &[Self]) -> Result<()> {
         let (name, places) = (&self.name, &self.places);
         places.check(!name.is_empty(), "name", "empty", "a name of its own")?;

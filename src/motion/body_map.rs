@@ -1,5 +1,5 @@
-//! Where the points of a body are: an exact map, the same for all of a rigid body and one for each
-//! section of a beam.
+//! The exact map of the points of a body: one for a rigid body, one for each section of a beam, and
+//! displacements of nodes.
 
 use super::motions::Link;
 use crate::geometry::Transform;

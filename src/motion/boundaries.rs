@@ -1,4 +1,4 @@
-//! What the schedule says of the boundaries that belong to no body, and of zones.
+//! `[boundaries]`: boundary tags that belong to no body, and zones.
 
 use super::names::Pattern;
 use super::reader::Entry;
@@ -7,6 +7,12 @@ use crate::error::{Position, Result};
 const BOUNDARIES: &[&str] = &["zones", "fixed", "slide", "periodic", "others"];
 
 /// What becomes of boundary tags that are not named anywhere.
+///
+/// ```
+/// use azimesh::{Others, Schedule, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0, 90.0])).others(Others::Slide);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Others {
     /// They stay where they are.

@@ -1,4 +1,4 @@
-//! Schedules made in memory. Nothing here fails: what is wrong is told when the schedule is resolved on a mesh.
+//! Schedules made in memory. Nothing here fails: errors come when the schedule is resolved on a mesh.
 
 use super::body::Body;
 use super::boundaries::{Boundaries, Others, PeriodicPair};
@@ -91,11 +91,11 @@ setters! { Schedule {
     format(name: impl Into<String>) |self| self.output.format = name.into();
     /// Precision of the coordinates that are written; 64 bits unless it is set.
     precision(precision: Precision) |self| self.output.precision = precision;
-    /// How much quality is worked out at each step; a row of steps.csv unless it is set.
+    /// How much quality is computed at each step; a row of steps.csv unless it is set.
     quality(quality: QualityOutput) |self| self.output.quality = quality;
     /// The displacement is written as a point array.
     displacement() |self| self.output.displacement = true;
-    /// Node velocities are worked out, in mesh units a second, and written as a point array.
+    /// Node velocities are computed, in mesh units a second, and written as a point array.
     velocity() |self| self.output.velocity = true;
     /// How numbers are stored in VTU files; raw unless it is set.
     encoding(encoding: Encoding) |self| self.output.encoding = encoding;

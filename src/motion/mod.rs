@@ -39,21 +39,18 @@ pub use body::Body;
 pub use body_map::BodyMap;
 pub use boundaries::Others;
 pub use motions::{
-    AxisRotation, Beam, CentreLine, Cyclic, Modes, SurfaceMotion, TableMotion, TableSource,
-    Translation,
+    AxisRotation, Beam, CentreLine, Cyclic, Modes, SurfaceMotion, TableMotion, Translation,
 };
 pub use options::{
-    Interpolate, KernelName, Polynomial, RbfOptions, Refresh, SelectionCriterion, SelectionMethod,
-    SelectionOptions,
+    Interpolate, KernelName, Polynomial, SelectionCriterion, SelectionMethod, SelectionOptions,
 };
-pub use output::{OnInverted, OutputOptions, QualityOutput};
-pub use resolved::{Motion, MovingBody};
-pub use rotor::{Frame, Rotor, RotorAxes, Signs};
+pub use output::{OnInverted, QualityOutput};
+pub use resolved::Motion;
+pub use rotor::{Frame, Rotor};
 pub use schedule::Schedule;
-pub use steps::{MAX_STEPS, Step, Steps};
+pub use steps::{Step, Steps};
 pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
 pub use table::Table;
-pub use tags::PeriodicTags;
 pub use velocity::BodyVelocity;
 pub use zones::DeformingZone;
 

@@ -1,4 +1,4 @@
-//! What the schedule says of the interpolation and of base points.
+//! `[rbf]` and `[selection]`: options of the interpolation and of the base points.
 
 use super::places::Places;
 use super::reader::{AngleUnit, Entry};
@@ -27,6 +27,15 @@ const SELECTION: &[&str] = &[
 const MAX_SUBSTEPS: usize = 1000;
 
 /// Radial basis functions by name.
+///
+/// ```
+/// use azimesh::{Kernel, Schedule, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0, 90.0]))
+///     .kernel(Kernel::WendlandC4)
+///     .support_radius(5.0);
+/// assert_eq!(Kernel::default(), Kernel::WendlandC2);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[allow(missing_docs)] // the names say it
 pub enum KernelName {
@@ -52,6 +61,12 @@ impl KernelName {
 }
 
 /// What is added to the radial basis functions.
+///
+/// ```
+/// use azimesh::{Polynomial, Schedule, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0, 90.0])).polynomial(Polynomial::Linear);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Polynomial {
     /// Nothing: the mesh is at rest where no base point reaches.
@@ -62,6 +77,12 @@ pub enum Polynomial {
 }
 
 /// What is interpolated into the volume.
+///
+/// ```
+/// use azimesh::{Interpolate, Schedule, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0, 90.0])).interpolate(Interpolate::Twist);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Interpolate {
     /// The displacement of surface nodes.
@@ -148,6 +169,15 @@ impl RbfOptions {
 }
 
 /// How base points are chosen.
+///
+/// ```
+/// use azimesh::{Schedule, SelectionMethod, Steps};
+///
+/// // New base points every 30 degrees.
+/// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0))
+///     .method(SelectionMethod::Real)
+///     .refresh_deg(30.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SelectionMethod {
     /// Greedily, for all steps at once.
@@ -161,6 +191,14 @@ pub enum SelectionMethod {
 }
 
 /// Which error of the surface nodes is to meet the tolerance.
+///
+/// ```
+/// use azimesh::{Schedule, SelectionCriterion, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0, 90.0]))
+///     .criterion(SelectionCriterion::Mean)
+///     .tolerance(1e-4);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SelectionCriterion {
     /// The largest.

@@ -1,4 +1,4 @@
-//! What the schedule says of the files that are written.
+//! `[output]`: options of the files that are written.
 
 use super::places::Places;
 use super::reader::Entry;
@@ -16,7 +16,13 @@ const OUTPUT: &[&str] = &[
     "on_inverted",
 ];
 
-/// How much quality is worked out at each step.
+/// How much quality is computed at each step.
+///
+/// ```
+/// use azimesh::{QualityOutput, Schedule, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0, 90.0])).quality(QualityOutput::Cells);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QualityOutput {
     /// A row of steps.csv.
@@ -28,6 +34,12 @@ pub enum QualityOutput {
 }
 
 /// What happens when a step has inverted cells.
+///
+/// ```
+/// use azimesh::{OnInverted, Schedule, Steps};
+///
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0, 90.0])).on_inverted(OnInverted::Stop);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OnInverted {
     /// Warn and go on; the exit code is 1.
@@ -45,7 +57,7 @@ pub struct OutputOptions {
     pub format: String,
     /// Precision of coordinates.
     pub precision: Precision,
-    /// How much quality is worked out.
+    /// How much quality is computed.
     pub quality: QualityOutput,
     /// Whether the displacement is added as a point array.
     pub displacement: bool,

@@ -49,8 +49,8 @@ impl Motion {
             .collect()
     }
 
-    /// How fast the points of every body move at a step. Tables give the slope after a row where they
-    /// are linear; a ramp that over the steps beside this one.
+    /// How fast the points of every body move at a step. Linear tables give the slope after
+    /// a row; a ramp gives that between the steps next to this one.
     pub fn velocities(&self, step: &Step) -> Vec<BodyVelocity<'_>> {
         let at = At {
             rates: true,
@@ -106,6 +106,12 @@ impl Motion {
     pub fn centre_line(&self, body: usize, points: &[Vector]) -> Option<CentreLine> {
         let mut motions = self.bodies[body].motions.iter();
         motions.find_map(|motion| motion.centre_line(points))
+    }
+
+    /// Bytes of the displacements that functions and files give for the nodes of bodies.
+    pub fn memory_bytes(&self) -> usize {
+        let motions = self.bodies.iter().flat_map(|body| &body.motions);
+        motions.map(|motion| motion.memory_bytes()).sum()
     }
 
     /// Pitch, flap and lag of a body's cyclic motion at a step, in radians, positive in the sense that

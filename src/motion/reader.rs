@@ -249,12 +249,13 @@ impl<'a> Entry<'a> {
     pub(super) fn angle(&self, unit: AngleUnit) -> Result<f64> {
         let expected = "an angle, a finite number";
         let angle = unit.to_radians(self.number_or(expected)?);
-        match is_angle(angle) {
-            true => Ok(angle),
-            false => Err(self.error(&format!(
+        if is_angle(angle) {
+            Ok(angle)
+        } else {
+            Err(self.error(&format!(
                 "is {angle:e} radians, so many turns that where it ends is round-off; it must be {expected} of at most \
                  {MOST_TURNED:e} radians"
-            ))),
+            )))
         }
     }
 

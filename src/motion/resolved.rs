@@ -178,7 +178,7 @@ impl Motion {
     }
 }
 
-/// What a body without `[body.rigid]` has in its place, so that every chain begins with a rigid map.
+/// The rigid motion of a body without `[body.rigid]`, so that every chain has a rigid map.
 #[derive(Debug)]
 struct AtRest;
 

@@ -258,9 +258,8 @@ impl RotorAxes {
     /// moves the blade there, which of a clockwise rotor is the trailing edge.
     pub fn conventions(&self) -> Vec<String> {
         let signs = &self.signs;
-        let way = |sign: f64, plus: &'static str, minus: &'static str| match sign < 0.0 {
-            true => minus,
-            false => plus,
+        let way = |sign: f64, plus: &'static str, minus: &'static str| {
+            if sign < 0.0 { minus } else { plus }
         };
         let frame = match self.frame {
             Frame::Rotating => "rotating frame: the mesh is not carried round",

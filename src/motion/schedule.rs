@@ -120,12 +120,12 @@ impl Schedule {
         self.steps.steps(&self.rotor, &self.places)
     }
 
-    /// A note where the last step is not at the stop that was asked for.
+    /// A note where the last step is not at the stop of the schedule.
     pub(crate) fn note(&self) -> Option<Diagnostic> {
         self.steps.short_of_stop()
     }
 
-    /// Refuses what means nothing, and what does not go together.
+    /// Refuses values out of range and options that cannot be combined.
     pub(super) fn check(&self) -> Result<()> {
         let places = &self.places;
         self.rotor.check(places)?;

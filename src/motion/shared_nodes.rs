@@ -1,5 +1,5 @@
 //! Nodes that two bodies share: they move with the body that the schedule names first, and the other
-//! may want them elsewhere.
+//! may put them elsewhere.
 
 use super::body_map::BodyMap;
 use super::resolved::Motion;

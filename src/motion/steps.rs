@@ -1,10 +1,10 @@
-//! The steps of a schedule: which azimuths, and when.
+//! The steps of a schedule: their azimuths and times.
 
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
 use super::rotor::Rotor;
-use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::{MotionNote, shown};
+use crate::diagnostic::{Diagnostic, named_step};
 use crate::error::{Error, Result};
 use std::f64::consts::TAU;
 use std::fmt;
@@ -55,7 +55,7 @@ impl Step {
         self.time_s
     }
 
-    /// The time that viewers are told: in seconds where that is known, else the azimuth in degrees.
+    /// The time for viewers: in seconds where that is known, else the azimuth in degrees.
     pub(crate) fn time(&self) -> f64 {
         self.time_s.unwrap_or(self.azimuth_deg)
     }
@@ -64,14 +64,7 @@ impl Step {
 /// As in `step 3 (azimuth 30 degrees)`.
 impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.azimuth_deg(), self.time_s) {
-            (None, Some(time)) => write!(f, "step {} ({time} s)", self.index),
-            _ => write!(
-                f,
-                "step {} (azimuth {} degrees)",
-                self.index, self.azimuth_deg
-            ),
-        }
+        f.write_str(&named_step(self.index, self.azimuth_deg(), self.time_s))
     }
 }
 

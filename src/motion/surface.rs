@@ -37,7 +37,7 @@ pub struct SurfaceFaces {
     pub tags: Vec<u32>,
 }
 
-/// A tag with what the schedule makes of it; for `azimesh check`.
+/// A boundary tag with its role by the schedule; for `azimesh check`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TagRole {
     /// Name of the tag.

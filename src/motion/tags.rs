@@ -1,4 +1,4 @@
-//! What the schedule makes of every boundary tag of a mesh: each has one role.
+//! The role of every boundary tag of a mesh, by the schedule.
 
 use super::body::Body;
 use super::boundaries::{Boundaries, Others};
@@ -109,7 +109,7 @@ fn named_tags(
     Ok(named)
 }
 
-/// Every name of the schedule with what it says of it.
+/// Every name in the schedule with the role given to it.
 fn all_named<'s>(
     bodies: &'s [Body],
     boundaries: &'s Boundaries,
@@ -209,11 +209,10 @@ fn check_bodies(
         for tag in own() {
             let free_to_move = |node: u32| zone.nodes[node as usize] && !zone.is_interface(node);
             if let Some(node) = nodes_of(tags[tag], mesh).find(|&node| !free_to_move(node)) {
-                let place = match zone.nodes[node as usize] {
-                    true => {
-                        "on the interface to the other zones, which stays fixed; name those zones as well"
-                    }
-                    false => "outside the zones that deform; name its zone as well",
+                let place = if zone.nodes[node as usize] {
+                    "on the interface to the other zones, which stays fixed; name those zones as well"
+                } else {
+                    "outside the zones that deform; name its zone as well"
                 };
                 return Err(Error::input(format!(
                     "tag \"{}\" moves with body \"{}\", but its node {node} is {place}",

@@ -12,13 +12,13 @@ use crate::geometry::vector::{Vector, add, cross, norm, scale, sub};
 use crate::geometry::{Bounds, Twist};
 use std::f64::consts::PI;
 
-/// Largest rotation between two points at which the path of a body is looked at.
+/// Largest rotation between two points at which the path of a body is sampled.
 const INCREMENT: f64 = PI / 9.0;
-/// The path is looked at in at most this many points.
+/// The path is sampled in at most this many points.
 const MAX_INCREMENTS: f64 = 1e5;
 /// Rotation in degrees past which an interpolated twist folds cells.
 const FOLDS: f64 = 300.0;
-/// Rotation in degrees of a part that serves.
+/// Rotation in degrees of a part that does not fold cells.
 const SERVES: f64 = 180.0;
 
 impl Motion {
@@ -67,7 +67,7 @@ impl Motion {
     /// Rotations about one axis add up, exactly. Of others the path of parts is followed in
     /// increments of at most 20 degrees, and of all rotation vectors of a pose the one nearest to
     /// that of the increment before is taken. At a whole turn, where every axis gives the same
-    /// rotation, the direction of the path is kept. A path about several axes that passes beside a
+    /// rotation, the direction of the path is kept. A path about several axes that passes near a
     /// whole turn has a vector whose direction changes fast there; substeps avoid it.
     ///
     /// # Panics
@@ -110,7 +110,8 @@ impl Motion {
             angle_deg: angle,
             substeps,
             step: step.index,
-            azimuth_deg: step.azimuth_deg,
+            azimuth_deg: step.azimuth_deg(),
+            time_s: step.time_s,
             folds_deg: FOLDS,
             needed: (angle / SERVES).ceil() as usize,
         };
@@ -140,7 +141,7 @@ fn followed(rotations: &[AxisRotation], from: f64, to: f64) -> Vector {
     let whole: f64 = rotations.iter().map(|next| next.angle.abs()).sum();
     let increments = whole * (to - from).abs() / INCREMENT;
     let increments = increments.clamp(1.0, MAX_INCREMENTS);
-    // Of two ends on one path the shorter is looked at in the points of the longer, then at its end.
+    // Of two ends on one path the shorter is sampled in the points of the longer, then at its end.
     let inner =
         (1..increments.ceil() as u32).map(|i| from + (to - from) * f64::from(i) / increments);
     let back = at(from).inverse();

@@ -1,13 +1,14 @@
 //! What the motion does on the mesh, before anything is interpolated: where each body is at a step, and
 //! whether surfaces meet.
 
-use super::extremes::Extremes;
+use super::displacements::LargestDisplacements;
+use super::surface_points::{places_at, points_of, tip_of};
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::geometry::Bounds;
 use crate::geometry::crossing::{segments_cross, triangles_cross};
-use crate::geometry::vector::{Vector, dot, norm, sub};
+use crate::geometry::vector::{Vector, norm, sub};
 use crate::motion::{Role, Step};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -55,7 +56,7 @@ pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
 
 /// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
 /// steps or where they have gone farthest.
-pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &Extremes) -> Vec<Diagnostic> {
+pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &LargestDisplacements) -> Vec<Diagnostic> {
     let facets = Facets::new(plan);
     let mut meeting: BTreeMap<(Owner, Owner), Vec<(usize, Vector)>> = BTreeMap::new();
     let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index))
@@ -86,38 +87,6 @@ pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &Extremes) -> Vec<Diagn
         place: found[0].1,
     });
     leaving.chain(meeting).map(Diagnostic::from).collect()
-}
-
-/// The surface points that move with a body.
-pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
-    let bodies = plan.surface.body.iter().enumerate();
-    let own = bodies.filter(|(_, of)| of.map(usize::from) == Some(body));
-    own.map(|(at, _)| at).collect()
-}
-
-/// The outermost of some points along the span of a body's blade.
-pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
-    let rotor = &plan.motion.rotor;
-    if plan.motion.rotor.in_plane {
-        return None;
-    }
-    let offset = plan.motion.bodies[body].azimuth_offset;
-    let span = rotor.turn(offset).turn(rotor.e_x);
-    let station = |at: usize| dot(sub(plan.surface.points[at], rotor.hub), span);
-    let points = points.iter().copied();
-    points.reduce(|tip, at| if station(at) > station(tip) { at } else { tip })
-}
-
-/// Where the surface points are at a step, in the rotating frame.
-pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
-    let poses = plan.motion.poses(step, 1.0);
-    let surface = &plan.surface;
-    let points = surface.points.par_iter().enumerate();
-    let place = |(at, x): (usize, &Vector)| match surface.body[at] {
-        Some(body) => poses[usize::from(body)].place(surface.nodes[at], *x),
-        None => *x,
-    };
-    points.map(place).collect()
 }
 
 /// The body that a facet moves with; `None` is fixed.
@@ -245,7 +214,7 @@ mod tests {
             ),
         );
         let steps: Vec<&Step> = plan.motion.steps.iter().collect();
-        conflicts(&plan, &steps, &Extremes::new(&plan))
+        conflicts(&plan, &steps, &LargestDisplacements::new(&plan))
     }
 
     fn leaves(steps: usize, looked_at: usize, first: usize) -> Diagnostic {
@@ -295,7 +264,7 @@ mod tests {
             "azimuth = {{ stop = 360, step = 1 }}\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nbody = [ {{ name = \"it\", tags = [\"airfoil\"], table = {{ file = {path:?} }} }} ]\n"
         );
         let plan = plan("testdata/naca0012.vtu", &text);
-        let extremes = Extremes::new(&plan);
+        let extremes = LargestDisplacements::new(&plan);
         assert_eq!((extremes.n_steps, extremes.farthest[0]), (361, (100, 5.0)));
         let steps: Vec<&Step> = plan.motion.steps.iter().step_by(6).collect();
         let told = conflicts(&plan, &steps, &extremes);

@@ -1,6 +1,6 @@
-//! The course of every body over the steps, as run.json keeps it for whoever draws it.
+//! The motion of every body over the steps, as run.json keeps it for plots.
 
-use super::bodies::{points_of, tip_of};
+use super::surface_points::{points_of, tip_of};
 use crate::deform::Plan;
 use crate::geometry::vector::{Vector, distance, scale, sub};
 use crate::motion::{Frame, Role, Step};

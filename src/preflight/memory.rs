@@ -42,7 +42,8 @@ pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
     )))
 }
 
-/// What is there from the plan to the end: cells, groups, arrays, the reference, the surface, modes.
+/// What is there from the plan to the end: cells, groups, arrays, the reference, the surface, modes, and the
+/// displacements of nodes that a function or a file gives.
 fn held(plan: &Plan) -> usize {
     let n_surface = plan.surface.nodes.len();
     let layers = plan.layers.iter().chain(&plan.velocity);
@@ -51,7 +52,7 @@ fn held(plan: &Plan) -> usize {
         .sum();
     // Coefficients of the modes, in the modes and in their criterion; each step twice.
     let coefficients = plan.motion.steps.len() * (48 * plan.n_modes() + 2 * size_of::<Step>());
-    plan.mesh.memory_bytes() + 80 * n_surface + modes + coefficients
+    plan.mesh.memory_bytes() + 80 * n_surface + modes + coefficients + plan.motion.memory_bytes()
 }
 
 fn n_deforming(plan: &Plan) -> usize {

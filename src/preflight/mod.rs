@@ -6,15 +6,16 @@
 mod bodies;
 mod body_motion;
 mod disk;
+mod displacements;
 mod edges;
-mod extremes;
 mod memory;
 mod output;
+mod surface_points;
 
 pub use bodies::{BodyAtStep, bodies_at, conflicts};
 pub(crate) use body_motion::body_motion;
 pub(crate) use disk::{Demand, check_disk};
-pub use extremes::Extremes;
+pub use displacements::LargestDisplacements;
 pub use memory::{check_memory, estimate_memory};
 pub(crate) use output::before_work;
 pub use output::estimate_bytes;

@@ -18,8 +18,6 @@ use std::path::Path;
 const F32_CHANGE: f64 = 0.01;
 /// Base points for which the dense matrix still fits a workstation: 12.8 GB.
 const MOST_DENSE: usize = 40_000;
-/// Columns of steps.csv that hold no number.
-const NO_NUMBERS: [&str; 2] = ["file", "blake3"];
 
 /// All that a run can be refused for before it starts; returns what the format cannot hold, and the
 /// bytes of one mesh in it, neither packed nor as text.
@@ -64,9 +62,8 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     let quality = Assessment::default().columns();
     let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
     let skipped = plan.schedule.output.quality == QualityOutput::None;
-    let numbers = COLUMNS
-        .into_iter()
-        .filter(|column| !NO_NUMBERS.contains(column));
+    let numbers = COLUMNS.iter().filter(|column| column.is_number);
+    let numbers = numbers.map(|column| column.name);
     for criterion in fail_on {
         criterion.check_column(numbers.clone())?;
         let reason = match criterion.column() {

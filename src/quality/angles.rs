@@ -205,12 +205,13 @@ impl Angles {
 }
 
 fn degrees(squares: Span) -> Span {
-    match squares.low <= squares.high {
-        true => Span {
+    if squares.low <= squares.high {
+        Span {
             low: angle(squares.high).to_degrees(),
             high: angle(squares.low).to_degrees(),
-        },
-        false => Span::UNDEFINED,
+        }
+    } else {
+        Span::UNDEFINED
     }
 }
 

@@ -1,4 +1,4 @@
-//! Metrics of some cells beside each other: one array a number, so that whole vectors of cells are
+//! Metrics of some cells side by side: one array a number, so that whole vectors of cells are
 //! measured at once. One compiled version per instruction set is chosen at run time.
 
 use super::angles::{Angles, N_CLASSES};
@@ -23,7 +23,7 @@ pub(super) struct Spans {
 /// [`Metrics`] of up to [`BLOCK`] cells that follow one another.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
-    /// Number of cells; what columns hold beyond them means nothing.
+    /// Number of cells; entries of columns beyond them are undefined.
     pub n: usize,
     pub volume: Column,
     pub corner: Spans,

@@ -74,7 +74,7 @@ impl Criterion {
         Ok(is_met.then_some(found))
     }
 
-    /// What is told where it is met by a value; `place` is empty, or as in " at step 3".
+    /// The sentence for a value that meets it; `place` is empty, or as in " at step 3".
     pub fn sentence(&self, place: &str, value: f64) -> String {
         format!(
             "{self} holds{place}: {} is {}",

@@ -5,6 +5,15 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 
 /// Quality of a mesh in plain numbers: the columns of `steps.csv`. A metric that no cell has is NaN.
+///
+/// ```
+/// use azimesh::{Mesh, quality};
+///
+/// let found = quality(&Mesh::read("testdata/naca0012.vtu")?)?;
+/// assert_eq!((found.inverted, found.inverted_reference), (0, 0));
+/// assert!(found.min_first_cell_ratio.is_nan()); // no mesh to compare with
+/// # Ok::<(), azimesh::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     /// Cells of the mesh's own dimension.
@@ -67,6 +76,12 @@ impl From<&Assessment> for Quality {
 ///
 /// # Errors
 /// Where the mesh is none: an index out of range, or a coordinate that is no number.
+///
+/// ```
+/// let mesh = azimesh::Mesh::read("testdata/naca0012.vtu")?;
+/// assert!(azimesh::quality(&mesh)?.min_scaled_jacobian > 0.0);
+/// # Ok::<(), azimesh::Error>(())
+/// ```
 pub fn quality(mesh: &Mesh) -> Result<Quality> {
     mesh.validate()?;
     let all = Judge::new(mesh).assess(mesh, &mesh.points, &mesh.points);

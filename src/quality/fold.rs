@@ -1,4 +1,4 @@
-//! What the cells of a block come to, each in the orientation that it has in the reference.
+//! Sums and extremes over the cells of a block, each in its orientation in the reference mesh.
 
 use super::angles::N_CLASSES;
 use super::block::{BLOCK, Block, Spans};
@@ -8,8 +8,8 @@ use multiversion::multiversion;
 
 type Column = [f64; BLOCK];
 
-/// Metrics of a block's cells, their sums and their extremes. What columns hold beyond the cells of
-/// the block means nothing.
+/// Metrics of a block's cells, their sums and their extremes. Entries of columns beyond the cells of
+/// the block are undefined.
 pub(super) struct Folded {
     pub volume: Column,
     /// Smallest corner Jacobian: positive for a cell that is not inverted. Infinite for a cell that

@@ -1,4 +1,4 @@
-//! Everything that is measured on a mesh, by what is made once for all of its steps.
+//! All measures of a mesh, with the data that is made once for all of its steps.
 
 use super::cells::per_cell;
 use super::detail::{N_DETAILS, detail_arrays};
@@ -9,8 +9,8 @@ use super::summary::{Summary, assess};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, DataArray, Mesh};
 
-/// What a mesh and its later positions are judged by. The positions of the reference mesh stay with
-/// whoever has them.
+/// Data of the reference mesh that later positions are judged by. Its positions are not kept here: the
+/// methods take them.
 #[derive(Debug, Clone)]
 pub struct Judge {
     /// Orientation of the cells in the reference mesh.
@@ -49,7 +49,7 @@ impl Judge {
         }
     }
 
-    /// Quality of `mesh` with nodes at `points`, beside those at `before` in the reference mesh.
+    /// Quality of `mesh` with nodes at `points`, relative to those at `before` in the reference mesh.
     ///
     /// # Panics
     /// When there are fewer positions than nodes, or the mesh has other cells than the reference.
@@ -62,7 +62,7 @@ impl Judge {
         assess(mesh, points, &self.reference)
     }
 
-    /// What [`Judge::assess`] gives, where the part of [`Judge::cells`] is there.
+    /// The result of [`Judge::assess`], from that of [`Judge::cells`].
     pub fn complete(
         &self,
         cells: Summary,
@@ -77,7 +77,7 @@ impl Judge {
         }
     }
 
-    /// The part of [`Judge::assess`] that looks at faces.
+    /// The part of [`Judge::assess`] that measures faces.
     pub fn faces(&self, mesh: &Mesh, points: &[Vector]) -> FaceSummary {
         faces::assess(mesh, points, &self.reference, &self.adjacency)
     }
@@ -87,7 +87,7 @@ impl Judge {
         size_skew::assess(mesh, points, before, &self.reference)
     }
 
-    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::CellMetrics) and
+    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::cells::CellMetrics) and
     /// [`detail_arrays`], then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`.
     ///
     /// # Panics
@@ -108,10 +108,5 @@ impl Judge {
     /// Bytes that judging a mesh will take, one step at a time, before anything is made.
     pub fn estimate_bytes(mesh: &Mesh) -> usize {
         mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh)
-    }
-
-    /// Bytes held in memory.
-    pub fn memory_bytes(&self) -> usize {
-        self.reference.memory_bytes() + self.adjacency.memory_bytes()
     }
 }

@@ -1,4 +1,4 @@
-//! What is measured on one cell, before and after its orientation is known.
+//! The measures of one cell, before and after its orientation is known.
 
 use super::angles::Angles;
 use super::span::Span;

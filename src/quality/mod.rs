@@ -33,12 +33,13 @@ mod tests;
 mod visit;
 mod worst;
 
-pub use cells::{CellMetrics, per_cell};
+pub use cells::per_cell;
 pub use criterion::Criterion;
-pub use detail::detail_arrays;
 pub use figures::{Quality, quality};
 pub use judge::{Assessment, Judge};
 pub use reference::Reference;
 pub use statistics::{Statistic, statistics};
-pub use summary::{Extreme, Summary, assess};
+#[cfg(any(test, feature = "internals"))]
+pub use summary::assess;
+pub use summary::{Extreme, Summary};
 pub use worst::{Candidate, worst};

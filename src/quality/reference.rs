@@ -20,7 +20,7 @@ pub struct Reference {
     n_inverted: usize,
 }
 
-/// Set beside the sign of a cell that is not valid in the reference.
+/// Set in addition to the sign of a cell that is not valid in the reference.
 const INVALID: i8 = 2;
 
 impl Reference {
@@ -67,15 +67,6 @@ impl Reference {
     /// boundary faces, which are not judged.
     pub fn is_valid(&self, cell: usize) -> bool {
         self.signs[cell].abs() == 1
-    }
-
-    /// Bytes held in memory.
-    pub fn memory_bytes(&self) -> usize {
-        let normals = match &self.facing {
-            Facing::Z => 0,
-            Facing::Normals(normals) => size_of_val(&normals[..]),
-        };
-        self.signs.len() + normals
     }
 
     /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.

@@ -109,7 +109,7 @@ pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary 
     whole.finish(reference, &histogram)
 }
 
-/// What a chunk of cells adds up to.
+/// Sums and extremes over a chunk of cells.
 struct CellTotals {
     n_cells: usize,
     n_scaled: usize,

@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::mesh::{CellKind, Mesh, Values};
+use crate::quality::cells::CellMetrics;
+use crate::quality::detail::detail_arrays;
 
 /// Cells and metrics from VTK, by `scripts/make_cell_quality.py`.
 const FROM_VTK: &str = include_str!("../../testdata/cell_quality.csv");

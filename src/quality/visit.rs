@@ -8,7 +8,7 @@ use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, CellRun, Mesh};
 use std::ops::Range;
 
-/// Cells in a chunk: sums are folded chunk by chunk, whatever the threads.
+/// Cells in a chunk: sums are folded chunk by chunk, on any number of threads.
 pub(super) const CHUNK: usize = 4096;
 
 /// The chunks of a mesh's cells, in order.

@@ -12,6 +12,7 @@
 
 use super::Basis;
 use super::constraint::Constraint;
+#[cfg(test)]
 use super::evaluate::WeightedBase;
 use crate::error::{Error, Result};
 use crate::geometry::Transform;
@@ -41,6 +42,7 @@ pub struct Expanded {
 
 impl Expanded {
     /// As the evaluation takes it.
+    #[cfg(test)]
     pub fn weighted(&self, basis: Basis) -> WeightedBase<'_> {
         WeightedBase {
             basis,

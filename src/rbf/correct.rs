@@ -82,7 +82,7 @@ impl<'a> Fading<'a> {
         }
     }
 
-    /// What of the residuals is added at those of `points` that are within the fade radius, in the order of a
+    /// The share of the residuals that is added at those of `points` that are within the fade radius, in the order of a
     /// space-filling curve. `12 N` bytes on the way for the `N` points in the surface's box.
     pub fn faded(&self, points: &[Vector]) -> Vec<Faded> {
         let order = self.order(points.len(), |row| points[row]);
@@ -104,8 +104,8 @@ impl<'a> Fading<'a> {
         blocks.collect()
     }
 
-    /// The points in the box of the surface, grown by the fade radius, along a space-filling curve, so that those which ask one
-    /// after another have their feet near each other.
+    /// The points in the box of the surface, grown by the fade radius, along a space-filling curve: points
+    /// that follow one another have their feet near each other.
     fn order(&self, n_points: usize, place: impl Fn(usize) -> Vector + Sync) -> Vec<u32> {
         if self.largest_fade_radius == 0.0 {
             return Vec::new();
@@ -185,7 +185,7 @@ impl<'a> Correction<'a> {
         }
     }
 
-    /// What is added at those of the rows that are within the fade radius.
+    /// The values added at those of the rows that are within the fade radius.
     fn near(&self, rows: &[u32], place: impl Fn(usize) -> Vector) -> Near {
         let mut near = Near::default();
         self.fading.near(rows, place, |row, foot, fade| {

@@ -1,4 +1,4 @@
-//! How far the interpolant is off at a node, over all steps, from its residual in the modes.
+//! The error of the interpolant at a node over all steps, from its residual in the modes.
 //!
 //! With `e (1, r)` the mode residual at a node, the displacement error at step `k` is `|e C_k|`; where
 //! modes are in parts that do not cancel, as rotations about different centres, with the node's arm of
@@ -13,7 +13,7 @@ use crate::linear::{Matrix, svd};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Steps looked at where an estimate serves; errors vary smoothly over most schedules.
+/// Steps sampled where an estimate is enough; errors vary smoothly over most schedules.
 const SAMPLED: usize = 24;
 /// Nodes whose errors are summed before the sums of all are.
 const MEAN_CHUNK: usize = 4096;
@@ -42,7 +42,7 @@ impl Criterion {
         Self::of_parts(n_modes, coefficients, whole.collect())
     }
 
-    /// The same with the modes of each part.
+    /// From `coefficients (K, r, 3)`, by steps, with the modes of each part.
     pub fn of_parts(
         n_modes: usize,
         coefficients: &[f64],
@@ -84,23 +84,19 @@ impl Criterion {
         Self::of_parts(self.n_modes, coefficients, self.parts.clone())
     }
 
-    /// Number of steps.
-    pub fn n_steps(&self) -> usize {
-        self.n_steps
-    }
-
     /// Number of modes.
     pub fn n_modes(&self) -> usize {
         self.n_modes
     }
 
-    /// The lever_arms of one point, one for each part, among those of all points (N, parts); none among
+    /// The lever arms of one point, one for each part, among those of all points (N, parts); none among
     /// none, which stands for 1 everywhere.
     #[inline]
     pub fn arms_of<'a>(&self, point: usize, lever_arms: &'a [f64]) -> &'a [f64] {
-        match lever_arms.is_empty() {
-            true => &[],
-            false => &lever_arms[point * self.parts.len()..][..self.parts.len()],
+        if lever_arms.is_empty() {
+            &[]
+        } else {
+            &lever_arms[point * self.parts.len()..][..self.parts.len()]
         }
     }
 
@@ -183,7 +179,7 @@ impl Criterion {
         sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
     }
 
-    /// The mean error over all nodes, from their residuals (N, r) and lever_arms, at the step where that is
+    /// The mean error over all nodes, from their residuals (N, r) and lever arms, at the step where that is
     /// largest.
     pub fn largest_mean(&self, residuals: &[f64], lever_arms: &[f64]) -> f64 {
         let r = self.n_modes.max(1);
@@ -209,8 +205,8 @@ impl Criterion {
         (0..self.n_steps).map(mean).fold(0.0, f64::max)
     }
 
-    /// The largest error at each step over all nodes, from their residuals (N, r) and lever_arms. Nodes are
-    /// taken by falling residual, so that few are looked at in each step.
+    /// The largest error at each step over all nodes, from their residuals (N, r) and lever arms. Nodes are
+    /// taken by falling residual, so that few are evaluated in each step.
     pub fn largest_by_step(&self, residuals: &[f64], lever_arms: &[f64]) -> Vec<f64> {
         if self.n_modes == 0 {
             return vec![0.0; self.n_steps];
@@ -273,7 +269,7 @@ mod tests {
 
     #[test]
     fn residuals_of_parts_that_turn_about_different_centres_do_not_cancel() {
-        // Two rotations that cancel as vectors, with lever_arms of 3 and 0.5; at the second step twice both.
+        // Two rotations that cancel as vectors, with lever arms of 3 and 0.5; at the second step twice both.
         let coefficients = [0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 2.0, 0.0, 0.0, -2.0];
         let parts = vec![0..1, 1..2];
         let criterion = Criterion::of_parts(2, &coefficients, parts).expect("it converges");

@@ -54,7 +54,7 @@ impl WeightedBase<'_> {
         self.add_at_with(Arch::new(), points, out);
     }
 
-    /// `add_at` with the instructions of `arch`, to measure them beside each other.
+    /// `add_at` with the instructions of `arch`, to compare their speed.
     pub fn add_at_with(&self, arch: Arch, points: &[Vector], out: &mut [f64]) {
         assert_eq!(out.len(), points.len() * self.n_columns);
         if self.n_columns == 0 || self.points.is_empty() {
@@ -173,7 +173,7 @@ fn squared_distance<S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64
     simd.mul_add_e_f64s(dz, dz, simd.mul_add_e_f64s(dy, dy, simd.mul_f64s(dx, dx)))
 }
 
-/// Distances from base points, each delivered `DEPTH` base points after it was asked for.
+/// Distances from base points, each delivered `DEPTH` base points after it was requested.
 ///
 /// The unit for square roots takes longer for each than all other work on a pair, so it must never
 /// wait. A processor looks only a few pairs ahead: did the kernel follow its root at once, work

@@ -24,8 +24,8 @@ pub struct Field {
 impl Field {
     /// Evaluates the weighted base points at `points`, or at those of them in `nodes`.
     /// `N n` kernel evaluations. Where the support radius is smaller than the mesh, nodes are taken
-    /// along a space-filling curve, so that a block of them sees few base points. `progress` hears of
-    /// nodes done.
+    /// along a space-filling curve, so that a block of them sees few base points. `progress` is
+    /// called with the number of nodes done.
     pub fn evaluate(
         base: &Interpolant,
         points: &[Vector],
@@ -128,7 +128,7 @@ fn evaluate_at(base: &Interpolant, points: &[Vector], out: &mut [f64], progress:
         }
         return;
     }
-    // Blocks much smaller than the support radius serve; a finer order would take twice the memory.
+    // Blocks much smaller than the support radius are fine enough; a finer order would take twice the memory.
     let order = curve::rough_order(points.len(), |i| points[i], &everywhere);
     evaluate_along(base, points, &order, out, progress);
 }

@@ -1,4 +1,4 @@
-//! The interpolant: weighted base points, and a linear polynomial where one is asked for.
+//! The interpolant: weighted base points, and an optional linear polynomial.
 //!
 //! ```text
 //! s(x) = sum_j phi(|x - b_j| / R) w_j + P(x) beta,   P(x) = (1, x, y, z)
@@ -24,7 +24,7 @@ pub struct Interpolant {
     pub weights: Vec<f64>,
     /// Number of columns, r.
     pub n_columns: usize,
-    /// The polynomial beside them.
+    /// The polynomial that is added to them.
     pub polynomial: Option<Polynomial>,
 }
 

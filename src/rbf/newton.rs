@@ -36,7 +36,7 @@ struct Chunk {
     power: Vec<f64>,
     /// Displacement that a residual of one makes, by parts (m, parts); 1 when empty.
     lever_arms: Vec<f64>,
-    /// Chosen or passed over.
+    /// Chosen or skipped.
     done: Vec<bool>,
     worst: Worst,
 }
@@ -100,7 +100,7 @@ impl<'a> Candidates<'a> {
             let Some((chunk, worst)) = self.worst().filter(|(_, worst)| worst.error > stop) else {
                 return;
             };
-            // Written so that a power that is no number is passed over too.
+            // Written so that a power that is no number is skipped too.
             let serves = self.chunks[chunk].power[worst.at] >= LEAST_POWER;
             if !serves {
                 self.skipped += 1;
@@ -121,7 +121,7 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Candidates passed over so far.
+    /// Candidates skipped so far.
     pub fn skipped(&self) -> usize {
         self.skipped
     }

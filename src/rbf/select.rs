@@ -26,7 +26,7 @@ pub enum Measure {
     Mean,
 }
 
-/// When the selection ends, and how many nodes a round looks at.
+/// When the selection ends, and how many candidates a round has.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
     /// Displacement error allowed, in mesh units.
@@ -72,15 +72,15 @@ pub struct Selection {
     pub history: Vec<(usize, f64)>,
     /// Error that each base point had when it was chosen: the largest among the candidates.
     pub picked: Vec<f64>,
-    /// Candidates passed over because they lie too close to base points.
+    /// Candidates skipped because they lie too close to base points.
     pub skipped: usize,
 }
 
 /// Chooses base points until the error is at or below the tolerance, `max_points` is reached or
-/// nothing is left to add; `Selection::measured` tells.
+/// nothing is left to add; `Selection::measured` is the error reached.
 ///
-/// Rounds x N n kernel evaluations, candidates x n^2 multiply-adds. `progress` hears of every sweep
-/// as (base points, error).
+/// Rounds x N n kernel evaluations, candidates x n^2 multiply-adds. `progress` is called after every
+/// sweep with (base points, error).
 pub fn select(
     space: &Space,
     targets: Targets<'_>,
@@ -90,9 +90,9 @@ pub fn select(
     grow(space, targets, limits, Chosen::default(), progress)
 }
 
-/// The same beside base points that are there already: these first, then further ones.
+/// Chooses further base points, after those in `base`, as [`select`] does.
 ///
-/// What [`select`] costs, and for the `n` that are there `n^3 / 3` multiply-adds.
+/// The cost of [`select`], and for the `n` given ones `n^3 / 3` multiply-adds.
 pub fn extend(
     space: &Space,
     targets: Targets<'_>,
@@ -120,9 +120,10 @@ fn grow(
         let seen = targets.seen_by(&criterion);
         // The last sweep is that of the final weights, so that it need not be made twice.
         let is_final = nearly_done;
-        let interpolant = match is_final {
-            true => chosen.final_interpolant(space, &seen)?,
-            false => chosen.interpolant(space, &seen)?,
+        let interpolant = if is_final {
+            chosen.final_interpolant(space, &seen)?
+        } else {
+            chosen.interpolant(space, &seen)?
         };
         let residuals = residuals(space, &interpolant, seen);
         let (largest, measured) = errors(&seen, &residuals, &limits);
@@ -148,9 +149,10 @@ fn grow(
             }
         }
         if chosen.base.len() == before {
-            return match is_final {
-                true => Ok(chosen.end(targets, limits.measure, interpolant, residuals)),
-                false => chosen.finish(space, targets, limits.measure),
+            return if is_final {
+                Ok(chosen.end(targets, limits.measure, interpolant, residuals))
+            } else {
+                chosen.finish(space, targets, limits.measure)
             };
         }
     }
@@ -267,9 +269,10 @@ fn largest_error(targets: &Targets<'_>, residuals: &[f64], tolerance: f64) -> f6
                 let errors = nodes.chunks_exact(r).enumerate();
                 errors.fold(floor, |worst, (i, e)| {
                     let lever_arms = criterion.arms_of(NODES * chunk + i, targets.lever_arms);
-                    match criterion.bound(e, lever_arms) <= worst {
-                        true => worst,
-                        false => f64::max(worst, error(criterion, e, lever_arms)),
+                    if criterion.bound(e, lever_arms) <= worst {
+                        worst
+                    } else {
+                        f64::max(worst, error(criterion, e, lever_arms))
                     }
                 })
             })

@@ -1,4 +1,4 @@
-//! What the interpolant is made of: one place that knows which system gives its weights.
+//! The space of an interpolant: kernel, polynomial, constraints and images, and the system for its weights.
 
 use super::constrained::constrained_weights;
 use super::constraint::Constraint;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct Space {
     /// Kernel and support radius.
     pub basis: Basis,
-    /// Whether a linear polynomial stands beside the kernels.
+    /// Whether a linear polynomial is added to the kernels.
     pub linear: bool,
     /// The directions in which each surface point is held, where some slide. Values are then those of
     /// vector modes: column `3 m + a` is component `a` of mode `m`.
@@ -34,7 +34,7 @@ impl Space {
         }
     }
 
-    /// The same kernel for one value at a node, held at every point and without images.
+    /// The space of scalar fields with this kernel and polynomial, without constraints and images.
     pub fn scalar(&self) -> Self {
         Self {
             linear: self.linear,

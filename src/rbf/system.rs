@@ -71,7 +71,7 @@ pub(super) fn too_close(basis: Basis, at: usize, n: usize) -> Error {
     ))
 }
 
-/// `beta`, and the weights beside it, from `Phi^-1 values`.
+/// `beta`, and the weights, from `Phi^-1 values`.
 fn with_polynomial(
     base: &[Vector],
     factor: &Cholesky,

@@ -81,7 +81,7 @@ impl Chosen {
         }
     }
 
-    /// The interpolant of the base points chosen so far, by the growing factor where that serves.
+    /// The interpolant of the base points chosen so far, by the growing factor where that is possible.
     pub fn interpolant(&self, space: &Space, targets: &Targets<'_>) -> Result<Interpolant> {
         let values = targets.values_at(&self.base);
         if !space.is_plain() {

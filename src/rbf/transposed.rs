@@ -11,7 +11,7 @@ const CHUNK: usize = 4096;
 /// Tasks whose sums are kept until they are added, in order.
 const CHUNKS: usize = 64;
 
-/// What the values of the points come to at every base point:
+/// The product `Phi^T v` at every base point:
 ///
 /// ```text
 /// sum_i phi(|x_i - b_j| / R) v_i
@@ -19,7 +19,7 @@ const CHUNKS: usize = 64;
 ///
 /// over the `points` in `order`, neighbours in which should be neighbours in space, as those in `base`.
 /// On all threads; the sums of fixed-size chunks are added in order. `N n` kernel evaluations, fewer
-/// where a chunk or its values are out of reach or zero.
+/// where a chunk is beyond the support radius or its values are zero.
 pub fn transposed(
     basis: Basis,
     base: &[Vector],
@@ -44,7 +44,7 @@ pub fn transposed(
 
 /// The sums over one chunk of points.
 struct ChunkSums {
-    /// The base points that it reaches.
+    /// The base points within the support radius.
     base: Vec<u32>,
     sums: Vec<Vector>,
 }

@@ -22,6 +22,9 @@ pub struct RunRecord {
     pub outcome: String,
     /// The mesh, the schedule, and the files that it names.
     pub inputs: Vec<InputRecord>,
+    /// Bodies of a schedule made in memory that a function moves; none in a schedule from a file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub functions: Vec<FunctionRecord>,
     /// What it was asked for.
     pub options: OptionsRecord,
     /// Sentences about what the schedule left open.
@@ -83,6 +86,17 @@ pub struct InputRecord {
     /// Its hash; none for what came from a pipe.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blake3: Option<String>,
+}
+
+/// A body that a function moves.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FunctionRecord {
+    /// The body.
+    pub body: String,
+    /// The name of the function; none where it was given without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
 }
 
 /// Options that decide what is written.
@@ -274,11 +288,12 @@ impl OptionsRecord {
 }
 
 impl RepairRecord {
-    /// The same as a note; `azimuth_deg` is that of the step.
-    pub fn note(&self, azimuth_deg: f64) -> DeformNote {
+    /// The note of this repair; azimuth in degrees and time in seconds are those of the step.
+    pub fn note(&self, azimuth_deg: Option<f64>, time_s: Option<f64>) -> DeformNote {
         DeformNote::Substeps {
             step: self.step,
             azimuth_deg,
+            time_s,
             before: self.inverted_before,
             substeps: self.substeps,
             after: self.inverted,

@@ -7,11 +7,30 @@ use std::collections::BTreeMap;
 /// Rows by their step.
 pub type Rows = BTreeMap<usize, Row>;
 
-/// Defines [`Row`] and [`COLUMNS`]. A number is written by [`shortest`], or by the function after `as`.
+/// A column of steps.csv.
+#[derive(Debug, Clone, Copy)]
+pub struct Column {
+    /// Its name in the file.
+    pub name: &'static str,
+    /// What it is called on the page of a run.
+    pub label: &'static str,
+    /// Its unit; empty where it has none, or one that depends on the mesh.
+    pub unit: &'static str,
+    /// Whether it holds numbers.
+    pub is_number: bool,
+}
+
+/// Defines [`Row`] and [`COLUMNS`]: for each column its type, its label and its unit. A number is written by
+/// [`shortest`], or by the function after `as`.
 macro_rules! columns {
-    ($($(#[$doc:meta])* $column:ident: $kind:ty $(as $format:ident)?,)*) => {
+    ($($(#[$doc:meta])* $column:ident: $kind:ty $(as $format:ident)? => $label:literal, $unit:literal,)*) => {
         /// Columns of steps.csv, in order.
-        pub const COLUMNS: [&str; [$(stringify!($column)),*].len()] = [$(stringify!($column)),*];
+        pub const COLUMNS: [Column; [$(stringify!($column)),*].len()] = [$(Column {
+            name: stringify!($column),
+            label: $label,
+            unit: $unit,
+            is_number: <$kind as Value>::IS_NUMBER,
+        }),*];
 
         /// The values of a step. What is not known is `None`, and empty in the file.
         #[derive(Debug, Clone, Default, PartialEq)]
@@ -43,57 +62,57 @@ macro_rules! columns {
 
 columns! {
     /// Number of the step, from 0.
-    step: usize,
+    step: usize => "step", "",
     /// Azimuth in degrees.
-    azimuth_deg: f64 as decimal,
+    azimuth_deg: f64 as decimal => "azimuth", "degrees",
     /// Time in s.
-    time_s: Option<f64> as decimal,
+    time_s: Option<f64> as decimal => "time", "s",
     /// Name of the mesh's file.
-    file: String,
+    file: String => "file", "",
     /// Number of base points.
-    base_points: usize,
+    base_points: usize => "base points", "",
     /// Largest prescribed displacement of a surface node, in mesh units.
-    max_displacement: f64,
+    max_displacement: f64 => "largest displacement", "mesh units",
     /// Largest displacement error before the correction, in mesh units.
-    selection_error: f64,
+    selection_error: f64 => "error before the correction", "mesh units",
     /// Largest distance of a written surface node from its place, in mesh units.
-    max_surface_error: f64,
-    /// Root mean square of the same.
-    rms_surface_error: f64,
+    max_surface_error: f64 => "largest surface error", "mesh units",
+    /// Root mean square of the distances of written surface nodes from their places, in mesh units.
+    rms_surface_error: f64 => "RMS surface error", "mesh units",
     /// Cells that are valid in the reference mesh and inverted now.
-    inverted: Option<usize>,
+    inverted: Option<usize> => "inverted cells", "",
     /// Cells that are inverted in the reference mesh.
-    inverted_reference: Option<usize>,
+    inverted_reference: Option<usize> => "inverted in the reference", "",
     /// Smallest volume (area in 2D).
-    min_volume: Option<f64>,
+    min_volume: Option<f64> => "smallest volume", "",
     /// Smallest scaled Jacobian.
-    min_scaled_jacobian: Option<f64>,
+    min_scaled_jacobian: Option<f64> => "smallest scaled Jacobian", "",
     /// Mean scaled Jacobian.
-    mean_scaled_jacobian: Option<f64>,
+    mean_scaled_jacobian: Option<f64> => "mean scaled Jacobian", "",
     /// First percentile of the scaled Jacobian.
-    p01_scaled_jacobian: Option<f64>,
+    p01_scaled_jacobian: Option<f64> => "first percentile of the scaled Jacobian", "",
     /// Largest ratio of longest to shortest edge of a cell.
-    max_edge_ratio: Option<f64>,
+    max_edge_ratio: Option<f64> => "largest edge ratio", "",
     /// Largest equiangle skew.
-    max_skew: Option<f64>,
+    max_skew: Option<f64> => "largest equiangle skew", "",
     /// Largest non-orthogonality of a face, in degrees.
-    max_non_orthogonality: Option<f64>,
+    max_non_orthogonality: Option<f64> => "largest non-orthogonality", "degrees",
     /// Smallest size-skew against the reference mesh.
-    min_size_skew: Option<f64>,
+    min_size_skew: Option<f64> => "smallest size-skew", "",
     /// Mean size-skew.
-    mean_size_skew: Option<f64>,
+    mean_size_skew: Option<f64> => "mean size-skew", "",
     /// Smallest ratio of a first-cell height to that in the reference mesh.
-    min_first_cell_ratio: Option<f64>,
+    min_first_cell_ratio: Option<f64> => "smallest first-cell height ratio", "",
     /// Largest change of the angle between a wall's normal and the line to its first cell, in degrees.
-    max_normal_change_deg: Option<f64>,
+    max_normal_change_deg: Option<f64> => "largest change of wall normals", "degrees",
     /// Hash of what was written.
-    blake3: String,
+    blake3: String => "BLAKE3 of the file", "",
     /// Seconds of computing and writing, in thousandths.
-    seconds: f64 as thousandths,
+    seconds: f64 as thousandths => "computing and writing", "s",
 }
 
 impl Row {
-    /// Its line in the file.
+    /// The row as a line of the file, with its end.
     pub fn line(&self) -> String {
         joined(self.texts().iter().map(String::as_str))
     }
@@ -101,6 +120,7 @@ impl Row {
 
 /// A value of a column.
 trait Value: Sized {
+    const IS_NUMBER: bool;
     /// As it stands in the file; numbers with a fraction are written by `format`.
     fn text(&self, format: fn(f64) -> String) -> String;
     /// Back from there.
@@ -110,6 +130,8 @@ trait Value: Sized {
 }
 
 impl Value for usize {
+    const IS_NUMBER: bool = true;
+
     fn text(&self, _: fn(f64) -> String) -> String {
         self.to_string()
     }
@@ -124,6 +146,8 @@ impl Value for usize {
 }
 
 impl Value for f64 {
+    const IS_NUMBER: bool = true;
+
     fn text(&self, format: fn(f64) -> String) -> String {
         format(*self)
     }
@@ -138,6 +162,8 @@ impl Value for f64 {
 }
 
 impl Value for String {
+    const IS_NUMBER: bool = false;
+
     fn text(&self, _: fn(f64) -> String) -> String {
         self.clone()
     }
@@ -152,6 +178,8 @@ impl Value for String {
 }
 
 impl<T: Value> Value for Option<T> {
+    const IS_NUMBER: bool = T::IS_NUMBER;
+
     fn text(&self, format: fn(f64) -> String) -> String {
         self.as_ref()
             .map_or_else(String::new, |value| value.text(format))
@@ -178,10 +206,15 @@ fn thousandths(value: f64) -> String {
     format!("{value:.3}")
 }
 
+/// The names of all columns, in order.
+fn names() -> [&'static str; COLUMNS.len()] {
+    COLUMNS.map(|column| column.name)
+}
+
 /// The text of a table.
 pub fn text(rows: &Rows) -> String {
     rows.values()
-        .fold(joined(COLUMNS), |text, row| text + &row.line())
+        .fold(joined(names()), |text, row| text + &row.line())
 }
 
 /// The rows in the bytes of a table. A row that a killed run left cut is none; nor is one that is no row,
@@ -192,11 +225,11 @@ pub fn text(rows: &Rows) -> String {
 pub fn parse(bytes: &[u8]) -> Result<Rows> {
     let mut lines = lines(bytes);
     match lines.next() {
-        Some((line, Some(header))) if header != COLUMNS => {
+        Some((line, Some(header))) if header != names() => {
             return Err(Error::input(format!(
                 "the columns are \"{}\"; this version has \"{}\"",
                 header.join(","),
-                COLUMNS.join(",")
+                names().join(",")
             ))
             .line(line));
         }

@@ -91,24 +91,19 @@ fn draw(
     drop(before);
     for &row in rows {
         let is_worst = Some(row) == worst;
-        let step = sequence.table.step(row);
-        let caption = caption(sequence, row, is_worst);
-        let mesh = match meshes.at(row).and_then(|mesh| studio.check(mesh)) {
-            Ok(mesh) => mesh,
-            Err(error) => {
-                notes.push(format!("The mesh of step {step} is not shown: {error}."));
-                continue;
+        match studio.step(meshes, sequence, row, is_worst) {
+            Ok((picture, quality)) => {
+                if is_worst {
+                    let step = sequence.table.step(row);
+                    counted.insert(0, (format!("worst step, {step}"), quality));
+                }
+                gallery.pictures.push(picture);
             }
-        };
-        let (svg, quality) = studio.picture(&mesh, sequence.azimuth(row), &caption);
-        if is_worst {
-            counted.insert(0, (format!("worst step, {step}"), quality));
+            Err(error) => {
+                let step = sequence.table.step(row);
+                notes.push(format!("The mesh of step {step} is not shown: {error}."));
+            }
         }
-        gallery.pictures.push(Picture {
-            row: Some(row),
-            caption,
-            svg,
-        });
     }
     gallery.histogram = histogram(&counted);
     gallery
@@ -151,6 +146,21 @@ impl Studio<'_> {
                 self.n_cells
             ))),
         }
+    }
+
+    /// The picture of a row of steps.csv, and the scaled Jacobian of the cells of its mesh.
+    fn step(
+        &self,
+        meshes: &Meshes<'_>,
+        sequence: &Sequence,
+        row: usize,
+        is_worst: bool,
+    ) -> Result<(Picture, Vec<f64>)> {
+        let mesh = self.check(meshes.at(row)?)?;
+        let caption = caption(sequence, row, is_worst);
+        let (svg, quality) = self.picture(&mesh, sequence.azimuth(row), &caption);
+        let row = Some(row);
+        Ok((Picture { row, caption, svg }, quality))
     }
 
     /// The cut through a mesh, and the scaled Jacobian of its cells.

@@ -2,9 +2,8 @@
 
 use super::folder::Sequence;
 use crate::error::{Error, Result};
-use crate::formats::{ReadOptions, check_file};
+use crate::formats::{ReadOptions, check_file, hash_of};
 use crate::mesh::Mesh;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// Where the meshes of a sequence are.
@@ -54,7 +53,9 @@ impl<'a> Meshes<'a> {
         };
         let mut is_there = false;
         for path in self.places(&input.file) {
-            let Ok(found) = hash_of(&path) else { continue };
+            let Ok(found) = check_file(&path).and_then(|()| hash_of(&path)) else {
+                continue;
+            };
             is_there = true;
             if found.to_string() == *hash {
                 return read(&path, &options);
@@ -80,11 +81,4 @@ impl<'a> Meshes<'a> {
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
     Ok(Mesh::read_with(path, options)?.mesh)
-}
-
-fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
-    let mut hasher = blake3::Hasher::new();
-    check_file(path)?;
-    hasher.update_reader(File::open(path)?)?;
-    Ok(hasher.finalize())
 }

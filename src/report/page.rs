@@ -224,7 +224,7 @@ fn values(sequence: &Sequence) -> String {
 
 fn shown(sequence: &Sequence, column: &str) -> bool {
     let rows = 0..sequence.table.len();
-    let has_text = columns::is_text(column)
+    let has_text = columns::holds_numbers(column) == Some(false)
         && rows
             .into_iter()
             .any(|row| !sequence.table.text(row, column).is_empty());

@@ -65,7 +65,7 @@ impl Table {
         for (name, value) in self.columns.iter().zip(row) {
             let needed = name == "step" && value.is_empty();
             let wrong = !value.is_empty() && value.parse::<f64>().is_err();
-            if needed || columns::is_number(name) && wrong {
+            if needed || columns::holds_numbers(name) == Some(true) && wrong {
                 return Err(Error::input(format!(
                     "{name} is \"{value}\"; it should be a number"
                 )));

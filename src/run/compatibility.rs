@@ -1,6 +1,6 @@
 //! In what two runs differ that decides what they write, by their records.
 
-use crate::record::RunRecord;
+use crate::record::{FunctionRecord, RunRecord};
 use serde_json::Value;
 
 /// The first difference of two runs.
@@ -14,6 +14,10 @@ pub(super) enum Difference {
     NoHash,
     /// The content of an input file: what it is, and its names in one run and the other.
     Content(String, String, String),
+    /// A function without a name moves this body: whether it is the same one cannot be known.
+    NoName(String),
+    /// Functions of other bodies, or with other names: of one run and the other.
+    Functions(String, String),
     /// An option: its name and values.
     Option(String, Value, Value),
 }
@@ -42,10 +46,34 @@ pub(super) fn difference(one: &RunRecord, other: &RunRecord) -> Option<Differenc
     if one.inputs.len() != other.inputs.len() {
         return Some(Difference::Inputs);
     }
+    let mut functions = one.functions.iter().chain(&other.functions);
+    if let Some(unnamed) = functions.find(|function| function.name.is_none()) {
+        return Some(Difference::NoName(unnamed.body.clone()));
+    }
+    if one.functions != other.functions {
+        let [one, other] = [one, other].map(|record| listed(&record.functions));
+        return Some(Difference::Functions(one, other));
+    }
     let options = one.options.entries().into_iter();
     let mut pairs = options.zip(other.options.entries());
     let ((name, value), (_, other)) = pairs.find(|((_, value), (_, other))| value != other)?;
     Some(Difference::Option(name, value, other))
+}
+
+/// Functions by their names and bodies.
+fn listed(functions: &[FunctionRecord]) -> String {
+    let named = |function: &FunctionRecord| {
+        let name = function.name.as_deref().unwrap_or_default();
+        format!("\"{name}\" of body \"{}\"", function.body)
+    };
+    match functions {
+        [] => "none".to_owned(),
+        _ => functions
+            .iter()
+            .map(named)
+            .collect::<Vec<_>>()
+            .join(" and "),
+    }
 }
 
 impl Difference {
@@ -61,8 +89,11 @@ impl Difference {
             Self::Content(what, now, then) => {
                 format!("its {what} was {then}, which was not what {now} is now")
             }
+            Self::Functions(now, then) => {
+                format!("its functions were {then}, they are {now} now")
+            }
             Self::Option(name, now, then) => format!("its {name} was {then}, it is {now} now"),
-            Self::Inputs | Self::NoHash => self.of_inputs(),
+            Self::Inputs | Self::NoHash | Self::NoName(_) => self.of_inputs(),
         }
     }
 
@@ -76,10 +107,13 @@ impl Difference {
             Self::Content(what, first, own) => {
                 format!("its {what} was {own}, that of the first one {first}, with another content")
             }
+            Self::Functions(first, own) => {
+                format!("its functions were {own}, those of the first one {first}")
+            }
             Self::Option(name, first, own) => {
                 format!("its {name} was {own}, that of the first one {first}")
             }
-            Self::Inputs | Self::NoHash => self.of_inputs(),
+            Self::Inputs | Self::NoHash | Self::NoName(_) => self.of_inputs(),
         }
     }
 
@@ -88,6 +122,10 @@ impl Difference {
             Self::NoHash => {
                 "its mesh or schedule came from a pipe, of which there is no hash".to_owned()
             }
+            Self::NoName(body) => format!(
+                "body \"{body}\" is moved by a function without a name, which cannot be compared; \
+                 `displacements_named` gives it one"
+            ),
             _ => "it had more or fewer input files (base points of --base are one)".to_owned(),
         }
     }

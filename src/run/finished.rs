@@ -1,6 +1,6 @@
 //! What a run came to: everything that its rows of steps.csv tell, and where the time went.
 
-use super::names::Names;
+use super::names::{Names, bytes_of};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::Result;
@@ -50,19 +50,20 @@ impl Finished {
     }
 
     /// Takes over what the rows tell. `first_inverted` holds the first inverted cell of steps where it
-    /// is known.
+    /// is known; without `has_azimuth` notes name a step by its time.
     pub(super) fn take_rows(
         &mut self,
         names: &Names,
         rows: &Rows,
         first_inverted: &BTreeMap<usize, usize>,
         fail_on: &[Criterion],
+        has_azimuth: bool,
     ) -> Result<()> {
         self.n_steps = rows.len();
         for (step, row) in rows {
             self.take_row(row);
             if row.inverted.is_some_and(|n| n > 0) {
-                let note = inverted(row, first_inverted.get(step).copied());
+                let note = inverted(row, has_azimuth, first_inverted.get(step).copied());
                 self.inverted.push(note.clone().into());
                 self.warnings.push(note.into());
             }
@@ -79,10 +80,7 @@ impl Finished {
                 }
             }
         }
-        let sizes = rows.values().filter_map(|row| {
-            let found = std::fs::metadata(names.path(&row.file));
-            found.ok().map(|found| found.len())
-        });
+        let sizes = rows.values().map(|row| bytes_of(&names.path(&row.file)));
         self.mesh_bytes = sizes.max().unwrap_or(0);
         Ok(())
     }
@@ -104,10 +102,11 @@ impl Finished {
 }
 
 /// The inverted cells of a step.
-pub(super) fn inverted(row: &Row, first: Option<usize>) -> RunNote {
+pub(super) fn inverted(row: &Row, has_azimuth: bool, first: Option<usize>) -> RunNote {
     RunNote::Inverted {
         step: row.step,
-        azimuth_deg: row.azimuth_deg,
+        azimuth_deg: has_azimuth.then_some(row.azimuth_deg),
+        time_s: row.time_s,
         cells: row.inverted.unwrap_or(0),
         first,
     }

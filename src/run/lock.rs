@@ -139,12 +139,12 @@ fn refused(path: &Path, error: &std::io::Error) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::super::names::Part;
+    use super::super::names::RunSteps;
     use super::*;
 
     fn names(folder: &Path, steps: Option<Range<usize>>) -> Names {
         let format = crate::formats::by_name("vtu").expect("it is known");
-        let part = Part::new(steps, 10).expect("there are ten steps");
+        let part = RunSteps::new(steps, 10).expect("there are ten steps");
         Names::new(folder, Path::new("wing.su2"), format, 10, part)
     }
 

@@ -5,8 +5,9 @@ use super::compatibility::difference;
 use super::finished::Finished;
 use super::lock::{self, Lock};
 use super::merged::{self, Standing};
-use super::names::{self, Names, Part};
-use super::record::{self, Clock, hash_of, hash_of_range};
+use super::names::{self, Names, RunSteps};
+use super::parts::{PartRun, damaged};
+use super::record::{self, Clock};
 use super::table;
 use crate::error::{Error, Result};
 use crate::formats::{self, Format, clear_left, save_text};
@@ -17,17 +18,6 @@ use std::path::{Path, PathBuf};
 
 /// Steps or parts that are named one by one in a sentence.
 const MOST_NAMED: usize = 12;
-/// Bytes at the start of a file of all steps that belong to none of them.
-const SUPERBLOCK: u64 = 48;
-
-/// A part of a sequence as its run has left it.
-pub(super) struct Written {
-    pub steps: Range<usize>,
-    pub names: Names,
-    pub record: RunRecord,
-    pub rows: Rows,
-}
-
 /// Joins the parts in `folder`. What an earlier join has left is completed; `force` replaces it, and what
 /// another run has left.
 ///
@@ -40,7 +30,7 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     let (names, format) = sequence(folder, &records[0])?;
     let _lock = Lock::take(&names)?;
     let first = records[0].record.clone();
-    let parts: Vec<Written> = records
+    let parts: Vec<PartRun> = records
         .into_iter()
         .map(|found| part(&names, &first, found))
         .collect::<Result<_>>()?;
@@ -119,12 +109,12 @@ fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static dyn Format)
     let format = record.options.format.as_ref().ok_or_else(wrong)?;
     let n_steps = record.steps.ok_or_else(wrong)?;
     let format = formats::by_name(format).map_err(|error| error.file(path))?;
-    let whole = Part::new(None, n_steps).map_err(|error| error.file(path))?;
+    let whole = RunSteps::new(None, n_steps).map_err(|error| error.file(path))?;
     let names = Names::new(folder, Path::new(mesh), format, n_steps, whole);
     Ok((names, format))
 }
 
-fn part(names: &Names, first: &RunRecord, found: Found) -> Result<Written> {
+fn part(names: &Names, first: &RunRecord, found: Found) -> Result<PartRun> {
     let Found {
         steps,
         path,
@@ -138,7 +128,7 @@ fn part(names: &Names, first: &RunRecord, found: Found) -> Result<Written> {
         .file(&path));
     }
     let n_steps = names.steps().len();
-    let part = Part::new(Some(steps.clone()), n_steps).map_err(|error| error.file(&path))?;
+    let part = RunSteps::new(Some(steps.clone()), n_steps).map_err(|error| error.file(&path))?;
     let names = names.part(part);
     let table = names.table();
     let rows = match table.exists() {
@@ -148,7 +138,7 @@ fn part(names: &Names, first: &RunRecord, found: Found) -> Result<Written> {
     if let Some(step) = rows.keys().find(|step| !steps.contains(step)) {
         return Err(Error::input(format!("step {step} is not one of this part")).file(&table));
     }
-    Ok(Written {
+    Ok(PartRun {
         steps,
         names,
         record,
@@ -157,7 +147,7 @@ fn part(names: &Names, first: &RunRecord, found: Found) -> Result<Written> {
 }
 
 /// Every step is in one part.
-fn check_steps(names: &Names, parts: &[Written]) -> Result<()> {
+fn check_steps(names: &Names, parts: &[PartRun]) -> Result<()> {
     let mut count = vec![0; names.steps().len()];
     for step in parts.iter().flat_map(|part| part.rows.keys()) {
         count[*step] += 1;
@@ -187,14 +177,14 @@ fn check_steps(names: &Names, parts: &[Written]) -> Result<()> {
 }
 
 /// Parts as they are asked for.
-fn ranges<'a>(parts: impl Iterator<Item = &'a Written>) -> String {
-    let range = |part: &Written| format!("{}..{}", part.steps.start, part.steps.end);
+fn ranges<'a>(parts: impl Iterator<Item = &'a PartRun>) -> String {
+    let range = |part: &PartRun| format!("{}..{}", part.steps.start, part.steps.end);
     parts.map(range).collect::<Vec<_>>().join(", ")
 }
 
 /// Where steps are missing, in which parts or in none, and what writes them.
-fn lacking(missing: &[usize], parts: &[Written]) -> String {
-    let record = |part: &Written| file_name("run", Some(&part.steps), "json");
+fn lacking(missing: &[usize], parts: &[PartRun]) -> String {
+    let record = |part: &PartRun| file_name("run", Some(&part.steps), "json");
     let mut rest = missing.to_vec();
     let mut sentences = Vec::new();
     for part in parts {
@@ -250,7 +240,7 @@ fn some(mut names: Vec<String>, what: &str) -> String {
 }
 
 /// Every mesh has the hash that its row says.
-fn check_files(names: &Names, parts: &[Written], progress: &dyn Progress) -> Result<()> {
+fn check_files(names: &Names, parts: &[PartRun], progress: &dyn Progress) -> Result<()> {
     progress.start("verifying", Some(names.steps().len() as u64));
     let mut wrong = Vec::new();
     for part in parts {
@@ -268,32 +258,8 @@ fn check_files(names: &Names, parts: &[Written], progress: &dyn Progress) -> Res
     .file(&names.folder))
 }
 
-/// Steps whose mesh is not what its row says; `ends` tells where each ends where one file holds all.
-pub(super) fn damaged(
-    names: &Names,
-    rows: &Rows,
-    ends: &[u64],
-    progress: &dyn Progress,
-) -> Vec<usize> {
-    let mut wrong = Vec::new();
-    let mut from = SUPERBLOCK;
-    for (at, (step, row)) in rows.iter().enumerate() {
-        let path = names.path(&row.file);
-        let found = match ends.get(at) {
-            Some(end) => hash_of_range(&path, from..*end),
-            None => hash_of(&path),
-        };
-        from = ends.get(at).copied().unwrap_or(from);
-        if !found.is_ok_and(|hash| hash.to_string() == row.blake3) {
-            wrong.push(*step);
-        }
-        progress.advance(1);
-    }
-    wrong
-}
-
 /// Where each step ends in the file of a part; empty where each step has a file of its own.
-fn ends(part: &Written) -> Result<Vec<u64>> {
+fn ends(part: &PartRun) -> Result<Vec<u64>> {
     if !part.names.is_in_one() {
         return Ok(Vec::new());
     }

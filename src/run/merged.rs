@@ -3,8 +3,8 @@
 
 use super::compatibility::difference;
 use super::finished::Finished;
-use super::merge::{Written, damaged};
 use super::names::{self, Names};
+use super::parts::{PartRun, damaged};
 use super::record::{self, RecordFile};
 use super::table;
 use crate::diagnostic::Diagnostic;
@@ -41,7 +41,7 @@ impl Standing {
     pub fn find(
         names: &Names,
         format: &'static dyn Format,
-        parts: &[Written],
+        parts: &[PartRun],
         progress: &dyn Progress,
     ) -> Result<Self> {
         let path = names.record();
@@ -109,7 +109,7 @@ impl Standing {
 fn rows_there(
     names: &Names,
     format: &'static dyn Format,
-    parts: &[Written],
+    parts: &[PartRun],
     record: &RunRecord,
     progress: &dyn Progress,
 ) -> Option<RowsAndEnds> {
@@ -175,7 +175,7 @@ pub(super) fn remove_record(names: &Names) -> Result<()> {
 }
 
 /// The rows of all parts.
-pub(super) fn rows(parts: &[Written]) -> Rows {
+pub(super) fn rows(parts: &[PartRun]) -> Rows {
     parts.iter().flat_map(|part| part.rows.clone()).collect()
 }
 
@@ -183,7 +183,7 @@ pub(super) fn rows(parts: &[Written]) -> Rows {
 pub(super) fn join_meshes(
     names: &Names,
     format: &'static dyn Format,
-    parts: &[Written],
+    parts: &[PartRun],
     progress: &dyn Progress,
 ) -> Result<RowsAndEnds> {
     let options = write_options(parts);
@@ -217,7 +217,7 @@ pub(super) fn join_meshes(
 }
 
 /// Each step with its part, its place in that and its row.
-fn in_order(parts: &[Written]) -> BTreeMap<usize, (&Written, usize, &Row)> {
+fn in_order(parts: &[PartRun]) -> BTreeMap<usize, (&PartRun, usize, &Row)> {
     let steps = parts.iter().flat_map(|part| {
         let rows = part.rows.iter().enumerate();
         rows.map(move |(at, (step, row))| (*step, (part, at, row)))
@@ -226,7 +226,7 @@ fn in_order(parts: &[Written]) -> BTreeMap<usize, (&Written, usize, &Row)> {
 }
 
 /// Coordinates are written as the parts have them.
-fn write_options(parts: &[Written]) -> WriteOptions {
+fn write_options(parts: &[PartRun]) -> WriteOptions {
     let precision = match parts[0].record.options.precision.as_deref() {
         Some("f32") => Precision::F32,
         _ => Precision::F64,
@@ -239,9 +239,11 @@ fn write_options(parts: &[Written]) -> WriteOptions {
 }
 
 /// What the rows and the records of the parts tell.
-pub(super) fn finished(names: &Names, parts: &[Written], rows: &Rows) -> Result<Finished> {
+pub(super) fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
     let mut finished = Finished::default();
-    finished.take_rows(names, rows, &BTreeMap::new(), &[])?;
+    let has_azimuth = |row: &Row| row.azimuth_deg != 0.0 || row.time_s.is_none();
+    let has_azimuth = rows.values().any(has_azimuth);
+    finished.take_rows(names, rows, &BTreeMap::new(), &[], has_azimuth)?;
     let ends = || parts.iter().filter_map(|part| part.record.end.as_ref());
     finished.warnings = recorded(union(ends().map(|end| &end.warnings)));
     finished.failures = recorded(union(ends().map(|end| &end.failures)));
@@ -269,7 +271,7 @@ fn union<'a>(lists: impl Iterator<Item = &'a Vec<String>>) -> Vec<String> {
 /// The record of the whole sequence.
 pub(super) fn record(
     names: &Names,
-    parts: &[Written],
+    parts: &[PartRun],
     ends: &[u64],
     finished: &Finished,
 ) -> RecordFile {

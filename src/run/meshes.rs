@@ -19,8 +19,8 @@ pub(super) struct Meshes<'a> {
     /// The file that takes all of them, where the format has that.
     sequence: Option<Shared>,
     /// Whether all meshes so far were in that file before.
-    pub is_retracing: bool,
-    /// Where each mesh written or retraced ends in that file.
+    pub is_resuming: bool,
+    /// Where each mesh written or verified ends in that file.
     pub ends: Vec<u64>,
     /// What the format could not hold.
     pub notes: Notes,
@@ -43,7 +43,7 @@ impl<'a> Meshes<'a> {
             names,
             format,
             options,
-            is_retracing: sequence.as_ref().is_some_and(|file| file.is_resuming()),
+            is_resuming: sequence.as_ref().is_some_and(|file| file.is_resuming()),
             sequence: sequence.map(|file| Arc::new(Mutex::new(file))),
             ends: Vec::new(),
             notes: Notes::default(),
@@ -59,7 +59,7 @@ impl<'a> Meshes<'a> {
             let appended = file.append(step.time(), mesh);
             let hash = appended.map_err(|error| error.file(&path))?;
             self.ends.push(file.n_bytes());
-            self.is_retracing = file.is_resuming();
+            self.is_resuming = file.is_resuming();
             let sequence = Arc::clone(sequence);
             let commit = move || lock(&sequence).commit().map_err(|error| error.file(&path));
             return Ok((hash, Staged::new(move || commit().map(|()| None))));
@@ -71,7 +71,7 @@ impl<'a> Meshes<'a> {
         Ok((written.hash.expect("it was asked for"), written.files))
     }
 
-    /// Makes the file of all steps end with the mesh written or retraced last; tells whether it did
+    /// Makes the file of all steps end with the mesh written or verified last; tells whether it did
     /// not.
     pub fn end(&mut self) -> Result<bool> {
         let path = self.names.path(&self.names.mesh(self.names.steps().start));

@@ -3,28 +3,31 @@
 //! Owns the order of the work and what it leaves in its folder. Leaves to `deform` where nodes are, and
 //! to `formats` what a file looks like.
 
-pub mod base;
+pub mod base_file;
+mod base_points;
 mod compatibility;
 mod finished;
-#[cfg(test)]
-mod folder_format;
-mod intervals;
 mod lock;
 mod merge;
 mod merged;
 mod meshes;
 mod names;
 mod parts;
-mod prove;
 mod record;
+mod request;
 mod resume;
 #[expect(clippy::module_inception)]
 mod run;
 mod step;
 mod step_loop;
 mod table;
+mod verify;
 mod writer;
 
 pub use finished::Finished;
 pub use merge::finish;
-pub use run::{Request, run};
+pub use request::Request;
+pub use run::run;
+
+#[cfg(test)]
+mod tests;

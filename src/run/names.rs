@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 
 /// The steps that a run writes: all, or one part of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
+pub struct RunSteps {
     steps: Range<usize>,
     whole: bool,
 }
 
-impl Part {
+impl RunSteps {
     /// The part of a sequence of `n_steps` that was asked for; all of it when none was.
     pub fn new(steps: Option<Range<usize>>, n_steps: usize) -> Result<Self> {
         let whole = steps.is_none();
@@ -44,7 +44,7 @@ pub struct Names {
     /// Whether what holds a mesh is a folder.
     of_folders: bool,
     digits: usize,
-    part: Part,
+    part: RunSteps,
     /// How files take these names.
     pub commit: Commit,
 }
@@ -56,7 +56,7 @@ impl Names {
         mesh: &Path,
         format: &dyn Format,
         n_steps: usize,
-        part: Part,
+        part: RunSteps,
     ) -> Self {
         // "wing.b8.ugrid.gz" gives wing_0000.
         let name = mesh.file_name().filter(|name| *name != "-");
@@ -97,8 +97,8 @@ impl Names {
         self.in_one
     }
 
-    /// The same sequence, another part of it.
-    pub fn part(&self, part: Part) -> Self {
+    /// Names of another part of this sequence.
+    pub fn part(&self, part: RunSteps) -> Self {
         Self {
             part,
             ..self.clone()
@@ -197,9 +197,22 @@ pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf
 
 /// Bytes of the files of an earlier run.
 pub fn bytes_of_existing(names: &Names) -> u64 {
-    let files = existing_outputs(names).into_iter();
-    let sizes = files.filter_map(|path| Some(std::fs::metadata(path).ok()?.len()));
-    sizes.sum()
+    existing_outputs(names)
+        .iter()
+        .map(|path| bytes_of(path))
+        .sum()
+}
+
+/// Bytes of a file, or of all files in a folder; 0 for what cannot be read.
+pub(super) fn bytes_of(path: &Path) -> u64 {
+    let Ok(found) = std::fs::symlink_metadata(path) else {
+        return 0;
+    };
+    if !found.is_dir() {
+        return found.len();
+    }
+    let inside = std::fs::read_dir(path).into_iter().flatten().flatten();
+    inside.map(|entry| bytes_of(&entry.path())).sum()
 }
 
 /// Refuses a folder that holds files of an earlier run.
@@ -260,7 +273,7 @@ mod tests {
     fn a_mesh_is_named_without_its_endings() {
         let vtu = crate::formats::by_name("vtu").expect("it is known");
         let name = |mesh: &str, n| {
-            let part = Part::new(None, n).expect("all of it");
+            let part = RunSteps::new(None, n).expect("all of it");
             Names::new(Path::new("d"), Path::new(mesh), vtu, n, part).mesh(7)
         };
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
@@ -268,9 +281,26 @@ mod tests {
         assert_eq!(name("-", 1), "mesh_0007.vtu");
     }
 
+    #[test]
+    fn bytes_of_a_folder_are_those_of_its_files() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let inside = folder.path().join("wing.toy/constant");
+        std::fs::create_dir_all(&inside).expect("it can be made");
+        for (path, n) in [("wing.toy/points", 7), ("wing.toy/constant/faces", 30)] {
+            std::fs::write(folder.path().join(path), vec![0; n]).expect("it can be written");
+        }
+        std::fs::write(folder.path().join("steps.csv"), "12345").expect("it can be written");
+        std::fs::write(folder.path().join("another"), "12345").expect("it can be written");
+        let names = Names {
+            folder: folder.path().to_owned(),
+            ..names(None, "toy")
+        };
+        assert_eq!(bytes_of_existing(&names), 42);
+    }
+
     fn names(steps: Option<Range<usize>>, format: &str) -> Names {
         let format = crate::formats::by_name(format).expect("it is known");
-        let part = Part::new(steps, 10).expect("there are ten steps");
+        let part = RunSteps::new(steps, 10).expect("there are ten steps");
         Names::new(Path::new("d"), Path::new("wing.su2"), format, 10, part)
     }
 

@@ -2,9 +2,22 @@
 
 use super::names::{Names, files};
 use crate::error::{Error, Result};
-use crate::record::part_of;
+use crate::formats::{hash_of, hash_of_range};
+use crate::progress::Progress;
+use crate::record::{Rows, RunRecord, part_of};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+/// Bytes at the start of a file of all steps that belong to none of them.
+const SUPERBLOCK: u64 = 48;
+
+/// A part of a sequence as its run has left it.
+pub(super) struct PartRun {
+    pub steps: Range<usize>,
+    pub names: Names,
+    pub record: RunRecord,
+    pub rows: Rows,
+}
 
 /// The steps of the part that a record is of; `None` for one of a whole sequence.
 pub(super) fn steps_of(record: &Path) -> Option<Range<usize>> {
@@ -41,4 +54,28 @@ pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
         record.file_name().unwrap_or_default().display(),
     ))
     .file(&names.folder))
+}
+
+/// Steps whose mesh is not what its row says; `ends` tells where each ends where one file holds all.
+pub(super) fn damaged(
+    names: &Names,
+    rows: &Rows,
+    ends: &[u64],
+    progress: &dyn Progress,
+) -> Vec<usize> {
+    let mut wrong = Vec::new();
+    let mut from = SUPERBLOCK;
+    for (at, (step, row)) in rows.iter().enumerate() {
+        let path = names.path(&row.file);
+        let found = match ends.get(at) {
+            Some(end) => hash_of_range(&path, from..*end),
+            None => hash_of(&path),
+        };
+        from = ends.get(at).copied().unwrap_or(from);
+        if !found.is_ok_and(|hash| hash.to_string() == row.blake3) {
+            wrong.push(*step);
+        }
+        progress.advance(1);
+    }
+    wrong
 }

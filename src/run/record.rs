@@ -2,24 +2,19 @@
 
 use super::finished::Finished;
 use super::names::Names;
-use super::run::Request;
+use super::request::Request;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
-use crate::formats::{Commit, Precision, check_file, check_no_device, hash_of_folder, save_text};
+use crate::formats::{Commit, Precision, check_file, hash_of, save_text};
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
 use crate::record::{
-    EndRecord, InputRecord, LayerRecord, OptionsRecord, RunRecord, SelectionRecord,
+    EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, RunRecord, SelectionRecord,
 };
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Bytes that are read at once.
-const PIECE: usize = 4 << 20;
 
 /// The record of a run with its place on the disk.
 pub(super) struct RecordFile {
@@ -62,6 +57,7 @@ impl RecordFile {
             program: concat!("azimesh ", env!("CARGO_PKG_VERSION")).to_owned(),
             outcome: "running".to_owned(),
             inputs,
+            functions: functions(plan),
             options: options(plan, request),
             chosen: sentences(&plan.choices),
             dimension: Some(plan.mesh.dimension().into()),
@@ -137,6 +133,16 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
     }
 }
 
+fn functions(plan: &Plan) -> Vec<FunctionRecord> {
+    let functions = plan.schedule.functions().into_iter();
+    functions
+        .map(|(body, name)| FunctionRecord {
+            body: body.to_owned(),
+            name: name.map(str::to_owned),
+        })
+        .collect()
+}
+
 /// An input and its hash; what came from a pipe is gone and has none.
 fn input(what: &str, path: &Path) -> Result<InputRecord> {
     let is_pipe = |found: std::fs::Metadata| !found.is_file() && !found.is_dir();
@@ -159,32 +165,6 @@ pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
     let bytes = check_file(path).and_then(|()| std::fs::read(path));
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     Ok(RunRecord::parse(&bytes).ok().filter(RunRecord::is_whole))
-}
-
-/// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, that of
-/// its files.
-pub(super) fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
-    match path.is_dir() {
-        true => hash_of_folder(path, hash_of),
-        false => hash_of_range(path, 0..u64::MAX),
-    }
-}
-
-/// The hash of some bytes of a file.
-pub(super) fn hash_of_range(path: &Path, bytes: Range<u64>) -> std::io::Result<blake3::Hash> {
-    check_no_device(path)?;
-    let mut file = File::open(path)?;
-    file.seek(SeekFrom::Start(bytes.start))?;
-    let mut file = file.take(bytes.end.saturating_sub(bytes.start));
-    let mut hasher = blake3::Hasher::new();
-    let mut piece = Vec::with_capacity(PIECE);
-    loop {
-        piece.clear();
-        if file.by_ref().take(PIECE as u64).read_to_end(&mut piece)? == 0 {
-            return Ok(hasher.finalize());
-        }
-        hasher.update_rayon(&piece);
-    }
 }
 
 /// What the selections of an interval came to.

@@ -4,13 +4,13 @@
 use super::compatibility::difference;
 use super::names::{Names, existing_outputs};
 use super::parts;
-use super::record::{self, hash_of};
+use super::record;
 use super::table;
 use crate::deform::{Deformation, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
-use crate::formats::Format;
+use crate::formats::{Format, hash_of};
 use crate::progress::Progress;
 use crate::quality::Criterion;
 use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings};
@@ -24,7 +24,7 @@ const MOST_NOTES: usize = 10;
 #[derive(Debug, Default)]
 pub(super) struct Earlier {
     /// Rows of the steps that need not be done again; where one file holds all steps, those that are
-    /// to be retraced in it.
+    /// to be verified in it.
     pub rows: Rows,
     /// Files of base points that it chose, and their hashes.
     pub bases: BTreeMap<String, String>,
@@ -36,18 +36,18 @@ pub(super) struct Earlier {
     fail_on: Vec<Criterion>,
     /// Where its time went.
     timings: Timings,
-    /// How often it was gone on with.
+    /// How often it was resumed before.
     n_before: u64,
     /// What has to be done again.
     pub notes: Vec<Diagnostic>,
     /// Parts that were joined to it.
     parts: Option<Vec<String>>,
     /// Whether its record is lost: rows count then where the same step gives the same bytes.
-    pub is_unproven: bool,
+    pub is_unverified: bool,
 }
 
 impl Earlier {
-    /// The run that is to be gone on with; empty where the folder holds none.
+    /// The run that is to be resumed; empty where the folder holds none.
     ///
     /// # Errors
     /// Where another mesh, schedule or program was used, or it left no record of itself.
@@ -79,7 +79,7 @@ impl Earlier {
         if !names.is_in_one() {
             earlier.check_files(plan, names, format, deformation.progress());
         }
-        earlier.is_unproven = then.is_none() && !earlier.rows.is_empty();
+        earlier.is_unverified = then.is_none() && !earlier.rows.is_empty();
         Ok(earlier)
     }
 
@@ -135,7 +135,7 @@ impl Earlier {
         (!self.repairs.is_empty()).then_some(repairs)
     }
 
-    /// Conditions of a run that goes on with this one: its own, or else those that this one had.
+    /// Conditions of the run that resumes this one: its own, or else those that this one had.
     pub fn take_conditions(&mut self, own: &[Criterion]) -> Vec<Criterion> {
         if !own.is_empty() {
             self.fail_on = own.to_vec();

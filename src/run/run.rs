@@ -1,15 +1,15 @@
-//! The run: plan, base points once an interval, mode fields, then step after step; a step is written
-//! while the next one is computed.
+//! The order of the work of a run: checks, the folder, base points once an interval, then step after step; a
+//! step is written while the next one is computed.
 
-use super::base;
+use super::base_file;
+use super::base_points::BasePointStore;
 use super::finished::Finished;
-use super::intervals::Intervals;
 use super::lock::Lock;
-use super::names::{self, Names, Part};
+use super::names::{self, Names, RunSteps};
 use super::parts;
 use super::record::{Clock, RecordFile, sentences};
+use super::request::Request;
 use super::resume::Earlier;
-use super::step_loop::Pass;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed_at_step};
 use crate::diagnostic::Diagnostic;
@@ -21,35 +21,6 @@ use crate::preflight::{self, Demand, before_work, check_disk};
 use crate::quality::Criterion;
 use crate::record::Rows;
 use std::collections::BTreeMap;
-use std::ops::Range;
-use std::path::PathBuf;
-
-/// What a run is asked for.
-#[derive(Debug, Clone, Default)]
-pub struct Request {
-    /// The mesh file, for names and hashes.
-    pub mesh: PathBuf,
-    /// Where the files go.
-    pub folder: PathBuf,
-    /// Base points chosen before.
-    pub base: Option<PathBuf>,
-    /// The steps to write, counted from 0; all when left out.
-    pub steps: Option<Range<usize>>,
-    /// The cell array that the boundary tags were read from, where it was named.
-    pub tag_array: Option<String>,
-    /// Whether files of an earlier run are replaced.
-    pub force: bool,
-    /// Whether an earlier run is gone on with.
-    pub resume: bool,
-    /// Whether steps that cannot be written are passed over.
-    pub keep_going: bool,
-    /// Whether a disk without room for all steps is written to nevertheless.
-    pub no_space_check: bool,
-    /// Whether steps need not outlive a power cut.
-    pub no_sync: bool,
-    /// Conditions that fail the run.
-    pub fail_on: Vec<Criterion>,
-}
 
 /// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder.
 ///
@@ -58,33 +29,20 @@ pub struct Request {
 /// where `on_inverted = "stop"` stops it; [`ErrorKind::Interrupted`](crate::error::ErrorKind::Interrupted) between two steps when `stop` was
 /// asked to.
 pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
+    // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
+    // folder is locked before its files are read. An earlier run and the free disk are checked before anything
+    // is removed, and run.json is written before the first mesh.
     let clock = Clock::start();
     let plan = deformation.plan();
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
-    warnings.extend(preflight::warnings(plan));
-    if plan.without_boxes {
-        warnings.push(RunNote::NoBoxes.into());
-    }
-    let n_steps = plan.motion.steps.len();
-    let part = Part::new(request.steps.clone(), n_steps)?;
-    let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
-    names.commit.sync = !request.no_sync;
+    let (mut warnings, mesh_bytes) = warnings_before(plan, format, request)?;
+    let names = names_of(plan, format, request)?;
     let mut record = RecordFile::new(&names, plan, request)?;
     let base = request.base.as_deref();
-    let loaded = base.map(|path| base::load(plan, path)).transpose()?;
+    let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
-    if !request.force {
-        parts::refuse_overlap(&names)?;
-    }
-    let mut earlier = match request.resume {
-        true => Earlier::find(deformation, &names, format, &record.content)?,
-        false => Earlier::default(),
-    };
-    if !request.resume && !request.force {
-        names::refuse_existing(&names)?;
-    }
+    let mut earlier = earlier_run(deformation, &names, format, &record, request)?;
     formats::clear_left(&names.folder);
     if !request.no_space_check {
         let steps = (names.steps().len(), earlier.rows.len());
@@ -103,7 +61,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record.content);
     let base_files = earlier.bases.clone();
-    let mut intervals = Intervals::new(deformation, &names, loaded, base_files);
+    let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
     let mut run = Run {
         deformation,
@@ -122,8 +80,61 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         seconds: (0.0, 0.0),
     };
     run.save_record()?;
-    let result = run.steps(&mut intervals);
-    run.close(result, intervals, &clock)
+    let result = run.steps(&mut base_points);
+    run.close(result, base_points, &clock)
+}
+
+/// Refuses what can be refused without the folder; gives the warnings, and the bytes of one mesh.
+fn warnings_before(
+    plan: &Plan,
+    format: &dyn Format,
+    request: &Request,
+) -> Result<(Vec<Diagnostic>, u64)> {
+    let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
+    warnings.extend(preflight::warnings(plan));
+    if plan.without_boxes {
+        warnings.push(RunNote::NoBoxes.into());
+    }
+    Ok((warnings, mesh_bytes))
+}
+
+/// The names of the files that the request is for.
+fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names> {
+    let n_steps = plan.motion.steps.len();
+    let part = RunSteps::new(request.steps.clone(), n_steps)?;
+    let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
+    names.commit.sync = !request.no_sync;
+    Ok(names)
+}
+
+/// The run that is resumed; none where a run is created, which is refused where the folder holds another one
+/// that it may not replace.
+fn earlier_run(
+    deformation: &Deformation,
+    names: &Names,
+    format: &dyn Format,
+    record: &RecordFile,
+    request: &Request,
+) -> Result<Earlier> {
+    if !request.force {
+        parts::refuse_overlap(names)?;
+    }
+    if request.resume {
+        return Earlier::find(deformation, names, format, &record.content);
+    }
+    if !request.force {
+        names::refuse_existing(names)?;
+    }
+    Ok(Earlier::default())
+}
+
+/// How a loop over the steps ended.
+#[derive(PartialEq, Eq)]
+pub(super) enum LoopEnd {
+    /// All steps are finished.
+    Done,
+    /// The file of all steps differs from the rows: fewer of them count from now on, and the loop starts again.
+    Restart,
 }
 
 /// A run under way.
@@ -136,7 +147,7 @@ pub(super) struct Run<'a> {
     /// Conditions that fail the run.
     fail_on: Vec<Criterion>,
     pub record: RecordFile,
-    /// What is known of the run that is gone on with; its rows are those that still count.
+    /// What is known of the run that is resumed; its rows are those that still count.
     pub earlier: Earlier,
     pub n_kept: usize,
     /// Rows of all steps that are finished.
@@ -149,17 +160,17 @@ pub(super) struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn steps(&mut self, intervals: &mut Intervals<'_>) -> Result<()> {
-        let restored = intervals.restore();
-        self.note_choices(intervals)?;
+    fn steps(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
+        let restored = base_points.restore();
+        self.note_choices(base_points)?;
         self.warnings.extend(restored?);
         if self.is_complete() {
             return Ok(());
         }
-        self.choose_first(intervals)?;
-        if self.earlier.is_unproven && !self.is_to_be_retraced() {
-            self.prove(intervals)?;
-            self.note_choices(intervals)?;
+        self.choose_first(base_points)?;
+        if self.earlier.is_unverified && !self.is_to_be_verified() {
+            self.verify_steps(base_points)?;
+            self.note_choices(base_points)?;
             if self.is_complete() {
                 return Ok(());
             }
@@ -177,7 +188,7 @@ impl Run<'_> {
                 self.deformation.stop(),
                 begin,
             )?;
-            let pass = self.pass(&mut writer, intervals);
+            let pass = self.step_loop(&mut writer, base_points);
             let settled = writer.settle();
             self.seconds.1 += writer.seconds;
             if self.names.is_in_one() {
@@ -185,7 +196,7 @@ impl Run<'_> {
             }
             self.take_notes(writer.notes());
             let mended = match (&pass, &settled) {
-                (Ok(Pass::Done), Ok(())) => writer.end()?,
+                (Ok(LoopEnd::Done), Ok(())) => writer.end()?,
                 _ => false,
             };
             self.rows = writer.rows();
@@ -194,8 +205,8 @@ impl Run<'_> {
             }
             let pass = pass?;
             settled?;
-            if pass == Pass::Done {
-                self.vouch()?;
+            if pass == LoopEnd::Done {
+                self.mark_verified()?;
                 self.deformation.progress().finish();
                 return Ok(());
             }
@@ -219,33 +230,33 @@ impl Run<'_> {
         }
     }
 
-    /// Whether nothing is left to be done, or gone over.
+    /// Whether no step is left to be written or verified.
     fn is_complete(&self) -> bool {
         let is_all = self.rows.len() == self.names.steps().len();
-        is_all && !self.is_to_be_retraced() && !self.earlier.is_unproven
+        is_all && !self.is_to_be_verified() && !self.earlier.is_unverified
     }
 
-    /// Steps of an earlier run lie in a file that only those who go over them can go on with.
-    fn is_to_be_retraced(&self) -> bool {
+    /// Whether steps of an earlier run are verified as they are appended again: so a file of all steps is resumed.
+    fn is_to_be_verified(&self) -> bool {
         self.names.is_in_one()
     }
 
-    /// The steps that have to be gone over.
+    /// The steps that have to be written or verified.
     pub(super) fn todo(&self) -> Vec<Step> {
         let steps = &self.plan.motion.steps[self.names.steps()];
         let wanted =
-            |step: &&Step| self.is_to_be_retraced() || !self.earlier.rows.contains_key(&step.index);
+            |step: &&Step| self.is_to_be_verified() || !self.earlier.rows.contains_key(&step.index);
         steps.iter().filter(wanted).copied().collect()
     }
 
     /// Base points for the first step: without them there is no table of steps either.
-    fn choose_first(&mut self, intervals: &mut Intervals<'_>) -> Result<()> {
+    fn choose_first(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let todo = self.todo();
         let Some(first) = todo.first() else {
             return Ok(());
         };
-        let entered = intervals.enter(first).map(|_| ());
-        self.note_choices(intervals)?;
+        let entered = base_points.enter(first).map(|_| ());
+        self.note_choices(base_points)?;
         match entered {
             Err(error) if self.plan.selection_intervals().len() > 1 && self.passes_over(&error) => {
                 Ok(())
@@ -255,13 +266,13 @@ impl Run<'_> {
     }
 
     /// Puts into run.json what a resumed run must know of base points.
-    pub(super) fn note_choices(&mut self, intervals: &Intervals<'_>) -> Result<()> {
+    pub(super) fn note_choices(&mut self, base_points: &BasePointStore<'_>) -> Result<()> {
         let content = &mut self.record.content;
-        if content.base_files == intervals.base_files {
+        if content.base_files == base_points.base_files {
             return Ok(());
         }
-        content.base_files.clone_from(&intervals.base_files);
-        content.selections = self.earlier.with_selections(&intervals.selections);
+        content.base_files.clone_from(&base_points.base_files);
+        content.selections = self.earlier.with_selections(&base_points.selections);
         self.save_record()
     }
 
@@ -276,8 +287,8 @@ impl Run<'_> {
         let repairs = self.earlier.repairs.iter();
         let written = repairs.filter(|(step, _)| self.rows.contains_key(step));
         let notes = written.map(|(step, repair)| {
-            let azimuth_deg = self.plan.motion.steps[*step].azimuth_deg;
-            Diagnostic::from(repair.note(azimuth_deg))
+            let step = &self.plan.motion.steps[*step];
+            Diagnostic::from(repair.note(step.azimuth_deg(), step.time_s()))
         });
         finished.warnings.extend(notes);
     }
@@ -298,7 +309,7 @@ impl Run<'_> {
     fn close(
         mut self,
         result: Result<()>,
-        intervals: Intervals<'_>,
+        base_points: BasePointStore<'_>,
         clock: &Clock,
     ) -> Result<Finished> {
         let _held = self.deformation.stop().hold();
@@ -309,21 +320,28 @@ impl Run<'_> {
             ..Finished::default()
         };
         self.tell_repairs(&mut finished);
-        finished.take_rows(self.names, &self.rows, &self.first_inverted, &self.fail_on)?;
+        let has_azimuth = self.plan.motion.steps[0].has_azimuth;
+        finished.take_rows(
+            self.names,
+            &self.rows,
+            &self.first_inverted,
+            &self.fail_on,
+            has_azimuth,
+        )?;
         self.note_misses(&mut finished);
         let warnings = self.earlier.selection_warnings();
-        for warning in intervals.warnings.into_iter().chain(warnings) {
+        for warning in base_points.warnings.into_iter().chain(warnings) {
             // An earlier run may have recorded the sentence of one that is made again.
             let sentence = warning.to_string();
             if !sentences(&finished.warnings).contains(&sentence) {
                 finished.warnings.push(warning);
             }
         }
-        finished.timings.selection = intervals.seconds_selection;
-        finished.timings.modes = intervals.seconds_modes;
+        finished.timings.selection = base_points.seconds_selection;
+        finished.timings.modes = base_points.seconds_modes;
         (finished.timings.steps, finished.timings.writing) = self.seconds;
         finished.timings.total = clock.seconds();
-        if self.earlier.is_unproven {
+        if self.earlier.is_unverified {
             return result.map(|()| finished);
         }
         self.record.close(&finished, result.as_ref().err());

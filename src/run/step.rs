@@ -1,6 +1,6 @@
 //! One step: its arrays and its row of steps.csv.
 
-use super::intervals::Intervals;
+use super::base_points::BasePointStore;
 use super::record::Clock;
 use crate::deform::{Deformation, Evaluated, Plan};
 use crate::error::Result;
@@ -20,13 +20,17 @@ pub(super) struct Computed {
 
 /// Positions and quality of one step; coordinates as they will be written.
 pub(super) fn compute(
-    intervals: &mut Intervals<'_>,
+    base_points: &mut BasePointStore<'_>,
     step: &Step,
     points: &mut [Vector],
 ) -> Result<Computed> {
-    let interval = intervals.enter(step)?;
+    let interval = base_points.enter(step)?;
+    let deformation = base_points.deformation;
+    if deformation.plan().schedule.output.quality != QualityOutput::None {
+        // Made once, in no step's time.
+        deformation.measures();
+    }
     let clock = Clock::start();
-    let deformation = intervals.deformation;
     let round = rounding(deformation.plan())?;
     Ok(Computed {
         found: deformation.evaluate(&interval, step, &round, points)?,
@@ -35,14 +39,14 @@ pub(super) fn compute(
 }
 
 /// Positions of a step that was computed before, and its velocities: what its mesh consists of.
-pub(super) fn compute_again(
-    intervals: &mut Intervals<'_>,
+pub(super) fn recompute(
+    base_points: &mut BasePointStore<'_>,
     step: &Step,
     points: &mut [Vector],
 ) -> Result<Computed> {
-    let interval = intervals.enter(step)?;
+    let interval = base_points.enter(step)?;
     interval.points_at(step, points)?;
-    rounding(intervals.deformation.plan())?(points);
+    rounding(base_points.deformation.plan())?(points);
     Ok(Computed {
         found: Evaluated {
             velocities: interval.velocities_at(step, points),

@@ -1,10 +1,10 @@
-//! A pass over the steps of a run: each is computed while the one before is written, or, where an
-//! earlier run has put it into the file of all steps, gone over there.
+//! The loop over the steps of a run: each is computed while the one before is written or, where the file of all
+//! steps holds it already, verified there.
 
+use super::base_points::BasePointStore;
 use super::finished::inverted;
-use super::intervals::Intervals;
-use super::run::Run;
-use super::step::{Computed, StepArrays, compute, compute_again, row};
+use super::run::{LoopEnd, Run};
+use super::step::{Computed, StepArrays, compute, recompute, row};
 use super::writer::Writer;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
@@ -13,54 +13,46 @@ use crate::geometry::vector::Vector;
 use crate::mesh::MeshView;
 use crate::motion::{OnInverted, Step};
 
-/// How a pass over the steps ended.
-#[derive(PartialEq, Eq)]
-pub(super) enum Pass {
-    /// All are finished.
-    Done,
-    /// The file of all steps is not what the rows say: fewer of them count from now on.
-    Again,
-}
-
 /// What is to be done for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
-    /// All of it.
+    /// To compute and write it.
     New,
-    /// Its positions, which the file of all steps should hold.
-    Again,
-    /// The same, with what may be done about inverted cells: nothing is known of that any more.
-    Prove,
-    /// Its positions as the file of all steps holds them: to compute them again would take as long as
-    /// the first time.
+    /// To compute its positions, which the file of all steps should hold.
+    Recompute,
+    /// To compute it with the repair of inverted cells, of which no record is left, and to compare it with the
+    /// file of all steps.
+    Verify,
+    /// To read its positions from the file of all steps: to compute them again would take as long as the
+    /// first time.
     ReadBack,
 }
 
 impl Run<'_> {
-    /// Goes over all steps that have to be gone over.
-    pub(super) fn pass(
+    /// Writes or verifies all steps that are left.
+    pub(super) fn step_loop(
         &mut self,
         writer: &mut Writer<'_>,
-        intervals: &mut Intervals<'_>,
-    ) -> Result<Pass> {
+        base_points: &mut BasePointStore<'_>,
+    ) -> Result<LoopEnd> {
         let todo = self.todo();
         let Some(first) = todo.first() else {
-            return Ok(Pass::Done);
+            return Ok(LoopEnd::Done);
         };
         let progress = self.deformation.progress();
         progress.start("steps", Some(todo.len() as u64));
         let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
         let mut next = points.clone();
         let mut task = self.task(first);
-        let mut computed = task.run(intervals, first, &mut next);
+        let mut computed = task.run(base_points, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
             self.check_stop()?;
             if task == Task::New {
-                self.vouch()?;
+                self.mark_verified()?;
             }
             std::mem::swap(&mut points, &mut next);
             if task == Task::ReadBack && !self.read_back(writer, step, &mut points) {
-                return Ok(self.again_from(step));
+                return Ok(self.restart_from(step));
             }
             let mut ready = self.accept(step, computed, task)?;
             // A format without arrays would say of each that it is left out: that is known already.
@@ -72,20 +64,20 @@ impl Run<'_> {
             let arrays = arrays.unwrap_or_default();
             let mesh = arrays.view(&self.plan.mesh, &points);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
-            let was_retracing = writer.is_retracing();
+            let was_resuming = writer.is_resuming();
             let (written, then) = rayon::join(
                 || write(writer, &mesh, step, ready, task),
                 || {
                     let (step, task) = following?;
-                    Some(task.run(intervals, step, &mut next))
+                    Some(task.run(base_points, step, &mut next))
                 },
             );
             let is_same = written?;
-            self.note_choices(intervals)?;
+            self.note_choices(base_points)?;
             if !is_same {
-                return Ok(self.again_from(step));
+                return Ok(self.restart_from(step));
             }
-            if task != Task::New && was_retracing && !writer.is_retracing() {
+            if task != Task::New && was_resuming && !writer.is_resuming() {
                 self.warn_of_damage(step);
             }
             progress.advance(1);
@@ -95,7 +87,7 @@ impl Run<'_> {
                 break;
             }
         }
-        Ok(Pass::Done)
+        Ok(LoopEnd::Done)
     }
 
     /// What is to be done for a step.
@@ -103,10 +95,10 @@ impl Run<'_> {
         let is_kept = self.earlier.rows.contains_key(&step.index);
         let has_substeps =
             self.plan.schedule.rbf.substeps > 1 || self.earlier.repairs.contains_key(&step.index);
-        match (is_kept, self.earlier.is_unproven, has_substeps) {
+        match (is_kept, self.earlier.is_unverified, has_substeps) {
             (false, _, _) => Task::New,
-            (true, true, _) => Task::Prove,
-            (true, false, false) => Task::Again,
+            (true, true, _) => Task::Verify,
+            (true, false, false) => Task::Recompute,
             (true, false, true) => Task::ReadBack,
         }
     }
@@ -130,11 +122,11 @@ impl Run<'_> {
     }
 
     /// Rows of the earlier run from a step on do not count any more.
-    fn again_from(&mut self, step: &Step) -> Pass {
+    fn restart_from(&mut self, step: &Step) -> LoopEnd {
         self.warn_of_damage(step);
         self.earlier.rows.split_off(&step.index);
         self.n_kept = self.earlier.rows.len();
-        Pass::Again
+        LoopEnd::Restart
     }
 
     pub(super) fn warn_of_more(&mut self) {
@@ -164,8 +156,8 @@ impl Run<'_> {
             computed
                 .map_err(|error| at_step(step, error))
                 .and_then(|computed| match task {
-                    Task::New | Task::Prove => self.judge(step, computed),
-                    Task::Again | Task::ReadBack => Ok(computed),
+                    Task::New | Task::Verify => self.judge(step, computed),
+                    Task::Recompute | Task::ReadBack => Ok(computed),
                 });
         match judged {
             Ok(computed) => Ok(Some(computed)),
@@ -199,7 +191,8 @@ impl Run<'_> {
         };
         self.first_inverted.insert(step.index, first);
         if self.plan.schedule.output.on_inverted == OnInverted::Stop {
-            let note = inverted(&row(step, &computed.found), Some(first));
+            let row = row(step, &computed.found);
+            let note = inverted(&row, step.has_azimuth, Some(first));
             return Err(Error::check(note.to_string()));
         }
         Ok(computed)
@@ -214,11 +207,7 @@ fn is_of_the_step(error: &Error) -> bool {
 /// Says at which step a computation failed.
 fn at_step(step: &Step, mut error: Error) -> Error {
     if is_of_the_step(&error) {
-        let (index, azimuth) = (step.index, step.azimuth_deg);
-        error.message = format!(
-            "step {index} (azimuth {azimuth} degrees): {}",
-            error.message
-        );
+        error.message = format!("{step}: {}", error.message);
     }
     error
 }
@@ -226,19 +215,19 @@ fn at_step(step: &Step, mut error: Error) -> Error {
 impl Task {
     fn run(
         self,
-        intervals: &mut Intervals<'_>,
+        base_points: &mut BasePointStore<'_>,
         step: &Step,
         points: &mut [Vector],
     ) -> Result<Computed> {
         match self {
-            Task::New | Task::Prove => compute(intervals, step, points),
-            Task::Again => compute_again(intervals, step, points),
+            Task::New | Task::Verify => compute(base_points, step, points),
+            Task::Recompute => recompute(base_points, step, points),
             Task::ReadBack => Ok(Computed::default()),
         }
     }
 }
 
-/// Writes a step, or goes over it; tells whether it is what the rows say.
+/// Writes a step, or verifies it; tells whether it is what the rows say.
 fn write(
     writer: &mut Writer<'_>,
     mesh: &MeshView<'_>,
@@ -248,7 +237,7 @@ fn write(
 ) -> Result<bool> {
     match (ready, task) {
         (None, _) => Ok(true),
-        (Some(_), Task::Again | Task::Prove | Task::ReadBack) => writer.retrace(mesh, step),
+        (Some(_), Task::Recompute | Task::Verify | Task::ReadBack) => writer.verify(mesh, step),
         (Some(computed), Task::New) => {
             let row = row(step, &computed.found);
             writer.write(mesh, step, row, computed.seconds)?;

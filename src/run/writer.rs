@@ -1,4 +1,4 @@
-//! Steps on their way to the disk: a mesh, then its row; nothing asks the program to end between the
+//! Steps on their way to the disk: a mesh, then its row; no signal ends the program between the
 //! two. What waits for the disk does so on a thread of its own, beside the work on the next step.
 
 use super::meshes::Meshes;
@@ -98,9 +98,9 @@ impl<'a> Writer<'a> {
         done
     }
 
-    /// Goes over a mesh that an earlier run put into the file of all steps; tells whether it is the one
-    /// that the row speaks of.
-    pub fn retrace(&mut self, mesh: &MeshView, step: &Step) -> Result<bool> {
+    /// Verifies a mesh that an earlier run put into the file of all steps: tells whether it has the hash of its
+    /// row.
+    pub fn verify(&mut self, mesh: &MeshView, step: &Step) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
         let clock = Clock::start();
@@ -130,8 +130,8 @@ impl<'a> Writer<'a> {
     }
 
     /// Whether all meshes so far were in the file of all steps before.
-    pub fn is_retracing(&self) -> bool {
-        self.meshes.is_retracing
+    pub fn is_resuming(&self) -> bool {
+        self.meshes.is_resuming
     }
 
     /// The rows of all steps that are finished.

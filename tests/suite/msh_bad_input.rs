@@ -39,7 +39,7 @@ fn small_mesh() -> Mesh {
 
 /// The small mesh in both versions, as text and binary.
 fn flavours() -> Vec<Vec<u8>> {
-    let formats: [&dyn Format; 2] = [&gmsh::Msh, &gmsh::Msh22];
+    let formats: [&dyn Format; 2] = [&gmsh::MSH41, &gmsh::MSH22];
     let mut files = Vec::new();
     for format in formats {
         for encoding in [Encoding::Raw, Encoding::Ascii] {
@@ -58,7 +58,7 @@ fn flavours() -> Vec<Vec<u8>> {
 }
 
 fn read(bytes: &[u8]) -> azimesh::error::Result<Mesh> {
-    parse(&gmsh::Msh, bytes, &ReadOptions::default())
+    parse(&gmsh::MSH41, bytes, &ReadOptions::default())
 }
 
 /// Reads; an error must say where.

@@ -67,7 +67,7 @@ fn named(groups: &[Group]) -> Vec<Group> {
 #[test]
 fn real_meshes_come_back_from_every_flavour_of_msh() {
     for (path, mesh) in real_meshes() {
-        for format in [&gmsh::Msh as &'static dyn Format, &gmsh::Msh22] {
+        for format in [&gmsh::MSH41 as &'static dyn Format, &gmsh::MSH22] {
             for encoding in [Encoding::Raw, Encoding::Ascii] {
                 let back = back(format, &mesh, encoding).expect("MSH holds it");
                 let place = path.display();

@@ -59,7 +59,9 @@ struct Run<'a> {
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     args.changes.check()?;
     if let (Some(_), [.., out], None) = (args.pieces, &args.paths[..], &args.output)
-        && out.extension().is_none_or(|ending| ending != "pvtu")
+        && out
+            .extension()
+            .is_none_or(|ending| ending != formats::in_pieces().extensions()[0])
     {
         let message = "--pieces N writes a .pvtu and its pieces; the name must end so";
         return Err(Error::input(message).file(out));

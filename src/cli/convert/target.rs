@@ -91,7 +91,7 @@ impl Run<'_> {
     /// The ending of one mesh of this format.
     pub(super) fn ending(&self, format: &dyn Format) -> &'static str {
         match self.args.pieces {
-            Some(_) => "pvtu",
+            Some(_) => formats::in_pieces().extensions()[0],
             None => format.extensions()[0],
         }
     }
@@ -211,9 +211,9 @@ impl Run<'_> {
             pieces: self.args.pieces,
             ..self.args.write.options()
         };
-        let of_pieces = options.pieces.map_or(format, |_| &formats::pvtu::Pvtu);
+        let written_as = options.pieces.map_or(format, |_| formats::in_pieces());
         let commit = self.args.write.commit();
-        let write = || formats::stage(&mesh.view(), path, of_pieces, &options, commit);
+        let write = || formats::stage(&mesh.view(), path, written_as, &options, commit);
         let (notes, files) = self.context.stage("writing", write)?;
         self.wait(files);
         for dropped in notes {

@@ -54,9 +54,10 @@ pub fn choose(
     surface: &MorphSurface,
     is_image: &[bool],
 ) -> Result<Vec<usize>> {
-    let mut base = match options.samples.is_empty() {
-        true => by_geometry(options, space, &surface.points, is_image),
-        false => by_samples(options, space, surface, is_image)?,
+    let mut base = if options.samples.is_empty() {
+        by_geometry(options, space, &surface.points, is_image)
+    } else {
+        by_samples(options, space, surface, is_image)?
     };
     base.sort_unstable();
     Ok(base)

@@ -1,5 +1,5 @@
-//! Deformations that are not known beforehand: displacements of the moving nodes in, positions of all
-//! nodes out, linear, with the exact transpose.
+//! The [`Morph`]: a linear map from displacements of the moving nodes to positions of all nodes, with its
+//! exact transpose, for displacements that are not known beforehand.
 //!
 //! ```text
 //! A d = E X S u_b + C (u - P E_s X S u_b),   u = G d
@@ -107,6 +107,21 @@ pub struct Morph {
 }
 
 /// How far the base points are off at the surface, before that is corrected.
+///
+/// ```
+/// use azimesh::{Mesh, Morph, MorphOptions};
+///
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// let options = MorphOptions {
+///     moving: "airfoil".into(),
+///     fixed: "farfield".into(),
+///     ..Default::default()
+/// };
+/// let morph = Morph::new(mesh, options)?;
+/// let report = morph.report(&vec![[0.0, 0.01, 0.0]; morph.moving().len()])?;
+/// assert!(report.largest_residual < 0.01);
+/// # Ok::<(), azimesh::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct MorphReport {
     /// Largest distance between a prescribed displacement and the interpolant, in mesh units.

@@ -1,4 +1,4 @@
-//! Which nodes move, stay, slide or are paired, and how base points are chosen.
+//! Options of a morph: which nodes move, stay, slide or are paired, and how base points are chosen.
 
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
@@ -99,7 +99,20 @@ fn check_numbers(numbers: &[u32], option: &str, n_nodes: usize) -> Result<()> {
     Ok(())
 }
 
-/// What a [`Morph`](super::Morph) is told.
+/// Options of a [`Morph`](super::Morph): which nodes move, stay and slide, and how base points are chosen.
+///
+/// ```
+/// use azimesh::MorphOptions;
+///
+/// let options = MorphOptions {
+///     moving: ["wing", "flap"].into(),
+///     fixed: "farfield".into(),
+///     slide: "symmetry".into(),
+///     support_radius: Some(4.0),
+///     ..Default::default()
+/// };
+/// assert_eq!(options.max_points, 1000);
+/// ```
 #[derive(Debug, Clone)]
 pub struct MorphOptions {
     /// Nodes whose displacements are given, at least one. Where a moving tag meets a fixed or sliding
@@ -113,7 +126,7 @@ pub struct MorphOptions {
     /// Pairs of sides that are the same but for a translation or a rotation.
     pub periodic: Vec<[Nodes; 2]>,
     /// Displacement fields (n_moving, 3) that base points are chosen by, such as mode shapes; their
-    /// size does not matter. Without any, the power function serves.
+    /// size does not matter. Without any, they are chosen by the power function.
     pub samples: Vec<Vec<Vector>>,
     /// Most base points.
     pub max_points: usize,
@@ -149,11 +162,14 @@ impl MorphOptions {
     /// # Errors
     /// Numbers that are out of range.
     pub(super) fn check(&self) -> Result<()> {
-        let size = |name: &str, value: f64| match value > 0.0 && value.is_finite() {
-            true => Ok(()),
-            false => Err(Error::input(format!(
-                "`{name}` is {value}; it must be a positive number"
-            ))),
+        let size = |name: &str, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                Ok(())
+            } else {
+                Err(Error::input(format!(
+                    "`{name}` is {value}; it must be a positive number"
+                )))
+            }
         };
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
             return Err(Error::input(format!(

@@ -130,10 +130,7 @@ impl MorphSurface {
 
     /// A displacement without what would leave the plane of a plane mesh.
     pub fn in_mesh(&self, d: Vector) -> Vector {
-        match self.in_plane {
-            true => [d[0], d[1], 0.0],
-            false => d,
-        }
+        if self.in_plane { [d[0], d[1], 0.0] } else { d }
     }
 
     /// The directions in which a surface point is held.

@@ -6,16 +6,16 @@ use std::ops::Range;
 /// Pieces of arrays at nodes or at cells.
 #[derive(Default)]
 pub(super) struct Arrays {
-    found: Vec<Found>,
+    found: Vec<FoundArray>,
 }
 
-struct Found {
+struct FoundArray {
     name: String,
-    pieces: Vec<Piece>,
+    pieces: Vec<ArrayPiece>,
 }
 
 /// Values of some consecutive nodes, or of the cells in some ranges, in order.
-struct Piece {
+struct ArrayPiece {
     zone: usize,
     at: Vec<Range<usize>>,
     values: Values,
@@ -31,7 +31,7 @@ impl Arrays {
         at: Vec<Range<usize>>,
         values: Values,
     ) -> String {
-        let is_taken = |found: &Found| found.pieces.iter().any(|piece| piece.zone == zone);
+        let is_taken = |found: &FoundArray| found.pieces.iter().any(|piece| piece.zone == zone);
         let position = |name: &str| self.found.iter().position(|found| found.name == name);
         let mut full_name = name.to_owned();
         let mut count = 1;
@@ -43,13 +43,13 @@ impl Arrays {
             count += 1;
         }
         let i = position(&full_name).unwrap_or_else(|| {
-            self.found.push(Found {
+            self.found.push(FoundArray {
                 name: full_name,
                 pieces: Vec::new(),
             });
             self.found.len() - 1
         });
-        self.found[i].pieces.push(Piece { zone, at, values });
+        self.found[i].pieces.push(ArrayPiece { zone, at, values });
         self.found[i].name.clone()
     }
 
@@ -111,14 +111,14 @@ fn vector(x: &DataArray, y: &DataArray, z: &DataArray) -> DataArray {
     DataArray::tuples(stem, 3, values)
 }
 
-fn joined(mut pieces: Vec<Piece>, n: usize) -> Values {
-    let covers = |piece: &Piece| piece.at.len() == 1 && piece.at[0] == (0..n);
+fn joined(mut pieces: Vec<ArrayPiece>, n: usize) -> Values {
+    let covers = |piece: &ArrayPiece| piece.at.len() == 1 && piece.at[0] == (0..n);
     if let [piece] = &mut pieces[..]
         && covers(piece)
     {
         return std::mem::replace(&mut piece.values, Values::U8(Vec::new()));
     }
-    let type_of = |piece: &Piece| std::mem::discriminant(&piece.values);
+    let type_of = |piece: &ArrayPiece| std::mem::discriminant(&piece.values);
     let one_type = pieces
         .windows(2)
         .all(|two| type_of(&two[0]) == type_of(&two[1]));

@@ -13,7 +13,7 @@ pub(super) struct Families {
 
 #[derive(Default)]
 struct Family {
-    /// Its name in full, where it is too long for CGNS.
+    /// Full name, where that is too long for CGNS.
     full_name: Option<String>,
     condition: Option<String>,
     /// Families that it belongs to.

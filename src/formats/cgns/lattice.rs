@@ -5,7 +5,9 @@
 //! rim and then its middle, and the inside of a solid is a pile of layers.
 
 use crate::mesh::CellKind::{self, *};
-use crate::mesh::lagrange::{self, Place, inside_edge, inside_face, inside_triangle, permutation};
+use crate::mesh::lagrange::{
+    self, LatticePoint, inside_edge, inside_face, inside_triangle, permutation,
+};
 
 /// For each node of a Lagrange cell in VTK's order, its position in CGNS's order.
 pub(super) fn vtk_from_cgns(kind: CellKind, order: u16) -> Vec<usize> {
@@ -14,7 +16,7 @@ pub(super) fn vtk_from_cgns(kind: CellKind, order: u16) -> Vec<usize> {
 }
 
 /// Places in the order of the standard (SIDS, conventions for unstructured elements).
-fn places(kind: CellKind, order: u16) -> Vec<Place> {
+fn places(kind: CellKind, order: u16) -> Vec<LatticePoint> {
     let mut walk = Walk {
         order,
         places: corners(kind, order),
@@ -37,10 +39,10 @@ fn places(kind: CellKind, order: u16) -> Vec<Place> {
     walk.places
 }
 
-fn corners(kind: CellKind, p: u16) -> Vec<Place> {
+fn corners(kind: CellKind, p: u16) -> Vec<LatticePoint> {
     let square = [[0, 0, 0], [p, 0, 0], [p, p, 0], [0, p, 0]];
     let triangle = [[0, 0, 0], [p, 0, 0], [0, p, 0]];
-    let raised = |place: &Place| [place[0], place[1], p];
+    let raised = |place: &LatticePoint| [place[0], place[1], p];
     match kind {
         LagrangeQuadrilateral => square.to_vec(),
         LagrangeTetrahedron => [&triangle[..], &[[0, 0, p]]].concat(),
@@ -62,7 +64,7 @@ fn corners(kind: CellKind, p: u16) -> Vec<Place> {
 /// A list of places that grows edge by edge and face by face; the corners come first.
 struct Walk {
     order: u16,
-    places: Vec<Place>,
+    places: Vec<LatticePoint>,
 }
 
 impl Walk {

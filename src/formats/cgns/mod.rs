@@ -10,6 +10,7 @@
 //! ```
 
 mod arrays;
+mod builder;
 mod element;
 mod exterior;
 mod families;
@@ -30,7 +31,7 @@ mod zone;
 
 use super::hdf5::is_hdf5;
 use super::{
-    CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
+    CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
@@ -87,6 +88,10 @@ impl Format for Cgns {
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, options)
+    }
+
+    fn encodings(&self) -> &'static [Encoding] {
+        &[Encoding::Raw]
     }
 
     fn holds_arrays(&self) -> bool {

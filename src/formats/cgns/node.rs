@@ -75,17 +75,17 @@ impl Node {
         })
     }
 
-    /// Its name.
+    /// The name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What it is: `Zone_t`.
+    /// The label, which says what it is: `Zone_t`.
     pub fn label(&self) -> &str {
         &self.label
     }
 
-    /// Its path from the root.
+    /// The path from the root.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -95,7 +95,7 @@ impl Node {
         Error::input(message).dataset(&self.path)
     }
 
-    /// Its children, in the order in which they were made where the file tells, else by name.
+    /// The children, in the order in which they were made where the file tells, else by name.
     pub fn children(&self) -> Result<&[Node]> {
         if let Some(children) = self.children.get() {
             return Ok(children);
@@ -110,24 +110,24 @@ impl Node {
         Ok(self.children.get_or_init(|| children))
     }
 
-    /// Its children with this label.
+    /// The children with this label.
     pub fn labelled<'a>(&'a self, label: &'a str) -> Result<impl Iterator<Item = &'a Node>> {
         let children = self.children()?.iter();
         Ok(children.filter(move |child| child.label == label))
     }
 
-    /// Its child of this name.
+    /// The child of this name.
     pub fn child(&self, name: &str) -> Result<Option<&Node>> {
         Ok(self.children()?.iter().find(|child| child.name == name))
     }
 
-    /// Its child of this name, which must be there.
+    /// The child of this name, which must be there.
     pub fn need(&self, name: &str) -> Result<&Node> {
         self.child(name)?
             .ok_or_else(|| self.refuse(format!("it has no \"{name}\"")))
     }
 
-    /// Its data as it is stored.
+    /// The data as it is stored.
     pub fn dataset(&self) -> Result<Dataset> {
         let data = self.group.dataset(" data");
         data.map_err(|error| error.dataset(&self.path))?
@@ -140,7 +140,7 @@ impl Node {
         values.map_err(|error| self.refuse(error.message))
     }
 
-    /// Its data, which must be integers.
+    /// The data, which must be integers.
     pub fn integers(&self) -> Result<Vec<i64>> {
         let values = self.values()?;
         values
@@ -148,13 +148,13 @@ impl Node {
             .ok_or_else(|| self.refuse("its data must be integers"))
     }
 
-    /// Its data, which must be numbers.
+    /// The data, which must be numbers.
     pub fn numbers(&self) -> Result<Vec<f64>> {
         super::arrays::to_f64(&self.values()?)
             .ok_or_else(|| self.refuse("its data must be numbers"))
     }
 
-    /// Its data as text, without what fills it up.
+    /// The data as text, without what fills it up.
     pub fn text(&self) -> Result<String> {
         let bytes = self.bytes()?;
         Ok(self.decoded(to_zero(&bytes)).trim_end().to_owned())
@@ -165,14 +165,14 @@ impl Node {
         Ok(self.decoded(&self.bytes()?))
     }
 
-    /// Its data as names of 32 characters each.
+    /// The data as names of 32 characters each.
     pub fn names(&self) -> Result<Vec<String>> {
         let bytes = self.bytes()?;
         let names = bytes.chunks(32).map(|name| self.decoded(to_zero(name)));
         Ok(names.map(|name| name.trim_end().to_owned()).collect())
     }
 
-    /// Its data as strings, each with a zero after it.
+    /// The data as strings, each with a zero after it.
     pub fn strings(&self) -> Result<Vec<String>> {
         let bytes = self.bytes()?;
         let ended = bytes.strip_suffix(b"\0").unwrap_or(&bytes);

@@ -1,6 +1,6 @@
 //! Sets of nodes of an unstructured zone.
 
-use super::regions::{Place, Region};
+use super::regions::{GridLocation, Region};
 use super::zone::Zone;
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ impl NodeSet {
         let n = zone.n_nodes.iter().product::<usize>() as i64;
         let ranges = region.ranges();
         let fits = |range: &Range<i64>| range.start >= 1 && range.end <= n + 1;
-        if region.place != Place::Nodes || !ranges.iter().all(fits) {
+        if region.place != GridLocation::Nodes || !ranges.iter().all(fits) {
             return None;
         }
         let mut set = Self::none(zone);

@@ -4,9 +4,9 @@
 //! Beside polyhedra only those polygons are cells that lie on the boundary: those that a boundary
 //! condition names, those of no polyhedron, and whole sections of boundary faces.
 
+use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
 use super::node::Node;
-use super::read::Found;
 use super::sections::{Cells, Section, Span, node_index, node_indices};
 use super::zone::Zone;
 use crate::error::Result;
@@ -124,7 +124,7 @@ impl Polyhedra {
         &self,
         section: &Section,
         named: &[bool],
-        found: &mut Found,
+        found: &mut MeshBuilder,
     ) -> Result<Span> {
         let faces = self.faces.section(section);
         found.check_room(section.n_elements)?;
@@ -168,7 +168,7 @@ impl Polyhedra {
     }
 
     /// Appends the polyhedra of a section.
-    pub fn append_section(&self, section: &Section, found: &mut Found) -> Result<Span> {
+    pub fn append_section(&self, section: &Section, found: &mut MeshBuilder) -> Result<Span> {
         let of = self.solids.iter().find(|s| s.first == section.first);
         self.append(of.expect("every section was read"), section.node, found)
     }
@@ -178,7 +178,7 @@ impl Polyhedra {
         &self,
         sections: &[Section],
         zone: &Node,
-        found: &mut Found,
+        found: &mut MeshBuilder,
     ) -> Result<Vec<Span>> {
         let has_section = |solids: &&Solids| sections.iter().any(|s| s.first == solids.first);
         let others = self.solids.iter().filter(|solids| !has_section(solids));
@@ -187,7 +187,7 @@ impl Polyhedra {
             .collect()
     }
 
-    fn append(&self, solids: &Solids, node: &Node, found: &mut Found) -> Result<Span> {
+    fn append(&self, solids: &Solids, node: &Node, found: &mut MeshBuilder) -> Result<Span> {
         let first_cell = found.cells.len();
         let n = solids.starts.len() - 1;
         found.check_room(n)?;

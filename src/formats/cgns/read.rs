@@ -1,45 +1,22 @@
 //! A CGNS file as a mesh: all zones of all bases one after another.
 
 use super::super::{Notes, ReadOptions, Source};
-use super::arrays::Arrays;
+use super::builder::MeshBuilder;
 use super::families::Families;
 use super::node::Node;
-use super::tags::Tags;
 use super::time::Step;
 use super::zone::Zone;
 use super::{solution, structured, unstructured};
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result};
-use crate::mesh::{Cells, DataArray, Mesh};
-use std::collections::BTreeMap;
+use crate::mesh::Mesh;
 use std::ops::Range;
-
-/// What has been read so far.
-#[derive(Default)]
-pub(super) struct Found {
-    points: Vec<[f64; 3]>,
-    pub cells: Cells,
-    pub tags: Tags,
-    pub point_arrays: Arrays,
-    pub cell_arrays: Arrays,
-    field_arrays: Vec<DataArray>,
-    /// Elements of which only the corners are kept, by type.
-    pub incomplete: BTreeMap<&'static str, usize>,
-    /// What is odd about the file.
-    pub remarks: Vec<Diagnostic>,
-    /// What is left behind, and how many of it.
-    left: BTreeMap<String, usize>,
-    /// What is left behind and has a name, and the names.
-    left_by_name: BTreeMap<String, Vec<String>>,
-}
 
 /// Reads a file at one of its steps.
 pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let root = Node::root(source)?;
     let step = Step::choose(&root, options.step)?;
     let version = version(&root)?;
-    let mut found = Found::default();
+    let mut found = MeshBuilder::default();
     let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
     if bases.is_empty() {
         return Err(
@@ -85,7 +62,7 @@ fn zones_of<'a>(
     base: &'a Node,
     step: &Step,
     (n_before, version): (usize, f64),
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<Vec<ZoneOfBase<'a>>> {
     let dimension = match base.integers()?.first() {
         Some(&dimension @ 1..=3) => dimension as u8,
@@ -132,7 +109,7 @@ fn read_zone(
     families: &Families,
     step: &Step,
     is_group: bool,
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<()> {
     let mut points = std::mem::take(&mut found.points);
     let read = zone.read_points(step, &mut points);
@@ -168,7 +145,7 @@ fn read_zone(
 }
 
 /// Counts what a zone has that is not read.
-fn leave_others(zone: &Zone, found: &mut Found) -> Result<()> {
+fn leave_others(zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
     const KEPT: [&str; 16] = [
         "ZoneType_t",
         "UserDefinedData_t",
@@ -200,40 +177,4 @@ fn leave_others(zone: &Zone, found: &mut Found) -> Result<()> {
         }
     }
     Ok(())
-}
-
-impl Found {
-    /// Counts something that a mesh cannot hold.
-    pub fn leave(&mut self, what: &str, n: usize) {
-        *self.left.entry(what.to_owned()).or_default() += n;
-    }
-
-    /// Notes the name of something that a mesh cannot hold.
-    pub fn leave_named(&mut self, what: &str, name: &str) {
-        let names = self.left_by_name.entry(what.to_owned()).or_default();
-        names.push(name.to_owned());
-    }
-
-    /// An error when there would be too many cells.
-    pub fn check_room(&self, n: usize) -> Result<()> {
-        match self.cells.len().checked_add(n) {
-            Some(total) if total < u32::MAX as usize => Ok(()),
-            _ => Err(Error::input("the file has more than 4294967294 cells")),
-        }
-    }
-
-    fn say(&self, notes: &mut Notes) {
-        notes.extend(self.remarks.iter().cloned());
-        for (what, n) in &self.left {
-            let (what, n) = (what.clone(), *n);
-            notes.push(NotKept::Nodes { what, n });
-        }
-        for (what, names) in &self.left_by_name {
-            let (what, names) = (what.clone(), names.clone());
-            notes.push(NotKept::NamedNodes { what, names });
-        }
-        for (&element, &n) in &self.incomplete {
-            notes.push(Read::OnlyCorners { element, n });
-        }
-    }
 }

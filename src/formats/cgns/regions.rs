@@ -1,8 +1,8 @@
 //! Boundary conditions and subregions of a zone: their names, and what they are given by.
 
+use super::builder::MeshBuilder;
 use super::families::{self, Families};
 use super::node::Node;
-use super::read::Found;
 use super::zone::Zone;
 use crate::error::Result;
 use std::ops::Range;
@@ -14,7 +14,7 @@ pub(super) struct Region<'a> {
     pub names: Vec<String>,
     /// Type of its boundary condition.
     pub condition: Option<String>,
-    pub place: Place,
+    pub place: GridLocation,
     /// Whether the file says the place.
     pub says_place: bool,
     /// Dimension of its elements.
@@ -25,9 +25,9 @@ pub(super) struct Region<'a> {
     pub is_range: bool,
 }
 
-/// What the numbers of a region count.
+/// The items that the numbers of a region refer to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum GridLocation {
     /// Nodes, because the file says so or says nothing.
     Nodes,
     /// Elements, or faces of a structured zone.
@@ -42,7 +42,7 @@ pub(super) enum Place {
 pub(super) fn regions<'a>(
     zone: &Zone<'a>,
     families: &Families,
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<Vec<Region<'a>>> {
     let mut regions = Vec::new();
     for conditions in zone.node.labelled("ZoneBC_t")? {
@@ -78,7 +78,7 @@ fn region<'a>(
     dimension: u8,
     mut condition: Option<String>,
     families: &Families,
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<Option<Region<'a>>> {
     let mut names = Vec::new();
     let mut points = None;
@@ -114,8 +114,8 @@ fn region<'a>(
         None => None,
     };
     let place = match said {
-        _ if are_elements => Place::Elements,
-        said => said.unwrap_or(Place::Nodes),
+        _ if are_elements => GridLocation::Elements,
+        said => said.unwrap_or(GridLocation::Nodes),
     };
     Ok(Some(Region {
         node,
@@ -130,17 +130,17 @@ fn region<'a>(
 }
 
 /// The place that a GridLocation_t says; `None` where it says nothing.
-fn place(location: &Node) -> Result<Option<Place>> {
+fn place(location: &Node) -> Result<Option<GridLocation>> {
     let place = match location.text()?.as_str() {
         "" | "Null" | "UserDefined" | "GridLocationNull" | "GridLocationUserDefined" => {
             return Ok(None);
         }
-        "Vertex" => Place::Nodes,
-        "CellCenter" => Place::CellCenters,
-        "FaceCenter" | "EdgeCenter" => Place::Elements,
-        "IFaceCenter" => Place::FacesAcross(0),
-        "JFaceCenter" => Place::FacesAcross(1),
-        "KFaceCenter" => Place::FacesAcross(2),
+        "Vertex" => GridLocation::Nodes,
+        "CellCenter" => GridLocation::CellCenters,
+        "FaceCenter" | "EdgeCenter" => GridLocation::Elements,
+        "IFaceCenter" => GridLocation::FacesAcross(0),
+        "JFaceCenter" => GridLocation::FacesAcross(1),
+        "KFaceCenter" => GridLocation::FacesAcross(2),
         other => {
             return Err(location.refuse(format!(
                 "\"{other}\" is no place; CGNS has Vertex, CellCenter, FaceCenter, IFaceCenter, JFaceCenter, \
@@ -151,7 +151,7 @@ fn place(location: &Node) -> Result<Option<Place>> {
     Ok(Some(place))
 }
 
-/// What regions like this are called.
+/// The name of such regions in notes.
 fn noun(node: &Node) -> &'static str {
     match node.label() {
         "BC_t" => "boundary conditions",
@@ -161,7 +161,7 @@ fn noun(node: &Node) -> &'static str {
 
 impl Region<'_> {
     /// Counts it among what is left behind, since it has no cells.
-    pub fn leave(&self, found: &mut Found) {
+    pub fn leave(&self, found: &mut MeshBuilder) {
         let what = format!("{} for which no cells were found", noun(self.node));
         found.leave_named(&what, self.node.name());
     }

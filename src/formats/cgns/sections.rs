@@ -1,11 +1,11 @@
 //! Sections of elements of an unstructured zone, and which element is which cell.
 
 use super::super::hdf5::Dataset;
+use super::builder::MeshBuilder;
 use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
 };
 use super::node::Node;
-use super::read::Found;
 use super::zone::Zone;
 use crate::error::Result;
 use crate::mesh::{CellKind, Values};
@@ -104,7 +104,7 @@ impl Section<'_> {
     }
 
     /// Appends its elements to the cells. NGON_n and NFACE_n are for `polyhedra` to read.
-    pub fn read(&self, zone: &Zone, found: &mut Found) -> Result<Span> {
+    pub fn read(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<Span> {
         let first_cell = found.cells.len();
         match self.element_type {
             MIXED => self.read_mixed(zone, found)?,
@@ -127,7 +127,7 @@ impl Section<'_> {
         })
     }
 
-    fn read_fixed(&self, element: ElementType, zone: &Zone, found: &mut Found) -> Result<()> {
+    fn read_fixed(&self, element: ElementType, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
         let dataset = node.dataset()?;
         let n_entries: Option<u64> = dataset
@@ -173,7 +173,7 @@ impl Section<'_> {
     }
 
     /// Polygons that have one number of nodes, which their element type tells.
-    fn read_old_polygons(&self, zone: &Zone, found: &mut Found) -> Result<()> {
+    fn read_old_polygons(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let n = old_polygon(self.element_type, zone.version).expect("the type was checked");
         let node = self.node.need("ElementConnectivity")?;
         let nodes = node_indices(&node.values()?, node, zone)?;
@@ -189,7 +189,7 @@ impl Section<'_> {
         Ok(())
     }
 
-    fn read_mixed(&self, zone: &Zone, found: &mut Found) -> Result<()> {
+    fn read_mixed(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
         let mut stream = Entries::open(node)?;
         found.check_room(self.n_elements)?;
@@ -288,7 +288,7 @@ impl<'a> Entries<'a> {
 }
 
 /// Appends elements of one type gathered from a MIXED section.
-fn flush(element: Option<ElementType>, nodes: &mut Vec<u32>, found: &mut Found) {
+fn flush(element: Option<ElementType>, nodes: &mut Vec<u32>, found: &mut MeshBuilder) {
     if let Some(element) = element {
         if let Some(order) = element.vtk_from_cgns() {
             permute(nodes, &order);
@@ -299,7 +299,7 @@ fn flush(element: Option<ElementType>, nodes: &mut Vec<u32>, found: &mut Found) 
 }
 
 /// Appends elements whose nodes are in VTK's order. Of one that VTK does not have, the corners.
-fn push(element: ElementType, nodes: &[u32], found: &mut Found) {
+fn push(element: ElementType, nodes: &[u32], found: &mut MeshBuilder) {
     if element.is_kept() {
         found.cells.push_run(element.kind, element.n_nodes, nodes);
         return;

@@ -1,7 +1,7 @@
 //! Solutions of a zone, as arrays at its nodes and cells.
 
+use super::builder::MeshBuilder;
 use super::node::Node;
-use super::read::Found;
 use super::time::Step;
 use super::zone::{Zone, rind};
 use crate::diagnostic::formats::ArrayRead;
@@ -14,7 +14,7 @@ pub(super) fn read(
     zone: &Zone,
     cells: &[Range<usize>],
     step: &Step,
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<()> {
     for label in ["FlowSolution_t", "DiscreteData_t"] {
         let all = zone.node.labelled(label)?.collect();
@@ -53,7 +53,7 @@ fn read_solution(
     zone: &Zone,
     solution: &Node,
     cells: &[Range<usize>],
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<()> {
     let location = solution.child_text("GridLocation")?;
     let n = zone.total_nodes()?;

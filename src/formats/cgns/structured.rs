@@ -1,9 +1,9 @@
 //! Structured zones: hexahedra, quadrilaterals or lines, and the faces of their boundary conditions.
 
 use super::super::vtk::structured;
+use super::builder::MeshBuilder;
 use super::families::Families;
-use super::read::Found;
-use super::regions::{Place, Region, regions};
+use super::regions::{GridLocation, Region, regions};
 use super::zone::Zone;
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells};
@@ -11,12 +11,12 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// Appends the cells of a structured zone and the faces of its boundary conditions.
-pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Result<()> {
+pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) -> Result<()> {
     let grid = Grid::of(zone)?;
     found.check_room(grid.cells.iter().product())?;
     structured::append(&mut found.cells, grid.nodes, grid.first_node as u32);
     for region in regions(zone, families, found)? {
-        if region.place == Place::CellCenters && grid.is_solid(&region) {
+        if region.place == GridLocation::CellCenters && grid.is_solid(&region) {
             found.leave_named("groups of cells of structured zones", region.node.name());
             continue;
         }
@@ -123,8 +123,8 @@ impl Grid {
         let Some(across) = self.across(region, low, high) else {
             return Ok(());
         };
-        let counts_nodes =
-            region.place == Place::Nodes || (0..n).any(|i| i != across && high[i] > self.cells[i]);
+        let counts_nodes = region.place == GridLocation::Nodes
+            || (0..n).any(|i| i != across && high[i] > self.cells[i]);
         let layer = layer(region, low[across] - 1);
         let mut ranges: [Range<usize>; 3] = [0..1, 0..1, 0..1];
         for i in (0..n).filter(|&i| i != across) {
@@ -141,17 +141,17 @@ impl Grid {
     /// The index across which a range lies: the one that does not change, at an end of the zone if
     /// there are several.
     fn across(&self, region: &Region, low: [usize; 3], high: [usize; 3]) -> Option<usize> {
-        if let Place::FacesAcross(index) = region.place {
+        if let GridLocation::FacesAcross(index) = region.place {
             return Some(index).filter(|i| *i < self.n_indices && low[*i] == high[*i]);
         }
         let flat: Vec<usize> = (0..self.n_indices).filter(|&i| low[i] == high[i]).collect();
         let last = |i: usize| match region.place {
-            Place::CellCenters => self.cells[i],
+            GridLocation::CellCenters => self.cells[i],
             _ => self.nodes[i],
         };
         let at_end = |&&i: &&usize| low[i] == last(i) || low[i] == 1;
         let beyond_cells =
-            |&&i: &&usize| region.place != Place::CellCenters && low[i] > self.cells[i];
+            |&&i: &&usize| region.place != GridLocation::CellCenters && low[i] > self.cells[i];
         let mut ends = flat.iter();
         flat.iter()
             .find(beyond_cells)
@@ -203,13 +203,13 @@ impl Grid {
             points.insert(point);
         }
         let Some(across) = self.across_list(region, &points) else {
-            if region.place != Place::CellCenters {
+            if region.place != GridLocation::CellCenters {
                 self.append_sides(&points, cells);
             }
             return Ok(());
         };
         for point in &points {
-            let counts_faces = |i: usize| i == across && region.place != Place::CellCenters;
+            let counts_faces = |i: usize| i == across && region.place != GridLocation::CellCenters;
             if (0..n).any(|i| !counts_faces(i) && point[i] >= self.cells[i]) {
                 return Err(self.outside(region, &point.map(|i| i as i64 + 1)[..n]));
             }
@@ -242,9 +242,9 @@ impl Grid {
             low == high && (low == 0 || low + 1 == self.nodes[*i])
         };
         match region.place {
-            Place::FacesAcross(index) => Some(index).filter(|index| *index < self.n_indices),
-            Place::Elements => (0..self.n_indices).find(at_end),
-            Place::CellCenters => {
+            GridLocation::FacesAcross(index) => Some(index).filter(|index| *index < self.n_indices),
+            GridLocation::Elements => (0..self.n_indices).find(at_end),
+            GridLocation::CellCenters => {
                 let ends: [[usize; 2]; 3] = std::array::from_fn(ends);
                 self.across(
                     region,
@@ -252,7 +252,7 @@ impl Grid {
                     ends.map(|[_, high]| high + 1),
                 )
             }
-            Place::Nodes => None,
+            GridLocation::Nodes => None,
         }
     }
 
@@ -281,7 +281,7 @@ impl Grid {
 /// Where faces lie that are given by their own index or by that of the cells beside them, which have
 /// them on their far side unless they are the first.
 fn layer(region: &Region, index: usize) -> usize {
-    index + usize::from(region.place == Place::CellCenters && index > 0)
+    index + usize::from(region.place == GridLocation::CellCenters && index > 0)
 }
 
 fn kind(dimension: usize) -> CellKind {
@@ -302,7 +302,7 @@ mod tests {
     use std::path::Path;
 
     /// The faces that a list gives in a grid of 3 nodes along each index.
-    fn listed(place: Place, numbers: &[[i64; 3]]) -> Result<Cells> {
+    fn listed(place: GridLocation, numbers: &[[i64; 3]]) -> Result<Cells> {
         let mut bytes = Vec::new();
         Tree::new().write(&mut bytes).expect("it can be written");
         let source = Source::from_bytes(Path::new("<memory>"), bytes);
@@ -331,22 +331,22 @@ mod tests {
     fn a_list_of_cells_names_the_faces_on_their_outer_side() {
         for (i, expected) in [(1, 0), (2, 2)] {
             let beside = [[i, 1, 1], [i, 2, 1], [i, 1, 2], [i, 2, 2]];
-            let faces = listed(Place::CellCenters, &beside).expect("a good list");
+            let faces = listed(GridLocation::CellCenters, &beside).expect("a good list");
             assert_eq!(faces.len(), 4);
             assert!(faces.connectivity().iter().all(|node| node % 3 == expected));
         }
         let solid = [[1, 1, 1], [2, 2, 2]];
-        let faces = listed(Place::CellCenters, &solid).expect("no list of a side");
+        let faces = listed(GridLocation::CellCenters, &solid).expect("no list of a side");
         assert!(faces.is_empty());
-        assert!(listed(Place::CellCenters, &[[3, 1, 1]]).is_err());
+        assert!(listed(GridLocation::CellCenters, &[[3, 1, 1]]).is_err());
     }
 
     #[test]
     fn a_face_beyond_the_last_is_refused() {
-        let last = listed(Place::FacesAcross(0), &[[3, 2, 2]]).expect("the last face");
+        let last = listed(GridLocation::FacesAcross(0), &[[3, 2, 2]]).expect("the last face");
         assert_eq!(last.len(), 1);
         for number in [[1, 3, 1], [1, 1, 3], [4, 1, 1]] {
-            let error = listed(Place::FacesAcross(0), &[number]).expect_err("no such face");
+            let error = listed(GridLocation::FacesAcross(0), &[number]).expect_err("no such face");
             assert!(error.to_string().contains("which is not in"), "{error}");
         }
     }

@@ -6,10 +6,10 @@ use std::ops::Range;
 /// Groups found so far.
 #[derive(Default)]
 pub(super) struct Tags {
-    found: Vec<Found>,
+    found: Vec<FoundTag>,
 }
 
-struct Found {
+struct FoundTag {
     dimension: u8,
     name: String,
     condition: Option<String>,
@@ -27,12 +27,12 @@ impl Tags {
         condition: Option<&str>,
         cells: impl IntoIterator<Item = Range<usize>>,
     ) {
-        let fits = |found: &Found| {
+        let fits = |found: &FoundTag| {
             let other = found.condition.as_deref();
             other.is_none() || condition.is_none() || other == condition
         };
         let named =
-            |found: &&mut Found, name: &str| found.dimension == dimension && found.name == name;
+            |found: &&mut FoundTag, name: &str| found.dimension == dimension && found.name == name;
         let apart = format!("{place}/{name}");
         let same = self
             .found
@@ -49,7 +49,7 @@ impl Tags {
             }
             return;
         }
-        self.found.push(Found {
+        self.found.push(FoundTag {
             dimension,
             name: name.to_owned(),
             condition: condition.map(str::to_owned),

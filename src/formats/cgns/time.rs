@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 
 /// The step that is read.
 pub(super) struct Step {
-    /// Its number; `None` where the file holds one state only.
+    /// Number of the step; `None` where the file holds one state only.
     index: Option<usize>,
     /// How many steps there are.
     n: usize,
@@ -67,7 +67,7 @@ impl Step {
             .cloned())
     }
 
-    /// Those solutions of a zone, all of one label, that do not belong to other steps only.
+    /// The solutions of a zone, all of one label, without those that belong to other steps only.
     pub fn solutions<'a>(&self, zone: &Node, all: Vec<&'a Node>) -> Result<Vec<&'a Node>> {
         let mut lists = Vec::new();
         for data in zone.labelled("ZoneIterativeData_t")? {

@@ -1,12 +1,12 @@
 //! Cells and groups of an unstructured zone.
 
+use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
 use super::exterior::exterior_faces;
 use super::families::Families;
 use super::node_set::NodeSet;
 use super::polyhedra::Polyhedra;
-use super::read::Found;
-use super::regions::{Place, Region, regions};
+use super::regions::{GridLocation, Region, regions};
 use super::sections::{Cells, Section, Span, outside, says_nothing, sections};
 use super::zone::Zone;
 use crate::diagnostic::formats::Read;
@@ -14,7 +14,7 @@ use crate::error::Result;
 use std::ops::Range;
 
 /// Appends the cells of a zone, and its boundary conditions as groups.
-pub(super) fn read(zone: &Zone, families: &Families, found: &mut Found) -> Result<()> {
+pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) -> Result<()> {
     let sections = sections(zone)?;
     let regions = regions(zone, families, found)?;
     let first_cell = found.cells.len();
@@ -50,7 +50,7 @@ fn read_cells(
     zone: &Zone,
     sections: &[Section],
     regions: &[Region],
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<Vec<Span>> {
     let has_polygons = |s: &Section| [NGON_N, NFACE_N].contains(&s.element_type);
     let mut spans = Vec::with_capacity(sections.len());
@@ -79,7 +79,7 @@ fn check_count(
     zone: &Zone,
     sections: &[Section],
     first_cell: usize,
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) -> Result<()> {
     for section in sections {
         if section.node.labelled("Rind_t")?.next().is_some() {
@@ -111,7 +111,7 @@ fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
             region.numbers.len()
         )));
     }
-    if region.place == Place::Nodes {
+    if region.place == GridLocation::Nodes {
         let n = zone.n_nodes.iter().product::<usize>();
         match ranges
             .iter()
@@ -179,7 +179,7 @@ struct Members<'a> {
 }
 
 impl Members<'_> {
-    fn cells_of(&mut self, region: &Region, found: &Found) -> Vec<Range<usize>> {
+    fn cells_of(&mut self, region: &Region, found: &MeshBuilder) -> Vec<Range<usize>> {
         let Some(nodes) = NodeSet::of(region, self.zone) else {
             return self.cells_in(&region.ranges());
         };
@@ -207,7 +207,12 @@ impl Members<'_> {
 
     /// The faces that have only nodes of a set. A section of all these nodes and no other is meant
     /// alone: faces across a corner may have only such nodes too.
-    fn faces_within(&mut self, nodes: &NodeSet, dimension: u8, found: &Found) -> Vec<Range<usize>> {
+    fn faces_within(
+        &mut self,
+        nodes: &NodeSet,
+        dimension: u8,
+        found: &MeshBuilder,
+    ) -> Vec<Range<usize>> {
         let mut cells = Vec::new();
         for (i, span) in self.spans.iter().enumerate() {
             let mut all = Vec::new();
@@ -234,7 +239,7 @@ impl Members<'_> {
     }
 
     /// Whether cells have all nodes of a set.
-    fn are_all(&self, cells: &[Range<usize>], nodes: &NodeSet, found: &Found) -> bool {
+    fn are_all(&self, cells: &[Range<usize>], nodes: &NodeSet, found: &MeshBuilder) -> bool {
         let mut seen = NodeSet::none(self.zone);
         for range in cells {
             for run in found.cells.runs_in(range.clone()) {
@@ -251,7 +256,7 @@ fn make_faces(
     regions: &[Region],
     cells: &mut [Vec<Range<usize>>],
     first_cell: usize,
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) {
     let lacks_faces = |(_, (_, cells)): &(usize, (&Region, &Vec<Range<usize>>))| cells.is_empty();
     let wanted: Vec<(usize, NodeSet)> = regions
@@ -289,7 +294,7 @@ fn tag(
     condition: Option<&str>,
     cells: &[Range<usize>],
     zone: &Zone,
-    found: &mut Found,
+    found: &mut MeshBuilder,
 ) {
     for dimension in 0..=3 {
         let of_dimension = cells.iter().flat_map(|range| {
@@ -309,7 +314,7 @@ fn tag(
 
 /// Sections of which no region has an element are groups by their own name: many programs name the
 /// boundary so. Names of the only section of cells, or that say their kind, are not.
-fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mut Found) {
+fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mut MeshBuilder) {
     let mut n_solid = 0;
     let mut named = Vec::new();
     for (i, section) in sections.iter().enumerate() {

@@ -12,7 +12,7 @@ pub(super) struct Zone<'a> {
     pub node: &'a Node,
     /// Name of its base.
     pub base: &'a str,
-    /// Its number among all zones.
+    /// Index among all zones.
     pub number: usize,
     /// Dimension of its cells.
     pub cell_dimension: u8,

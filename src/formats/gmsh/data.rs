@@ -12,14 +12,14 @@ use crate::mesh::{DataArray, Mesh, Values};
 /// More components than any field has.
 pub(super) const MOST_COMPONENTS: usize = 100;
 
-/// What the values belong to.
+/// The items that values belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Kind {
+pub(super) enum DataOwner {
     Nodes,
     Elements,
 }
 
-impl Kind {
+impl DataOwner {
     /// The kind of the section with this name.
     pub fn of(section: &[u8]) -> Option<Self> {
         match section {
@@ -40,7 +40,7 @@ impl Kind {
 /// A section of data.
 #[derive(Debug)]
 pub(super) struct Data<'a> {
-    kind: Kind,
+    kind: DataOwner,
     name: String,
     time: f64,
     n_components: usize,
@@ -57,7 +57,7 @@ enum Rows<'a> {
 impl<'a> Data<'a> {
     /// Reads a section: a name, a time, three integers or more (step, components, number of values),
     /// each list after its length, then the values. All but the values is text in binary files too.
-    pub fn read(stream: &mut Stream<'a>, kind: Kind, notes: &mut Notes) -> Result<Self> {
+    pub fn read(stream: &mut Stream<'a>, kind: DataOwner, notes: &mut Notes) -> Result<Self> {
         let mut name = String::new();
         for i in 0..length(stream, "the number of string tags")? {
             let line = stream.text.line();
@@ -207,16 +207,7 @@ pub(super) fn add(
     notes: &mut Notes,
 ) -> Result<()> {
     let times = times(data);
-    let until = match options.step {
-        Some(step) if !times.is_empty() => *times.get(step).ok_or_else(|| {
-            let n = times.len();
-            Error::input(format!(
-                "step {step} is asked for, but the data have {n} (0 to {})",
-                n - 1
-            ))
-        })?,
-        _ => f64::INFINITY,
-    };
+    let until = last_time(&times, options.step)?;
     if times.len() > 1 {
         notes.push(NotKept::Times { n: times.len() - 1 });
     }
@@ -242,9 +233,9 @@ pub(super) fn add(
         };
         let now: Vec<&Data> = all.filter(|data| data.time == time).collect();
         let (index, n) = match (one.kind, &elements) {
-            (Kind::Nodes, _) => (nodes, mesh.points.len()),
-            (Kind::Elements, Ok(index)) => (index, mesh.cells.len()),
-            (Kind::Elements, Err(error)) => {
+            (DataOwner::Nodes, _) => (nodes, mesh.points.len()),
+            (DataOwner::Elements, Ok(index)) => (index, mesh.cells.len()),
+            (DataOwner::Elements, Err(error)) => {
                 notes.push(ArrayRead::WithoutElements {
                     name: one.name.clone(),
                     error: error.to_string(),
@@ -254,11 +245,25 @@ pub(super) fn add(
         };
         let arrays = arrays(&now, index, n, notes)?;
         match one.kind {
-            Kind::Nodes => mesh.point_arrays.extend(arrays),
-            Kind::Elements => mesh.cell_arrays.extend(arrays),
+            DataOwner::Nodes => mesh.point_arrays.extend(arrays),
+            DataOwner::Elements => mesh.cell_arrays.extend(arrays),
         }
     }
     Ok(())
+}
+
+/// The time up to which data are read: that of the step, or no limit.
+fn last_time(times: &[f64], step: Option<usize>) -> Result<f64> {
+    let Some(step) = step.filter(|_| !times.is_empty()) else {
+        return Ok(f64::INFINITY);
+    };
+    times.get(step).copied().ok_or_else(|| {
+        let n = times.len();
+        Error::input(format!(
+            "step {step} is asked for, but the data have {n} (0 to {})",
+            n - 1
+        ))
+    })
 }
 
 /// The array of the sections of one name and time; the parts of a partitioned mesh each have one. Those
@@ -305,8 +310,14 @@ fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<
 
 /// Notes where data have no value at nodes or elements of the mesh.
 pub(super) fn note_missing(mesh: &Mesh, notes: &mut Notes) {
-    let of_nodes = mesh.point_arrays.iter().map(|array| (array, Kind::Nodes));
-    let of_elements = mesh.cell_arrays.iter().map(|array| (array, Kind::Elements));
+    let of_nodes = mesh
+        .point_arrays
+        .iter()
+        .map(|array| (array, DataOwner::Nodes));
+    let of_elements = mesh
+        .cell_arrays
+        .iter()
+        .map(|array| (array, DataOwner::Elements));
     for (array, kind) in of_nodes.chain(of_elements) {
         let Values::F64(values) = &array.values else {
             continue;

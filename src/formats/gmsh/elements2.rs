@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells};
 use rayon::prelude::*;
 
-/// What the elements tell beside the cells.
+/// Groups, entities, partitions and numbers of the elements.
 #[derive(Debug, Default)]
 pub(super) struct Tags {
     /// Cells by physical group.
@@ -28,9 +28,9 @@ pub(super) struct Tags {
     pub numbers: Numbers,
 }
 
-/// Elements in a row, as one task finds them.
+/// Consecutive elements, parsed by one task.
 #[derive(Default)]
-struct Part {
+struct ElementBatch {
     connectivity: Vec<u32>,
     runs: Vec<Run>,
     numbers: Numbers,
@@ -53,8 +53,8 @@ struct ElementTags {
     partition: i32,
 }
 
-impl Part {
-    /// MemoryLimit for the nodes of one more element.
+impl ElementBatch {
+    /// Adds an element; returns the slots for its nodes.
     fn push(&mut self, of: &'static Type, number: i64, tags: ElementTags) -> &mut [u32] {
         self.numbers.push(number);
         match self.runs.last_mut() {
@@ -106,7 +106,7 @@ pub(super) fn read(
     Ok(cells)
 }
 
-impl Part {
+impl ElementBatch {
     fn add_to(&self, cells: &mut Cells, tags: &mut Tags) {
         let mut rest = &self.connectivity[..];
         for run in &self.runs {
@@ -140,7 +140,7 @@ fn parse_element(
     line: &mut Fields,
     version: Version,
     nodes: &Index,
-    part: &mut Part,
+    part: &mut ElementBatch,
 ) -> Result<()> {
     let element = line.integer("an element number")?;
     let number = line.integer("an element type")?;
@@ -225,8 +225,8 @@ fn check_count(kind: CellKind, n_nodes: usize, found: i64) -> std::result::Resul
 }
 
 /// Binary elements of version 3, integers one after another as in its text.
-fn read_v3(stream: &mut Stream, binary: Binary, n: usize, nodes: &Index) -> Result<Part> {
-    let mut part = Part::default();
+fn read_v3(stream: &mut Stream, binary: Binary, n: usize, nodes: &Index) -> Result<ElementBatch> {
+    let mut part = ElementBatch::default();
     for _ in 0..n {
         let start = stream.text.position() as u64;
         let head = stream.take(4, 4, "the elements")?;
@@ -298,14 +298,14 @@ impl<'a> Block<'a> {
         })
     }
 
-    fn parts(&self, nodes: &Index) -> Result<Vec<Part>> {
+    fn parts(&self, nodes: &Index) -> Result<Vec<ElementBatch>> {
         let each = 4 * (1 + self.n_tags + self.of.n_nodes);
-        let results: Vec<Result<Part>> = self
+        let results: Vec<Result<ElementBatch>> = self
             .body
             .par_chunks(CHUNK * each)
             .enumerate()
             .map(|(i, body)| {
-                let mut part = Part::default();
+                let mut part = ElementBatch::default();
                 part.connectivity
                     .reserve(body.len() / each * self.of.n_nodes);
                 for (j, element) in body.chunks_exact(each).enumerate() {
@@ -319,7 +319,7 @@ impl<'a> Block<'a> {
         results.into_iter().collect()
     }
 
-    fn decode(&self, element: &[u8], nodes: &Index, part: &mut Part) -> Result<()> {
+    fn decode(&self, element: &[u8], nodes: &Index, part: &mut ElementBatch) -> Result<()> {
         let int = |i: usize| self.binary.int(&element[4 * i..4 * i + 4]);
         let first = std::array::from_fn(|i| if i < self.n_tags { int(1 + i) } else { 0 });
         let (mut tags, is_ghost) = version2_tags(self.n_tags, first);

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// An entity by its dimension and tag.
 pub(super) type Key = (u8, i32);
 
-/// What is known of the entities.
+/// Physical groups and parents of the entities.
 #[derive(Debug, Default)]
 pub(super) struct Entities {
     /// Whether the file has them.

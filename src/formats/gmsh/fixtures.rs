@@ -1,7 +1,7 @@
 //! Files that gmsh wrote, by `scripts/make_gmsh_versions.py`.
 
 use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
-use super::{Msh, Msh22};
+use super::{MSH22, MSH41};
 use crate::diagnostic::formats::{FormatNote, NotKept};
 use crate::diagnostic::{Diagnostic, NoteKind};
 use crate::mesh::{CellKind, Mesh, Values, lagrange};
@@ -14,11 +14,13 @@ fn folder() -> PathBuf {
 fn read_with(name: &str, options: &ReadOptions) -> (Mesh, Notes) {
     let source = Source::open(&folder().join(name)).expect("the file is there");
     let mut notes = Notes::default();
-    let mesh = Msh.read_file(&source, options, &mut notes).map(|mut mesh| {
-        mesh.validate().expect("a good mesh");
-        mesh.merge_repeated_faces();
-        mesh
-    });
+    let mesh = MSH41
+        .read_file(&source, options, &mut notes)
+        .map(|mut mesh| {
+            mesh.validate().expect("a good mesh");
+            mesh.merge_repeated_faces();
+            mesh
+        });
     (mesh.expect("a good file"), notes)
 }
 
@@ -27,15 +29,19 @@ fn read(name: &str) -> Mesh {
 }
 
 /// A place, to what the 16 digits of gmsh's text tell.
-type Place = [i64; 3];
-type Cell = (CellKind, Vec<Place>);
+type LatticePoint = [i64; 3];
+type Cell = (CellKind, Vec<LatticePoint>);
 /// Places of the nodes; cells by the places of their nodes, sorted; groups by dimension and number,
 /// with cells. Some of gmsh's writers number nodes anew.
-type Canonical = (Vec<Place>, Vec<Cell>, Vec<(u8, Option<i32>, Vec<Cell>)>);
+type Canonical = (
+    Vec<LatticePoint>,
+    Vec<Cell>,
+    Vec<(u8, Option<i32>, Vec<Cell>)>,
+);
 
 fn canonical(mesh: &Mesh) -> Canonical {
     let place = |node: u32| mesh.points[node as usize].map(|x| (x * 1e12).round() as i64);
-    let mut nodes: Vec<Place> = (0..mesh.points.len() as u32).map(place).collect();
+    let mut nodes: Vec<LatticePoint> = (0..mesh.points.len() as u32).map(place).collect();
     nodes.sort_unstable();
     let cell = |cell: usize| -> Cell {
         let cell = mesh.cells.get(cell);
@@ -184,7 +190,10 @@ fn nodes_of_high_order_lie_where_their_lattice_says() {
 #[test]
 fn values_at_nodes_and_elements_are_read_at_each_time() {
     let source = Source::open(&folder().join("data_v41.msh")).expect("the file is there");
-    assert_eq!(Msh.steps_of_file(&source).expect("a good file"), [0.0, 0.5]);
+    assert_eq!(
+        MSH41.steps_of_file(&source).expect("a good file"),
+        [0.0, 0.5]
+    );
     for (step, factor) in [(Some(0), 1.0), (Some(1), 2.0), (None, 2.0)] {
         let options = ReadOptions {
             step,
@@ -217,7 +226,7 @@ fn values_at_nodes_and_elements_are_read_at_each_time() {
         step: Some(2),
         ..ReadOptions::default()
     };
-    let error = Msh.read_file(&source, &options, &mut Notes::default());
+    let error = MSH41.read_file(&source, &options, &mut Notes::default());
     assert!(
         error
             .expect_err("two steps")
@@ -239,7 +248,7 @@ fn an_element_listed_for_each_of_its_groups_has_the_value_of_any_of_its_numbers(
         );
         let source = Source::from_bytes(Path::new("twice.msh"), file.into_bytes());
         let mut notes = Notes::default();
-        let mesh = Msh.read_file(&source, &ReadOptions::default(), &mut notes);
+        let mesh = MSH41.read_file(&source, &ReadOptions::default(), &mut notes);
         let mesh = mesh.expect("a good file");
         assert!(notes.is_empty(), "{notes:?}");
         assert_eq!(mesh.cells.len(), 2);
@@ -257,10 +266,10 @@ fn what_gmsh_wrote_comes_back_from_both_versions() {
             .expect("plain");
         let mesh = read(&name);
         for (format, encoding) in [
-            (&Msh as &dyn Format, Encoding::Raw),
-            (&Msh, Encoding::Ascii),
-            (&Msh22, Encoding::Raw),
-            (&Msh22, Encoding::Ascii),
+            (&MSH41 as &dyn Format, Encoding::Raw),
+            (&MSH41, Encoding::Ascii),
+            (&MSH22, Encoding::Raw),
+            (&MSH22, Encoding::Ascii),
         ] {
             let options = WriteOptions {
                 encoding,
@@ -271,7 +280,7 @@ fn what_gmsh_wrote_comes_back_from_both_versions() {
                 .write_file(&mesh.view(), &mut file, &options)
                 .expect("MSH holds it");
             let source = Source::from_bytes(Path::new("copy"), file);
-            let mut back = Msh
+            let mut back = MSH41
                 .read_file(&source, &ReadOptions::default(), &mut Notes::default())
                 .expect("a good file");
             back.merge_repeated_faces();
@@ -303,7 +312,7 @@ fn a_section_without_its_end_is_passed_over_when_times_are_asked_for() {
     std::fs::write(&path, file).expect("it can be written");
     let source = Source::open(&path).expect("it is there");
     assert_eq!(
-        Msh.steps_of_file(&source).expect("it is good enough"),
+        MSH41.steps_of_file(&source).expect("it is good enough"),
         [0.0; 0]
     );
     let mesh = crate::formats::read(&source.into(), &ReadOptions::default());

@@ -1,4 +1,4 @@
-//! What a file is that is named .msh but is not Gmsh's.
+//! Names the format of files that are called .msh but are not Gmsh's.
 
 use super::super::lexer::shown;
 use crate::error::Error;

@@ -1,15 +1,14 @@
-//! From the tags of elements to the named groups of the mesh, and to arrays for what groups do not
-//! tell.
+//! Converts tags of elements to named groups of the mesh, and to arrays where groups do not suffice; finds the
+//! groups of each cell when writing.
 
 use super::super::Notes;
 use super::super::names::text_of;
 use super::entities::Entities;
 use super::nodes::count;
 use super::stream::Stream;
-use super::written::segments;
 use crate::diagnostic::formats::Read;
 use crate::error::Result;
-use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellSet, DataArray, Group, Mesh, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -54,7 +53,7 @@ impl Tagged {
         )
     }
 
-    /// The same cells under the tags that `names` gives for each key.
+    /// The cells by the tags that `names` gives for each key.
     fn renamed<'a>(&self, names: impl Fn((u8, i32)) -> &'a [i32]) -> Self {
         let mut ranges: BTreeMap<(u8, i32), Vec<Range<usize>>> = BTreeMap::new();
         for (&key, cells) in &self.0 {
@@ -263,6 +262,36 @@ fn groups_in(segments: &[(Range<usize>, Vec<usize>)], cells: &CellSet) -> Vec<us
         }
     }
     groups.into_iter().collect()
+}
+
+/// The cells in order, cut wherever the set of groups changes.
+pub(super) fn segments(mesh: &MeshView) -> Vec<(Range<usize>, Vec<usize>)> {
+    let mut events: Vec<(usize, bool, usize)> = Vec::new();
+    for (i, group) in mesh.groups.iter().enumerate() {
+        for range in group.cells.ranges() {
+            events.push((range.start, true, i));
+            events.push((range.end, false, i));
+        }
+    }
+    events.sort_unstable();
+    let mut active = BTreeSet::new();
+    let mut segments = Vec::new();
+    let mut start = 0;
+    for (cell, enters, group) in events {
+        if cell > start {
+            segments.push((start..cell, active.iter().copied().collect()));
+            start = cell;
+        }
+        if enters {
+            active.insert(group);
+        } else {
+            active.remove(&group);
+        }
+    }
+    if start < mesh.cells.len() {
+        segments.push((start..mesh.cells.len(), Vec::new()));
+    }
+    segments
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! From the tags of nodes or elements to their indices, and the numbers worth keeping.
+//! Maps tags of nodes or elements to indices; decides which tags are kept as an array.
 
 use crate::error::{Error, Result};
 

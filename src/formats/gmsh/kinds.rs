@@ -47,7 +47,7 @@ const ORDERS: [(CellKind, &[i32]); 7] = [
 /// An element type.
 #[derive(Debug)]
 pub(super) struct Type {
-    /// Its cell kind.
+    /// The kind of cell.
     pub kind: CellKind,
     /// Nodes of an element.
     pub n_nodes: usize,

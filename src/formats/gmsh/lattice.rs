@@ -2,11 +2,11 @@
 //! inside are ordered as elements of lower order are.
 
 use crate::mesh::CellKind::{self, *};
-use crate::mesh::lagrange::{self, Place, inside_triangle, shell, shifted};
+use crate::mesh::lagrange::{self, LatticePoint, inside_triangle, shell, shifted};
 
 /// Where each node of a Lagrange kind's element of this order lies, in Gmsh's order; empty for other
 /// kinds.
-pub(super) fn lattice(kind: CellKind, p: u16) -> Vec<Place> {
+pub(super) fn lattice(kind: CellKind, p: u16) -> Vec<LatticePoint> {
     match kind {
         // These are ordered as VTK orders them.
         LagrangeCurve | LagrangeTriangle => lagrange::lattice(kind, p.into()),
@@ -43,7 +43,7 @@ fn inside_quadrilateral(p: u16) -> Vec<[u16; 2]> {
     }
 }
 
-fn tetrahedron(p: u16) -> Vec<Place> {
+fn tetrahedron(p: u16) -> Vec<LatticePoint> {
     if p == 0 {
         return vec![[0; 3]];
     }
@@ -58,7 +58,7 @@ fn tetrahedron(p: u16) -> Vec<Place> {
     places
 }
 
-fn hexahedron(p: u16) -> Vec<Place> {
+fn hexahedron(p: u16) -> Vec<LatticePoint> {
     if p == 0 {
         return vec![[0; 3]];
     }
@@ -86,7 +86,7 @@ fn hexahedron(p: u16) -> Vec<Place> {
 }
 
 /// Inside, each place of a triangle has a line upwards, its ends first.
-fn wedge(p: u16) -> Vec<Place> {
+fn wedge(p: u16) -> Vec<LatticePoint> {
     let base = [[0, 0, 0], [p, 0, 0], [0, p, 0]];
     let corners = [base, base.map(|[i, j, _]| [i, j, p])].concat();
     let edges = [
@@ -114,7 +114,7 @@ fn wedge(p: u16) -> Vec<Place> {
     places
 }
 
-fn pyramid(p: u16) -> Vec<Place> {
+fn pyramid(p: u16) -> Vec<LatticePoint> {
     if p == 0 {
         return vec![[0; 3]];
     }
@@ -151,14 +151,14 @@ mod tests {
             let words: Vec<&str> = line.split(' ').collect();
             let number = words[0].parse::<i64>().expect("an element type");
             let order: u16 = words[2].parse().expect("an order");
-            let place = |word: &&str| -> Place {
+            let place = |word: &&str| -> LatticePoint {
                 let steps: Vec<u16> = word
                     .split(',')
                     .map(|i| i.parse().expect("a step"))
                     .collect();
                 steps.try_into().expect("three steps")
             };
-            let expected: Vec<Place> = words[3..].iter().map(place).collect();
+            let expected: Vec<LatticePoint> = words[3..].iter().map(place).collect();
             let kind = match words[1] {
                 "Line" => LagrangeCurve,
                 "Triangle" => LagrangeTriangle,

@@ -4,6 +4,7 @@
 //! dimension but elements there, their elementary entities, called by their number, are the tags.
 //! Values at nodes and elements are arrays of the mesh.
 
+mod content;
 mod data;
 mod elements;
 mod elements2;
@@ -20,73 +21,49 @@ mod stream;
 mod write22;
 mod write41;
 mod write_data;
-mod written;
 
 use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
-/// Gmsh MSH 4.1 (.msh). Reads every version.
-pub struct Msh;
+/// Gmsh MSH: reads every version and writes one of them.
+pub struct Msh {
+    name: &'static str,
+    title: &'static str,
+    extensions: &'static [&'static str],
+    write: fn(&MeshView, &mut dyn Write, &WriteOptions) -> Result<Notes>,
+}
 
-/// Gmsh MSH 2.2 (.msh2). Reads every version.
-pub struct Msh22;
+/// Gmsh MSH, written in version 4.1 (.msh).
+pub static MSH41: Msh = Msh {
+    name: "msh",
+    title: "Gmsh MSH 4.1 (.msh)",
+    extensions: &["msh", "msh4"],
+    write: write41::write,
+};
+
+/// Gmsh MSH, written in version 2.2 (.msh2).
+pub static MSH22: Msh = Msh {
+    name: "msh22",
+    title: "Gmsh MSH 2.2 (.msh2)",
+    extensions: &["msh2", "msh22"],
+    write: write22::write,
+};
 
 impl Format for Msh {
     fn name(&self) -> &'static str {
-        "msh"
+        self.name
     }
     fn title(&self) -> &'static str {
-        "Gmsh MSH 4.1 (.msh)"
+        self.title
     }
     fn extensions(&self) -> &'static [&'static str] {
-        &["msh", "msh4"]
+        self.extensions
     }
     fn flavours(&self) -> &'static [&'static dyn Format] {
-        &[&Msh22]
-    }
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        is_msh(head)
-    }
-    fn title_of(&self, head: &[u8]) -> String {
-        title_of(head)
-    }
-    fn version(&self, head: &[u8]) -> Option<String> {
-        version(head)
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes(), options, notes)
-    }
-    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
-        read::steps(source.bytes())
-    }
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write41::write(mesh, out, options)
-    }
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-    fn rounds(&self, _asked: Precision) -> bool {
-        false
-    }
-}
-
-impl Format for Msh22 {
-    fn name(&self) -> &'static str {
-        "msh22"
-    }
-    fn title(&self) -> &'static str {
-        "Gmsh MSH 2.2 (.msh2)"
-    }
-    fn extensions(&self) -> &'static [&'static str] {
-        &["msh2", "msh22"]
+        static FLAVOURS: [&dyn Format; 1] = [&MSH22];
+        &FLAVOURS
     }
     fn recognizes_start(&self, head: &[u8]) -> bool {
         is_msh(head)
@@ -109,7 +86,7 @@ impl Format for Msh22 {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Notes> {
-        write22::write(mesh, out, options)
+        (self.write)(mesh, out, options)
     }
     fn holds_arrays(&self) -> bool {
         true
@@ -119,8 +96,7 @@ impl Format for Msh22 {
     }
 }
 
-/// What a file is, whichever version is written under this name: behind `$MeshFormat` stand the version
-/// and a 1 for binary.
+/// The title of a file, by whether it is text or binary: `$MeshFormat` is followed by the version and a 1 for binary.
 fn title_of(head: &[u8]) -> String {
     let start = memchr::memmem::find(&head[..head.len().min(HEADER_BYTES)], b"$MeshFormat");
     let is_binary = start.is_some_and(|start| {
@@ -131,7 +107,7 @@ fn title_of(head: &[u8]) -> String {
     format!("Gmsh MSH, {form} (.msh)")
 }
 
-/// The version that a file says it has; the first has no header.
+/// The version in the header of a file; version 1 has no header.
 fn version(head: &[u8]) -> Option<String> {
     let said = super::word_after(head, b"$MeshFormat");
     said.or_else(|| {
@@ -144,7 +120,7 @@ fn version(head: &[u8]) -> Option<String> {
 /// Bytes in which the header of a file is looked for.
 const HEADER_BYTES: usize = 4096;
 
-/// Whether a file starts as one of Gmsh's does; `$NOD` starts version 1.
+/// Whether a file starts as one of Gmsh does; `$NOD` starts version 1.
 fn is_msh(head: &[u8]) -> bool {
     let head = head.trim_ascii_start();
     [&b"$MeshFormat"[..], b"$Comments", b"$NOD"]

@@ -2,7 +2,7 @@
 
 use super::super::lexer::shown;
 use super::super::{Notes, ReadOptions};
-use super::data::{self, Data, Kind};
+use super::data::{self, Data, DataOwner};
 use super::elements2::Tags;
 use super::entities::Entities;
 use super::groups::{self, PhysicalName, read_names};
@@ -13,9 +13,9 @@ use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::Result;
 use crate::mesh::{Cells, DataArray, Mesh, Values};
 
-/// What has been read so far.
+/// The sections that have been read so far.
 #[derive(Default)]
-struct Parts<'a> {
+struct FileContent<'a> {
     nodes: Option<Nodes>,
     cells: Option<Cells>,
     names: Vec<PhysicalName>,
@@ -28,7 +28,7 @@ struct Parts<'a> {
 
 /// The mesh in these bytes.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-    let mut parts = Parts::default();
+    let mut parts = FileContent::default();
     let stream = sections(bytes, |name, version, stream| {
         parts.read(name, version, stream, notes)
     })?;
@@ -39,7 +39,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
 pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
     let mut found = Vec::new();
     sections(bytes, |name, _, stream| {
-        let Some(kind) = Kind::of(name) else {
+        let Some(kind) = DataOwner::of(name) else {
             return Ok(false);
         };
         found.push(Data::read(stream, kind, &mut Notes::default())?);
@@ -196,7 +196,7 @@ fn read_format(stream: &mut Stream) -> Result<Version> {
     Ok(version)
 }
 
-impl<'a> Parts<'a> {
+impl<'a> FileContent<'a> {
     /// Reads a section that matters; `false` for any other, of which there is a note.
     fn read(
         &mut self,
@@ -220,7 +220,7 @@ impl<'a> Parts<'a> {
                 self.nodes = Some(nodes::read(stream, version, name == b"ParametricNodes")?);
             }
             (b"Elements" | b"ELM", _) => self.read_elements(version, stream)?,
-            _ => match Kind::of(name) {
+            _ => match DataOwner::of(name) {
                 Some(kind) => self.data.push(Data::read(stream, kind, notes)?),
                 None => {
                     if !matches!(name, b"Comments" | b"Comment") {

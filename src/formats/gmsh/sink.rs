@@ -3,7 +3,7 @@
 use super::super::names::{Rule, cut};
 use super::super::records::{push_integer, push_real, write_all, write_records};
 use super::super::{Encoding, WriteOptions};
-use super::written::Plan;
+use super::content::MshContent;
 use crate::diagnostic::formats::GroupWritten;
 use crate::error::Result;
 use crate::mesh::MeshView;
@@ -53,7 +53,11 @@ impl<'a> Sink<'a> {
 
     /// Writes `$PhysicalNames`. A nameless group goes without, unless it is empty: then the line is
     /// all that remains of it. Returns notes on names that had to change.
-    pub fn physical_names(&mut self, mesh: &MeshView, plan: &Plan) -> Result<Vec<GroupWritten>> {
+    pub fn physical_names(
+        &mut self,
+        mesh: &MeshView,
+        plan: &MshContent,
+    ) -> Result<Vec<GroupWritten>> {
         let mut notes = Vec::new();
         let mut lines = Vec::new();
         let names: [_; 4] = std::array::from_fn(|dimension| {

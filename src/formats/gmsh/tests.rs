@@ -1,7 +1,7 @@
 //! Round trips, and the oddities of real files.
 
 use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
-use super::{Msh, Msh22};
+use super::{MSH22, MSH41};
 use crate::diagnostic::formats::{
     ArrayRead, ArrayWritten, Condition, GroupWritten, NotKept, Written,
 };
@@ -10,7 +10,7 @@ use crate::mesh::lagrange::n_nodes;
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
 
 fn read(bytes: &[u8]) -> Mesh {
-    let mut mesh = parse(&Msh, bytes, &ReadOptions::default()).expect("a good file");
+    let mut mesh = parse(&MSH41, bytes, &ReadOptions::default()).expect("a good file");
     mesh.validate().expect("a good mesh");
     mesh.merge_repeated_faces();
     mesh
@@ -91,7 +91,7 @@ fn written(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
 #[test]
 fn every_kind_and_group_comes_back_from_every_flavour() {
     let mut mesh = every_kind();
-    for format in [&Msh as &dyn Format, &Msh22] {
+    for format in [&MSH41 as &dyn Format, &MSH22] {
         for encoding in [Encoding::Raw, Encoding::Ascii] {
             let back = read(&written(format, &mesh, encoding));
             assert_eq!(back.points, mesh.points);
@@ -113,7 +113,7 @@ fn what_is_left_out_is_said() {
     let large = Values::I64(vec![1 << 60; mesh.points.len()]);
     mesh.point_arrays.push(DataArray::scalar("hash", large));
     mesh.groups[0].condition = Some("BCWall".into());
-    let notes = Msh
+    let notes = MSH41
         .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
     let renamed = GroupWritten::Renamed {
@@ -143,7 +143,7 @@ fn what_is_left_out_is_said() {
     ];
     assert_eq!(notes, expected);
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
-    for format in [&Msh as &dyn Format, &Msh22] {
+    for format in [&MSH41 as &dyn Format, &MSH22] {
         let error = format
             .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
             .expect_err("a polygon");
@@ -156,7 +156,7 @@ fn empty_groups_and_unused_nodes_are_kept() {
     let mut mesh = every_kind();
     mesh.groups.push(group(2, "spare", 11, &[]));
     mesh.groups.push(group(2, "12", 12, &[]));
-    for format in [&Msh as &dyn Format, &Msh22] {
+    for format in [&MSH41 as &dyn Format, &MSH22] {
         let back = read(&written(format, &mesh, Encoding::Raw));
         let empty = back.groups.iter().filter(|group| group.cells.is_empty());
         let names: Vec<&str> = empty.map(|group| &group.name[..]).collect();
@@ -267,7 +267,7 @@ $Periodic\n0\n$EndPeriodic\n";
 fn tags_entities_and_values_survive_both_versions() {
     let source = Source::from_bytes("sparse".as_ref(), SPARSE.into());
     let mut notes = Notes::default();
-    let mesh = Msh.read_file(&source, &ReadOptions::default(), &mut notes);
+    let mesh = MSH41.read_file(&source, &ReadOptions::default(), &mut notes);
     let mesh = mesh.expect("a good file");
     let periodic = NotKept::Section {
         name: "Periodic".into(),
@@ -297,7 +297,7 @@ fn tags_entities_and_values_survive_both_versions() {
     assert_eq!(mesh.cell_arrays[0].values, Values::I32(vec![5, 9]));
     assert_eq!(mesh.cell_arrays[2].values, Values::I64(vec![30, 11]));
     let shown = |mesh: &Mesh| format!("{:?}", (&mesh.point_arrays, &mesh.cell_arrays));
-    for format in [&Msh as &dyn Format, &Msh22] {
+    for format in [&MSH41 as &dyn Format, &MSH22] {
         for encoding in [Encoding::Raw, Encoding::Ascii] {
             let back = read(&written(format, &mesh, encoding));
             assert_eq!(shown(&back), shown(&mesh));
@@ -305,7 +305,7 @@ fn tags_entities_and_values_survive_both_versions() {
             assert_eq!(back.cells, mesh.cells);
         }
     }
-    let text = String::from_utf8(written(&Msh, &mesh, Encoding::Ascii)).expect("text");
+    let text = String::from_utf8(written(&MSH41, &mesh, Encoding::Ascii)).expect("text");
     assert!(text.contains("\n2 9 2 1\n11 900 40 41\n"), "{text}");
     assert!(text.contains("\n41 NaN -inf\n$EndNodeData"), "{text}");
 }
@@ -319,7 +319,7 @@ fn tags_that_are_not_distinct_are_no_tags() {
         "cell_number",
         Values::I64(vec![-1, 2, 3]),
     )];
-    let back = read(&written(&Msh, &mesh, Encoding::Raw));
+    let back = read(&written(&MSH41, &mesh, Encoding::Raw));
     assert_eq!(back.cells, mesh.cells);
     assert_eq!(
         back.point_arrays[0].values,
@@ -357,7 +357,7 @@ fn cells_that_msh_lacks_are_refused_with_the_way_out() {
     };
     mesh.cells.push(CellKind::Triangle7, &[0, 1, 2, 3, 4, 5, 6]);
     let refusal = |mesh: &Mesh| {
-        let refused = Msh.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
+        let refused = MSH41.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
         refused.expect_err("MSH has no such cell").to_string()
     };
     assert!(refusal(&mesh).contains("--linearize"));
@@ -375,7 +375,7 @@ fn elements_that_a_mesh_lacks_are_refused_by_name() {
         (138, "bubble"),
     ] {
         let file = SQUARE_41.replace("2 4 3 1\n3 40", &format!("2 4 {number} 1\n3 40"));
-        let error = parse(&Msh, file.as_bytes(), &ReadOptions::default()).expect_err("refused");
+        let error = parse(&MSH41, file.as_bytes(), &ReadOptions::default()).expect_err("refused");
         assert!(error.to_string().contains(word), "{error}");
     }
 }
@@ -402,7 +402,7 @@ fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
             ..WriteOptions::default()
         };
         let mut bytes = Vec::new();
-        let notes = Msh
+        let notes = MSH41
             .write_file(&mesh.view(), &mut bytes, &options)
             .expect("written");
         assert_eq!(notes, [Written::CountedFromOne { what: "nodes" }.into()]);
@@ -411,7 +411,7 @@ fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
         assert_eq!(p, Some(&mesh.point_arrays[1]));
         let mut alone = mesh.clone();
         alone.point_arrays.pop();
-        assert_eq!(read(&written(&Msh, &alone, encoding)), alone);
+        assert_eq!(read(&written(&MSH41, &alone, encoding)), alone);
     }
 }
 
@@ -420,7 +420,7 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
     for (n, is_written) in [(100, true), (101, false)] {
         let wide = DataArray::tuples("wide", n, Values::F64(vec![0.5; 3 * n]));
         let mesh = triangle([1, 2, 3], wide);
-        for format in [&Msh as &dyn Format, &Msh22] {
+        for format in [&MSH41 as &dyn Format, &MSH22] {
             let mut bytes = Vec::new();
             let notes = format.write_file(&mesh.view(), &mut bytes, &WriteOptions::default());
             let notes = notes.expect("it can be written");

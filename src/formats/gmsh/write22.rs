@@ -2,9 +2,9 @@
 
 use super::super::WriteOptions;
 use super::super::records::{push_integer, write_all, write_records};
+use super::content::MshContent;
 use super::sink::{Sink, push_point, push_point_binary};
 use super::write_data;
-use super::written::Plan;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::MeshView;
@@ -12,7 +12,7 @@ use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is left out.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
-    let plan = Plan::new(mesh, i32::MAX.into(), 1)?;
+    let plan = MshContent::new(mesh, i32::MAX.into(), 1)?;
     let copies = |entity: usize| plan.entities[entity].physicals.len().max(1);
     let blocks = plan.blocks.iter();
     let n_elements: usize = blocks.map(|b| b.cells.len() * copies(b.entity)).sum();
@@ -41,7 +41,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     Ok(notes)
 }
 
-fn write_nodes(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_nodes(mesh: &MeshView, plan: &MshContent, sink: &mut Sink) -> Result<()> {
     let n = mesh.points.len();
     sink.line(&format!("$Nodes\n{n}"))?;
     let text = sink.text;
@@ -74,7 +74,7 @@ struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    fn new(plan: &'a Plan) -> Self {
+    fn new(plan: &'a MshContent) -> Self {
         let own = plan.cell_numbers.as_deref();
         let highest = own.and_then(|own| own.iter().max()).map(|n| *n as usize);
         let mut next = highest.map_or(1, |highest| highest + 1);
@@ -102,7 +102,7 @@ impl<'a> Numbers<'a> {
     }
 
     /// The highest number used.
-    fn highest(&self, plan: &Plan) -> usize {
+    fn highest(&self, plan: &MshContent) -> usize {
         let own = self
             .own
             .and_then(|own| own.iter().max())
@@ -127,7 +127,12 @@ impl<'a> Numbers<'a> {
     }
 }
 
-fn write_elements(mesh: &MeshView, plan: &Plan, numbers: &Numbers, sink: &mut Sink) -> Result<()> {
+fn write_elements(
+    mesh: &MeshView,
+    plan: &MshContent,
+    numbers: &Numbers,
+    sink: &mut Sink,
+) -> Result<()> {
     for block in &plan.blocks {
         let entity = &plan.entities[block.entity];
         let (type_number, of) = &plan.types[block.of];

@@ -2,9 +2,9 @@
 
 use super::super::WriteOptions;
 use super::super::records::{push_real, write_all, write_records};
+use super::content::{Entity, MshContent};
 use super::sink::{Sink, push_point, push_point_binary};
 use super::write_data;
-use super::written::{Entity, Plan};
 use crate::error::Result;
 use crate::formats::Notes;
 use crate::mesh::MeshView;
@@ -13,7 +13,7 @@ use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is left out.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
-    let mut plan = Plan::new(mesh, i64::MAX, 0)?;
+    let mut plan = MshContent::new(mesh, i64::MAX, 0)?;
     let mut notes = Notes::default();
     notes.extend(plan.drop_large_numbers(mesh));
     if plan.entities.is_empty() {
@@ -54,7 +54,7 @@ impl Sink<'_> {
     }
 }
 
-fn write_entities(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_entities(mesh: &MeshView, plan: &MshContent, sink: &mut Sink) -> Result<()> {
     let of = |dimension: u8| {
         let entities = plan.entities.iter().enumerate();
         entities.filter(move |(_, entity)| entity.dimension == dimension)
@@ -111,7 +111,7 @@ fn write_entity(entity: &Entity, place: &[f64], sink: &mut Sink) -> Result<()> {
 
 /// Smallest and largest coordinates of each entity's cells; of all nodes where it has none, or all
 /// cells of the mesh's own dimension.
-fn bounds(mesh: &MeshView, plan: &Plan) -> Vec<[[f64; 3]; 2]> {
+fn bounds(mesh: &MeshView, plan: &MshContent) -> Vec<[[f64; 3]; 2]> {
     let whole = mesh.bounds().unwrap_or([[0.0; 3]; 2]);
     let alone = |entity: &Entity| {
         let same = plan
@@ -149,7 +149,7 @@ fn joined([low, high]: [[f64; 3]; 2], [l, h]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
     ]
 }
 
-fn write_nodes(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
+fn write_nodes(mesh: &MeshView, plan: &MshContent, sink: &mut Sink) -> Result<()> {
     let n = mesh.points.len();
     sink.line("$Nodes")?;
     let [lowest, highest] = plan.node_tags(n);
@@ -177,7 +177,7 @@ fn write_nodes(mesh: &MeshView, plan: &Plan, sink: &mut Sink) -> Result<()> {
 
 fn write_elements(
     mesh: &MeshView,
-    plan: &Plan,
+    plan: &MshContent,
     number: impl Fn(usize) -> u64 + Sync,
     sink: &mut Sink,
 ) -> Result<()> {

@@ -1,11 +1,11 @@
-//! Writing arrays as `$NodeData` and `$ElementData`, and saying what MSH has no place for.
+//! Writing arrays as `$NodeData` and `$ElementData`, and notes on arrays that MSH does not hold.
 
 use super::super::names::Given;
 use super::super::records::{conditions_left_out, push_integer, push_real, write_records};
 use super::super::{Notes, Precision, WriteOptions};
+use super::content::MshContent;
 use super::data::MOST_COMPONENTS;
 use super::sink::{ARRAY, Sink};
-use super::written::Plan;
 use crate::diagnostic::formats::{ArrayWritten, Written};
 use crate::error::Result;
 use crate::mesh::arrays::with_numbers;
@@ -18,7 +18,7 @@ const MSH: &str = "MSH";
 /// note for each thing that is not as it was.
 pub(super) fn write(
     mesh: &MeshView,
-    plan: &Plan,
+    plan: &MshContent,
     number: impl Fn(usize) -> u64 + Sync,
     sink: &mut Sink,
 ) -> Result<Notes> {

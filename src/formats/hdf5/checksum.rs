@@ -51,6 +51,13 @@ fn finish([a, b, c]: &mut [u32; 3]) {
     step(c, b, 24);
 }
 
+/// Bytes, and their checksum after them.
+pub(super) fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
+    let sum = lookup3(&bytes);
+    bytes.extend(sum.to_le_bytes());
+    bytes
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,17 +1,16 @@
 //! A dataset that gets one more row with each step: a time, a name, a number of a row.
 //!
-//! Rows that go on as they began (always the same, or by the same number more) are in the file
-//! before they are needed. Others are in chunks, of which a step writes the last one anew.
+//! Rows that are constant or grow by a constant are written ahead of the steps that need them. Others are in chunks,
+//! of which each step rewrites the last one.
 
+use super::address::{NOWHERE, Storage, Stored};
 use super::element::{Element, Number};
-use super::header::{NOWHERE, Place};
 use super::index::{Chunks, index_bytes};
-use super::step_file::Stored;
 use crate::error::Result;
 
 /// Bytes of the smallest chunk.
 const SMALLEST: usize = 512;
-/// The fewest rows that are foretold.
+/// The fewest rows that are extrapolated.
 const FEWEST: usize = 64;
 
 /// Rows of one length.
@@ -21,7 +20,7 @@ pub(in crate::formats) struct Column {
     row: Vec<u64>,
     row_bytes: usize,
     bytes: Vec<u8>,
-    /// Whether all rows so far could be told from the first two.
+    /// Whether all rows so far follow from the first two.
     goes_on: bool,
     /// The rows in one piece, and how many are in the file.
     piece: (Stored, usize),
@@ -51,7 +50,7 @@ impl Column {
     pub fn push<T: Number>(&mut self, row: &[T]) {
         let row: &[u8] = bytemuck::cast_slice(row);
         assert_eq!(row.len(), self.row_bytes, "rows must be of one length");
-        self.goes_on &= self.n_rows() < 2 || self.foretold(1) == row;
+        self.goes_on &= self.n_rows() < 2 || self.extrapolated(1) == row;
         self.bytes.extend(row);
     }
 
@@ -60,20 +59,20 @@ impl Column {
         self.bytes.len() / self.row_bytes
     }
 
-    /// Its sizes.
+    /// Sizes of the dataset.
     pub(super) fn shape(&self) -> Vec<u64> {
         let n = self.n_rows() as u64;
         std::iter::once(n).chain(self.row.iter().copied()).collect()
     }
 
     /// Where its rows are, once they are in the file.
-    pub(super) fn place(&self) -> Place {
+    pub(super) fn place(&self) -> Storage {
         match self.chunks.stored {
-            Some(index) if self.chunk_rows < self.n_rows() => Place::Chunked {
+            Some(index) if self.chunk_rows < self.n_rows() => Storage::Chunked {
                 rows: self.chunk_rows as u64,
                 index,
             },
-            _ => Place::Contiguous(self.piece.0.address),
+            _ => Storage::Contiguous(self.piece.0.address),
         }
     }
 
@@ -82,13 +81,13 @@ impl Column {
         let n = self.n_rows();
         if self.goes_on {
             if self.piece.1 < n {
-                let room = match n {
+                let n_ahead = match n {
                     0 | 1 => n,
                     _ => (2 * n).next_power_of_two().max(FEWEST),
                 };
-                let bytes = [&self.bytes[..], &self.foretold(room - n)].concat();
+                let bytes = [&self.bytes[..], &self.extrapolated(n_ahead - n)].concat();
                 let address = put(&bytes)?;
-                self.piece = (Stored { address }, room);
+                self.piece = (Stored { address }, n_ahead);
             }
             return Ok(());
         }
@@ -117,7 +116,7 @@ impl Column {
     }
 
     /// The next rows, where they go on as the last two do.
-    fn foretold(&self, n: usize) -> Vec<u8> {
+    fn extrapolated(&self, n: usize) -> Vec<u8> {
         let words = |row: usize| -> Vec<u64> {
             let row = &self.bytes[row * self.row_bytes..][..self.row_bytes];
             let words = row.as_chunks::<8>().0.iter();

@@ -18,19 +18,19 @@ number!(i8 I8, u8 U8, i16 I16, u16 U16, i32 I32, u32 U32, i64 I64, u64 U64, f32 
 pub(in crate::formats) enum Element {
     /// An integer of 1, 2, 4 or 8 bytes.
     Integer {
-        /// Its bytes.
+        /// Size in bytes.
         bytes: u8,
         /// Whether it can be below zero.
         signed: bool,
     },
     /// A floating-point number of 4 or 8 bytes.
     Float {
-        /// Its bytes.
+        /// Size in bytes.
         bytes: u8,
     },
     /// ASCII text of so many bytes, ended by a zero or filled up with them.
     Text {
-        /// Its bytes, at least 1.
+        /// Size in bytes, at least 1.
         bytes: u32,
         /// Whether a zero must follow the text (C's strings), or only fills up what is left.
         terminated: bool,

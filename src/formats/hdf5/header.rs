@@ -4,29 +4,16 @@
 //! version 2, layout messages version 3 (contiguous) and 4 (chunked). Read by
 //! libhdf5 from 1.8, files with chunks from 1.10.
 
-use super::checksum::lookup3;
+use super::address::{NOWHERE, Storage};
+use super::checksum::with_checksum;
 use super::index;
 use super::links::Links;
-use super::step_file::Stored;
+use super::messages::{LINK, Messages, link};
 use super::tree::{Attribute, Id, Node};
 use crate::error::{Error, Result};
 
-/// The address that is none.
-pub(super) const NOWHERE: u64 = u64::MAX;
 /// Bytes of the superblock.
 pub(super) const SUPERBLOCK: usize = 48;
-/// The type of a message that is a link.
-pub(super) const LINK: u8 = 6;
-
-/// Where the values of a dataset lie.
-#[derive(Debug, Clone)]
-pub(super) enum Place {
-    /// In one piece.
-    Contiguous(u64),
-    /// In chunks of so many rows, by way of the index at this address.
-    Chunked { rows: u64, index: Stored },
-}
-
 /// The superblock of a file of `end` bytes whose root group has its header at `root`.
 pub(super) fn superblock(root: u64, end: u64) -> Vec<u8> {
     let mut block = b"\x89HDF\r\n\x1a\n".to_vec();
@@ -38,7 +25,7 @@ pub(super) fn superblock(root: u64, end: u64) -> Vec<u8> {
 }
 
 /// The object header of a group or a dataset. `addresses` are those of all nodes' headers.
-pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Vec<u8>> {
+pub(super) fn object(node: &Node, place: &Storage, addresses: &[u64]) -> Result<Vec<u8>> {
     let mut messages = Messages::default();
     let n_before = node.links.map_or(0, Links::len);
     match &node.dataset {
@@ -79,26 +66,6 @@ pub(super) fn object(node: &Node, place: &Place, addresses: &[u64]) -> Result<Ve
     Ok(with_checksum(header))
 }
 
-/// Messages of a header, one after another.
-#[derive(Default)]
-pub(super) struct Messages(pub Vec<u8>);
-
-impl Messages {
-    pub fn push(&mut self, kind: u8, flags: u8, body: &[u8]) -> Result<()> {
-        let size = u16::try_from(body.len()).map_err(|_| {
-            Error::input(format!(
-                "{} bytes in the header of an HDF5 object; there can be 65535",
-                body.len()
-            ))
-        })?;
-        self.0.push(kind);
-        self.0.extend(size.to_le_bytes());
-        self.0.push(flags);
-        self.0.extend(body);
-        Ok(())
-    }
-}
-
 fn dataspace(shape: Option<&[u64]>) -> Vec<u8> {
     let Some(shape) = shape else {
         return vec![2, 0, 0, 0];
@@ -108,15 +75,15 @@ fn dataspace(shape: Option<&[u64]>) -> Vec<u8> {
     message
 }
 
-fn layout(place: &Place, shape: &[u64], element: u64, n_bytes: u64) -> Vec<u8> {
+fn layout(place: &Storage, shape: &[u64], element: u64, n_bytes: u64) -> Vec<u8> {
     match *place {
-        Place::Contiguous(address) => {
+        Storage::Contiguous(address) => {
             let mut message = vec![3, 1];
             message.extend(address.to_le_bytes());
             message.extend(n_bytes.to_le_bytes());
             message
         }
-        Place::Chunked { rows, index } => {
+        Storage::Chunked { rows, index } => {
             let others = shape.iter().copied().skip(1);
             let sizes = || std::iter::once(rows).chain(others.clone()).chain([element]);
             // libhdf5 refuses more bytes for each than the largest needs.
@@ -130,22 +97,6 @@ fn layout(place: &Place, shape: &[u64], element: u64, n_bytes: u64) -> Vec<u8> {
             message
         }
     }
-}
-
-/// The message of a link to the object at `address`.
-pub(super) fn link(order: usize, name: &str, address: u64) -> Result<Vec<u8>> {
-    const WITH_ORDER_AND_CHARSET: u8 = 0x14;
-    const LENGTH_OF_2_BYTES: u8 = 0x01;
-    const UTF8: u8 = 1;
-    let length = u16::try_from(name.len())
-        .map_err(|_| Error::input(format!("a name of {} bytes; HDF5 has 65535", name.len())))?;
-    let mut message = vec![1, WITH_ORDER_AND_CHARSET | LENGTH_OF_2_BYTES];
-    message.extend((order as u64).to_le_bytes());
-    message.push(UTF8);
-    message.extend(length.to_le_bytes());
-    message.extend(name.as_bytes());
-    message.extend(address.to_le_bytes());
-    Ok(message)
 }
 
 fn attribute_message(attribute: &Attribute) -> Vec<u8> {
@@ -191,11 +142,4 @@ pub(super) fn heap(at: u64, strings: &[String]) -> (Vec<u8>, Vec<u8>) {
         heap[start + 8..start + 16].copy_from_slice(&size.to_le_bytes());
     }
     (heap, references)
-}
-
-/// Bytes, and their checksum after them.
-pub(super) fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
-    let sum = lookup3(&bytes);
-    bytes.extend(sum.to_le_bytes());
-    bytes
 }

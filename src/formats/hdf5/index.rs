@@ -1,5 +1,4 @@
-//! Where the chunks of a growing dataset lie: a B-tree of which a step writes anew only the way down
-//! to its last leaf.
+//! The index of the chunks of a growing dataset: a B-tree of which a step rewrites only the path to its last leaf.
 //!
 //! Format: B-tree version 2, records of type 10 (chunks without filters). Chunks come in order, so
 //! that all nodes but the last of each level are alike: with M(k) the most records of a node of level
@@ -12,8 +11,8 @@
 //! and node j has the records j M(k) to (j + 1) M(k) - 2; the one after them is record j of the next
 //! level. The last node has up to M(k).
 
-use super::header::{NOWHERE, with_checksum};
-use super::step_file::Stored;
+use super::address::{NOWHERE, Stored};
+use super::checksum::with_checksum;
 use crate::error::Result;
 use std::ops::Range;
 
@@ -45,7 +44,7 @@ struct Level {
     span: usize,
     /// Chunks from one record to the next: S(k).
     stride: usize,
-    /// The most records that the format has room for in a node of this level and below it.
+    /// The most records that a node of this level and those below it can have.
     most: usize,
     /// Full nodes in the file.
     full: Vec<u64>,

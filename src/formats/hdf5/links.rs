@@ -1,8 +1,9 @@
 //! The children of a group that gets more of them with each step: those that are in the file
 //! already, in blocks of 8, 64, 512 ... that are written once.
 
-use super::header::{self, Messages, with_checksum};
-use super::step_file::Stored;
+use super::address::Stored;
+use super::checksum::with_checksum;
+use super::messages::{self, LINK, Messages};
 use crate::error::Result;
 
 /// Blocks of one size that are joined to one.
@@ -27,8 +28,8 @@ pub(super) struct Block {
 impl Links {
     /// Adds a child.
     pub fn add(&mut self, name: &str, object: Stored) -> Result<()> {
-        let message = header::link(self.len(), name, object.address)?;
-        self.messages.push(header::LINK, 0, &message)?;
+        let message = messages::link(self.len(), name, object.address)?;
+        self.messages.push(LINK, 0, &message)?;
         self.ends.push(self.messages.0.len());
         Ok(())
     }
@@ -78,7 +79,7 @@ impl Links {
 }
 
 /// Links of each block, of `n` in all: powers of [`RADIX`], the largest first, and less than that
-/// many in none. So a step writes few blocks anew, and there are few of them.
+/// many in none. So there are few blocks, and a step rewrites few of them.
 fn sizes(n: usize) -> Vec<usize> {
     let mut sizes = Vec::new();
     let mut size = RADIX;

@@ -1,6 +1,5 @@
-//! HDF5 files: our own small writer, and the one home of the crate that reads them.
-//!
-//! Knows groups, datasets and attributes; what they mean is for CGNS and VTKHDF to know.
+//! HDF5 files: a small writer, and the only use of the crate that reads them. Owns groups, datasets and attributes;
+//! their meaning is left to CGNS and VTKHDF.
 //!
 //! Writing a file whose content is known, front to back into any sink:
 //!
@@ -14,11 +13,11 @@
 //! tree.write(out)?;
 //! ```
 //!
-//! Values that are not in memory as they shall be in the file are a [`Data::Stream`], a closure
-//! that hands over bytes. A file that grows step by step and is whole after each:
+//! Values that are not in memory in the form that they have in the file are a [`Data::Stream`], a closure
+//! that hands over bytes. A file that grows step by step and is valid after each:
 //!
 //! ```text
-//! let mut file = StepFile::create(path, Begin::Create, true)?;             // hidden until the first step is whole
+//! let mut file = StepFile::create(path, Begin::Create, true)?;             // staged until the first step is complete
 //! let x = file.store(|sink| sink(bytemuck::cast_slice(&x)))?;           // keep `x` for later steps
 //! let mut tree = ...;                                                   // all that is in the file now
 //! tree.dataset(group, "CoordinateX", Element::F64, &[n], Data::Stored(x));
@@ -45,24 +44,27 @@
 //! let values: Values = dataset.values()?;
 //! ```
 
+mod address;
 mod checksum;
 mod column;
 mod element;
 mod header;
 mod index;
 mod links;
+mod messages;
 mod read;
 mod step_file;
 mod tree;
 mod write;
 
 pub(super) use self::{
+    address::Stored,
     column::{Column, column_bytes},
     element::Element,
     index::{Chunks, index_bytes},
     links::Links,
     read::{Dataset, File, Group},
-    step_file::{StepFile, Stored},
+    step_file::StepFile,
     tree::{Data, Id, Sink, Tree},
 };
 

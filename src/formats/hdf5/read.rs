@@ -15,9 +15,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Unpacked data can be so many times larger than the file.
+/// Decompressed data can be this many times larger than the file.
 const MOST_RATIO: usize = 1100;
-/// A small file may unpack to this.
+/// Decompressed bytes that a small file may have.
 const SMALLEST_LIMIT: usize = 64 << 20;
 
 /// An open file.
@@ -62,7 +62,7 @@ fn options(n_bytes: usize, resolver: Option<Arc<dyn ExternalLinkResolver>>) -> O
     }
 }
 
-/// Bytes that a dataset of a file of `n_bytes` may have when it is unpacked.
+/// Bytes that a dataset of a file of `n_bytes` may have when it is decompressed.
 fn limit(n_bytes: usize) -> usize {
     n_bytes.saturating_mul(MOST_RATIO).max(SMALLEST_LIMIT)
 }
@@ -85,18 +85,18 @@ impl ExternalLinkResolver for SameFolder {
 }
 
 impl Group {
-    /// Its name in the group that holds it.
+    /// The name in the group that contains it.
     pub fn name(&self) -> &str {
         self.0.name()
     }
 
-    /// Its groups, in the order in which they were made where the file tells, else by name.
+    /// The groups in it, in the order in which they were made where the file tells, else by name.
     pub fn groups(&self) -> Result<Vec<Group>> {
         let groups = self.0.groups().map_err(|error| self.refused(error))?;
         Ok(groups.into_iter().map(Group).collect())
     }
 
-    /// Its datasets, in the same order.
+    /// The datasets in it, in the order of [`Group::groups`].
     pub fn datasets(&self) -> Result<Vec<Dataset>> {
         let datasets = self.0.datasets().map_err(|error| self.refused(error))?;
         Ok(datasets
@@ -204,7 +204,7 @@ macro_rules! with_number {
 }
 
 impl Dataset {
-    /// Its name in the group that holds it.
+    /// The name in the group that contains it.
     pub fn name(&self) -> &str {
         self.inner.name()
     }

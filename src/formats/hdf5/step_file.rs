@@ -1,17 +1,17 @@
-//! A file that grows in place and is whole after each step.
+//! An HDF5 file that grows in place and is valid after each step.
 //!
-//! Nothing that was written is written over. A step appends its values, then the headers of what is
+//! Nothing that was written is overwritten. A step appends its values, then the headers of what is
 //! new and of the groups on the way there, and at last replaces the 48 bytes of the superblock, which lie in one
-//! page, by ones that point to the new headers. Whoever opens the file before that sees the steps
-//! before; so does whoever opens it after the program was killed at any moment.
+//! page, by ones that point to the new headers. Until then, and after the program
+//! was killed at any moment, readers see the steps before.
 //!
-//! A file that an earlier run began is retraced: the bytes that the same steps give are compared with
-//! those that are there, so that all that is to be known of them (addresses, hashes) is known again.
-//! From the first byte that is another, or from its end on, the file is written.
+//! A file of an earlier run is resumed: the bytes of the same steps are compared with those in the file, which gives
+//! their addresses and hashes again. From the first byte that differs, or from its end on, the file is written.
 
+use super::address::{NOWHERE, Storage, Stored};
 use super::column::Column;
 use super::element::Element;
-use super::header::{self, NOWHERE, Place, SUPERBLOCK};
+use super::header::{self, SUPERBLOCK};
 use super::index::Chunks;
 use super::links::Links;
 use super::tree::{Data, Sink, Tree};
@@ -25,31 +25,31 @@ use std::path::Path;
 /// Bytes gathered before they are handed on.
 const BUFFER: usize = 1 << 20;
 
-/// What a growing file is written to.
+/// The file that an HDF5 file is written to, step by step.
 pub(in crate::formats) trait StepTarget: Write + Seek {
-    /// Puts what was written on the disk before work goes on, if that is wanted.
+    /// Syncs to the disk what was written, if that is wanted.
     fn sync(&mut self) -> std::io::Result<()> {
         Ok(())
     }
 
-    /// Called when all that was written makes a whole file.
-    fn is_whole(&mut self) -> std::io::Result<()> {
+    /// Called when the file is valid.
+    fn set_complete(&mut self) -> std::io::Result<()> {
         Ok(())
     }
 
-    /// How many of these bytes are there already, from `at` on.
+    /// How many of these bytes, from the first on, the file has already at offset `at`.
     fn matching(&mut self, _at: u64, _bytes: &[u8]) -> std::io::Result<usize> {
         Ok(0)
     }
 
-    /// Whether nothing comes after so many bytes.
+    /// Whether the file ends at this offset.
     fn ends_at(&self, _at: u64) -> std::io::Result<bool> {
         Ok(true)
     }
 
-    /// Leaves out what comes after `at`; `superblock` makes what is left a whole file. Without one
-    /// the file begins again, with the same first bytes.
-    fn part(&mut self, _at: u64, _superblock: Option<&[u8]>) -> std::io::Result<()> {
+    /// Truncates the file at `at`; `superblock` makes the rest a valid file. Without one the file begins again,
+    /// with the same first bytes.
+    fn truncate(&mut self, _at: u64, _superblock: Option<&[u8]>) -> std::io::Result<()> {
         Ok(())
     }
 }
@@ -59,7 +59,7 @@ impl StepTarget for GrowingFile {
         GrowingFile::sync(self)
     }
 
-    fn is_whole(&mut self) -> std::io::Result<()> {
+    fn set_complete(&mut self) -> std::io::Result<()> {
         self.commit()
     }
 
@@ -71,12 +71,12 @@ impl StepTarget for GrowingFile {
         Ok(self.n_bytes()? <= at)
     }
 
-    fn part(&mut self, at: u64, superblock: Option<&[u8]>) -> std::io::Result<()> {
+    fn truncate(&mut self, at: u64, superblock: Option<&[u8]>) -> std::io::Result<()> {
         match superblock {
             Some(superblock) => {
                 self.seek(SeekFrom::Start(0))?;
                 self.write_all(superblock)?;
-                // What is written next may be on the disk before anything that was written earlier.
+                // The disk may store later writes before earlier ones.
                 GrowingFile::sync(self)?;
                 self.cut(at)?;
             }
@@ -86,15 +86,15 @@ impl StepTarget for GrowingFile {
     }
 }
 
-/// A file under work.
+/// An HDF5 file that grows step by step.
 pub(in crate::formats) struct StepFile<F: StepTarget = GrowingFile> {
     out: Counted<Buffered<F>>,
     hasher: blake3::Hasher,
-    /// Whether bytes are compared with those of an earlier run.
+    /// Whether all bytes so far equal those of an earlier run.
     is_resuming: bool,
     /// The superblock of the last step that was committed, and where that ends.
     finished: Option<(Vec<u8>, u64)>,
-    /// Those of the step that is finished and not committed.
+    /// Superblock and end of the step that is finished and not committed.
     pending: Option<(Vec<u8>, u64)>,
 }
 
@@ -123,24 +123,9 @@ impl<F: StepTarget> Write for Buffered<F> {
     }
 }
 
-/// Values or an object in a growing file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::formats) struct Stored {
-    pub(super) address: u64,
-}
-
-impl Stored {
-    /// The values past so many bytes.
-    pub fn past(self, n_bytes: u64) -> Self {
-        Self {
-            address: self.address + n_bytes,
-        }
-    }
-}
-
 impl StepFile {
-    /// A new file, which takes its name with the first [`StepFile::commit`]; or one that is there and is
-    /// retraced or filled. With `sync` each step is on the disk when it is committed.
+    /// A new file, which gets its name with the first [`StepFile::commit`], or an existing one, which is resumed or
+    /// filled. With `sync` each step is on the disk when it is committed.
     pub fn create(path: &Path, begin: Begin, sync: bool) -> Result<Self> {
         match begin {
             Begin::Resume if path.is_file() => Ok(Self::resume(GrowingFile::reopen(path, sync)?)),
@@ -158,7 +143,7 @@ impl<F: StepTarget> StepFile<F> {
         Ok(growing)
     }
 
-    /// Starts in a file with something in it, behind the superblock.
+    /// Starts behind the superblock of a file with content.
     pub fn resume(file: F) -> Self {
         let mut growing = Self::at(SUPERBLOCK as u64, file);
         growing.is_resuming = true;
@@ -217,7 +202,7 @@ impl<F: StepTarget> StepFile<F> {
     /// ([`Links::add`], [`Tree::object`]).
     pub fn store_object(&mut self, tree: &Tree) -> Result<Stored> {
         let nodes = 0..tree.nodes.len();
-        let places: Result<Vec<Place>> = nodes.map(|i| self.place(tree, i)).collect();
+        let places: Result<Vec<Storage>> = nodes.map(|i| self.storage(tree, i)).collect();
         let places = places?;
         let address = headers(tree, &places, |header| self.put(&header))?;
         Ok(Stored { address })
@@ -264,14 +249,14 @@ impl<F: StepTarget> StepFile<F> {
             file.write_all(&superblock).map_err(failed)?;
             file.seek(SeekFrom::Start(at)).map_err(failed)?;
             file.sync().map_err(failed)?;
-            file.is_whole().map_err(failed)?;
+            file.set_complete().map_err(failed)?;
         }
         self.finished = Some((superblock, at));
         Ok(())
     }
 
-    /// Where a file was gone over to its last step: leaves out what another program has left after
-    /// that, and mends the superblock. Tells whether there was something to mend.
+    /// Ends a resumed file after its last step: truncates it there and repairs the superblock. Returns whether anything
+    /// was repaired.
     pub fn end(&mut self) -> Result<bool> {
         let Some((superblock, end)) = self.finished.as_ref().filter(|_| self.is_resuming) else {
             return Ok(false);
@@ -280,7 +265,7 @@ impl<F: StepTarget> StepFile<F> {
         let n_same = file.matching(0, superblock).map_err(failed)?;
         let is_whole = n_same == superblock.len() && file.ends_at(*end).map_err(failed)?;
         if !is_whole {
-            file.part(*end, Some(superblock)).map_err(failed)?;
+            file.truncate(*end, Some(superblock)).map_err(failed)?;
         }
         Ok(!is_whole)
     }
@@ -292,14 +277,14 @@ impl<F: StepTarget> StepFile<F> {
     }
 
     /// Appends what a node has that is not stored yet.
-    fn place(&mut self, tree: &Tree, node: usize) -> Result<Place> {
+    fn storage(&mut self, tree: &Tree, node: usize) -> Result<Storage> {
         let Some(dataset) = &tree.nodes[node].dataset else {
-            return Ok(Place::Contiguous(NOWHERE));
+            return Ok(Storage::Contiguous(NOWHERE));
         };
         match &dataset.data {
-            _ if stored_bytes(dataset) == 0 => Ok(Place::Contiguous(NOWHERE)),
-            Data::Stored(stored) => Ok(Place::Contiguous(stored.address)),
-            Data::Chunks { rows, chunks } => Ok(Place::Chunked {
+            _ if stored_bytes(dataset) == 0 => Ok(Storage::Contiguous(NOWHERE)),
+            Data::Stored(stored) => Ok(Storage::Contiguous(stored.address)),
+            Data::Chunks { rows, chunks } => Ok(Storage::Chunked {
                 rows: *rows,
                 index: chunks.stored.expect("its index was stored before"),
             }),
@@ -311,7 +296,7 @@ impl<F: StepTarget> StepFile<F> {
                     .max(8);
                 let address = self.align_to(alignment)?;
                 write_values(dataset, address, &mut |bytes| self.append(bytes))?;
-                Ok(Place::Contiguous(address))
+                Ok(Storage::Contiguous(address))
             }
         }
     }
@@ -343,7 +328,7 @@ impl<F: StepTarget> StepFile<F> {
         self.out.write(&bytes[known..])
     }
 
-    /// Passes over those of the bytes that are there; writing begins with the first that is not.
+    /// Skips the bytes that the file has already; writing begins with the first that differs.
     fn matching(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let file = &mut self.out.out.file;
         let n = file.matching(self.out.at, bytes)?;
@@ -354,21 +339,21 @@ impl<F: StepTarget> StepFile<F> {
                 .finished
                 .as_ref()
                 .map(|(superblock, _)| &superblock[..]);
-            file.part(self.out.at, superblock)?;
+            file.truncate(self.out.at, superblock)?;
         }
         Ok(n)
     }
 }
 
 impl<F: StepTarget> Drop for StepFile<F> {
-    /// A step that failed leaves nothing: on a full disk there is room again for a few words on it.
+    /// Removes a step that failed, so that a full disk has space again for other files.
     fn drop(&mut self) {
         if let Some((superblock, end)) = &self.finished
             && !self.is_resuming
             && self.out.at > *end
         {
-            // What went wrong is told already; without this the step is no part of the file either.
-            let _ = self.out.out.file.part(*end, Some(superblock));
+            // The error was reported already, and the step is not part of the file either way.
+            let _ = self.out.out.file.truncate(*end, Some(superblock));
         }
     }
 }

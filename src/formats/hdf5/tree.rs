@@ -1,10 +1,10 @@
-//! What a file holds: groups, datasets and attributes, before it has places for them.
+//! The content of a file: groups, datasets and attributes, before they have addresses.
 
+use super::address::Stored;
 use super::column::Column;
 use super::element::{Element, Number};
 use super::index::Chunks;
 use super::links::Links;
-use super::step_file::Stored;
 use crate::error::Result;
 use std::borrow::Cow;
 
@@ -67,7 +67,7 @@ pub(super) struct Node<'a> {
     pub dataset: Option<Dataset<'a>>,
     /// Children before those.
     pub links: Option<&'a Links>,
-    /// What the node is, where that is in the file already.
+    /// The object of the node, where that is in the file already.
     pub object: Option<Stored>,
 }
 

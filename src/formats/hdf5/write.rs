@@ -1,6 +1,7 @@
 //! A tree written front to back: superblock, headers, then the values of every dataset.
 
-use super::header::{self, NOWHERE, Place, SUPERBLOCK};
+use super::address::{NOWHERE, Storage};
+use super::header::{self, SUPERBLOCK};
 use super::tree::{Data, Dataset, Tree};
 use crate::error::{Error, Result};
 use std::io::Write;
@@ -15,7 +16,7 @@ impl Tree<'_> {
     /// When a dataset is one that only a growing file can hold.
     pub fn write(&self, out: &mut dyn Write) -> Result<()> {
         let start = SUPERBLOCK as u64;
-        let somewhere = vec![Place::Contiguous(0); self.nodes.len()];
+        let somewhere = vec![Storage::Contiguous(0); self.nodes.len()];
         let (headers, _) = headers_from(start, self, &somewhere)?;
         let (places, end) = self.places(start + headers.len() as u64)?;
         let (headers, root) = headers_from(start, self, &places)?;
@@ -24,7 +25,7 @@ impl Tree<'_> {
         out.write(&headers)?;
         let datasets = self.nodes.iter().zip(&places);
         for (dataset, place) in datasets.filter_map(|(n, p)| Some((n.dataset.as_ref()?, p))) {
-            if let Place::Contiguous(address) = *place
+            if let Storage::Contiguous(address) = *place
                 && address != NOWHERE
             {
                 out.pad_to(address)?;
@@ -35,7 +36,7 @@ impl Tree<'_> {
     }
 
     /// Where the values of each node lie when the first may start at `at`, and the file's end.
-    fn places(&self, mut at: u64) -> Result<(Vec<Place>, u64)> {
+    fn places(&self, mut at: u64) -> Result<(Vec<Storage>, u64)> {
         let too_large = || Error::input("the file would have more than 2^63 bytes");
         let mut places = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -44,7 +45,7 @@ impl Tree<'_> {
                 0 => NOWHERE,
                 _ => at.next_multiple_of(ALIGNMENT),
             };
-            places.push(Place::Contiguous(address));
+            places.push(Storage::Contiguous(address));
             if n_bytes > 0 {
                 at = address.checked_add(n_bytes).ok_or_else(too_large)?;
             }
@@ -54,7 +55,7 @@ impl Tree<'_> {
 }
 
 /// Headers one after another from address `start` on, and the address of the root group's.
-fn headers_from(start: u64, tree: &Tree, places: &[Place]) -> Result<(Vec<u8>, u64)> {
+fn headers_from(start: u64, tree: &Tree, places: &[Storage]) -> Result<(Vec<u8>, u64)> {
     let mut bytes = Vec::new();
     let root = headers(tree, places, |header| {
         let address = start + bytes.len() as u64;
@@ -69,7 +70,7 @@ fn headers_from(start: u64, tree: &Tree, places: &[Place]) -> Result<(Vec<u8>, u
 /// of the root group's.
 pub(super) fn headers(
     tree: &Tree,
-    places: &[Place],
+    places: &[Storage],
     mut put: impl FnMut(Vec<u8>) -> Result<u64>,
 ) -> Result<u64> {
     let mut addresses = vec![NOWHERE; tree.nodes.len()];

@@ -15,7 +15,7 @@ pub(super) struct Section<'m> {
     pub what: &'static str,
     /// Tuples that each array must have; any number in field data.
     pub n_tuples: Option<usize>,
-    /// Those that were found.
+    /// The arrays that were found.
     pub arrays: &'m mut Vec<DataArray>,
 }
 

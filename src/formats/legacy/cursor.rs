@@ -1,4 +1,4 @@
-//! A place in a legacy file: keywords and counts, lines, and where an error is.
+//! A position in a legacy file: reads keywords, counts and lines, and places errors.
 //!
 //! The file is words separated by white space; only the values of binary arrays are not, and they
 //! start on the line after their keyword.
@@ -44,12 +44,12 @@ impl<'a> Cursor<'a> {
         Ok(cursor)
     }
 
-    /// What is left.
+    /// The bytes from the position on.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
 
-    /// What is left of the line, moving on to the next.
+    /// The rest of the line; moves on to the next one.
     pub fn line(&mut self) -> &'a [u8] {
         let rest = self.rest();
         let length = memchr::memchr(b'\n', rest).unwrap_or(rest.len());

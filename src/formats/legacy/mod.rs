@@ -22,99 +22,69 @@ use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
+use write::Version;
+
+/// VTK legacy file: reads every version and writes one of them.
+pub struct Legacy {
+    name: &'static str,
+    title: &'static str,
+    version: Version,
+}
 
 /// VTK legacy file (.vtk), written in version 5.1.
-pub struct Legacy;
+pub static VTK51: Legacy = Legacy {
+    name: "vtk",
+    title: "VTK legacy file (.vtk)",
+    version: Version::V51,
+};
 
 /// VTK legacy file, written in version 4.2 for older readers.
-pub struct Legacy42;
+pub static VTK42: Legacy = Legacy {
+    name: "vtk42",
+    title: "VTK legacy file of version 4.2 (.vtk)",
+    version: Version::V42,
+};
 
 impl Format for Legacy {
     fn name(&self) -> &'static str {
-        "vtk"
+        self.name
     }
-
     fn title(&self) -> &'static str {
-        "VTK legacy file (.vtk)"
+        self.title
     }
-
     fn extensions(&self) -> &'static [&'static str] {
         &["vtk"]
     }
-
     fn flavours(&self) -> &'static [&'static dyn Format] {
-        &[&Legacy42]
+        static FLAVOURS: [&dyn Format; 1] = [&VTK42];
+        &FLAVOURS
     }
-
     fn recognizes_start(&self, head: &[u8]) -> bool {
-        let start = head.trim_ascii_start();
-        start
-            .get(..14)
-            .is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile"))
+        let start = head.trim_ascii_start().get(..14);
+        start.is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile"))
     }
-
     fn list_ending(&self) -> Option<&'static str> {
         Some("vtk.series")
     }
-
     fn holds_arrays(&self) -> bool {
         true
     }
-
+    fn has_tag_names(&self) -> bool {
+        true
+    }
     fn version(&self, head: &[u8]) -> Option<String> {
         super::word_after(head, b"Version")
     }
-
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
-
     fn write_file(
         &self,
         mesh: &MeshView,
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Notes> {
-        write::write(mesh, out, options, write::Version::V51)
-    }
-}
-
-impl Format for Legacy42 {
-    fn name(&self) -> &'static str {
-        "vtk42"
-    }
-
-    fn title(&self) -> &'static str {
-        "VTK legacy file of version 4.2 (.vtk)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["vtk"]
-    }
-
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        Legacy.recognizes_start(head)
-    }
-
-    fn list_ending(&self) -> Option<&'static str> {
-        Some("vtk.series")
-    }
-
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        Legacy.read_file(source, options, notes)
-    }
-
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Write,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write::write(mesh, out, options, write::Version::V42)
+        write::write(mesh, out, options, self.version)
     }
 }
 

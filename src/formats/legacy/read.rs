@@ -1,8 +1,9 @@
 //! A legacy file as a mesh: which grid it holds, and its parts in whatever order.
 
 use super::super::lexer::{line_of, shown};
-use super::super::vtk::cells::{Built, CellTable, Nodes, repeat_tuples};
+use super::super::vtk::cells::{Built, CellTable, repeat_tuples};
 use super::super::vtk::list::List;
+use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::polygonal;
 use super::super::vtk::{order, structured, tags};
 use super::attributes::{Section, metadata};
@@ -21,7 +22,7 @@ const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (5, 1);
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let mut cursor = Cursor::open(bytes)?;
     let file = parts(&mut cursor, notes).and_then(|file| file.mesh(&cursor, notes));
-    // What is wrong with all parts together is wrong at the end of the last.
+    // Errors of all parts together are placed at the end of the last one.
     let mut mesh = file.map_err(|error| match cursor.binary {
         true => error.byte(cursor.at as u64),
         false => error.line(line_of(bytes, cursor.at.saturating_sub(1))),
@@ -84,16 +85,16 @@ fn grid(cursor: &mut Cursor) -> Result<Grid> {
     })
 }
 
-/// Which arrays are being read.
+/// The items whose arrays are being read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-enum Place {
+enum ArrayTarget {
     #[default]
     Whole,
     Points,
     Cells,
 }
 
-/// What has been read.
+/// The parts of the file that have been read.
 #[derive(Default)]
 struct File {
     grid: Grid,
@@ -111,7 +112,7 @@ struct File {
     places: [usize; 6],
     /// The last keyword, and where it stands.
     last: (String, usize),
-    place: Place,
+    place: ArrayTarget,
     n_tuples: usize,
     point_arrays: Vec<DataArray>,
     cell_arrays: Vec<DataArray>,
@@ -159,8 +160,8 @@ impl File {
             "point_data" | "cell_data" => {
                 self.n_tuples = cursor.count("a number of tuples")?;
                 self.place = match keyword {
-                    "point_data" => Place::Points,
-                    _ => Place::Cells,
+                    "point_data" => ArrayTarget::Points,
+                    _ => ArrayTarget::Cells,
                 };
                 self.check_tuples(cursor)?;
             }
@@ -180,24 +181,24 @@ impl File {
     fn arrays(&mut self, keyword: &str, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
         let n_tuples = Some(self.n_tuples);
         let mut section = match self.place {
-            Place::Whole => Section {
+            ArrayTarget::Whole => Section {
                 what: "field",
                 n_tuples: None,
                 arrays: &mut self.field_arrays,
             },
-            Place::Points => Section {
+            ArrayTarget::Points => Section {
                 what: "point",
                 n_tuples,
                 arrays: &mut self.point_arrays,
             },
-            Place::Cells => Section {
+            ArrayTarget::Cells => Section {
                 what: "cell",
                 n_tuples,
                 arrays: &mut self.cell_arrays,
             },
         };
         let known = match (self.place, keyword) {
-            (Place::Whole, "field") | (Place::Points | Place::Cells, _) => {
+            (ArrayTarget::Whole, "field") | (ArrayTarget::Points | ArrayTarget::Cells, _) => {
                 section.attribute(keyword, cursor, notes)?
             }
             _ => false,
@@ -217,9 +218,9 @@ impl File {
 
     fn last_array(&mut self) -> Option<&mut DataArray> {
         match self.place {
-            Place::Whole => None,
-            Place::Points => self.point_arrays.last_mut(),
-            Place::Cells => self.cell_arrays.last_mut(),
+            ArrayTarget::Whole => None,
+            ArrayTarget::Points => self.point_arrays.last_mut(),
+            ArrayTarget::Cells => self.cell_arrays.last_mut(),
         }
     }
 
@@ -240,7 +241,7 @@ impl File {
 
     fn check_tuples(&self, cursor: &Cursor) -> Result<()> {
         let (n, what) = match self.place {
-            Place::Points => (self.n_points()?, "points"),
+            ArrayTarget::Points => (self.n_points()?, "points"),
             _ => (self.n_cells(), "cells"),
         };
         if n != self.n_tuples {
@@ -260,7 +261,7 @@ impl File {
     }
 
     fn unstructured(mut self, cursor: &Cursor, notes: &mut Notes) -> Result<Mesh> {
-        let nodes = Nodes {
+        let nodes = PieceNodes {
             base: 0,
             limit: self.points.len() as u64,
         };

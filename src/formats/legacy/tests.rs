@@ -7,7 +7,7 @@ use crate::mesh::{CellKind, DataArray, Group, Values};
 fn read_with_notes(bytes: &[u8]) -> (Mesh, Notes) {
     let source = Source::from_bytes(std::path::Path::new("<memory>"), bytes.to_vec());
     let mut notes = Notes::default();
-    let mesh = Legacy.read_file(&source, &ReadOptions::default(), &mut notes);
+    let mesh = VTK51.read_file(&source, &ReadOptions::default(), &mut notes);
     let mut mesh = mesh.expect("it can be read");
     mesh.validate().expect("it is a good mesh");
     mesh.merge_repeated_faces();
@@ -19,7 +19,7 @@ fn read(text: &str) -> Mesh {
 }
 
 fn error(bytes: &[u8]) -> String {
-    let result = parse(&Legacy, bytes, &ReadOptions::default());
+    let result = parse(&VTK51, bytes, &ReadOptions::default());
     result.expect_err("it cannot be read").to_string()
 }
 
@@ -98,7 +98,7 @@ fn rich_mesh() -> Mesh {
 
 #[test]
 fn everything_in_a_mesh_survives_both_versions_as_text_and_binary() {
-    for format in [&Legacy as &dyn Format, &Legacy42] {
+    for format in [&VTK51 as &dyn Format, &VTK42] {
         for encoding in [Encoding::Raw, Encoding::Ascii] {
             for precision in [Precision::F64, Precision::F32] {
                 let options = WriteOptions {
@@ -139,7 +139,7 @@ fn a_large_text_is_read_in_parts() {
         encoding: Encoding::Ascii,
         ..WriteOptions::default()
     };
-    for format in [&Legacy as &dyn Format, &Legacy42] {
+    for format in [&VTK51 as &dyn Format, &VTK42] {
         let mut bytes = Vec::new();
         format
             .write_file(&mesh.view(), &mut bytes, &options)
@@ -325,7 +325,7 @@ fn errors_say_where_and_what() {
         assert!(message.contains(expected), "{message} / {expected}");
     }
     let mut bytes = Vec::new();
-    let written = Legacy.write_file(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
+    let written = VTK51.write_file(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     assert!(
         error(&bytes[..500]).contains("byte "),
@@ -337,16 +337,16 @@ fn errors_say_where_and_what() {
 #[test]
 fn damaged_files_never_panic() {
     let mut bytes = Vec::new();
-    let written = Legacy.write_file(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
+    let written = VTK51.write_file(&rich_mesh().view(), &mut bytes, &WriteOptions::default());
     written.expect("it can be written");
     for at in 0..bytes.len() {
         for change in [0xff, 0x80, b'9', b'\n'] {
             let mut damaged = bytes.clone();
             damaged[at] = change;
-            let _ = parse(&Legacy, &damaged, &ReadOptions::default());
+            let _ = parse(&VTK51, &damaged, &ReadOptions::default());
         }
         if at % 7 == 0 {
-            let _ = parse(&Legacy, &bytes[..at], &ReadOptions::default());
+            let _ = parse(&VTK51, &bytes[..at], &ReadOptions::default());
         }
     }
 }

@@ -233,9 +233,9 @@ fn text<T: Number>(
             word_end(cursor.bytes, end),
             PER_TASK,
         );
-        let parts: Vec<Part<T>> = cuts
+        let parts: Vec<ParsedText<T>> = cuts
             .par_windows(2)
-            .map(|cut| Part::parse(cursor.bytes, cut[0], cut[1], element))
+            .map(|cut| ParsedText::parse(cursor.bytes, cut[0], cut[1], element))
             .collect();
         for part in parts {
             let missing = n - done;
@@ -261,14 +261,14 @@ fn text<T: Number>(
 }
 
 /// Numbers of one stretch of text.
-struct Part<T> {
+struct ParsedText<T> {
     numbers: Vec<T>,
     start: usize,
     end: usize,
     wrong: Option<(usize, String)>,
 }
 
-impl<T: Number> Part<T> {
+impl<T: Number> ParsedText<T> {
     fn parse(bytes: &[u8], start: usize, end: usize, element: Element) -> Self {
         let mut part = Self {
             numbers: Vec::new(),

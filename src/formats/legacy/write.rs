@@ -1,10 +1,10 @@
-//! A mesh as a legacy file. Which arrays there are is `vtk::plan`'s to say.
+//! Writes a mesh as a legacy file; `vtk::arrays` decides which arrays there are.
 
 use super::super::names::{Rule, decoded};
+use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::order;
-use super::super::vtk::plan::Plan;
 use super::super::vtk::text::{ascii, failed};
 use super::super::{Encoding, WriteOptions};
 use super::cursor::encoded;
@@ -40,7 +40,7 @@ pub(super) fn write(
         let message = format!("{n} nodes are too many for 32-bit indices; write version 5.1");
         return Err(Error::input(message));
     }
-    let plan = Plan::new(mesh, options, &NAMES);
+    let plan = VtkArrays::new(mesh, options, &NAMES);
     let mut out = BufWriter::with_capacity(BUFFER, out);
     let mut writer = Writer {
         out: &mut out,
@@ -59,7 +59,7 @@ struct Writer<'o> {
 }
 
 impl Writer<'_> {
-    fn all(&mut self, mesh: &MeshView, plan: &Plan) -> Result<()> {
+    fn all(&mut self, mesh: &MeshView, plan: &VtkArrays) -> Result<()> {
         let sections = plan.sections();
         let version = match self.version {
             Version::V42 => "4.2",
@@ -195,7 +195,7 @@ impl Writer<'_> {
         out.finish()
     }
 
-    fn cells(&mut self, mesh: &MeshView, plan: &Plan) -> Result<()> {
+    fn cells(&mut self, mesh: &MeshView, plan: &VtkArrays) -> Result<()> {
         let old_order;
         let cells = match self.version {
             Version::V42 if mesh.cells.runs().any(|run| order::concerns(run.kind)) => {
@@ -269,7 +269,7 @@ fn encoded_name(name: &str) -> String {
     }
 }
 
-/// What the list of cells holds of a cell: its nodes, of a polyhedron its face stream.
+/// The entries of a cell in the list of cells: its nodes, or the face stream of a polyhedron.
 fn entries<'c>(cells: &'c Cells, cell: &CellRef<'c>) -> &'c [u32] {
     match cell.kind {
         CellKind::Polyhedron => cells.face_stream(cell.index).unwrap_or(&[]),

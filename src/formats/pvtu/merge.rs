@@ -4,17 +4,16 @@
 //! different pieces at the very same place, where each piece has but one node. Cells and nodes with global numbers are put
 //! in the order of these, others stay piece by piece.
 
-use super::read::mismatch;
 use super::subset::push;
 use crate::diagnostic::formats::{ArrayRead, Pieces};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::{Cells, DataArray, Mesh, Values};
 use rayon::prelude::*;
 
 /// One piece, with the names of the arrays that hold its global numbers.
 pub(in crate::formats) struct Piece {
-    /// Its mesh, without groups.
+    /// The mesh of the piece, without groups.
     pub mesh: Mesh,
     /// Point array.
     pub node_ids: Option<String>,
@@ -118,7 +117,7 @@ fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<
     Some(joined)
 }
 
-/// What orders places; the two zeros are one.
+/// Sort key of a position, in which -0 equals 0.
 fn bits(point: [f64; 3]) -> [u64; 3] {
     point.map(|x| (x + 0.0).to_bits())
 }
@@ -300,4 +299,18 @@ fn drop_counted(arrays: &mut Vec<DataArray>, name: Option<&String>) {
         numbers.first().is_none_or(|first| *first == 0) && steps
     };
     arrays.retain(|array| array.name != *name || !counts(array));
+}
+
+impl Piece {
+    /// The numbers in one of its arrays.
+    fn numbers(arrays: &[DataArray], name: &Option<String>) -> Option<Vec<i64>> {
+        let name = name.as_ref()?;
+        let array = arrays.iter().find(|array| array.name == *name);
+        array?.values.to_integers()
+    }
+}
+
+/// An error of the pieces together.
+fn mismatch(message: String) -> Error {
+    Error::input(message).dataset("Piece")
 }

@@ -17,7 +17,7 @@ mod read;
 mod subset;
 mod write;
 
-use super::{Format, Notes, OutputSet, ReadOptions, Source, WriteOptions};
+use super::{Encoding, Format, Notes, OutputSet, ReadOptions, Source, WriteOptions};
 use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
 
@@ -46,6 +46,22 @@ impl Format for Pvtu {
         let head = &head[..head.len().min(4096)];
         let finds = |what: &str| memchr::memmem::find(head, what.as_bytes()).is_some();
         finds("<VTKFile") && (finds("\"PUnstructuredGrid\"") || finds("'PUnstructuredGrid'"))
+    }
+
+    fn encodings(&self) -> &'static [Encoding] {
+        &[Encoding::Raw, Encoding::Base64, Encoding::Ascii]
+    }
+
+    fn compresses(&self) -> bool {
+        true
+    }
+
+    fn has_tag_names(&self) -> bool {
+        true
+    }
+
+    fn is_in_pieces(&self) -> bool {
+        true
     }
 
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {

@@ -87,17 +87,3 @@ fn piece_of(raw: Raw) -> Piece {
         mesh: raw.mesh,
     }
 }
-
-impl Piece {
-    /// The numbers in one of its arrays.
-    pub(super) fn numbers(arrays: &[DataArray], name: &Option<String>) -> Option<Vec<i64>> {
-        let name = name.as_ref()?;
-        let array = arrays.iter().find(|array| array.name == *name);
-        array?.values.to_integers()
-    }
-}
-
-/// An error about the pieces together.
-pub(super) fn mismatch(message: String) -> Error {
-    Error::input(message).dataset("Piece")
-}

@@ -1,8 +1,8 @@
 //! A mesh as pieces in files of their own, and the list of them.
 
+use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
-use super::super::vtk::plan::Plan;
 use super::super::vtu::{NAMES, Vtu, escaped};
 use super::super::{Format, Notes, OutputSet, WriteOptions, check_listed};
 use super::subset::Subsets;
@@ -72,7 +72,7 @@ fn write_all(
         let write = |out: &mut dyn Write| Vtu.write_file(&part, out, options);
         notes.extend(out.in_folder(&folder, name, write)?);
         if piece == 0 {
-            arrays = declared(&Plan::new(&part, options, &NAMES));
+            arrays = declared(&VtkArrays::new(&part, options, &NAMES));
         }
     }
     Ok((notes, arrays))
@@ -127,7 +127,7 @@ fn add_numbers(arrays: &mut Vec<DataArray>, name: &str, numbers: &[usize], notes
 }
 
 /// The arrays of a piece as the list declares them.
-fn declared(plan: &Plan) -> String {
+fn declared(plan: &VtkArrays) -> String {
     let sections = plan.sections();
     let mut xml = String::new();
     for (name, ids, arrays) in [

@@ -4,7 +4,7 @@
 //! + 1)` on top. The nodes of a curved element run along its lattice, first direction fastest.
 
 use crate::mesh::CellKind::{self, *};
-use crate::mesh::lagrange::{self, Place};
+use crate::mesh::lagrange::{self, LatticePoint};
 
 /// Highest degree that is read.
 const MAX_DEGREE: usize = 10;
@@ -99,7 +99,7 @@ impl Element {
     }
 
     /// SU2's nodes: rows along the first axis, then along the second and the third.
-    fn rows(&self) -> Vec<Place> {
+    fn rows(&self) -> Vec<LatticePoint> {
         let n = self.degree as u16;
         let [height, depth] = match self.linear {
             Line => [0, 0],
@@ -154,7 +154,7 @@ mod tests {
     }
 
     /// The middle of an edge or a face of a cell of second order, in half steps.
-    fn middle(places: &[Place], corners: &[u8]) -> Place {
+    fn middle(places: &[LatticePoint], corners: &[u8]) -> LatticePoint {
         let sum =
             |axis: usize| -> u16 { corners.iter().map(|c| places[usize::from(*c)][axis]).sum() };
         [0, 1, 2].map(|axis| sum(axis) / corners.len() as u16)
@@ -166,7 +166,7 @@ mod tests {
             let element = Element::of(number).expect("it is read");
             let rows = element.rows();
             let order = element.order().expect("it is curved");
-            let places: Vec<Place> = order.into_iter().map(|i| rows[i]).collect();
+            let places: Vec<LatticePoint> = order.into_iter().map(|i| rows[i]).collect();
             let kind = element.kind();
             let edges = kind.edges().iter().map(|edge| &edge[..]);
             let faces = kind.faces().iter().copied();

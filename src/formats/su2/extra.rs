@@ -1,4 +1,4 @@
-//! Parts of a file that only SU2 understands, kept as they stand: one text a zone in field arrays.
+//! Text in a file that only SU2 understands, kept unchanged in field arrays, one text for each zone.
 
 use super::keyword::Keyword;
 use crate::mesh::{MeshView, Values};

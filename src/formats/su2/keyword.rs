@@ -25,7 +25,7 @@ impl<'a> Keyword<'a> {
         })
     }
 
-    /// Its name as text.
+    /// The name as text.
     pub fn name(&self) -> String {
         self.name.escape_ascii().to_string()
     }

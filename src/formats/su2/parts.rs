@@ -6,9 +6,9 @@ use crate::mesh::{Group, MeshView};
 use std::ops::Range;
 
 /// How the mesh is cut into zones.
-pub(super) struct Parts<'a> {
+pub(super) struct WrittenZones<'a> {
     /// The zones, in the order in which they are written.
-    pub zones: Vec<Part<'a>>,
+    pub zones: Vec<WrittenZone<'a>>,
     /// Whether the mesh's groups are these zones; otherwise it is one zone as a whole.
     pub is_split: bool,
     /// Whether nodes are written in an order other than the mesh's.
@@ -17,13 +17,13 @@ pub(super) struct Parts<'a> {
     local: Option<Vec<u32>>,
 }
 
-/// One zone.
-pub(super) struct Part<'a> {
-    /// Its cells, where they are not all of the mesh's dimension.
+/// A zone that is written.
+pub(super) struct WrittenZone<'a> {
+    /// The zone's cells; `None` for all cells of the mesh's dimension.
     pub group: Option<&'a Group>,
-    /// Its nodes; `None` for all.
+    /// The zone's nodes; `None` for all.
     pub nodes: Option<Vec<u32>>,
-    /// Its markers.
+    /// The zone's markers.
     pub markers: Vec<Marker>,
 }
 
@@ -33,11 +33,11 @@ pub(super) struct Marker {
     pub name: String,
     /// The name as it is written.
     pub written: String,
-    /// Its cells.
+    /// The marker's cells.
     pub cells: Vec<Range<usize>>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> WrittenZones<'a> {
     /// The mesh as its zones, where these share no nodes, or as one.
     pub fn of(mesh: &'a MeshView<'a>) -> Self {
         let markers = markers(mesh);
@@ -45,7 +45,7 @@ impl<'a> Parts<'a> {
         match owners(mesh, &zones, &markers) {
             Some(owner) => Self::split(mesh, &zones, markers, &owner),
             None => Self {
-                zones: vec![Part {
+                zones: vec![WrittenZone {
                     group: None,
                     nodes: None,
                     markers,
@@ -88,7 +88,7 @@ impl<'a> Parts<'a> {
         let parts = zones.iter().zip(nodes).zip(own);
         Self {
             zones: parts
-                .map(|((&group, nodes), markers)| Part {
+                .map(|((&group, nodes), markers)| WrittenZone {
                     group: Some(group),
                     nodes: Some(nodes),
                     markers,

@@ -6,7 +6,7 @@ use super::super::records::{
 };
 use super::extra::{self, Extra};
 use super::holds;
-use super::parts::{Marker, Parts, RULE, of_markers};
+use super::parts::{Marker, RULE, WrittenZones, of_markers};
 use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
@@ -17,7 +17,7 @@ use std::io::Write;
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     let dimension = usize::from(mesh.dimension());
     check(mesh, dimension)?;
-    let parts = Parts::of(mesh);
+    let parts = WrittenZones::of(mesh);
     let n_zones = parts.zones.len();
     let kept = extra::written(mesh, n_zones);
     let mut notes = Notes::default();
@@ -48,7 +48,12 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
 }
 
 /// One zone, with the text that only SU2 understands.
-fn write_zone(mesh: &MeshView, parts: &Parts, zone: usize, out: &mut dyn Write) -> Result<()> {
+fn write_zone(
+    mesh: &MeshView,
+    parts: &WrittenZones,
+    zone: usize,
+    out: &mut dyn Write,
+) -> Result<()> {
     let n_zones = parts.zones.len();
     let text = |extra: Extra| extra.texts(mesh, n_zones).map_or("", |texts| &texts[zone]);
     let part = &parts.zones[zone];
@@ -97,7 +102,7 @@ fn write_zone(mesh: &MeshView, parts: &Parts, zone: usize, out: &mut dyn Write) 
 
 fn write_marker(
     mesh: &MeshView,
-    parts: &Parts,
+    parts: &WrittenZones,
     marker: &Marker,
     out: &mut dyn Write,
 ) -> Result<()> {
@@ -164,7 +169,7 @@ fn names<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<String> {
 }
 
 /// A note on zones that are left out or lose their names.
-fn zone_names(mesh: &MeshView, parts: &Parts) -> Option<GroupWritten> {
+fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<GroupWritten> {
     let mut zones = mesh.zones().peekable();
     zones.peek()?;
     if !parts.is_split {
@@ -182,7 +187,7 @@ fn zone_names(mesh: &MeshView, parts: &Parts) -> Option<GroupWritten> {
 }
 
 /// Notes on tags whose names are changed.
-fn renamed(parts: &Parts) -> impl Iterator<Item = GroupWritten> {
+fn renamed(parts: &WrittenZones) -> impl Iterator<Item = GroupWritten> {
     let markers = parts.zones.iter().flat_map(|part| &part.markers);
     markers.filter_map(|marker| RULE.note("tag", &marker.name, &marker.written))
 }
@@ -232,7 +237,7 @@ fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
 /// Type and nodes of each cell, and its index where `first_index` is given.
 fn write_cells(
     run: &CellRun,
-    parts: &Parts,
+    parts: &WrittenZones,
     first_index: Option<usize>,
     out: &mut dyn Write,
 ) -> Result<()> {

@@ -15,11 +15,11 @@ use std::ops::Range;
 /// The blocks of a zone.
 #[derive(Default)]
 pub(super) struct Zone<'a> {
-    /// Its number in the file.
+    /// Number of the zone in the file.
     pub number: Option<i32>,
     /// 2 or 3.
     pub dimension: Option<usize>,
-    /// Where it is said.
+    /// Byte at which the dimension is given.
     pub dimension_at: usize,
     /// Nodes that are no copies, where the file tells.
     pub own_nodes: Option<i64>,
@@ -36,9 +36,9 @@ pub(super) struct Zone<'a> {
     marker: Option<String>,
 }
 
-/// What a keyword turned out to be.
+/// The meaning of a keyword.
 pub(super) enum Taken {
-    /// Part of the mesh, its block with it.
+    /// A part of the mesh, with its block.
     Mesh,
     /// Text that is kept, with the lines that follow.
     Text(Extra),
@@ -228,7 +228,7 @@ fn read_points(lines: &Lines, dimension: usize, points: &mut [[f64; 3]]) -> Resu
 
 /// Cells of one task.
 #[derive(Default)]
-struct Part {
+struct CellBatch {
     connectivity: Vec<u32>,
     runs: Vec<(Element, usize)>,
 }
@@ -303,7 +303,7 @@ fn parse_cell(
     line: &mut Fields,
     nodes: &Range<usize>,
     limit: &Limit,
-    part: &mut Part,
+    part: &mut CellBatch,
 ) -> Result<()> {
     let number = line.integer("an element type")?;
     let element = Element::of(number).map_err(|refusal| line.error(refusal))?;

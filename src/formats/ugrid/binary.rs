@@ -2,8 +2,7 @@
 
 use super::Ugrid;
 use super::fortran;
-use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, n_nodes};
-use super::read::Content;
+use super::layout::{Binary, Content, Counts, KINDS, N_FACE_KINDS, n_nodes};
 use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
@@ -14,7 +13,7 @@ use std::borrow::Cow;
 /// Numbers that one task converts at a time.
 const CHUNK: usize = 1 << 16;
 
-/// What these bytes hold.
+/// Reads the numbers of a binary file.
 pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Content> {
     let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
     let mut notes = Notes::default();
@@ -83,7 +82,7 @@ fn records<'a>(bytes: &'a [u8], binary: &Binary) -> Result<Records<'a>> {
     Ok((header, body, start))
 }
 
-/// What is still to be read, and where it starts in the file.
+/// The bytes that are still to be read, and their offset in the file.
 struct Section<'a> {
     body: &'a [u8],
     start: usize,
@@ -99,7 +98,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// What the file may be instead.
+/// A hint at what the file may be instead.
 fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
     match Ugrid::that_fits(bytes) {
         Some(name) if name != flavour.name => {

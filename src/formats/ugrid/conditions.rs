@@ -1,4 +1,15 @@
-//! FUN3D's numbers of boundary conditions, in the words of CGNS.
+//! Boundary conditions: FUN3D's numbers, and their names in CGNS.
+
+/// A line of a `.mapbc`: a face number with its condition and name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Patch {
+    /// Number of the faces.
+    pub number: i32,
+    /// FUN3D's number of the boundary condition.
+    pub condition: i32,
+    /// Name, where there is one.
+    pub name: Option<String>,
+}
 
 /// Every number that has a word. A word is written as the first number that has it.
 const TABLE: &[(i32, &str)] = &[

@@ -1,7 +1,6 @@
-//! Numbers of boundary faces and the tags of a mesh.
+//! Converts between numbers of boundary faces and tags of a mesh.
 
-use super::conditions;
-use super::mapbc::Patch;
+use super::conditions::{self, Patch};
 use crate::mesh::{CellRun, CellSet, DataArray, Group, Mesh, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -55,7 +54,7 @@ pub(super) const KEPT: &[&str] = &[CONDITIONS];
 pub(super) struct Tag<'a> {
     /// The tag.
     pub group: &'a Group,
-    /// Its number in the file.
+    /// The number of its faces in the file.
     pub number: i32,
 }
 

@@ -1,6 +1,6 @@
-//! What a UGRID file holds in which order, and how its numbers are stored.
+//! The content of a UGRID file, its order, and how its numbers are stored.
 
-use super::{fortran, text};
+use crate::formats::Notes;
 use crate::mesh::CellKind;
 
 /// Kinds of cells in the order of the file, boundary faces first.
@@ -70,14 +70,6 @@ impl Layout {
             has_records: true,
         })
     }
-
-    /// Whether the counts at the start fit the length of the file.
-    pub fn fits(&self, bytes: &[u8]) -> bool {
-        match self {
-            Self::Text => text::fits(bytes),
-            Self::Binary(binary) => binary.fits(bytes),
-        }
-    }
 }
 
 /// The counts at the start of a file.
@@ -134,9 +126,24 @@ impl Counts {
     }
 
     /// Whether there is a mesh at all.
-    fn is_mesh(&self) -> bool {
+    pub fn is_mesh(&self) -> bool {
         self.n_nodes > 0 && self.n_cells.iter().any(|n| *n > 0)
     }
+}
+
+/// The numbers of a file.
+pub(super) struct Content {
+    /// The counts at its start.
+    pub counts: Counts,
+    /// Coordinates.
+    pub points: Vec<[f64; 3]>,
+    /// Node indices of all cells, in the order of [`KINDS`], counted from 0; each is one of the
+    /// mesh.
+    pub connectivity: Vec<u32>,
+    /// Number of each boundary face.
+    pub face_numbers: Vec<i32>,
+    /// Notes on what is damaged or not kept.
+    pub notes: Notes,
 }
 
 /// Nodes of a cell of one of [`KINDS`].
@@ -178,19 +185,5 @@ impl Binary {
                 .rev()
                 .fold(extend(bytes[bytes.len() - 1]), append),
         }
-    }
-
-    /// Marks of records are not looked at: some writers get them wrong.
-    fn fits(&self, bytes: &[u8]) -> bool {
-        let before = if self.has_records { fortran::MARK } else { 0 };
-        let Some(Ok(counts)) = bytes.get(before..).and_then(|from| self.counts(from)) else {
-            return false;
-        };
-        let body = self.body(&counts);
-        let marks = match self.has_records {
-            true => 2 * fortran::MARK as u128 + fortran::marks(body),
-            false => 0,
-        };
-        counts.is_mesh() && bytes.len() as u128 == self.header() as u128 + body + marks
     }
 }

@@ -1,10 +1,11 @@
-//! The `.mapbc` beside a mesh: a count, then a line for each face number with the number of its
+//! The companion file `.mapbc` of a mesh: a count, then a line for each face number with the number of its
 //! boundary condition and, mostly, its name.
 
 use super::super::Notes;
 use super::super::lexer::Lexer;
 use super::super::names::{Given, Rule, text_of};
 use super::super::source::{check_file, without_mark};
+use super::conditions::Patch;
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::diagnostic::formats::{Condition, Read};
 use crate::error::Result;
@@ -14,17 +15,6 @@ use std::fmt::Write;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// A line of the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Patch {
-    /// Number of the faces.
-    pub number: i32,
-    /// FUN3D's number of the boundary condition.
-    pub condition: i32,
-    /// Name, where there is one.
-    pub name: Option<String>,
-}
-
 /// The file of a case.
 pub(super) fn path(case: &Path) -> PathBuf {
     let mut name = case.as_os_str().to_owned();
@@ -32,8 +22,8 @@ pub(super) fn path(case: &Path) -> PathBuf {
     name.into()
 }
 
-/// The patches in the file of a case; none where there is no file. One that is not understood is
-/// noted: the mesh is whole without it.
+/// The patches in the file of a case; none where there is no file. A file that cannot be
+/// read gives a note only: the mesh is complete without it.
 pub(super) fn companion(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     let path = path(case);
     let failed = match check_file(&path).and_then(|()| std::fs::read(&path)) {

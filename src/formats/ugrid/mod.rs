@@ -2,11 +2,12 @@
 //!
 //! A flavour for each way of storing the same numbers: text, C binary and Fortran records, in
 //! either byte order and several widths. Names and boundary conditions of the face numbers are in
-//! a `.mapbc` file beside it, in the form of FUN3D.
+//! a companion file `.mapbc`, as FUN3D has it.
 
 mod binary;
 mod conditions;
 mod faces;
+mod fits;
 mod fortran;
 mod layout;
 mod mapbc;
@@ -14,7 +15,7 @@ mod read;
 mod text;
 mod write;
 
-use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
+use super::{Encoding, Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
 use layout::Layout;
@@ -94,6 +95,12 @@ impl Format for Ugrid {
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, &self.layout, options)
+    }
+    fn encodings(&self) -> &'static [Encoding] {
+        match self.layout {
+            Layout::Text => &[Encoding::Raw, Encoding::Ascii],
+            Layout::Binary(_) => &[Encoding::Raw],
+        }
     }
     fn rounds(&self, _asked: Precision) -> bool {
         matches!(self.layout, Layout::Binary(binary) if binary.real == 4)

@@ -1,29 +1,14 @@
-//! From the numbers of a file, however they are stored, to a mesh.
+//! Makes a mesh of the numbers of a file, whichever way they are stored.
 
 use super::super::Notes;
 use super::Ugrid;
+use super::conditions::Patch;
 use super::faces;
-use super::layout::{Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID, n_nodes};
-use super::mapbc::Patch;
+use super::layout::{Content, KINDS, Layout, N_FACE_KINDS, PYRAMID, n_nodes};
 use super::{binary, text};
 use crate::error::Result;
 use crate::mesh::{CellKind, Cells, Mesh};
 use rayon::prelude::*;
-
-/// The numbers of a file.
-pub(super) struct Content {
-    /// The counts at its start.
-    pub counts: Counts,
-    /// Coordinates.
-    pub points: Vec<[f64; 3]>,
-    /// Node indices of all cells, in the order of [`KINDS`], counted from 0; each is one of the
-    /// mesh.
-    pub connectivity: Vec<u32>,
-    /// Number of each boundary face.
-    pub face_numbers: Vec<i32>,
-    /// Sentences on what is odd or not kept.
-    pub notes: Notes,
-}
 
 /// The mesh in these bytes, with the names and conditions of `patches`.
 pub(super) fn read(

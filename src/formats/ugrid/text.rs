@@ -5,8 +5,7 @@
 
 use super::super::lexer::{Fields, Lexer, shown};
 use super::Ugrid;
-use super::layout::{Counts, KINDS, N_FACE_KINDS, n_nodes};
-use super::read::Content;
+use super::layout::{Content, Counts, KINDS, N_FACE_KINDS, n_nodes};
 use crate::diagnostic::formats::NotKept;
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
@@ -16,7 +15,7 @@ use std::ops::Range;
 /// Bytes of one piece.
 const PIECE: usize = 1 << 20;
 
-/// Whether seven counts stand at the start, with about as much text behind as they ask for.
+/// Whether seven counts stand at the start, with about as much text behind them as they need.
 pub(super) fn fits(bytes: &[u8]) -> bool {
     let Ok((counts, rest)) = counts(bytes) else {
         return false;
@@ -45,7 +44,7 @@ fn counts(bytes: &[u8]) -> Result<(Counts, usize)> {
     Ok((counts, lexer.position()))
 }
 
-/// What this text holds.
+/// Reads the numbers of a text.
 pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let (counts, start) = counts(bytes).map_err(|error| binary_instead(error, bytes, flavour))?;
     let pieces = pieces(bytes, start);
@@ -54,8 +53,7 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
         .map(|piece| n_words(&bytes[piece.clone()]))
         .collect();
     let n_found: usize = sizes.iter().sum();
-    let n_reals = 3 * counts.n_nodes;
-    let n_needed = n_reals + counts.n_integers();
+    let n_needed = 3 * counts.n_nodes + counts.n_integers();
     if n_found < n_needed {
         let mut end = Lexer::new(bytes, None);
         end.set_position(bytes.len());
@@ -63,32 +61,7 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
             "the counts at the start ask for {n_needed} numbers, the file ends after {n_found}"
         )));
     }
-    let mut points = vec![[0.0; 3]; counts.n_nodes];
-    let mut integers = vec![0u32; counts.n_integers()];
-    let sections = Sections::of(&counts);
-    let mut tasks = Vec::with_capacity(pieces.len());
-    let (mut reals_left, mut integers_left) = (points.as_flattened_mut(), &mut integers[..]);
-    let mut first_integer = 0;
-    for (piece, n) in pieces.into_iter().zip(sizes) {
-        let (reals, tail) = reals_left.split_at_mut(n.min(reals_left.len()));
-        reals_left = tail;
-        let n_integers = (n - reals.len()).min(integers_left.len());
-        let (own, tail) = integers_left.split_at_mut(n_integers);
-        integers_left = tail;
-        tasks.push((piece, reals, first_integer, own));
-        first_integer += n_integers;
-    }
-    let results: Vec<Result<()>> = tasks
-        .into_par_iter()
-        .map(|(piece, reals, first, integers)| {
-            let mut words = Fields::between(bytes, piece);
-            for x in reals {
-                *x = words.real("a coordinate")?;
-            }
-            sections.parse(&mut words, first, integers)
-        })
-        .collect();
-    results.into_iter().collect::<Result<()>>()?;
+    let (points, mut integers) = parse(bytes, &counts, pieces, &sizes)?;
     let [n_face_entries, _] = counts.n_entries();
     let faces = n_face_entries..n_face_entries + counts.n_faces();
     let face_numbers = integers.drain(faces).map(|bits| bits as i32).collect();
@@ -108,7 +81,43 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     })
 }
 
-/// The error with a word on what the file may be instead.
+/// Coordinates and integers in the pieces of a text; `sizes` are their numbers of words.
+fn parse(
+    bytes: &[u8],
+    counts: &Counts,
+    pieces: Vec<Range<usize>>,
+    sizes: &[usize],
+) -> Result<(Vec<[f64; 3]>, Vec<u32>)> {
+    let mut points = vec![[0.0; 3]; counts.n_nodes];
+    let mut integers = vec![0u32; counts.n_integers()];
+    let sections = Sections::of(counts);
+    let mut tasks = Vec::with_capacity(pieces.len());
+    let (mut reals_left, mut integers_left) = (points.as_flattened_mut(), &mut integers[..]);
+    let mut first_integer = 0;
+    for (piece, &n) in pieces.into_iter().zip(sizes) {
+        let (reals, tail) = reals_left.split_at_mut(n.min(reals_left.len()));
+        reals_left = tail;
+        let n_integers = (n - reals.len()).min(integers_left.len());
+        let (own, tail) = integers_left.split_at_mut(n_integers);
+        integers_left = tail;
+        tasks.push((piece, reals, first_integer, own));
+        first_integer += n_integers;
+    }
+    let results: Vec<Result<()>> = tasks
+        .into_par_iter()
+        .map(|(piece, reals, first, integers)| {
+            let mut words = Fields::between(bytes, piece);
+            for x in reals {
+                *x = words.real("a coordinate")?;
+            }
+            sections.parse(&mut words, first, integers)
+        })
+        .collect();
+    results.into_iter().collect::<Result<()>>()?;
+    Ok((points, integers))
+}
+
+/// Adds to an error what the file may be instead.
 fn binary_instead(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
     match Ugrid::that_fits(bytes) {
         Some(name) if name != flavour.name => {

@@ -5,7 +5,7 @@
 
 use super::number::{Chunk, Number};
 use super::polyhedra::Streams;
-use super::split::{self, kind, type_name};
+use super::split::{self, TypeRun, kind, type_name};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::{CellKind, Cells, DataArray};
@@ -13,26 +13,6 @@ use rayon::prelude::*;
 
 /// Cells of one task.
 const WINDOW: usize = 1 << 15;
-
-/// Consecutive cells of one VTK type and one number of nodes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TypeRun {
-    /// VTK's cell type.
-    pub vtk: u8,
-    /// Nodes of each cell.
-    pub n_nodes: u32,
-    /// How many cells.
-    pub n_cells: u32,
-}
-
-/// How node indices of a piece become those of the mesh.
-#[derive(Debug, Clone, Copy)]
-pub struct Nodes {
-    /// Nodes of the pieces before.
-    pub base: u32,
-    /// Nodes of this piece.
-    pub limit: u64,
-}
 
 /// Cells of one piece after another.
 #[derive(Debug, Default)]
@@ -43,7 +23,7 @@ pub struct CellTable {
     pub streams: Streams,
     runs: Vec<TypeRun>,
     n_cells: usize,
-    /// What the file calls the array of types.
+    /// Name of the array of types in the file.
     types_array: &'static str,
 }
 

@@ -16,11 +16,11 @@ pub struct Content<'a> {
     pub component_names: &'a [String],
     pub n_tuples: usize,
     pub n_bytes: usize,
-    pub parts: Vec<Part<'a>>,
+    pub parts: Vec<ContentPart<'a>>,
 }
 
 /// Some of an array's values, in the byte order of this machine.
-pub enum Part<'a> {
+pub enum ContentPart<'a> {
     Bytes(Cow<'a, [u8]>),
     /// Coordinates in 32 bits.
     Singles(&'a [f64]),
@@ -36,7 +36,12 @@ pub enum Part<'a> {
 
 impl<'a> Content<'a> {
     /// A scalar array of `n_tuples` values.
-    pub fn scalar(name: &'a str, element: Element, n_tuples: usize, parts: Vec<Part<'a>>) -> Self {
+    pub fn scalar(
+        name: &'a str,
+        element: Element,
+        n_tuples: usize,
+        parts: Vec<ContentPart<'a>>,
+    ) -> Self {
         Self {
             name,
             element,
@@ -49,8 +54,8 @@ impl<'a> Content<'a> {
     }
 
     /// Adds values at the end; the caller counts the tuples.
-    pub fn append(&mut self, part: Part<'a>) {
-        if let Part::Bytes(bytes) = &part {
+    pub fn append(&mut self, part: ContentPart<'a>) {
+        if let ContentPart::Bytes(bytes) = &part {
             self.n_bytes += bytes.len();
         }
         self.parts.push(part);
@@ -69,45 +74,45 @@ impl<'a> Content<'a> {
     pub fn for_each(&self, sink: Sink) -> Result<()> {
         for part in &self.parts {
             match part {
-                Part::Bytes(bytes) => sink(bytes)?,
-                Part::Singles(coordinates) => {
+                ContentPart::Bytes(bytes) => sink(bytes)?,
+                ContentPart::Singles(coordinates) => {
                     for some in coordinates.chunks(CHUNK) {
                         let singles: Vec<f32> = some.iter().map(|x| *x as f32).collect();
                         sink(bytemuck::cast_slice(&singles))?;
                     }
                 }
-                Part::Types(cells) => types(cells, sink)?,
-                Part::Offsets(cells, Element::Int32) => offsets(cells, |x| x as i32, sink)?,
-                Part::Offsets(cells, _) => offsets(cells, |x| x as i64, sink)?,
-                Part::Faces(cells) => faces(cells, sink)?,
-                Part::FaceOffsets(cells, Element::Int32) => {
+                ContentPart::Types(cells) => types(cells, sink)?,
+                ContentPart::Offsets(cells, Element::Int32) => offsets(cells, |x| x as i32, sink)?,
+                ContentPart::Offsets(cells, _) => offsets(cells, |x| x as i64, sink)?,
+                ContentPart::Faces(cells) => faces(cells, sink)?,
+                ContentPart::FaceOffsets(cells, Element::Int32) => {
                     face_offsets(cells, |x| x as i32, sink)?;
                 }
-                Part::FaceOffsets(cells, _) => face_offsets(cells, |x| x, sink)?,
+                ContentPart::FaceOffsets(cells, _) => face_offsets(cells, |x| x, sink)?,
             }
         }
         Ok(())
     }
 }
 
-impl From<Vec<u8>> for Part<'_> {
+impl From<Vec<u8>> for ContentPart<'_> {
     fn from(bytes: Vec<u8>) -> Self {
-        Part::Bytes(Cow::Owned(bytes))
+        ContentPart::Bytes(Cow::Owned(bytes))
     }
 }
 
 /// Numbers in memory as they are.
-pub fn slice<T: bytemuck::NoUninit>(values: &[T]) -> Part<'_> {
-    Part::Bytes(Cow::Borrowed(bytemuck::cast_slice(values)))
+pub fn slice<T: bytemuck::NoUninit>(values: &[T]) -> ContentPart<'_> {
+    ContentPart::Bytes(Cow::Borrowed(bytemuck::cast_slice(values)))
 }
 
 /// Numbers that live no longer than this call.
-pub fn owned<T: bytemuck::NoUninit>(values: &[T]) -> Part<'static> {
+pub fn owned<T: bytemuck::NoUninit>(values: &[T]) -> ContentPart<'static> {
     bytemuck::cast_slice(values).to_vec().into()
 }
 
 /// VTK's type of the values and their bytes.
-pub fn of_values(values: &Values) -> (Element, Part<'_>) {
+pub fn of_values(values: &Values) -> (Element, ContentPart<'_>) {
     let element = match values {
         Values::I8(_) => Element::Int8,
         Values::U8(_) => Element::UInt8,

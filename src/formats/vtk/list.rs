@@ -1,7 +1,8 @@
 //! A list of cells as legacy files have it: a count before the nodes of each cell, or where each
 //! ends. A polyhedron has its face stream in the place of its nodes.
 
-use super::cells::{CellTable, Nodes};
+use super::cells::CellTable;
+use super::polyhedra::PieceNodes;
 use crate::error::{Error, Result};
 use crate::mesh::CellKind;
 use rayon::prelude::*;
@@ -44,7 +45,7 @@ impl List {
     pub fn append(
         self,
         table: &mut CellTable,
-        nodes: Nodes,
+        nodes: PieceNodes,
         kind: impl Fn(usize, usize) -> u8,
     ) -> Result<()> {
         let polyhedron = CellKind::Polyhedron.vtk();
@@ -112,7 +113,7 @@ fn distinct(stream: &[u32], unique: &mut Vec<u32>) {
     unique.dedup();
 }
 
-fn check_nodes(entries: &[u32], nodes: Nodes) -> Result<()> {
+fn check_nodes(entries: &[u32], nodes: PieceNodes) -> Result<()> {
     let outside = |node: &&u32| u64::from(**node) >= nodes.limit;
     if entries.par_iter().any(|node| outside(&node)) {
         let node = entries.iter().find(outside).expect("one is outside");

@@ -12,12 +12,12 @@
 //! plan       mesh -> list of arrays to be written; content: bytes of one array; text: as text
 //! ```
 
+pub mod arrays;
 pub mod cells;
 pub mod content;
 pub mod list;
 pub mod number;
 pub mod order;
-pub mod plan;
 pub mod polyhedra;
 pub mod split;
 pub mod structured;

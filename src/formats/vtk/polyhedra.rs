@@ -3,9 +3,17 @@
 //! Old: a stream `n_faces, (n_nodes, node...)...` for each polyhedron and where each ends. New: a
 //! list of faces, and the faces of each cell.
 
-use super::cells::Nodes;
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, cells::face_stream};
+
+/// How node indices of a piece become those of the mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct PieceNodes {
+    /// Nodes of the pieces before.
+    pub base: u32,
+    /// Nodes of this piece.
+    pub limit: u64,
+}
 
 /// Face streams `n_faces, (n_nodes, node...)...` of all polyhedra.
 #[derive(Debug, Default)]
@@ -45,7 +53,7 @@ impl Streams {
         &mut self,
         faces: &[u32],
         ends: &[i64],
-        nodes: Nodes,
+        nodes: PieceNodes,
         types: &[u8],
     ) -> Result<()> {
         let mut start = 0;
@@ -71,7 +79,7 @@ impl Streams {
     }
 
     /// Appends one stream, with the node numbers of its piece.
-    pub fn push(&mut self, stream: &[u32], nodes: Nodes, cell: usize) -> Result<()> {
+    pub fn push(&mut self, stream: &[u32], nodes: PieceNodes, cell: usize) -> Result<()> {
         let wrong =
             |error: Error| Error::input(format!("cell {cell}: {}", error.message)).dataset("faces");
         self.entries.push(stream.first().copied().unwrap_or(0));
@@ -83,7 +91,7 @@ impl Streams {
         Ok(())
     }
 
-    fn push_face(&mut self, face: &[u32], nodes: Nodes) -> Result<()> {
+    fn push_face(&mut self, face: &[u32], nodes: PieceNodes) -> Result<()> {
         self.entries.push(face.len() as u32);
         for &node in face {
             if u64::from(node) >= nodes.limit {
@@ -96,7 +104,12 @@ impl Streams {
     }
 
     /// Appends the polyhedra among cells of these types.
-    pub fn read_shared(&mut self, faces: &SharedFaces, nodes: Nodes, types: &[u8]) -> Result<()> {
+    pub fn read_shared(
+        &mut self,
+        faces: &SharedFaces,
+        nodes: PieceNodes,
+        types: &[u8],
+    ) -> Result<()> {
         let (face_nodes, cell_faces) = (faces.face_nodes, faces.cell_faces);
         let face_ends = ends_within(faces.face_ends, face_nodes.len(), "face_offsets")?;
         let ends = ends_within(faces.cell_ends, cell_faces.len(), "polyhedron_offsets")?;

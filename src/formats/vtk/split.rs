@@ -3,10 +3,20 @@
 //! A poly-vertex becomes vertices, a polyline lines, a triangle strip triangles; pixels and voxels
 //! are quadrilaterals and hexahedra in another order.
 
-use super::cells::TypeRun;
 use crate::diagnostic::formats::Read;
 use crate::formats::Notes;
 use crate::mesh::CellKind;
+
+/// Consecutive cells of one VTK type and one number of nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TypeRun {
+    /// VTK's cell type.
+    pub vtk: u8,
+    /// Nodes of each cell.
+    pub n_nodes: u32,
+    /// How many cells.
+    pub n_cells: u32,
+}
 
 const EMPTY: u8 = 0;
 const POLY_VERTEX: u8 = 2;
@@ -26,7 +36,7 @@ pub fn kind(vtk: u8) -> Option<CellKind> {
     }
 }
 
-/// What a type is called in messages.
+/// The name of a type in messages.
 pub fn type_name(vtk: u8) -> &'static str {
     match vtk {
         EMPTY => "empty cell",

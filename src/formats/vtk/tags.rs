@@ -12,7 +12,7 @@ use crate::formats::names::Rule;
 use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
 use std::collections::BTreeMap;
 
-/// One of our own pairs of arrays.
+/// Names of a pair of arrays that store groups: numbers at cells, and names.
 pub struct Labels {
     /// Name of the integer cell array.
     pub array: &'static str,

@@ -1,9 +1,9 @@
 //! What is written of a mesh: the datasets, and notes on what they leave out.
 
 use super::super::hdf5::{Data, Element, Sink};
-use super::super::vtk::content::{Content, Part, owned};
+use super::super::vtk::arrays::{Sections, VtkArrays};
+use super::super::vtk::content::{Content, ContentPart, owned};
 use super::super::vtk::number::Element as VtkElement;
-use super::super::vtk::plan::{Plan, Sections};
 use super::faces::{self, FaceCounts, Index};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::error::Result;
@@ -30,7 +30,7 @@ pub(super) struct Block<'a> {
 pub(super) struct Blocks<'a> {
     /// Node coordinates.
     pub points: Block<'a>,
-    /// What makes the cells.
+    /// Datasets of the cells: connectivity, offsets, types, faces.
     pub cells: Vec<Block<'a>>,
     /// `PointData`, `CellData` and `FieldData`.
     pub arrays: Vec<Block<'a>>,
@@ -54,7 +54,7 @@ pub(super) fn shape(n_rows: u64, n_components: u64) -> Vec<u64> {
 }
 
 impl<'a> Blocks<'a> {
-    pub fn new(mesh: &'a MeshView<'a>, plan: &'a Plan<'a>) -> Self {
+    pub fn new(mesh: &'a MeshView<'a>, plan: &'a VtkArrays<'a>) -> Self {
         let Sections {
             fields,
             point_data,
@@ -167,7 +167,7 @@ fn strings(content: &Content) -> Vec<String> {
 /// The datasets of the cells: both of a pair have indices of the same size, as VTK wants them.
 fn cell_blocks<'a>(
     mesh: &'a MeshView<'a>,
-    plan: &'a Plan<'a>,
+    plan: &'a VtkArrays<'a>,
     contents: Vec<Content<'a>>,
     counts: &mut Vec<(&'static str, u64)>,
 ) -> Vec<Block<'a>> {
@@ -203,7 +203,7 @@ fn cell_blocks<'a>(
 /// The datasets of the faces of polyhedra.
 fn face_blocks<'a>(
     mesh: &'a MeshView<'a>,
-    plan: &Plan,
+    plan: &VtkArrays,
     counts: &mut Vec<(&'static str, u64)>,
 ) -> [Block<'a>; 4] {
     let FaceCounts { faces, entries } = FaceCounts::of(mesh.cells);
@@ -274,7 +274,7 @@ fn widened(nodes: &[u32], sink: Sink) -> Result<()> {
 }
 
 /// Where the nodes of each cell start, and where those of the last end.
-fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &Plan, wide: bool) -> Block<'a> {
+fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &VtkArrays, wide: bool) -> Block<'a> {
     let mut end = mesh.cells.connectivity().len() as u64;
     let ends: Vec<u64> = plan
         .repeated
@@ -291,15 +291,15 @@ fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &Plan, wide: bool) -> Block<'a> {
     };
     let parts = vec![
         integers(&[0], wide),
-        Part::Offsets(mesh.cells, element),
+        ContentPart::Offsets(mesh.cells, element),
         integers(&ends, wide),
     ];
     let content = Content::scalar("Offsets", element, plan.n_cells() + 1, parts);
     array("", "Offsets".into(), content)
 }
 
-fn integers(values: &[u64], wide: bool) -> Part<'static> {
-    fn narrowed<T: Index>(values: &[u64]) -> Part<'static> {
+fn integers(values: &[u64], wide: bool) -> ContentPart<'static> {
+    fn narrowed<T: Index>(values: &[u64]) -> ContentPart<'static> {
         owned(&values.iter().map(|x| T::from_u64(*x)).collect::<Vec<T>>())
     }
     match wide {

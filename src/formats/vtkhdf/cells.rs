@@ -2,11 +2,11 @@
 
 use super::super::Notes;
 use super::super::hdf5::Group;
-use super::super::vtk::cells::{Built, CellTable, Nodes};
+use super::super::vtk::cells::{Built, CellTable};
 use super::super::vtk::number::{Chunk, Number};
-use super::super::vtk::polyhedra::SharedFaces;
-use super::extent::{FacePart, Part};
-use super::read::{column, count, windows};
+use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
+use super::extent::{FaceRows, PartRows};
+use super::rows::{column, count, windows};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Values, arrays::with_numbers};
 use std::ops::Range;
@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Reads the cells of all parts, with nodes counted through.
 pub(super) fn read(
     grid: &Group,
-    parts: &[Part],
+    parts: &[PartRows],
     all: &Range<u64>,
     notes: &mut Notes,
 ) -> Result<Built> {
@@ -23,7 +23,7 @@ pub(super) fn read(
     let mut base = 0;
     for part in parts {
         let n_points = count(&part.points)?;
-        let nodes = Nodes {
+        let nodes = PieceNodes {
             base,
             limit: n_points as u64,
         };
@@ -48,7 +48,7 @@ pub(super) fn read(
     table.finish(notes)
 }
 
-fn types(grid: &Group, part: &Part) -> Result<Vec<u8>> {
+fn types(grid: &Group, part: &PartRows) -> Result<Vec<u8>> {
     let mut types = Vec::new();
     windows(&column(grid, "Types")?, &part.cells, |values| {
         // No type is larger than 255, and 255 is none.
@@ -62,8 +62,8 @@ fn types(grid: &Group, part: &Part) -> Result<Vec<u8>> {
 
 fn append(
     grid: &Group,
-    part: &Part,
-    nodes: Nodes,
+    part: &PartRows,
+    nodes: PieceNodes,
     types: &[u8],
     table: &mut CellTable,
 ) -> Result<()> {
@@ -122,7 +122,7 @@ fn indices(
     grid: &Group,
     name: &str,
     rows: &Range<u64>,
-    nodes: Nodes,
+    nodes: PieceNodes,
     out: &mut Vec<u32>,
 ) -> Result<()> {
     let dataset = column(grid, name)?;
@@ -149,7 +149,7 @@ fn indices(
 fn convert<T: Number>(
     values: &[T],
     out: &mut [u32],
-    nodes: Nodes,
+    nodes: PieceNodes,
 ) -> std::result::Result<(), (usize, String)> {
     let chunk = Chunk {
         bytes: bytemuck::cast_slice(values),
@@ -160,15 +160,15 @@ fn convert<T: Number>(
 
 fn append_faces(
     grid: &Group,
-    part: &Part,
-    faces: &FacePart,
-    nodes: Nodes,
+    part: &PartRows,
+    faces: &FaceRows,
+    nodes: PieceNodes,
     types: &[u8],
     table: &mut CellTable,
 ) -> Result<()> {
     let list = |name: &str, rows: &Range<u64>, limit: u64| -> Result<Vec<u32>> {
         let mut list = Vec::new();
-        indices(grid, name, rows, Nodes { base: 0, limit }, &mut list)?;
+        indices(grid, name, rows, PieceNodes { base: 0, limit }, &mut list)?;
         Ok(list)
     };
     // Offsets start with that of the first, which is 0.

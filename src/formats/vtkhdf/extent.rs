@@ -1,7 +1,7 @@
 //! Which rows of each dataset belong to a step.
 //!
-//! Parts follow one another in every dataset. A file without steps has all of them; a step has
-//! some, and offsets into the other datasets.
+//! The parts of a mesh follow one another in every dataset. A file without steps consists of all parts; a step has
+//! some of them, and offsets into the other datasets.
 
 use super::super::hdf5::{Dataset, Group};
 use crate::error::{Error, Result, counted};
@@ -10,18 +10,18 @@ use std::ops::Range;
 
 /// One part of a mesh, with counts of what it has and where that starts.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Part {
+pub(super) struct PartRows {
     pub points: Range<u64>,
     pub cells: Range<u64>,
     pub connectivity: Range<u64>,
     /// Rows of `Offsets`, one more than cells.
     pub offsets: Range<u64>,
-    pub faces: Option<FacePart>,
+    pub faces: Option<FaceRows>,
 }
 
 /// Faces of the polyhedra of a part.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct FacePart {
+pub(super) struct FaceRows {
     pub connectivity: Range<u64>,
     /// Rows of `FaceOffsets`, one more than faces.
     pub offsets: Range<u64>,
@@ -31,7 +31,7 @@ pub(super) struct FacePart {
 
 /// The rows of a mesh, or of one step of a sequence.
 pub(super) struct Extent {
-    pub parts: Vec<Part>,
+    pub parts: Vec<PartRows>,
     /// Number of the step and of all steps, where there are steps.
     step: Option<(usize, usize)>,
     steps: Option<Group>,
@@ -47,7 +47,7 @@ pub(super) fn times(grid: &Group) -> Result<Vec<f64>> {
 }
 
 impl Extent {
-    /// That of a step, the last where none is asked for; of the mesh where there are no steps.
+    /// The extent of a step, by default of the last one; of the whole mesh where there are no steps.
     pub fn new(grid: &Group, wanted: Option<usize>) -> Result<Self> {
         let steps = grid.group("Steps")?;
         let n_steps = times(grid)?.len();
@@ -78,7 +78,7 @@ impl Extent {
         self.step.is_some()
     }
 
-    fn read_parts(&self, grid: &Group) -> Result<Vec<Part>> {
+    fn read_parts(&self, grid: &Group) -> Result<Vec<PartRows>> {
         let n_points = counts(grid, "NumberOfPoints")?;
         let n_cells = counts(grid, "NumberOfCells")?;
         let n_entries = counts(grid, "NumberOfConnectivityIds")?;
@@ -93,7 +93,7 @@ impl Extent {
         }
         parts
             .map(|part| {
-                Ok(Part {
+                Ok(PartRows {
                     points: take(&mut points, n_points[part])?,
                     offsets: offset_rows(cells, part, n_cells[part])?,
                     cells: take(&mut cells, n_cells[part])?,
@@ -246,8 +246,8 @@ impl FaceCounts {
         Ok(())
     }
 
-    fn take(&mut self, part: usize) -> Result<FacePart> {
-        Ok(FacePart {
+    fn take(&mut self, part: usize) -> Result<FaceRows> {
+        Ok(FaceRows {
             connectivity: take(&mut self.entries, self.n_entries[part])?,
             offsets: {
                 let rows = offset_rows(self.faces, part, self.n_faces[part])?;

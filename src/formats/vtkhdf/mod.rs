@@ -16,13 +16,14 @@ mod cells;
 mod extent;
 mod faces;
 mod read;
+mod rows;
 mod sequence;
 mod series;
 mod write;
 
 use super::hdf5::{self, File, Group};
 use super::{
-    CreateSequence, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
+    CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshView};
@@ -47,7 +48,7 @@ impl Format for VtkHdf {
         &["vtkhdf"]
     }
 
-    /// The start does not tell what an HDF5 file is for.
+    /// The start of an HDF5 file does not tell its format.
     fn recognizes_start(&self, _head: &[u8]) -> bool {
         false
     }
@@ -59,6 +60,14 @@ impl Format for VtkHdf {
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         let read = |grid: Group| read::read(&grid, options, notes);
         placed(unstructured(source).and_then(read))
+    }
+
+    fn encodings(&self) -> &'static [Encoding] {
+        &[Encoding::Raw]
+    }
+
+    fn has_tag_names(&self) -> bool {
+        true
     }
 
     fn holds_arrays(&self) -> bool {
@@ -95,7 +104,7 @@ fn grid(source: &Source) -> Result<Option<Group>> {
     File::open(source)?.root()?.group(ROOT)
 }
 
-/// The same group, of an unstructured grid.
+/// The group of [`grid`], which must hold an unstructured grid of a version that is read.
 fn unstructured(source: &Source) -> Result<Group> {
     let group = grid(source)?;
     let group = group.ok_or_else(|| {
@@ -118,8 +127,7 @@ fn unstructured(source: &Source) -> Result<Group> {
     }
 }
 
-/// What is wrong with no dataset in particular is wrong with the group. What is wrong with HDF5's
-/// own bytes is said of the file.
+/// Errors without a dataset are those of the group, except errors of HDF5 itself, which are those of the file.
 fn placed<T>(result: Result<T>) -> Result<T> {
     result.map_err(|error| match error.message.starts_with("HDF5: ") {
         true => error,

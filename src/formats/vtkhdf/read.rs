@@ -4,19 +4,18 @@ use super::super::hdf5::{Dataset, Group};
 use super::super::vtk::{cells::repeat_tuples, tags};
 use super::super::{Notes, ReadOptions};
 use super::cells;
-use super::extent::{Extent, Part};
+use super::extent::{Extent, PartRows};
+use super::rows::{count, windows};
 use crate::diagnostic::formats::{ArrayRead, NotKept};
 use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Mesh, Values};
 use std::ops::Range;
 
-/// Rows that are in memory twice while they are converted.
-pub(super) const WINDOW: u64 = 1 << 21;
-
 /// Reads a mesh or a step of a sequence. Parts keep nodes of their own.
 pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let extent = Extent::new(grid, options.step)?;
-    let rows = |of: fn(&Part) -> &Range<u64>| match (extent.parts.first(), extent.parts.last()) {
+    let rows = |of: fn(&PartRows) -> &Range<u64>| match (extent.parts.first(), extent.parts.last())
+    {
         (Some(first), Some(last)) => of(first).start..of(last).end,
         _ => 0..0,
     };
@@ -37,41 +36,6 @@ pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Re
     note_others(grid, notes)?;
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
-}
-
-/// A number of nodes or cells, which must fit in an index of 32 bits.
-pub(super) fn count(rows: &Range<u64>) -> Result<usize> {
-    match rows.end - rows.start {
-        n if n < u64::from(u32::MAX) => Ok(n as usize),
-        n => Err(Error::input(format!(
-            "{n} is more than the 4294967294 that can be held"
-        ))),
-    }
-}
-
-/// A dataset of one value a row.
-pub(super) fn column(grid: &Group, name: &str) -> Result<Dataset> {
-    let dataset = grid.need(name)?;
-    match dataset.row()? {
-        1 => Ok(dataset),
-        n => Err(Error::input(format!("its rows have {n} values instead of 1")).dataset(name)),
-    }
-}
-
-/// Hands some rows of a dataset to `take`, part by part.
-pub(super) fn windows(
-    dataset: &Dataset,
-    rows: &Range<u64>,
-    mut take: impl FnMut(Values) -> Result<()>,
-) -> Result<()> {
-    dataset.check_rows(rows)?;
-    let mut start = rows.start;
-    while start < rows.end {
-        let end = rows.end.min(start + WINDOW);
-        take(dataset.rows(start..end)?)?;
-        start = end;
-    }
-    Ok(())
 }
 
 fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
@@ -166,7 +130,7 @@ fn array(dataset: &Dataset, rows: Range<u64>, notes: &mut Notes) -> Result<DataA
     Ok(DataArray::tuples(dataset.name(), n_components, values))
 }
 
-/// What lies in the group beyond a grid and its arrays.
+/// Notes groups that are not read.
 fn note_others(grid: &Group, notes: &mut Notes) -> Result<()> {
     const KNOWN: [&str; 4] = ["PointData", "CellData", "FieldData", "Steps"];
     for name in grid.names()?.0 {

@@ -2,7 +2,7 @@
 
 use super::super::hdf5::{Column, Data, Element, Links, StepFile, Stored, Tree};
 use super::super::hdf5::{column_bytes, index_bytes};
-use super::super::vtk::plan::Plan;
+use super::super::vtk::arrays::VtkArrays;
 use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
@@ -37,7 +37,7 @@ pub(super) struct Sequence {
     columns: Vec<(&'static str, Column)>,
 }
 
-/// What all steps share.
+/// Datasets that all steps share.
 struct Topology {
     hash: blake3::Hash,
     has_polyhedra: bool,
@@ -65,7 +65,7 @@ impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
         self.options.check_coordinates(mesh)?;
         let options = self.options.clone();
-        let plan = Plan::new(mesh, &options, &NAMES);
+        let plan = VtkArrays::new(mesh, &options, &NAMES);
         let blocks = Blocks::new(mesh, &plan);
         self.fix(mesh, &blocks)?;
         let arrays = std::iter::once(&blocks.points).chain(&blocks.arrays);

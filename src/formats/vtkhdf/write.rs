@@ -2,7 +2,7 @@
 
 use super::super::WriteOptions;
 use super::super::hdf5::{Id, Tree};
-use super::super::vtk::plan::Plan;
+use super::super::vtk::arrays::VtkArrays;
 use super::ROOT;
 use super::blocks::{Blocks, NAMES};
 use crate::error::Result;
@@ -14,7 +14,7 @@ use std::io::Write;
 /// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     options.check_coordinates(mesh)?;
-    let plan = Plan::new(mesh, options, &NAMES);
+    let plan = VtkArrays::new(mesh, options, &NAMES);
     let blocks = Blocks::new(mesh, &plan);
     let notes = blocks.notes;
     let mut grid = Grid::new(mesh.cells.has_polyhedra());

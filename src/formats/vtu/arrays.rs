@@ -1,10 +1,10 @@
 //! Arrays at nodes and cells, of all pieces, and of the whole mesh.
 
 use super::super::vtk::number::Element;
+use super::collect::{collect, count};
 use super::document::Piece;
-use super::read::{collect, count};
 use super::stored::{Stored, n_words};
-use super::xml::{Array, Layout, Place};
+use super::xml::{Array, DataEncoding, Layout};
 use crate::diagnostic::formats::ArrayRead;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
@@ -26,57 +26,55 @@ pub(super) fn data<'d, 'a: 'd>(
     let mut arrays: Vec<DataArray> = Vec::new();
     let mut left_out: Vec<&String> = Vec::new();
     for array in first.iter() {
-        let same = |other: &&Array| {
-            (
-                &other.name,
-                other.element,
-                other.is_bits,
-                other.n_components,
-            ) == (
-                &array.name,
-                array.element,
-                array.is_bits,
-                array.n_components,
-            )
-        };
-        let others: Option<Vec<_>> = rest
+        let others = rest
             .iter()
-            .map(|(_, part)| part.iter().find(same))
-            .collect();
-        let Some(others) = others else {
+            .map(|(_, part)| part.iter().find(|other| is_alike(array, other)));
+        let Some(others) = others.collect::<Option<Vec<_>>>() else {
             continue;
         };
-        let everywhere: Vec<&Array> = std::iter::once(array).chain(others).collect();
-        let mut all = empty(array);
-        let mut is_longer = false;
-        for ((n, _), array) in parts.iter().zip(everywhere) {
-            let n = count(*n).map_err(|error| error.dataset(&array.name))?;
-            is_longer = !append_fitting(&mut all.values, array, layout, n, notes)?;
-            if is_longer {
-                break;
+        let everywhere = std::iter::once(array).chain(others);
+        let parts = parts.iter().map(|(n, _)| *n).zip(everywhere);
+        match joined(parts, layout, notes)? {
+            Some(all) => arrays.push(all),
+            None => {
+                let name = array.name.clone();
+                notes.push(ArrayRead::TooLong { what, name });
+                left_out.push(&array.name);
             }
-        }
-        if is_longer {
-            let name = &array.name;
-            notes.push(ArrayRead::TooLong {
-                what,
-                name: name.clone(),
-            });
-            left_out.push(name);
-        } else {
-            arrays.push(all);
         }
     }
     for array in parts.iter().flat_map(|(_, part)| part.iter()) {
         let name = &array.name;
         if !left_out.contains(&name) && !arrays.iter().any(|kept| kept.name == *name) {
-            notes.push(ArrayRead::NotAlike {
-                what,
-                name: name.clone(),
-            });
+            let name = name.clone();
+            notes.push(ArrayRead::NotAlike { what, name });
         }
     }
     Ok(arrays)
+}
+
+/// Whether arrays of two pieces have the same name, type and number of components.
+fn is_alike(one: &Array, other: &Array) -> bool {
+    let (a, b) = (one, other);
+    (a.element, a.is_bits, a.n_components) == (b.element, b.is_bits, b.n_components)
+        && a.name == b.name
+}
+
+/// The values of one array of all pieces, of which each has so many tuples; `None` where one has more.
+fn joined<'d, 'a: 'd>(
+    parts: impl Iterator<Item = (u64, &'d Array<'a>)>,
+    layout: &Layout,
+    notes: &mut Notes,
+) -> Result<Option<DataArray>> {
+    let mut all: Option<DataArray> = None;
+    for (n, array) in parts {
+        let all = all.get_or_insert_with(|| empty(array));
+        let n = count(n).map_err(|error| error.dataset(&array.name))?;
+        if !append_fitting(&mut all.values, array, layout, n, notes)? {
+            return Ok(None);
+        }
+    }
+    Ok(all)
 }
 
 /// Appends the values of an array of `n` tuples; `false` where it has whole tuples beyond them.
@@ -97,9 +95,9 @@ fn append_fitting(
     }
 }
 
-/// The same of text, whose words are counted.
+/// Whether an array stored as text has whole tuples beyond the first `n`; counts its words.
 fn text_has_more(array: &Array, n: usize) -> bool {
-    if array.place != Place::Ascii || array.element == Element::String {
+    if array.encoding != DataEncoding::Ascii || array.element == Element::String {
         return false;
     }
     let found = n_words(array.stored);
@@ -186,7 +184,7 @@ fn append(
 /// Bits, the first of a byte its highest; as text, a word each.
 fn bits(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<u8>) -> Result<()> {
     let n = n.and_then(|n| n.checked_mul(array.n_components));
-    let is_text = array.place == Place::Ascii;
+    let is_text = array.encoding == DataEncoding::Ascii;
     let expected = n.map(|n| if is_text { n } else { n.div_ceil(8) });
     let mut bytes: Vec<u8> = Vec::new();
     collect(array, layout, 1, expected, &mut bytes, |chunk, out| {
@@ -212,7 +210,7 @@ fn strings(
     notes: &mut Notes,
 ) -> Result<()> {
     let mut bytes: Vec<u8> = Vec::new();
-    if array.place == Place::Ascii {
+    if array.encoding == DataEncoding::Ascii {
         let codes = Array {
             element: Element::Int16,
             ..array.clone()

@@ -1,7 +1,7 @@
-//! Compressed blocks, unpacked in parallel.
+//! Decompresses blocks in parallel.
 
 use super::super::Compression;
-use super::stored::{Aligner, CHUNK};
+use super::aligner::{Aligner, CHUNK};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -13,12 +13,12 @@ pub(super) struct Blocks<'a> {
     pub data: Cow<'a, [u8]>,
     /// Compressed size of each block.
     pub sizes: Vec<usize>,
-    /// Size of each block but the last when unpacked.
+    /// Decompressed size of each block but the last.
     pub block_size: usize,
     pub n_bytes: usize,
 }
 
-/// Refuses sizes that no compressed data could unpack to.
+/// Refuses decompressed sizes that the compressed data cannot have.
 pub(super) fn check_ratio(
     compression: Compression,
     n_bytes: usize,
@@ -47,10 +47,10 @@ impl Blocks<'_> {
         let mut data = &self.data[..];
         let mut left = self.n_bytes;
         for (chunk, sizes) in self.sizes.chunks(per_chunk).enumerate() {
-            let mut packed = Vec::with_capacity(sizes.len());
+            let mut compressed = Vec::with_capacity(sizes.len());
             for size in sizes {
                 let (block, rest) = data.split_at(*size);
-                packed.push(block);
+                compressed.push(block);
                 data = rest;
             }
             let n_bytes = left.min(sizes.len() * self.block_size);
@@ -60,18 +60,19 @@ impl Blocks<'_> {
                 Error::input(format!("compressed block {block} is damaged: {what}"))
             };
             aligner.push(|bytes| {
-                if n_bytes > CHUNK && packed.len() == 1 {
-                    return unpack_large(self.compression, packed[0], n_bytes, bytes)
+                if n_bytes > CHUNK && compressed.len() == 1 {
+                    return decompress_large(self.compression, compressed[0], n_bytes, bytes)
                         .map_err(|what| damaged(0, what));
                 }
                 let start = bytes.len();
                 bytes.resize(start + n_bytes, 0);
                 bytes[start..]
                     .par_chunks_mut(self.block_size)
-                    .zip(packed)
+                    .zip(compressed)
                     .enumerate()
-                    .try_for_each(|(block, (out, packed))| {
-                        unpack(self.compression, packed, out).map_err(|what| damaged(block, what))
+                    .try_for_each(|(block, (out, compressed))| {
+                        decompress(self.compression, compressed, out)
+                            .map_err(|what| damaged(block, what))
                     })
             })?;
         }
@@ -80,47 +81,47 @@ impl Blocks<'_> {
 }
 
 /// Unpacks one block, which must fill `out` exactly.
-fn unpack(
+fn decompress(
     compression: Compression,
-    packed: &[u8],
+    compressed: &[u8],
     out: &mut [u8],
 ) -> std::result::Result<(), String> {
     let expected = out.len();
     let wrong = |n| format!("it unpacks to {n} bytes, not {expected}");
     match compression {
-        Compression::Lz4 => match lz4_flex::block::decompress_into(packed, out) {
+        Compression::Lz4 => match lz4_flex::block::decompress_into(compressed, out) {
             Ok(n) if n == expected => Ok(()),
             Ok(n) => Err(wrong(n)),
             Err(error) => Err(error.to_string()),
         },
         Compression::Zlib => {
-            let mut reader = zlib(packed);
+            let mut reader = zlib(compressed);
             fill(&mut reader, out)?;
             finish(&mut reader, expected)
         }
         Compression::Lzma => {
-            let mut reader = lzma(packed);
+            let mut reader = lzma(compressed);
             fill(&mut reader, out)?;
             finish(&mut reader, expected)
         }
-        Compression::None => Err(wrong(packed.len())),
+        Compression::None => Err(wrong(compressed.len())),
     }
 }
 
 /// Appends a block that says it has `n_bytes`: memory is taken as the bytes come.
-fn unpack_large(
+fn decompress_large(
     compression: Compression,
-    packed: &[u8],
+    compressed: &[u8],
     n_bytes: usize,
     out: &mut Vec<u8>,
 ) -> std::result::Result<(), String> {
     let mut reader: Box<dyn Read + '_> = match compression {
-        Compression::Zlib => Box::new(zlib(packed)),
-        Compression::Lzma => Box::new(lzma(packed)),
+        Compression::Zlib => Box::new(zlib(compressed)),
+        Compression::Lzma => Box::new(lzma(compressed)),
         Compression::Lz4 | Compression::None => {
             let start = out.len();
             out.resize(start + n_bytes, 0);
-            return unpack(compression, packed, &mut out[start..]);
+            return decompress(compression, compressed, &mut out[start..]);
         }
     };
     let end = out.len() + n_bytes;
@@ -132,14 +133,14 @@ fn unpack_large(
     finish(&mut reader, n_bytes)
 }
 
-fn zlib(packed: &[u8]) -> flate2::read::ZlibDecoder<&[u8]> {
-    flate2::read::ZlibDecoder::new(packed)
+fn zlib(compressed: &[u8]) -> flate2::read::ZlibDecoder<&[u8]> {
+    flate2::read::ZlibDecoder::new(compressed)
 }
 
-fn lzma(packed: &[u8]) -> lzma_rust2::XzReader<&[u8]> {
+fn lzma(compressed: &[u8]) -> lzma_rust2::XzReader<&[u8]> {
     // A dictionary larger than this is never of use for a block of an array.
     const MEMORY_KIB: u32 = 128 << 10;
-    lzma_rust2::XzReader::new_mem_limit(packed, false, MEMORY_KIB)
+    lzma_rust2::XzReader::new_mem_limit(compressed, false, MEMORY_KIB)
 }
 
 fn fill(reader: &mut impl Read, out: &mut [u8]) -> std::result::Result<(), String> {
@@ -163,17 +164,17 @@ mod tests {
     fn a_block_that_claims_more_than_it_has_takes_no_memory_for_it() {
         let mut writer = lzma_rust2::XzWriter::new(Vec::new(), lzma_rust2::XzOptions::default())
             .expect("good options");
-        std::io::Write::write_all(&mut writer, &[7; 100]).expect("it is packed");
-        let packed = writer.finish().expect("it is packed");
+        std::io::Write::write_all(&mut writer, &[7; 100]).expect("it is compressed");
+        let compressed = writer.finish().expect("it is compressed");
         let mut out = Vec::new();
         let claimed = 1 << 40;
-        let error = unpack_large(Compression::Lzma, &packed, claimed, &mut out);
+        let error = decompress_large(Compression::Lzma, &compressed, claimed, &mut out);
         assert!(error.is_err());
         assert!(out.capacity() <= CHUNK);
         out.clear();
-        unpack_large(Compression::Lzma, &packed, 100, &mut out).expect("it has them");
+        decompress_large(Compression::Lzma, &compressed, 100, &mut out).expect("it has them");
         assert_eq!(out, [7; 100]);
-        let short = unpack_large(Compression::Lzma, &packed, 99, &mut out);
+        let short = decompress_large(Compression::Lzma, &compressed, 99, &mut out);
         assert!(short.is_err());
     }
 }

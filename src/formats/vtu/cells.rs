@@ -1,11 +1,11 @@
 //! Cells of all pieces of a file: which arrays hold them.
 
-use super::super::vtk::cells::{Built, CellTable, Nodes};
+use super::super::vtk::cells::{Built, CellTable};
 use super::super::vtk::number::{Element, Number, need_integers, with_type};
-use super::super::vtk::polyhedra::SharedFaces;
+use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::super::vtk::split::polygonal;
+use super::collect::{collect, count};
 use super::document::Piece;
-use super::read::{collect, count};
 use super::stored::Stored;
 use super::xml::{Array, Layout};
 use crate::error::{Error, Result};
@@ -18,7 +18,7 @@ pub(super) fn read(pieces: &[Piece], layout: &Layout, notes: &mut Notes) -> Resu
     let mut n_points = 0;
     for piece in pieces {
         let limit = count(piece.n_points)? as u64;
-        let nodes = Nodes {
+        let nodes = PieceNodes {
             base: n_points,
             limit,
         };
@@ -42,7 +42,7 @@ pub(super) fn read_lists(
     let mut n_points = 0;
     for piece in pieces {
         let limit = count(piece.n_points)? as u64;
-        let nodes = Nodes {
+        let nodes = PieceNodes {
             base: n_points,
             limit,
         };
@@ -66,7 +66,7 @@ fn list_cells(
     list: usize,
     n_cells: usize,
     layout: &Layout,
-    nodes: Nodes,
+    nodes: PieceNodes,
     table: &mut CellTable,
 ) -> Result<()> {
     let ends = integers(named(arrays, "offsets")?, layout, Some(n_cells))?;
@@ -102,7 +102,7 @@ fn list_cells(
 fn read_piece(
     piece: &Piece,
     layout: &Layout,
-    nodes: Nodes,
+    nodes: PieceNodes,
     table: &mut CellTable,
 ) -> Result<Vec<u8>> {
     let n_cells = count(piece.n_cells).map_err(|error| error.dataset("types"))?;
@@ -201,7 +201,7 @@ fn offsets(arrays: &[Array], layout: &Layout, types: &[u8], table: &mut CellTabl
 fn faces(
     arrays: &[Array],
     layout: &Layout,
-    nodes: Nodes,
+    nodes: PieceNodes,
     types: &[u8],
     table: &mut CellTable,
 ) -> Result<()> {

@@ -26,7 +26,7 @@ impl Grid {
     ];
 }
 
-/// What a file holds.
+/// The kind of grid in a file.
 pub(super) struct Document<'a> {
     /// Which grid.
     pub grid: Grid,
@@ -46,7 +46,7 @@ pub(super) struct Document<'a> {
     pub pieces: Vec<Piece<'a>>,
 }
 
-/// One part of the mesh, with nodes of its own.
+/// One piece of the mesh, which shares no nodes with the others.
 #[derive(Default)]
 pub(super) struct Piece<'a> {
     pub n_points: u64,
@@ -62,7 +62,7 @@ pub(super) struct Piece<'a> {
     pub cell_data: Vec<Array<'a>>,
     /// Name of the array with the number of each node in a mesh of several files.
     pub global_nodes: Option<String>,
-    /// The same of each cell.
+    /// Name of the array with the number of each cell in a mesh of several files.
     pub global_cells: Option<String>,
 }
 

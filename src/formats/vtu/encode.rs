@@ -73,13 +73,13 @@ impl Base64<'_> {
 }
 
 /// An array in compressed blocks.
-pub(super) struct Packed {
+pub(super) struct CompressedBlocks {
     /// Number of blocks, their size, the last one's if it is smaller, and the size of each.
     header: Vec<u8>,
     blocks: Vec<Vec<u8>>,
 }
 
-impl Packed {
+impl CompressedBlocks {
     /// Compresses an array.
     pub fn new(array: &Content, compression: Compression) -> Result<Self> {
         let mut blocks = Vec::new();
@@ -93,11 +93,11 @@ impl Packed {
                 pending.clear();
             }
             let whole = rest.len() / BLOCK * BLOCK;
-            let packed: Result<Vec<_>> = rest[..whole]
+            let compressed: Result<Vec<_>> = rest[..whole]
                 .par_chunks(BLOCK)
                 .map(|block| pack(compression, block))
                 .collect();
-            blocks.extend(packed?);
+            blocks.extend(compressed?);
             pending.extend_from_slice(&rest[whole..]);
             Ok(())
         })?;
@@ -115,7 +115,7 @@ impl Packed {
         Ok(Self { header, blocks })
     }
 
-    /// Bytes that [`Packed::write_raw`] writes.
+    /// Bytes that [`CompressedBlocks::write_raw`] writes.
     pub fn n_bytes(&self) -> usize {
         self.header.len() + self.blocks.iter().map(Vec::len).sum::<usize>()
     }

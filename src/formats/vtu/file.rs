@@ -1,11 +1,11 @@
 //! The XML of a .vtu file that is written, with values behind it or inside it.
 
 use super::super::names::Rule;
+use super::super::vtk::arrays::Sections;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
-use super::super::vtk::plan::Sections;
 use super::super::{Compression, Encoding, WriteOptions};
-use super::encode::{self, Packed, failed};
+use super::encode::{self, CompressedBlocks, failed};
 use crate::error::Result;
 use std::io::Write;
 
@@ -26,18 +26,18 @@ impl File<'_> {
     /// XML first, all values behind it.
     pub fn appended(&self, out: &mut dyn Write) -> Result<()> {
         let compression = self.options.compression;
-        let packed: Option<Vec<Packed>> = match compression {
+        let compressed: Option<Vec<CompressedBlocks>> = match compression {
             Compression::None => None,
             _ => {
                 let all = self
                     .sections
                     .all()
-                    .map(|array| Packed::new(array, compression));
+                    .map(|array| CompressedBlocks::new(array, compression));
                 Some(all.collect::<Result<_>>()?)
             }
         };
-        let sizes: Vec<usize> = match &packed {
-            Some(packed) => packed.iter().map(Packed::n_bytes).collect(),
+        let sizes: Vec<usize> = match &compressed {
+            Some(compressed) => compressed.iter().map(CompressedBlocks::n_bytes).collect(),
             None => self.sections.all().map(|array| 8 + array.n_bytes).collect(),
         };
         let mut sizes = sizes.into_iter();
@@ -48,8 +48,10 @@ impl File<'_> {
             writeln!(out, "{}/>", tag.0).map_err(failed)
         })?;
         write!(out, "  <AppendedData encoding=\"raw\">\n   _").map_err(failed)?;
-        match &packed {
-            Some(packed) => packed.iter().try_for_each(|array| array.write_raw(out))?,
+        match &compressed {
+            Some(compressed) => compressed
+                .iter()
+                .try_for_each(|array| array.write_raw(out))?,
             None => self
                 .sections
                 .all()
@@ -72,7 +74,7 @@ impl File<'_> {
             match (options.encoding, options.compression) {
                 (Encoding::Ascii, _) => encode::ascii(array, out)?,
                 (_, Compression::None) => encode::base64(array, out)?,
-                (_, compression) => Packed::new(array, compression)?.write_base64(out)?,
+                (_, compression) => CompressedBlocks::new(array, compression)?.write_base64(out)?,
             }
             writeln!(out, "{end}").map_err(failed)
         })?;

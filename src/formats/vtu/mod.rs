@@ -11,9 +11,11 @@
 //! file    list of arrays -> XML and values
 //! ```
 
+mod aligner;
 mod arrays;
 mod blocks;
 mod cells;
+mod collect;
 mod document;
 mod encode;
 mod file;
@@ -25,7 +27,7 @@ pub(super) mod xml;
 
 pub(super) use file::{NAMES, escaped, is_xml};
 
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
@@ -50,6 +52,18 @@ impl Format for Vtu {
     fn recognizes_start(&self, head: &[u8]) -> bool {
         let head = &head[..head.len().min(4096)];
         memchr::memmem::find(head, b"<VTKFile").is_some()
+    }
+
+    fn encodings(&self) -> &'static [Encoding] {
+        &[Encoding::Raw, Encoding::Base64, Encoding::Ascii]
+    }
+
+    fn compresses(&self) -> bool {
+        true
+    }
+
+    fn has_tag_names(&self) -> bool {
+        true
     }
 
     fn holds_arrays(&self) -> bool {

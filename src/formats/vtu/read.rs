@@ -1,15 +1,13 @@
 //! A .vtu file as a mesh: nodes and arrays of all pieces, one after another.
 
 use super::super::vtk::cells::repeat_tuples;
-use super::super::vtk::number::{Chunk, Element, Number, points_are_finite, with_type};
-use super::super::vtk::text::word_start;
 use super::super::vtk::{order, tags};
 use super::arrays::{data, field};
+use super::collect::points;
 use super::document::{self, Document, Grid, Piece};
-use super::stored::Stored;
-use super::xml::{Array, Layout, Place, as_utf8, line_after};
+use super::xml::{Array, as_utf8};
 use super::{cells, structured};
-use crate::error::{Error, Result, counted};
+use crate::error::Result;
 use crate::formats::{Notes, ReadOptions};
 use crate::mesh::Mesh;
 
@@ -23,17 +21,17 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
     Ok(mesh)
 }
 
-/// A file's mesh with every array as it is, and the names of those that hold global numbers.
+/// The mesh of a file with every array as stored, and the names of the arrays with global numbers.
 pub(in crate::formats) struct Raw {
     /// The mesh, without groups.
     pub mesh: Mesh,
     /// Point array with the number of each node in a mesh of several files.
     pub global_nodes: Option<String>,
-    /// Cell array with the same of each cell.
+    /// Cell array with the number of each cell in a mesh of several files.
     pub global_cells: Option<String>,
 }
 
-/// Reads a file, but for what its arrays mean.
+/// Reads a file without interpreting its arrays.
 pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
     let bytes = &*as_utf8(bytes, notes);
     let mut document = document::parse(bytes)?;
@@ -87,132 +85,4 @@ fn point_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
 
 fn cell_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
     (piece.n_cells, &piece.cell_data)
-}
-
-/// Coordinates of the nodes of all pieces.
-pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>> {
-    let mut points = Vec::new();
-    for piece in pieces {
-        let array = match piece.points.as_slice() {
-            [array] => array,
-            [] if piece.n_points == 0 => continue,
-            arrays => {
-                let found = arrays.len();
-                let message = format!("a piece needs one array of points, found {found}");
-                return Err(Error::input(message).dataset("Points"));
-            }
-        };
-        if array.n_components != 3 || array.element == Element::String {
-            return Err(Error::input(format!(
-                "points are {} of {} components; they must be numbers, 3 a point",
-                array.element.name(),
-                array.n_components
-            ))
-            .dataset("Points"));
-        }
-        let n = count(piece.n_points).map_err(|error| error.dataset("Points"))?;
-        let first = points.len();
-        with_type!(array.element, T => collect(
-            array, layout, 3, Some(n), &mut points,
-            |chunk, out| { chunk.convert::<T, f64>(out.as_flattened_mut(), T::as_f64); Ok(()) },
-        )?);
-        if array.place == Place::Ascii {
-            check_finite(array, first, &points[first..])?;
-        }
-    }
-    Ok(points)
-}
-
-/// Refuses text with a coordinate that is no number, at its line; nodes count from `first`.
-fn check_finite(array: &Array, first: usize, points: &[[f64; 3]]) -> Result<()> {
-    points_are_finite(first, points).map_err(|(value, error)| {
-        let at = word_start(array.stored, value);
-        error.line(line_after(array.before) - 1 + line_after(&array.stored[..at]))
-    })
-}
-
-/// A number of nodes or cells, which must fit in an index of 32 bits.
-pub(super) fn count(n: u64) -> Result<usize> {
-    if n >= u64::from(u32::MAX) {
-        return Err(Error::input(format!(
-            "{n} is more than the 4294967294 that can be held"
-        )));
-    }
-    Ok(n as usize)
-}
-
-/// Appends the tuples of an array to `out`, `tuple` values each. Their number must be `expected`.
-pub(super) fn collect<U: Copy + Default + Send>(
-    array: &Array,
-    layout: &Layout,
-    tuple: usize,
-    expected: Option<usize>,
-    out: &mut Vec<U>,
-    fill: impl Fn(Chunk, &mut [U]) -> Result<()>,
-) -> Result<()> {
-    let stored = Stored::open(array, layout)?;
-    let result = collect_stored(&stored, array, tuple, expected, out, fill);
-    result.map_err(|error| error.dataset(&array.name))
-}
-
-fn collect_stored<U: Copy + Default + Send>(
-    stored: &Stored,
-    array: &Array,
-    tuple: usize,
-    expected: Option<usize>,
-    out: &mut Vec<U>,
-    fill: impl Fn(Chunk, &mut [U]) -> Result<()>,
-) -> Result<()> {
-    let width = array.element.size().checked_mul(tuple);
-    let width = width.ok_or_else(|| Error::input(format!("tuples of {tuple} components")))?;
-    let wrong = |found: String| {
-        let element = array.element.name();
-        let needed = match expected {
-            Some(n) => format!("{} of {tuple} {element}", counted(n, "tuple")),
-            None => format!("a whole number of tuples of {tuple} {element}"),
-        };
-        Err(Error::input(format!(
-            "it has {found}; it must have {needed}"
-        )))
-    };
-    if let Some(n_bytes) = stored.n_bytes() {
-        let fits = match expected {
-            Some(n) => n.checked_mul(width) == Some(n_bytes),
-            None => n_bytes.is_multiple_of(width),
-        };
-        if !fits {
-            return wrong(format!("{n_bytes} bytes"));
-        }
-    } else if expected.is_some_and(|n| n > stored.most_values() / tuple) {
-        return wrong(counted(stored.n_values(), "value"));
-    }
-    let before = out.len();
-    let n_tuples = expected.or(stored.n_bytes().map(|n| n / width));
-    stored.for_each(width, &mut |chunk| {
-        let n = chunk.bytes.len() / width;
-        let start = out.len();
-        if n_tuples.is_some_and(|n_tuples| start - before + n > n_tuples) {
-            return wrong(counted(stored.n_values(), "value"));
-        }
-        grow(out, n, n_tuples.unwrap_or(0));
-        fill(chunk, &mut out[start..])
-    })?;
-    match n_tuples {
-        Some(n) if out.len() - before != n => wrong(counted(out.len() - before, "tuple")),
-        _ => Ok(()),
-    }
-}
-
-/// Makes `n` more elements, the first of `total`.
-fn grow<U: Copy + Default>(out: &mut Vec<U>, n: usize, total: usize) {
-    if out.is_empty() && n >= total {
-        // Memory that the system zeroes when it is first touched, by the threads that fill it.
-        *out = vec![U::default(); n];
-        return;
-    }
-    if out.capacity() < out.len() + n {
-        // At least doubled: text tells no total, and pieces one each.
-        out.reserve(total.max(n));
-    }
-    out.resize(out.len() + n, U::default());
 }

@@ -6,14 +6,12 @@
 use super::super::Compression;
 use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
 use super::super::vtk::text::{cuts, word_end};
+use super::aligner::{Aligner, CHUNK};
 use super::blocks::{Blocks, check_ratio};
-use super::xml::{Array, Layout, Place, line_after};
+use super::xml::{Array, DataEncoding, Layout, line_after};
 use crate::error::{Error, Result, counted};
 use rayon::prelude::*;
 use std::borrow::Cow;
-
-/// Bytes unpacked before they are handed on.
-pub(super) const CHUNK: usize = 8 << 20;
 
 /// The stored values of one array, their sizes checked.
 pub(super) struct Stored<'a> {
@@ -39,10 +37,10 @@ enum Data<'a> {
 impl<'a> Stored<'a> {
     /// Finds the values of an array and checks what is said about their size.
     pub fn open(array: &Array<'a>, layout: &Layout) -> Result<Self> {
-        let data = match (array.place, layout.compression) {
-            (Place::Ascii, _) => Ok(Data::Text(array.stored, array.before)),
-            (place, Compression::None) => plain(place, array.stored, layout),
-            (place, compression) => blocks(place, compression, array.stored, layout),
+        let data = match (array.encoding, layout.compression) {
+            (DataEncoding::Ascii, _) => Ok(Data::Text(array.stored, array.before)),
+            (encoding, Compression::None) => plain(encoding, array.stored, layout),
+            (encoding, compression) => blocks(encoding, compression, array.stored, layout),
         };
         Ok(Self {
             element: array.element,
@@ -118,31 +116,6 @@ impl<'a> Stored<'a> {
 pub(super) fn n_words(text: &[u8]) -> usize {
     let words = text.split(u8::is_ascii_whitespace);
     words.filter(|word| !word.is_empty()).count()
-}
-
-/// Passes bytes on in whole tuples.
-pub(super) struct Aligner<'s> {
-    tuple: usize,
-    swap: bool,
-    pending: Vec<u8>,
-    sink: &'s mut dyn FnMut(Chunk) -> Result<()>,
-}
-
-impl Aligner<'_> {
-    /// Passes on what `fill` appends, but for an incomplete tuple at the end.
-    pub fn push(&mut self, fill: impl FnOnce(&mut Vec<u8>) -> Result<()>) -> Result<()> {
-        fill(&mut self.pending)?;
-        let whole = self.pending.len() / self.tuple * self.tuple;
-        if whole > 0 {
-            let chunk = Chunk {
-                bytes: &self.pending[..whole],
-                swap: self.swap,
-            };
-            (self.sink)(chunk)?;
-            self.pending.drain(..whole);
-        }
-        Ok(())
-    }
 }
 
 fn text_chunks<T: Number>(
@@ -228,9 +201,9 @@ fn decode(run: &[u8], n_bytes: usize) -> Result<Vec<u8>> {
 }
 
 /// Uncompressed values: their number of bytes, then they.
-fn plain<'a>(place: Place, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>> {
+fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>> {
     let width = layout.header_bytes;
-    if place == Place::Raw {
+    if encoding == DataEncoding::Raw {
         let header = stored.get(..width).ok_or_else(|| no_header(stored))?;
         let n_bytes = header_number(header, layout)?;
         let bytes = stored[width..].get(..n_bytes).ok_or_else(|| {
@@ -268,20 +241,20 @@ fn plain<'a>(place: Place, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>
 
 /// Compressed values: a header, then the blocks.
 fn blocks<'a>(
-    place: Place,
+    encoding: DataEncoding,
     compression: Compression,
     stored: &'a [u8],
     layout: &Layout,
 ) -> Result<Data<'a>> {
-    let stored = if place == Place::Raw {
+    let stored = if encoding == DataEncoding::Raw {
         stored
     } else {
         stored.trim_ascii_start()
     };
-    if stored.is_empty() && place == Place::Base64 {
+    if stored.is_empty() && encoding == DataEncoding::Base64 {
         return Ok(Data::Plain(&[]));
     }
-    let Some((header, rest)) = block_header(place, stored, layout)? else {
+    let Some((header, rest)) = block_header(encoding, stored, layout)? else {
         return Ok(Data::Plain(&[]));
     };
     let sizes = BlockSizes::read(&header, layout)?;
@@ -297,8 +270,8 @@ fn blocks<'a>(
     })?;
     let BlockSizes { block, last, .. } = sizes;
     check_ratio(compression, sizes.n_bytes, n_compressed, block, last)?;
-    let data = match place {
-        Place::Raw => Cow::Borrowed(&rest[..n_compressed]),
+    let data = match encoding {
+        DataEncoding::Raw => Cow::Borrowed(&rest[..n_compressed]),
         _ => {
             let (run, _) = base64_run(rest.trim_ascii_start(), n_compressed)?;
             Cow::Owned(decode(&run, n_compressed)?)
@@ -316,13 +289,13 @@ fn blocks<'a>(
 /// The header of compressed values as bytes, and what follows it; nothing where there are no blocks.
 #[expect(clippy::type_complexity)]
 fn block_header<'a>(
-    place: Place,
+    encoding: DataEncoding,
     stored: &'a [u8],
     layout: &Layout,
 ) -> Result<Option<(Cow<'a, [u8]>, &'a [u8])>> {
     let width = layout.header_bytes;
     let first = |n_bytes: usize| -> Result<(Cow<'a, [u8]>, &'a [u8])> {
-        if place == Place::Raw {
+        if encoding == DataEncoding::Raw {
             let (header, rest) = stored
                 .split_at_checked(n_bytes)
                 .ok_or_else(|| no_header(stored))?;
@@ -346,7 +319,7 @@ fn block_header<'a>(
     first(n_header).map(Some)
 }
 
-/// What the header of compressed values says: sizes in bytes.
+/// The header of compressed values: sizes in bytes.
 struct BlockSizes {
     /// Of each block but the last, decompressed.
     block: usize,

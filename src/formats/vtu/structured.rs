@@ -2,8 +2,8 @@
 
 use super::super::vtk::number::{Element, Number, with_type};
 use super::super::vtk::structured;
+use super::collect::{collect, points};
 use super::document::{Document, Grid, Piece};
-use super::read::{collect, points};
 use super::xml::{Array, Layout};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;

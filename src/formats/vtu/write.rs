@@ -1,7 +1,7 @@
-//! A mesh as a .vtu file: its arrays are `vtk::plan`'s, the XML around them is `file`'s.
+//! Writes a mesh as a .vtu file: `vtk::arrays` decides on the arrays, `file` writes the XML.
 
+use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::order;
-use super::super::vtk::plan::Plan;
 use super::super::{Encoding, WriteOptions};
 use super::encode::failed;
 use super::file::{File, NAMES};
@@ -16,7 +16,7 @@ const BUFFER: usize = 1 << 20;
 /// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     options.check_coordinates(mesh)?;
-    let plan = Plan::new(mesh, options, &NAMES);
+    let plan = VtkArrays::new(mesh, options, &NAMES);
     let file = File {
         sections: plan.sections(),
         n_points: mesh.points.len(),

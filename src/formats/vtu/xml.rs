@@ -34,19 +34,19 @@ pub(in crate::formats) struct Array<'a> {
     pub component_names: Vec<String>,
     /// Number of tuples, which only arrays of field data give.
     pub n_tuples: Option<u64>,
-    pub place: Place,
+    pub encoding: DataEncoding,
     /// The values as stored; of an appended array, all from its offset to the end of the section.
     pub stored: &'a [u8],
     /// The file up to the values, for line numbers.
     pub before: &'a [u8],
 }
 
-/// What ends the XML: bytes of any value follow.
+/// The element after which the XML ends: bytes of any value follow.
 const APPENDED: &[u8] = b"<AppendedData";
 
-/// In which form values are stored.
+/// How the values of an array are encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::formats) enum Place {
+pub(in crate::formats) enum DataEncoding {
     Ascii,
     Base64,
     Raw,
@@ -63,10 +63,10 @@ fn appended_section(bytes: &[u8], start: usize) -> Result<Appended> {
     let length = memchr::memchr(b'>', &bytes[start..])
         .ok_or_else(|| fail("the file ends inside the element AppendedData"))?;
     let tag = &bytes[start..=start + length];
-    let place = if memchr::memmem::find(tag, b"raw").is_some() {
-        Place::Raw
+    let encoding = if memchr::memmem::find(tag, b"raw").is_some() {
+        DataEncoding::Raw
     } else if memchr::memmem::find(tag, b"base64").is_some() {
-        Place::Base64
+        DataEncoding::Base64
     } else {
         return Err(fail("AppendedData needs encoding=\"raw\" or \"base64\""));
     };
@@ -80,14 +80,14 @@ fn appended_section(bytes: &[u8], start: usize) -> Result<Appended> {
         ));
     }
     Ok(Appended {
-        place,
+        encoding,
         start: at + 1,
     })
 }
 
 #[derive(Clone, Copy)]
 struct Appended {
-    place: Place,
+    encoding: DataEncoding,
     start: usize,
 }
 
@@ -122,7 +122,7 @@ fn says_latin1(xml: &[u8]) -> bool {
     names.any(|name| memchr::memmem::find(&head, name).is_some())
 }
 
-/// A place in the XML.
+/// A encoding in the XML.
 pub(in crate::formats) struct Parser<'a> {
     reader: Reader<&'a [u8]>,
     bytes: &'a [u8],
@@ -137,7 +137,7 @@ fn value(attribute: &Attribute) -> String {
     }
 }
 
-/// What may come inside an element.
+/// The content of an element.
 pub(in crate::formats) enum Child<'a> {
     Element(BytesStart<'a>),
     /// Text that is not blank, as a range of the file.
@@ -215,10 +215,10 @@ impl<'a> Parser<'a> {
         let component_names = self.component_names(element, n_components)?;
         let n_tuples = self.count(element, "NumberOfTuples")?;
         let format = self.attribute(element, "format")?;
-        let (place, start, end) = match format.as_deref() {
+        let (encoding, start, end) = match format.as_deref() {
             Some("appended") => self.appended_array(element, &name)?,
-            Some("binary") => self.inline(Place::Base64)?,
-            Some("ascii") | None => self.inline(Place::Ascii)?,
+            Some("binary") => self.inline(DataEncoding::Base64)?,
+            Some("ascii") | None => self.inline(DataEncoding::Ascii)?,
             Some(other) => {
                 let message = format!("array \"{name}\" has the format \"{other}\"");
                 return Err(self.error(format!("{message}; known: ascii, binary, appended")));
@@ -231,7 +231,7 @@ impl<'a> Parser<'a> {
             n_components,
             component_names,
             n_tuples,
-            place,
+            encoding,
             stored: &self.bytes[start..end],
             before: &self.bytes[..start],
         })
@@ -257,7 +257,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Values that stand inside the element: its first text. Whatever else is in it is skipped.
-    fn inline(&mut self, place: Place) -> Result<(Place, usize, usize)> {
+    fn inline(&mut self, encoding: DataEncoding) -> Result<(DataEncoding, usize, usize)> {
         let mut values = None;
         while let Some(child) = self.child("DataArray")? {
             match child {
@@ -270,18 +270,18 @@ impl<'a> Parser<'a> {
         }
         let at = self.reader.buffer_position() as usize;
         let range = values.unwrap_or(at..at);
-        Ok((place, range.start, range.end))
+        Ok((encoding, range.start, range.end))
     }
 
     fn appended_array(
         &mut self,
         element: &BytesStart,
         name: &str,
-    ) -> Result<(Place, usize, usize)> {
+    ) -> Result<(DataEncoding, usize, usize)> {
         let offset = self.count(element, "offset")?.ok_or_else(|| {
             self.error(format!("array \"{name}\" is appended, but has no offset"))
         })?;
-        self.inline(Place::Raw)?;
+        self.inline(DataEncoding::Raw)?;
         let section = self.appended.ok_or_else(|| {
             self.error(format!(
                 "array \"{name}\" is appended, but the file has no AppendedData"
@@ -298,7 +298,7 @@ impl<'a> Parser<'a> {
                 ))
                 .dataset(name)
             })?;
-        Ok((section.place, start, self.bytes.len()))
+        Ok((section.encoding, start, self.bytes.len()))
     }
 
     /// The next element or text inside `parent`; `None` at its end.
@@ -365,7 +365,7 @@ impl<'a> Parser<'a> {
         count.transpose()
     }
 
-    /// An error at this place.
+    /// An error at this encoding.
     pub fn error(&self, message: impl Into<String>) -> Error {
         let at = (self.reader.buffer_position() as usize).min(self.bytes.len());
         Error::input(message).line(line_after(&self.bytes[..at]))

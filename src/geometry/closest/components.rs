@@ -1,4 +1,4 @@
-//! Which facets are connected, so that a search can leave out those of its own surface.
+//! Connected components of facets, so that a search can leave out those of its own surface.
 
 use super::super::oriented::LANES;
 use super::LEAF;

@@ -1,4 +1,4 @@
-//! Neighbouring points that walk down the tree together.
+//! Searches for neighbouring points together: they descend the tree as one block.
 
 use super::super::bounds::Bounds;
 use super::super::oriented::LANES;
@@ -7,11 +7,11 @@ use super::search::{Front, MOST_GROUPS, Stack, search};
 use super::{ClosestSurface, Foot};
 use multiversion::multiversion;
 
-/// Points that are asked for from one front; longer lists are cut into `PARTS`.
+/// Points that are searched from one front; longer lists are cut into `PARTS`.
 const TOGETHER: usize = 16;
 const PARTS: usize = 4;
 
-/// Neighbouring points that are asked for together.
+/// Neighbouring points that are searched together.
 pub(super) struct Block<'a> {
     surface: &'a ClosestSurface<'a>,
     limit: f64,

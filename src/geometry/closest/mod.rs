@@ -143,9 +143,10 @@ impl<'a> ClosestSurface<'a> {
     fn root(&self) -> Front {
         Front {
             level: self.levels.len().saturating_sub(1),
-            groups: match self.levels.is_empty() {
-                true => Vec::new(),
-                false => vec![0],
+            groups: if self.levels.is_empty() {
+                Vec::new()
+            } else {
+                vec![0]
             },
         }
     }

@@ -1,4 +1,4 @@
-//! Which cells share each face, for whoever passes over all faces again and again.
+//! Which cells share each face, for repeated loops over all faces.
 //!
 //! A face belongs to the first cell that has it, its owner, which knows the cell across it. Kept are
 //! four bytes a face and two bits a side of a cell; where the nodes are does not matter.
@@ -21,7 +21,7 @@ pub struct Adjacency {
     n_cells: usize,
 }
 
-/// What lies across a side of a cell.
+/// The neighbour across a side of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Across {
     /// The face belongs to a cell before this one, or the side has collapsed to an edge.
@@ -56,7 +56,7 @@ pub struct Sides<'a> {
 }
 
 impl Sides<'_> {
-    /// What lies across the next side.
+    /// The neighbour across the next side.
     ///
     /// # Panics
     /// After the last side of the chunk.
@@ -171,6 +171,7 @@ impl Adjacency {
     }
 
     /// Bytes held in memory.
+    #[cfg(any(test, feature = "internals"))]
     pub fn memory_bytes(&self) -> usize {
         let of = |chunk: &Chunk| chunk.codes.len() + 4 * chunk.across.len();
         self.chunks.iter().map(of).sum()

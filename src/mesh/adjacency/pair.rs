@@ -86,7 +86,7 @@ fn hash(entry: &Entry) -> u64 {
     mixed ^ mixed >> 31
 }
 
-/// What one task works with.
+/// Work space of one task.
 #[derive(Default)]
 struct Desk {
     entries: Vec<Entry>,

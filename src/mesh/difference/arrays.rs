@@ -54,7 +54,7 @@ fn different_shape(a: &DataArray, b: &DataArray) -> String {
     format!("has {} and {}", shape(a), shape(b))
 }
 
-/// What differs between two arrays of one name. The type of number may differ, its value not.
+/// The difference between two arrays of one name. The type of number may differ, its value not.
 fn difference(
     a: &DataArray,
     b: &DataArray,

@@ -3,12 +3,12 @@
 use super::super::{CellKind, CellRef, CellRun, Cells};
 use super::partners::{NONE, Partners, in_chunks};
 
-/// What a comparison of cells came to.
+/// The result of a comparison of cells.
 #[derive(Debug)]
 pub struct Compared {
     /// Cells that differ, with those that only one mesh has.
     pub n_changed: usize,
-    /// What differs.
+    /// The differences.
     pub sentences: Vec<String>,
     /// Which cells belong together.
     pub partners: Partners,

@@ -46,7 +46,7 @@ fn role(mesh: &Mesh, group: &Group) -> String {
     }
 }
 
-/// What a group is known by: its dimension, its name, and how many of both came before it.
+/// The key of a group: its dimension, its name, and how many of both came before it.
 type Key<'a> = (u8, &'a str, usize);
 
 /// The groups of a mesh, in their order and by what they are known by.

@@ -44,9 +44,9 @@ impl Tolerance {
 /// A pair of nodes that belong together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodePair {
-    /// Its index in the first mesh.
+    /// Index in the first mesh.
     pub node: usize,
-    /// Its index in the second mesh.
+    /// Index in the second mesh.
     pub partner: usize,
     /// Position in the first mesh.
     pub a: [f64; 3],
@@ -56,7 +56,7 @@ pub struct NodePair {
     pub distance: f64,
 }
 
-/// What differs between two meshes. See [`diff`].
+/// The differences between two meshes. See [`diff`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Difference {
     /// Number of nodes in each.
@@ -81,11 +81,11 @@ pub struct Difference {
     pub groups: Vec<String>,
     /// Differences of arrays, a sentence each.
     pub arrays: Vec<String>,
-    /// What should be known of the comparison and is no difference.
+    /// Remarks on the comparison that are not differences.
     pub notes: Vec<String>,
 }
 
-/// How two meshes are compared. The default: the same numbers in the same order. See [`diff`].
+/// How two meshes are compared; by default all numbers must be equal and in the same order. See [`diff`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DiffOptions {
     /// Largest distance of two nodes, and of two values of an array, that count as the same: in mesh units,

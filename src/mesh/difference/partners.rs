@@ -12,7 +12,7 @@ const CHUNK: usize = 1 << 16;
 /// The partner of each node, or of each cell, of the first mesh.
 #[derive(Debug)]
 pub enum Partners {
-    /// The same index, for as many as both have.
+    /// Partners of the same index, for as many as both meshes have.
     InOrder(usize),
     /// An index of the second mesh each, or [`NONE`].
     Listed(Vec<u32>),

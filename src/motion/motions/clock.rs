@@ -1,11 +1,11 @@
-//! Where a table over azimuth, time or step is at a step of the schedule, and how fast it passes.
+//! The key of a table (azimuth, time or step) at a step of the schedule, and its rate of change.
 
 use super::OnMesh;
 use crate::error::Result;
 use crate::motion::steps::Step;
 use crate::motion::table::{History, Key};
 
-/// What a table over time is told where there is none.
+/// The error of a table over time in a schedule without times.
 pub(super) const NO_TIME: &str = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
                                   `rpm` in [rotor]";
 

@@ -1,4 +1,4 @@
-//! Links: what motions do at a step, one after another.
+//! A link: the map that one motion applies at a step. A body has a chain of them.
 
 use super::AxisRotation;
 use super::beam::sections::Sections;
@@ -32,7 +32,7 @@ impl<'a> Link<'a> {
         }
     }
 
-    /// The same with another form of what is rigid.
+    /// This link with its rigid part converted by `form`.
     pub fn with_rigid<R>(self, form: impl FnOnce(&RigidLink) -> R) -> Link<'a, R> {
         match self {
             Self::Rigid(link) => Link::Rigid(form(&link)),
@@ -78,7 +78,7 @@ impl RigidLink {
 #[derive(Debug, Clone)]
 pub(in crate::motion) struct NodeLink<'a> {
     pub nodes: Arc<BodyNodes>,
-    /// Displacements, and their rates where they are asked for.
+    /// Displacements, and their rates where they are requested.
     pub fields: Vec<(NodeField<'a>, Option<NodeField<'a>>)>,
     /// From 0 to 1.
     pub part: f64,

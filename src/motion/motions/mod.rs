@@ -1,4 +1,4 @@
-//! Motions of a body, a file each behind one trait: as they are declared, and what they are on a mesh.
+//! The motions of a body, one file each: [`BodyMotion`] as declared, [`ResolvedMotion`] on a mesh.
 //!
 //! ```text
 //! schedule.toml ── MOTIONS: read ──┐
@@ -120,7 +120,7 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>>;
 }
 
-/// How many maps a motion has.
+/// Which points of a body share a map of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MapScope {
     /// One rigid map for every point.
@@ -133,10 +133,10 @@ pub(super) enum MapScope {
 
 /// A motion on a mesh.
 pub(super) trait ResolvedMotion: Debug + Send + Sync {
-    /// What it does at a part of a step; `None` where another motion does it.
+    /// Its map at a part of a step; `None` where another motion includes it.
     fn link(&self, at: &At<'_>) -> Option<Link<'_>>;
 
-    /// How many maps it has.
+    /// Which points share a map.
     fn map_scope(&self) -> MapScope {
         MapScope::Body
     }
@@ -156,29 +156,34 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
         None
     }
 
+    /// Bytes of the displacements that it holds for the nodes of its body.
+    fn memory_bytes(&self) -> usize {
+        0
+    }
+
     /// What the user should know of its files.
     fn notes(&self) -> &[Diagnostic] {
         &[]
     }
 
-    /// What is likely to be wrong with it.
+    /// A warning where the input is probably wrong.
     fn warning(&self) -> Option<Diagnostic> {
         None
     }
 }
 
-/// When a link is asked for.
+/// The step, and the part of it, that a link is for.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     pub step: &'a Step,
     /// The part of the motion, from 0 to 1.
     pub part: f64,
     pub clock: Clock<'a>,
-    /// Whether rates of nodes are asked for; other links have theirs always.
+    /// Whether rates of nodes are needed; other links always have theirs.
     pub rates: bool,
 }
 
-/// What a motion of a body is held against: the mesh, the steps, the blade.
+/// What a motion is resolved on: the mesh, the steps, the blade.
 pub(super) struct OnMesh<'a> {
     /// The mesh.
     pub mesh: &'a Mesh,
@@ -196,7 +201,7 @@ pub(super) struct OnMesh<'a> {
     pub body: &'a Body,
     /// Folder that files are relative to.
     pub folder: PathBuf,
-    /// The nodes of the body, found when they are first asked for.
+    /// The nodes of the body, found on first use.
     pub nodes: OnceCell<Arc<BodyNodes>>,
 }
 

@@ -1,4 +1,5 @@
-//! What files of displacements of nodes have in common: columns that say which node, arrays of a mesh.
+//! Reads files of node displacements, for mode shapes and surface motions alike: tables with a column that
+//! names the node, and arrays of a mesh.
 
 use super::nodes::At;
 use crate::diagnostic::Diagnostic;
@@ -37,9 +38,10 @@ pub(super) fn three(
     in_plane: bool,
 ) -> Result<[Option<Column>; 3]> {
     let [x, y] = [x, y].map(|name| columns.require(name));
-    let z = match in_plane {
-        true => columns.optional(z),
-        false => Some(columns.require(z)?),
+    let z = if in_plane {
+        columns.optional(z)
+    } else {
+        Some(columns.require(z)?)
     };
     Ok([Some(x?), Some(y?), z])
 }

@@ -88,7 +88,7 @@ struct Field {
     last: Option<usize>,
 }
 
-/// How a wrong row is told.
+/// Error messages for wrong rows.
 pub(super) struct Wrong<'a> {
     /// The error at a row.
     pub at: &'a dyn Fn(usize, String) -> Error,
@@ -279,12 +279,13 @@ impl<'a> Filling<'a> {
             off.fold(f64::INFINITY, f64::min)
         };
         let farthest = missing.iter().take(ASKED).map(nearest).fold(0.0, f64::max);
-        match farthest <= ALMOST * Bounds::around(places).diagonal() {
-            true => format!(
+        if farthest <= ALMOST * Bounds::around(places).diagonal() {
+            format!(
                 "the file has them up to {farthest:.1e} off, which match_tolerance = {:.0e} would take; ",
                 10.0_f64.powf((1.01 * farthest).log10().ceil())
-            ),
-            false => String::new(),
+            )
+        } else {
+            String::new()
         }
     }
 }

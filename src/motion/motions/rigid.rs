@@ -113,9 +113,10 @@ impl BodyMotion for Rigid {
 impl ResolvedMotion for Rigid {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
         let reached = self.reached(at.step, at.clock.steps.len());
-        let rate = match self.ramp {
-            true => at.clock.steps_a_second(at.step) / n_intervals(at.clock.steps.len()),
-            false => 0.0,
+        let rate = if self.ramp {
+            at.clock.steps_a_second(at.step) / n_intervals(at.clock.steps.len())
+        } else {
+            0.0
         };
         let part = at.part * reached;
         let rotation = self.rotate.map(|rotation| AxisRotation {
@@ -141,9 +142,10 @@ impl Rigid {
     /// How much of the motion a step has: a ramp goes from 0 at the first step to 1 at the last. It is 1
     /// when there is one step.
     fn reached(&self, step: &Step, n_steps: usize) -> f64 {
-        match self.ramp && n_steps > 1 {
-            true => step.index as f64 / n_intervals(n_steps),
-            false => 1.0,
+        if self.ramp && n_steps > 1 {
+            step.index as f64 / n_intervals(n_steps)
+        } else {
+            1.0
         }
     }
 }

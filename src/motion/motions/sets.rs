@@ -1,5 +1,4 @@
-//! Displacements of the nodes of a body at places along a schedule: the set of a step, and how fast it
-//! passes.
+//! Sets of node displacements, one for each step or one for all: the set of a step and its rate of change.
 
 use super::clock::NO_TIME;
 use super::link::{Link, NodeField, NodeLink};
@@ -72,6 +71,11 @@ impl ResolvedMotion for NodeSets {
         MapScope::Nodes
     }
 
+    fn memory_bytes(&self) -> usize {
+        let sets = self.sets.sets.iter();
+        sets.map(|set| size_of_val(set.as_slice())).sum()
+    }
+
     fn notes(&self) -> &[Diagnostic] {
         &self.sets.notes
     }
@@ -126,7 +130,7 @@ impl SurfaceSets {
         (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
     }
 
-    /// The same among the places a number of turns away.
+    /// The set nearest to a place or to one a whole number of turns away, if it is that of the place.
     fn nearest_turned(&self, at: f64, turn: f64) -> Option<usize> {
         let off = |set: &usize| {
             let off = (self.places[*set] - at).rem_euclid(turn);
@@ -151,7 +155,7 @@ impl SurfaceSets {
         &self.sets[found.expect("there is a set for every step")]
     }
 
-    /// Velocities at a step: the slope between the sets beside its own, or where sets belong to steps
+    /// Velocities at a step: the slope between the sets next to its own, or where sets belong to steps
     /// between those of the steps next to it in time; to one side at an end.
     pub fn rates(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Vec<Vector> {
         let (from, to, rate) = self.slope(step, offset, clock).unwrap_or((0, 0, 0.0));

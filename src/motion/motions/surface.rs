@@ -117,9 +117,10 @@ impl SurfaceMotion {
         let key = columns.optional_key()?;
         let place = place_columns(&mut columns, on.in_plane())?;
         let new = columns.has("x_new");
-        let names = match new {
-            true => ["x_new", "y_new", "z_new"],
-            false => ["dx", "dy", "dz"],
+        let names = if new {
+            ["x_new", "y_new", "z_new"]
+        } else {
+            ["dx", "dy", "dz"]
         };
         let axes = three(&mut columns, names, on.in_plane())?;
         columns.done()?;
@@ -142,11 +143,14 @@ impl SurfaceMotion {
             let found = found.map_err(|message| table.error(row, message))?;
             let set = places.partition_point(|place| *place < at(row));
             lines[set] = table.line(row);
-            let value = |x: Vector| match new {
-                true => std::array::from_fn(|i| {
-                    axes[i].map_or(0.0, |axis| table.value(row, axis) - x[i])
-                }),
-                false => vector(table, row, axes),
+            let value = |x: Vector| {
+                if new {
+                    std::array::from_fn(|i| {
+                        axes[i].map_or(0.0, |axis| table.value(row, axis) - x[i])
+                    })
+                } else {
+                    vector(table, row, axes)
+                }
             };
             filling.put((set, row), &found, value, &wrong)?;
         }

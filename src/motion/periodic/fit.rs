@@ -236,8 +236,9 @@ fn in_the_plane(angle: f64, a: Vector, b: Vector) -> Option<(Axis, f64)> {
 pub(super) fn part_of_circle(angle: f64) -> f64 {
     let parts = std::f64::consts::TAU / angle.abs();
     let whole = parts.round();
-    match (parts - whole).abs() <= PART_OF_CIRCLE * whole {
-        true => (std::f64::consts::TAU / whole).copysign(angle),
-        false => angle,
+    if (parts - whole).abs() <= PART_OF_CIRCLE * whole {
+        (std::f64::consts::TAU / whole).copysign(angle)
+    } else {
+        angle
     }
 }

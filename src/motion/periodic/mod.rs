@@ -250,7 +250,7 @@ impl Sides {
     }
 
     /// A map with the median translation or angle of the partners, on which nodes without a partner
-    /// have no influence, if it serves no less than the map itself; and how it pairs the sides.
+    /// have no influence, if it is no worse than the map itself; and how it pairs the sides.
     fn refined(&self, rough: Symmetry) -> (Match, Symmetry) {
         let first = self.pair(&rough);
         let symmetry = self.median(&first, rough);
@@ -271,9 +271,12 @@ impl Sides {
         };
         match rough {
             Symmetry::Translation(by) => {
-                let component = |k: usize| match by[k] == 0.0 {
-                    true => 0.0,
-                    false => median(&|x, y| y[k] - x[k]),
+                let component = |k: usize| {
+                    if by[k] == 0.0 {
+                        0.0
+                    } else {
+                        median(&|x, y| y[k] - x[k])
+                    }
                 };
                 Symmetry::Translation(std::array::from_fn(component))
             }
@@ -313,9 +316,10 @@ impl Sides {
             Symmetry::Translation(by) => format!("moved by {by:?}"),
             Symmetry::Rotation { angle, .. } => format!("turned by {} degrees", angle.to_degrees()),
         };
-        let taken = match away <= self.tolerance {
-            true => ", which is the partner of another node",
-            false => "",
+        let taken = if away <= self.tolerance {
+            ", which is the partner of another node"
+        } else {
+            ""
         };
         Error::input(format!(
             "node {} of the periodic side \"{}\" has no partner on \"{}\": {map} it is {away:.3e} from \

@@ -12,7 +12,7 @@ pub struct Column {
     pub(super) factor: f64,
 }
 
-/// Picks columns, and refuses in the end those that nobody asked for.
+/// Picks columns, and refuses in the end those that are not known.
 #[derive(Debug)]
 pub struct Columns<'a> {
     table: &'a Table,
@@ -76,13 +76,13 @@ impl<'a> Columns<'a> {
         Ok(found)
     }
 
-    /// The same where it must be there.
+    /// The key column; an error where there is none.
     pub fn require_key(&mut self) -> Result<(Key, Column)> {
         let found = self.optional_key()?;
         found.ok_or_else(|| self.missing("azimuth_deg"))
     }
 
-    /// All columns that were not asked for, in the order of the file.
+    /// All columns that were not picked, in the order of the file.
     pub fn rest(&mut self) -> Vec<(&'a str, Column)> {
         let names: &'a [String] = &self.table.names;
         let mut rest = Vec::new();
@@ -95,7 +95,7 @@ impl<'a> Columns<'a> {
         rest
     }
 
-    /// Refuses a column that was not asked for.
+    /// Refuses a column that was not picked.
     pub fn done(self) -> Result<()> {
         let Some(index) = self.taken.iter().position(|taken| !taken) else {
             return Ok(());

@@ -40,7 +40,7 @@ pub struct History {
     knots: Vec<f64>,
     /// (knots, n), by rows.
     values: Vec<f64>,
-    /// The same of the slopes at knots, of a cubic one.
+    /// Slopes at the knots of a cubic spline: (knots, n), by rows.
     slopes: Option<Vec<f64>>,
     n_values: usize,
     /// What it repeats itself after.
@@ -134,14 +134,14 @@ impl History {
         Ok(history.with_lines(lines).held())
     }
 
-    /// The same with the lines of its first and last knot, for errors.
+    /// Adds the lines of its first and last knot, for errors.
     #[must_use]
     pub fn with_lines(mut self, lines: [u64; 2]) -> Self {
         self.lines = Some(lines);
         self
     }
 
-    /// The same, where one row alone holds at its own place only.
+    /// Makes a history of a single row valid at its own place only.
     #[must_use]
     pub fn held(mut self) -> Self {
         self.is_held = true;
@@ -200,6 +200,7 @@ impl History {
     }
 
     /// What it repeats itself after, in the unit of its key.
+    #[cfg(test)]
     pub fn period(&self) -> Option<f64> {
         self.period
     }

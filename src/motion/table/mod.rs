@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! file ── Table ── Columns: by name ──┬─ History       values over azimuth, time or step
-//!                                     └─ SpanHistory   the same at every station of a blade
+//!                                     └─ SpanHistory   such values at every station of a blade
 //! ```
 //!
 //! Owns how such a file is read, its errors by line, and interpolation between rows. Leaves to the
@@ -16,7 +16,7 @@ mod spline;
 mod text;
 
 pub use columns::{Column, Columns};
-pub use history::{History, Interpolation, Place};
+pub use history::{History, Interpolation};
 pub use key::Key;
 pub use span::{SpanHistory, SpanValues};
 
@@ -52,20 +52,20 @@ pub struct Table {
 
 impl Table {
     /// Reads a CSV file: names of the columns, then rows of numbers between commas, semicolons or
-    /// tabs. Blank lines and what follows a `#` are passed over; a header behind a `#` is found.
+    /// tabs. Blank lines and comments after `#` are ignored; a header behind a `#` is found.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let source = Source::open(path.as_ref())?;
         Self::parse(source.bytes(), path.as_ref())
     }
 
-    /// The same from the bytes of a file; `path` is named in errors.
+    /// Reads a table from the bytes of a CSV file; `path` is named in errors.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         text::parse(bytes, path).map_err(|error| error.file(path))
     }
 
     /// A table from the names of its columns and rows of a number for each. Errors name a row by its number,
-    /// counted from 1. A row of another length or with a number that is not finite is told when the table
-    /// is used.
+    /// counted from 1. A row of another length or with a number that is not finite is an error when the
+    /// table is used.
     pub fn from_rows(
         columns: impl IntoIterator<Item = impl Into<String>>,
         rows: impl IntoIterator<Item = impl AsRef<[f64]>>,

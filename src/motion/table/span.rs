@@ -138,9 +138,10 @@ fn between(n: usize, place: impl Fn(usize) -> f64, at: f64) -> (usize, usize, f6
     let (mut low, mut high) = (0, n);
     while low < high {
         let middle = (low + high) / 2;
-        match place(middle) <= at {
-            true => low = middle + 1,
-            false => high = middle,
+        if place(middle) <= at {
+            low = middle + 1
+        } else {
+            high = middle
         }
     }
     if low == 0 || low == n {

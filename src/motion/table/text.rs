@@ -42,9 +42,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
         table.lines.extend(part.lines.into_iter().map(line));
         first += part.n_lines;
     }
-    match table.lines.is_empty() {
-        true => Err(table.header_error("the table has no rows after the names of its columns")),
-        false => Ok(table),
+    if table.lines.is_empty() {
+        Err(table.header_error("the table has no rows after the names of its columns"))
+    } else {
+        Ok(table)
     }
 }
 

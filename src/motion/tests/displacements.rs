@@ -16,9 +16,10 @@ fn surface(plane: bool, head: &str, body: &str, file: &str) -> Result<Motion> {
 }
 
 fn place(motion: &Motion, step: usize, node: u32) -> Vector {
-    let x = match motion.rotor.e_x[0] == 0.0 {
-        true => two_squares().points[node as usize],
-        false => two_cubes().points[node as usize],
+    let x = if motion.rotor.e_x[0] == 0.0 {
+        two_squares().points[node as usize]
+    } else {
+        two_cubes().points[node as usize]
     };
     motion.pose(0, &motion.steps[step]).place(node, x)
 }

@@ -3,8 +3,9 @@
 use super::parse;
 use super::refusals::told;
 use crate::error::Position;
+use crate::motion::options::Refresh;
 use crate::motion::{
-    Interpolate, Others, Polynomial, Refresh, Schedule, SelectionCriterion, SelectionMethod,
+    Interpolate, Others, Polynomial, Schedule, SelectionCriterion, SelectionMethod,
 };
 
 fn with(head: &str, lines: &str) -> Schedule {

@@ -4,7 +4,8 @@ use super::{one_body, two_cubes, two_squares};
 use crate::geometry::vector::{Vector, add, cross, distance, dot, scale, sub, unit};
 use crate::geometry::{Transform, transform::Matrix};
 use crate::motion::motions::Series;
-use crate::motion::{Motion, RbfOptions, Step};
+use crate::motion::options::RbfOptions;
+use crate::motion::{Motion, Step};
 use proptest::prelude::*;
 
 fn cubes(head: &str, body: &str) -> Motion {

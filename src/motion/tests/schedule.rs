@@ -3,9 +3,12 @@
 use super::{one_body, parse};
 use crate::formats::{Compression, Encoding, Precision};
 use crate::motion::motions::{Harmonic, Rigid};
+use crate::motion::options::RbfOptions;
+use crate::motion::output::OutputOptions;
+use crate::motion::steps::MAX_STEPS;
 use crate::motion::{
-    Beam, Cyclic, Frame, KernelName, MAX_STEPS, OnInverted, Others, OutputOptions, QualityOutput,
-    RbfOptions, Schedule, SelectionMethod, SelectionOptions, TableMotion, Translation,
+    Beam, Cyclic, Frame, KernelName, OnInverted, Others, QualityOutput, Schedule, SelectionMethod,
+    SelectionOptions, TableMotion, Translation,
 };
 use proptest::prelude::*;
 use std::path::Path;

@@ -5,7 +5,8 @@ use crate::diagnostic::motion::MotionNote;
 use crate::diagnostic::{Diagnostic, NoteKind};
 use crate::geometry::vector::{Vector, add, distance, norm, scale, sub};
 use crate::geometry::{Bounds, Transform};
-use crate::motion::{Interpolate, Motion, RbfOptions, Step};
+use crate::motion::options::RbfOptions;
+use crate::motion::{Interpolate, Motion, Step};
 use proptest::prelude::*;
 
 fn cubes(head: &str, body: &str) -> Motion {
@@ -161,6 +162,21 @@ fn a_rotation_past_three_hundred_degrees_in_one_go_is_warned_of() {
     assert_eq!(far(&turn(-340.0).warnings(&twist)), (340.0, 1, 2));
     let more = turn(1000.0).warnings(&rbf(Interpolate::Twist, 3));
     assert_eq!(far(&more), (1000.0, 3, 6));
+}
+
+#[test]
+fn a_step_without_an_azimuth_is_named_by_its_time() {
+    let body = "rigid.rotate = { axis = [0, 0, 1], angle = 340 }";
+    let motion = cubes("[time]\nvalues = [0.25]", body);
+    let twist = RbfOptions {
+        interpolate: Interpolate::Twist,
+        ..RbfOptions::default()
+    };
+    let [warning] = &motion.warnings(&twist)[..] else {
+        panic!("it turns too far");
+    };
+    let told = warning.to_string();
+    assert!(told.contains("at step 0 (0.25 s); past"), "{told}");
 }
 
 fn motions() -> impl Strategy<Value = (Motion, Step)> {

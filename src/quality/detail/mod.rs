@@ -2,7 +2,7 @@
 //!
 //! Owns what they are for each kind of cell: VTK's where VTK has the metric (but for the faults of
 //! VTK that are named where they are avoided). They take roots and arc cosines of every cell, so
-//! nobody pays for them who does not ask.
+//! they are computed only on request.
 
 mod plane;
 mod solid;

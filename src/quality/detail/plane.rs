@@ -23,9 +23,10 @@ pub(super) fn triangle(p: &[Vector; 3], facing: Vector) -> Detail {
     let lengths = [norm(ab), norm(ac), norm(bc)];
     let stretch = longest(&lengths) * lengths.iter().sum::<f64>();
     let squares = dot(ab, ab) + dot(ac, ac) - dot(ab, ac);
-    let condition = match along > 0.0 {
-        true => over(squares, SQRT_3 * jacobian),
-        false => f64::INFINITY,
+    let condition = if along > 0.0 {
+        over(squares, SQRT_3 * jacobian)
+    } else {
+        f64::INFINITY
     };
     Detail {
         jacobian: jacobian.copysign(along),

@@ -21,7 +21,7 @@ const WEDGE: [[usize; 4]; 6] = [
     [5, 4, 3, 2],
 ];
 
-/// The same for a hexahedron.
+/// Each corner of a hexahedron with the ends of its edges in the order of a positive Jacobian.
 const HEXAHEDRON: [[usize; 4]; 8] = [
     [0, 1, 3, 4],
     [1, 2, 0, 5],
@@ -132,9 +132,10 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Detail {
     Detail {
         jacobian: corner.jacobian,
         aspect_ratio: over(SQRT_6 / 12.0 * longest * areas, corner.jacobian.abs()),
-        condition: match regular.jacobian == 0.0 {
-            true => f64::INFINITY,
-            false => norms / (3.0 * regular.jacobian),
+        condition: if regular.jacobian == 0.0 {
+            f64::INFINITY
+        } else {
+            norms / (3.0 * regular.jacobian)
         },
         shape: shape.max(0.0),
         ..Detail::NONE

@@ -10,7 +10,7 @@ pub(super) const BLOCK: usize = 64;
 
 type Column = [f64; BLOCK];
 
-/// Up to [`BLOCK`] faces of `N` corners each; what columns hold beyond them means nothing.
+/// Up to [`BLOCK`] faces of `N` corners each; entries of columns beyond them are undefined.
 pub(super) struct FaceBlock<const N: usize> {
     n: usize,
     corners: [[Column; 3]; N],

@@ -1,5 +1,5 @@
 //! Centres and volumes of all cells with nodes at given positions. Those of triangles and tetrahedra
-//! are worked out where they are wanted, which takes no longer than to look them up.
+//! are computed on demand, which is as fast as looking them up.
 
 use super::super::facing::Facing;
 use super::super::plane::vector_area;
@@ -35,11 +35,13 @@ pub(super) fn is_simplex(kind: CellKind) -> bool {
 impl<'a> Centres<'a> {
     pub(super) fn new(mesh: &'a Mesh, points: &'a [Vector], reference: &'a Reference) -> Self {
         let dimension = mesh.dimension();
-        let n_stored =
-            |run: &CellRun| match run.kind.dimension() == dimension && !is_simplex(run.kind) {
-                true => run.n_cells(),
-                false => 0,
-            };
+        let n_stored = |run: &CellRun| {
+            if run.kind.dimension() == dimension && !is_simplex(run.kind) {
+                run.n_cells()
+            } else {
+                0
+            }
+        };
         let mut n = 0;
         let starts = mesh.cells.runs().map(|run| {
             let start = n;

@@ -171,9 +171,10 @@ pub(super) fn inner(
     let off = sub(to_face, scale(between, before / (along + TINY)));
     let after = dot(face.area, sub(second.at, face.centre));
     let (h_first, h_second) = (before.abs(), after.abs());
-    let (low, high) = match first.volume < second.volume {
-        true => (first.volume, second.volume),
-        false => (second.volume, first.volume),
+    let (low, high) = if first.volume < second.volume {
+        (first.volume, second.volume)
+    } else {
+        (second.volume, first.volume)
     };
     FaceMetrics {
         cosine: along / (length * norm(face.area) + TINY),

@@ -15,7 +15,7 @@ use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, Mesh};
 use block::Measured;
 use centres::Centres;
-pub use per_cell::{FaceArrays, per_cell};
+pub use per_cell::per_cell;
 use rayon::prelude::*;
 
 /// Quality of the faces between the volume cells of a mesh. `None` where there are none. An extreme
@@ -91,7 +91,7 @@ pub fn assess(
     whole.finish(adjacency)
 }
 
-/// What the faces of a chunk add up to.
+/// Sums and extremes over the faces of a chunk.
 #[derive(Default)]
 struct FaceTotals {
     cosine_sum: f64,

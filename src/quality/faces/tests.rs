@@ -54,9 +54,12 @@ fn two_cubes_are_orthogonal_and_a_slanted_one_is_not() {
         let moved: Vec<_> = mesh
             .points
             .iter()
-            .map(|&[x, y, z]| match x > 1.5 {
-                true => [3.0, y + 2.0, z],
-                false => [x, y, z],
+            .map(|&[x, y, z]| {
+                if x > 1.5 {
+                    [3.0, y + 2.0, z]
+                } else {
+                    [x, y, z]
+                }
             })
             .collect();
         let bad = judge.assess(&mesh, &moved, &mesh.points).faces;
@@ -146,9 +149,10 @@ fn a_cell_and_its_mirror_image_are_orthogonal_for_every_kind() {
         let mirrored: Vec<u32> = corners
             .iter()
             .zip(0..)
-            .map(|(&[x, y, z], node)| match x == 0.0 {
-                true => node,
-                false => {
+            .map(|(&[x, y, z], node)| {
+                if x == 0.0 {
+                    node
+                } else {
                     mesh.points.push([-x, y, z]);
                     mesh.points.len() as u32 - 1
                 }

@@ -1,7 +1,7 @@
 //! Size and skew of cells against the reference mesh, by Knupp's algebraic metrics.
 //!
 //! ```text
-//! tau = sum of alpha_k / the same in the reference mesh,   f_size = min(tau, 1 / tau)
+//! tau = sum of alpha_k / that sum in the reference mesh,   f_size = min(tau, 1 / tau)
 //! size-skew = sqrt(f_size) f_skew, 0 where a corner is flat or turned over
 //! ```
 //!
@@ -52,7 +52,7 @@ struct Positions<'a> {
     reference: &'a Reference,
 }
 
-/// Size-skew of the cells of `mesh` with nodes at `points`, beside those at `before` that `reference` was
+/// Size-skew of the cells of `mesh` with nodes at `points`, relative to those at `before` that `reference` was
 /// made from.
 ///
 /// One parallel pass; the same on any number of threads.
@@ -126,6 +126,7 @@ pub fn per_cell(
     DataArray::scalar("SizeSkew", Values::F64(all))
 }
 
+/// Sum, count and least value over a chunk of cells.
 #[derive(Default)]
 struct SizeSkewTotals {
     sum: f64,
@@ -185,9 +186,10 @@ impl Positions<'_> {
                 for axis in 0..3 {
                     block.facing[axis][i] = facing[axis];
                 }
-                block.sign[i] = match self.reference.is_valid(first + i) {
-                    true => f64::from(self.reference.sign(first + i)),
-                    false => f64::NAN,
+                block.sign[i] = if self.reference.is_valid(first + i) {
+                    f64::from(self.reference.sign(first + i))
+                } else {
+                    f64::NAN
                 };
             }
             measure::<S, N>(

@@ -10,7 +10,7 @@
 use super::super::span::{greater, lesser};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 
-/// What the corners of a cell come to.
+/// Sums and extremes over the corners of a cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corners {
     /// Sum of all `alpha_k`.

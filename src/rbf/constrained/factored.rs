@@ -1,4 +1,4 @@
-//! The same system factored once, for values that come one after another, and its transpose.
+//! The constrained system factored once, for many right-hand sides, and its transpose.
 
 use super::{Block, Expanded, System};
 use crate::error::Result;

@@ -33,6 +33,7 @@ pub struct Sliding {
     points: Vec<SlidingPoint>,
     /// Curved patches and edges to project to.
     shapes: Vec<ClosestSurface<'static>>,
+    #[cfg(test)]
     n_patches: usize,
     /// Points of planar patches that do not slide themselves, with the normals of the planes.
     rims: Vec<(u32, Vector)>,
@@ -109,6 +110,7 @@ impl Sliding {
             index,
             points: sliding_points,
             shapes: build.shapes,
+            #[cfg(test)]
             n_patches: patches.planes.len(),
             rims: patches.rims(sliding),
             in_plane: patches.in_plane,
@@ -174,6 +176,7 @@ impl Sliding {
     }
 
     /// Number of smooth patches of the sliding surfaces.
+    #[cfg(test)]
     pub fn n_patches(&self) -> usize {
         self.n_patches
     }

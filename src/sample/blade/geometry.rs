@@ -1,8 +1,7 @@
 //! Measures of a blade and of the cylinder around it, checked once.
 
-use super::shape::unit_normal;
 use crate::error::{Error, Result};
-use crate::geometry::vector::Vector;
+use crate::geometry::vector::{Vector, unit};
 
 /// What was asked for; lengths in mesh units.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -122,4 +121,9 @@ impl Geometry {
         let nx = normal[0] - rate * (ty * nz - tz * ny);
         ([x, ty, tz], unit_normal([nx, ny, nz]))
     }
+}
+
+/// The normal of length one, or the direction forward where there is none.
+pub(super) fn unit_normal(normal: Vector) -> Vector {
+    unit(normal).unwrap_or([0.0, 1.0, 0.0])
 }

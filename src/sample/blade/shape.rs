@@ -13,7 +13,7 @@
 use super::geometry::Geometry;
 use super::sector::Sector;
 use super::tube::{End, Place, Tube};
-use crate::geometry::vector::{Vector, unit};
+use crate::geometry::vector::Vector;
 use crate::sample::airfoil::{Half, NOSE_RADIUS, Section};
 use crate::sample::spacing::{LineEnd, graded_from_ends};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -297,9 +297,4 @@ impl<'a> Shape<'a> {
 /// `a` for weight zero, `b` for weight one.
 fn blend(a: [f64; 2], b: [f64; 2], weight: f64) -> [f64; 2] {
     [0, 1].map(|i| (1.0 - weight) * a[i] + weight * b[i])
-}
-
-/// The normal of length one, or the direction forward where there is none.
-pub(super) fn unit_normal(normal: Vector) -> Vector {
-    unit(normal).unwrap_or([0.0, 1.0, 0.0])
 }

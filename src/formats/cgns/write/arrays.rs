@@ -1,7 +1,7 @@
 //! Arrays of a mesh as solutions at nodes and at cells.
 
 use super::super::FULL_NAME;
-use super::draft::{Draft, Kind, Make, Place};
+use super::draft::{DataType, Draft, Make, NodeIndex};
 use super::names::{Names, RULE};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::formats::Notes;
@@ -18,11 +18,11 @@ const BLOCK: usize = 1 << 20;
 
 /// One scalar array of a solution: a component of an array of the mesh.
 pub(super) struct Scalar<'a> {
-    /// Its name in the file.
+    /// Name in the file.
     pub name: String,
-    /// Its name in full where that is too long.
+    /// Full name, where that is too long for CGNS.
     pub full_name: Option<String>,
-    pub kind: Kind,
+    pub kind: DataType,
     pub n: usize,
     array: &'a DataArray,
     component: usize,
@@ -136,12 +136,12 @@ fn says_something(values: &Values, range: Range<usize>) -> bool {
     }
 }
 
-fn kind(values: &Values) -> Kind {
+fn kind(values: &Values) -> DataType {
     match values {
-        Values::F32(_) => Kind::R4,
-        Values::F64(_) => Kind::R8,
-        Values::U32(_) | Values::I64(_) | Values::U64(_) => Kind::I8,
-        _ => Kind::I4,
+        Values::F32(_) => DataType::R4,
+        Values::F64(_) => DataType::R8,
+        Values::U32(_) | Values::I64(_) | Values::U64(_) => DataType::I8,
+        _ => DataType::I4,
     }
 }
 
@@ -163,7 +163,7 @@ impl<'a> Scalar<'a> {
     }
 
     /// Adds it to a solution.
-    pub fn add(&self, draft: &mut Draft<'a>, solution: Place) {
+    pub fn add(&self, draft: &mut Draft<'a>, solution: NodeIndex) {
         let name = (self.name.as_str(), "DataArray_t");
         let node = draft.stream(solution, name, self.kind, self.n, self.make());
         if let Some(full_name) = &self.full_name {

@@ -15,18 +15,18 @@ pub(super) struct Draft<'a> {
 }
 
 /// Position of a node in a [`Draft`].
-pub(super) type Place = usize;
+pub(super) type NodeIndex = usize;
 
 struct Node<'a> {
-    parent: Option<Place>,
+    parent: Option<NodeIndex>,
     name: String,
     label: &'static str,
-    data: Option<(Kind, Vec<u64>, Payload<'a>)>,
+    data: Option<(DataType, Vec<u64>, Payload<'a>)>,
 }
 
 /// Type of data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum DataType {
     /// Characters.
     C1,
     /// Integers of 4 bytes.
@@ -49,31 +49,31 @@ enum Payload<'a> {
     Column(&'a Column),
 }
 
-impl Kind {
+impl DataType {
     fn name(self) -> &'static str {
         match self {
-            Kind::C1 => "C1",
-            Kind::I4 => "I4",
-            Kind::I8 => "I8",
-            Kind::R4 => "R4",
-            Kind::R8 => "R8",
+            DataType::C1 => "C1",
+            DataType::I4 => "I4",
+            DataType::I8 => "I8",
+            DataType::R4 => "R4",
+            DataType::R8 => "R8",
         }
     }
 
     fn element(self) -> Element {
         match self {
-            Kind::C1 => Element::I8,
-            Kind::I4 => Element::I32,
-            Kind::I8 => Element::I64,
-            Kind::R4 => Element::F32,
-            Kind::R8 => Element::F64,
+            DataType::C1 => Element::I8,
+            DataType::I4 => Element::I32,
+            DataType::I8 => Element::I64,
+            DataType::R4 => Element::F32,
+            DataType::R8 => Element::F64,
         }
     }
 
     /// Integers as bytes of this type, which is I4 or I8 and holds them.
     pub fn bytes_of(self, numbers: &[i64]) -> Vec<u8> {
         match self {
-            Kind::I8 => bytemuck::cast_slice(numbers).to_vec(),
+            DataType::I8 => bytemuck::cast_slice(numbers).to_vec(),
             _ => {
                 let narrow: Vec<i32> = numbers.iter().map(|&n| n as i32).collect();
                 bytemuck::cast_slice(&narrow).to_vec()
@@ -85,11 +85,11 @@ impl Kind {
 impl<'a> Draft<'a> {
     fn add(
         &mut self,
-        parent: Option<Place>,
+        parent: Option<NodeIndex>,
         name: &str,
         label: &'static str,
-        data: Option<(Kind, Vec<u64>, Payload<'a>)>,
-    ) -> Place {
+        data: Option<(DataType, Vec<u64>, Payload<'a>)>,
+    ) -> NodeIndex {
         self.nodes.push(Node {
             parent,
             name: name.to_owned(),
@@ -102,22 +102,34 @@ impl<'a> Draft<'a> {
     /// Adds a node without data.
     pub fn group(
         &mut self,
-        parent: impl Into<Option<Place>>,
+        parent: impl Into<Option<NodeIndex>>,
         name: &str,
         label: &'static str,
-    ) -> Place {
+    ) -> NodeIndex {
         self.add(parent.into(), name, label, None)
     }
 
     /// Adds a node that holds text.
-    pub fn text(&mut self, parent: Place, name: &str, label: &'static str, text: &str) -> Place {
+    pub fn text(
+        &mut self,
+        parent: NodeIndex,
+        name: &str,
+        label: &'static str,
+        text: &str,
+    ) -> NodeIndex {
         let bytes = Payload::Bytes(text.as_bytes().to_vec());
-        let data = (Kind::C1, vec![text.len() as u64], bytes);
+        let data = (DataType::C1, vec![text.len() as u64], bytes);
         self.add(Some(parent), name, label, Some(data))
     }
 
     /// Adds a node with one row of data for each step: numbers, or names.
-    pub fn column(&mut self, parent: Place, name: &str, kind: Kind, column: &'a Column) -> Place {
+    pub fn column(
+        &mut self,
+        parent: NodeIndex,
+        name: &str,
+        kind: DataType,
+        column: &'a Column,
+    ) -> NodeIndex {
         let data = (kind, Vec::new(), Payload::Column(column));
         self.add(Some(parent), name, "DataArray_t", Some(data))
     }
@@ -125,12 +137,12 @@ impl<'a> Draft<'a> {
     /// Adds a node that holds a few integers. The first index of `sizes` runs fastest.
     pub fn integers(
         &mut self,
-        parent: impl Into<Option<Place>>,
+        parent: impl Into<Option<NodeIndex>>,
         (name, label): (&str, &'static str),
-        kind: Kind,
+        kind: DataType,
         sizes: &[u64],
         numbers: &[i64],
-    ) -> Place {
+    ) -> NodeIndex {
         let data = (kind, sizes.to_vec(), Payload::Bytes(kind.bytes_of(numbers)));
         self.add(parent.into(), name, label, Some(data))
     }
@@ -138,24 +150,24 @@ impl<'a> Draft<'a> {
     /// Adds a node that holds a few floating-point numbers.
     pub fn reals(
         &mut self,
-        parent: Place,
+        parent: NodeIndex,
         (name, label): (&str, &'static str),
         numbers: &[f64],
-    ) -> Place {
+    ) -> NodeIndex {
         let bytes = Payload::Bytes(bytemuck::cast_slice(numbers).to_vec());
-        let data = (Kind::R8, vec![numbers.len() as u64], bytes);
+        let data = (DataType::R8, vec![numbers.len() as u64], bytes);
         self.add(Some(parent), name, label, Some(data))
     }
 
     /// Adds a node that holds these bytes.
     pub fn bytes(
         &mut self,
-        parent: Place,
+        parent: NodeIndex,
         (name, label): (&str, &'static str),
-        kind: Kind,
+        kind: DataType,
         sizes: &[u64],
         bytes: Vec<u8>,
-    ) -> Place {
+    ) -> NodeIndex {
         let data = (kind, sizes.to_vec(), Payload::Bytes(bytes));
         self.add(Some(parent), name, label, Some(data))
     }
@@ -163,7 +175,7 @@ impl<'a> Draft<'a> {
     /// Adds the version of CGNS that the file follows.
     pub fn version(&mut self, version: f32) {
         let bytes = Payload::Bytes(version.to_ne_bytes().to_vec());
-        let data = (Kind::R4, vec![1], bytes);
+        let data = (DataType::R4, vec![1], bytes);
         let label = "CGNSLibraryVersion_t";
         self.add(None, "CGNSLibraryVersion", label, Some(data));
     }
@@ -171,12 +183,12 @@ impl<'a> Draft<'a> {
     /// Adds a node whose `n` values are made as they are written.
     pub fn stream(
         &mut self,
-        parent: Place,
+        parent: NodeIndex,
         (name, label): (&str, &'static str),
-        kind: Kind,
+        kind: DataType,
         n: usize,
         make: Make<'a>,
-    ) -> Place {
+    ) -> NodeIndex {
         let data = (kind, vec![n as u64], Payload::Stream(make));
         self.add(Some(parent), name, label, Some(data))
     }
@@ -184,11 +196,11 @@ impl<'a> Draft<'a> {
     /// Adds a node whose values are in the file already.
     pub fn stored(
         &mut self,
-        parent: Place,
+        parent: NodeIndex,
         name: &str,
-        (kind, sizes): (Kind, &[u64]),
+        (kind, sizes): (DataType, &[u64]),
         stored: Stored,
-    ) -> Place {
+    ) -> NodeIndex {
         let data = (kind, sizes.to_vec(), Payload::Stored(stored));
         self.add(Some(parent), name, "DataArray_t", Some(data))
     }
@@ -198,13 +210,13 @@ impl<'a> Draft<'a> {
     pub fn store(
         &self,
         file: &mut StepFile,
-        of: Option<Place>,
-        open: Option<Place>,
+        of: Option<NodeIndex>,
+        open: Option<NodeIndex>,
         links: &mut Links,
     ) -> Result<()> {
-        let mut trees: BTreeMap<Place, Tree> = BTreeMap::new();
+        let mut trees: BTreeMap<NodeIndex, Tree> = BTreeMap::new();
         // The tree of each node that is in one, and what it is there.
-        let mut ids: Vec<Option<(Place, Id)>> = Vec::with_capacity(self.nodes.len());
+        let mut ids: Vec<Option<(NodeIndex, Id)>> = Vec::with_capacity(self.nodes.len());
         for (place, node) in self.nodes.iter().enumerate() {
             let above = node.parent.and_then(|parent| ids[parent]);
             ids.push(match above {
@@ -230,7 +242,12 @@ impl<'a> Draft<'a> {
     }
 
     /// A node whose children are put into a growing file, and which gets more of them with each step.
-    pub fn open(&self, file: &mut StepFile, place: Place, child: Option<Place>) -> Result<Open> {
+    pub fn open(
+        &self,
+        file: &mut StepFile,
+        place: NodeIndex,
+        child: Option<NodeIndex>,
+    ) -> Result<Open> {
         let node = &self.nodes[place];
         let mut links = Links::default();
         if let Some((kind, sizes, payload)) = &node.data {
@@ -247,7 +264,7 @@ impl<'a> Draft<'a> {
     }
 
     /// The root of the file to be, with what is not a child of `open` in the file already.
-    pub fn open_root(&self, file: &mut StepFile, open: Place) -> Result<Links> {
+    pub fn open_root(&self, file: &mut StepFile, open: NodeIndex) -> Result<Links> {
         let mut links = Links::default();
         for (name, text) in marks() {
             let data = Data::Bytes(text.as_slice().into());

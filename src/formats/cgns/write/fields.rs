@@ -3,7 +3,7 @@
 
 use super::super::{FIELD_ARRAYS, FULL_NAME};
 use super::arrays::fits;
-use super::draft::{Draft, Kind, Place};
+use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::formats::Notes;
@@ -11,18 +11,18 @@ use crate::mesh::{DataArray, Values};
 
 /// An array as it is written.
 pub(super) struct Field {
-    /// Its name in the file.
+    /// Name in the file.
     pub name: String,
-    /// Its name in full where that is too long.
+    /// Full name, where that is too long for CGNS.
     pub full_name: Option<String>,
-    pub kind: Kind,
-    /// Its sizes, that of the index that runs fastest first.
+    pub kind: DataType,
+    /// Sizes, the fastest index first.
     pub sizes: Vec<u64>,
     pub bytes: Vec<u8>,
 }
 
 /// Adds the arrays to the base.
-pub(super) fn add(draft: &mut Draft, base: Place, arrays: &[&DataArray], notes: &mut Notes) {
+pub(super) fn add(draft: &mut Draft, base: NodeIndex, arrays: &[&DataArray], notes: &mut Notes) {
     let fields = fields(arrays, notes);
     if fields.is_empty() {
         return;
@@ -56,7 +56,7 @@ pub(super) fn fields(arrays: &[&DataArray], notes: &mut Notes) -> Vec<Field> {
             full_name: None,
             name: array.name.clone(),
             sizes: match kind {
-                Kind::C1 => vec![bytes.len() as u64],
+                DataType::C1 => vec![bytes.len() as u64],
                 _ => vec![array.n_components as u64, array.n_tuples() as u64],
             },
             kind,
@@ -73,20 +73,20 @@ pub(super) fn fields(arrays: &[&DataArray], notes: &mut Notes) -> Vec<Field> {
     fields
 }
 
-fn bytes_of(values: &Values) -> (Kind, Vec<u8>) {
+fn bytes_of(values: &Values) -> (DataType, Vec<u8>) {
     match values {
-        Values::F64(v) => (Kind::R8, bytemuck::cast_slice(v).to_vec()),
-        Values::F32(v) => (Kind::R4, bytemuck::cast_slice(v).to_vec()),
+        Values::F64(v) => (DataType::R8, bytemuck::cast_slice(v).to_vec()),
+        Values::F32(v) => (DataType::R4, bytemuck::cast_slice(v).to_vec()),
         Values::Text(lines) => {
             let ended = lines.iter().flat_map(|line| [line.as_bytes(), b"\0"]);
-            (Kind::C1, ended.flatten().copied().collect())
+            (DataType::C1, ended.flatten().copied().collect())
         }
-        Values::U32(_) | Values::I64(_) | Values::U64(_) => integers(Kind::I8, values),
-        _ => integers(Kind::I4, values),
+        Values::U32(_) | Values::I64(_) | Values::U64(_) => integers(DataType::I8, values),
+        _ => integers(DataType::I4, values),
     }
 }
 
-fn integers(kind: Kind, values: &Values) -> (Kind, Vec<u8>) {
+fn integers(kind: DataType, values: &Values) -> (DataType, Vec<u8>) {
     let numbers = values.to_integers().expect("they fit");
     (kind, kind.bytes_of(&numbers))
 }

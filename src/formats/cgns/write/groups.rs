@@ -2,7 +2,7 @@
 //! of the zone with theirs. All share the nodes of the one zone.
 
 use super::super::FULL_NAME;
-use super::draft::{Draft, Kind, Place};
+use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
 use crate::diagnostic::formats::{Condition, GroupWritten};
 use crate::formats::Notes;
@@ -42,10 +42,10 @@ const CONDITIONS: [&str; 25] = [
 /// Adds the groups of a mesh, families to the base, the rest to the zone.
 pub(super) fn add(
     draft: &mut Draft,
-    (base, zone): (Place, Place),
+    (base, zone): (NodeIndex, NodeIndex),
     mesh: &MeshView,
     names: &mut Names,
-    kind: Kind,
+    kind: DataType,
     notes: &mut Notes,
 ) {
     let dimension = mesh.dimension();
@@ -83,12 +83,12 @@ fn condition_names(mesh: &MeshView) -> Vec<String> {
 
 /// Cells are subregions. Nodes, and edges in space, would be too, but for the CGNS library's own checker,
 /// which wants subregions of cells or of faces.
-fn add_region(draft: &mut Draft, zone: Place, name: &str, of: u8, mesh: u8) -> Place {
+fn add_region(draft: &mut Draft, zone: NodeIndex, name: &str, of: u8, mesh: u8) -> NodeIndex {
     if of + 1 < mesh {
         return draft.group(zone, name, "UserDefinedData_t");
     }
     let name = (name, "ZoneSubRegion_t");
-    draft.integers(zone, name, Kind::I4, &[1], &[of.into()])
+    draft.integers(zone, name, DataType::I4, &[1], &[of.into()])
 }
 
 fn known_condition(group: &Group) -> Option<&str> {
@@ -97,7 +97,13 @@ fn known_condition(group: &Group) -> Option<&str> {
 }
 
 /// Adds the elements of a group, of one of nodes the nodes.
-fn add_points(draft: &mut Draft, parent: Place, group: &Group, mesh: &MeshView, kind: Kind) {
+fn add_points(
+    draft: &mut Draft,
+    parent: NodeIndex,
+    group: &Group,
+    mesh: &MeshView,
+    kind: DataType,
+) {
     let location = match group.dimension {
         0 => "Vertex",
         1 if mesh.dimension() > 1 => "EdgeCenter",
@@ -130,15 +136,15 @@ fn nodes_of(group: &Group, mesh: &MeshView) -> CellSet {
 
 /// Families of a base, one for each name of a group.
 struct Families<'a> {
-    base: Place,
+    base: NodeIndex,
     /// Name in the file of each.
     names: BTreeMap<&'a str, String>,
-    places: BTreeMap<String, Place>,
-    with_condition: BTreeSet<Place>,
+    places: BTreeMap<String, NodeIndex>,
+    with_condition: BTreeSet<NodeIndex>,
 }
 
 impl<'a> Families<'a> {
-    fn new(base: Place, mesh: &'a MeshView<'a>) -> Self {
+    fn new(base: NodeIndex, mesh: &'a MeshView<'a>) -> Self {
         let mut seen = BTreeSet::new();
         let names = mesh.groups.iter().map(|group| group.name.as_str());
         let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();

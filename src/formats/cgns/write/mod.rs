@@ -24,7 +24,7 @@ use crate::diagnostic::formats::Written;
 use crate::error::Result;
 use crate::formats::Notes;
 use crate::mesh::{Mesh, MeshView};
-use draft::{Draft, Kind, Make, Place};
+use draft::{DataType, Draft, Make, NodeIndex};
 use faces::FaceTable;
 use names::Names;
 use std::io::Write;
@@ -73,7 +73,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
 
 fn add_solution<'a>(
     draft: &mut Draft<'a>,
-    zone: Place,
+    zone: NodeIndex,
     (name, location): (&str, &str),
     scalars: &[arrays::Scalar<'a>],
 ) {
@@ -90,8 +90,8 @@ fn add_solution<'a>(
 /// All but coordinates, solutions and arrays of the mesh as a whole.
 struct Static<'a> {
     draft: Draft<'a>,
-    base: Place,
-    zone: Place,
+    base: NodeIndex,
+    zone: NodeIndex,
     /// Coordinates that nodes have.
     n_axes: usize,
     notes: Notes,
@@ -114,7 +114,7 @@ impl<'a> Static<'a> {
         draft.version(VERSION);
         let sizes = [i64::from(dimension), n_axes as i64];
         let name = ("Base", "CGNSBase_t");
-        let base = draft.integers(None, name, Kind::I4, &[2], &sizes);
+        let base = draft.integers(None, name, DataType::I4, &[2], &sizes);
         draft.text(base, "DataClass", "DataClass_t", UNITS);
         let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
         let n_cells = if mesh.dimension() == 0 { 0 } else { n_cells };
@@ -141,19 +141,19 @@ impl<'a> Static<'a> {
 }
 
 /// The type of integers in which all numbers of nodes, elements and entries fit.
-fn index_kind(mesh: &MeshView, faces: &FaceTable) -> Kind {
+fn index_kind(mesh: &MeshView, faces: &FaceTable) -> DataType {
     let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.n_entries();
     let largest = entries
         .max(mesh.points.len())
         .max(faces.first_element() + faces.len());
     match i32::try_from(largest) {
-        Ok(_) => Kind::I4,
-        Err(_) => Kind::I8,
+        Ok(_) => DataType::I4,
+        Err(_) => DataType::I8,
     }
 }
 
 /// Says that an array holds lengths.
-fn add_length_exponents(draft: &mut Draft, array: Place) {
+fn add_length_exponents(draft: &mut Draft, array: NodeIndex) {
     let exponents = [0.0, 1.0, 0.0, 0.0, 0.0];
     let name = ("DimensionalExponents", "DimensionalExponents_t");
     draft.reals(array, name, &exponents);
@@ -164,16 +164,16 @@ fn coordinates<'a>(
     mesh: &'a MeshView<'a>,
     options: &WriteOptions,
     n_axes: usize,
-) -> Vec<(&'static str, Kind, Make<'a>)> {
+) -> Vec<(&'static str, DataType, Make<'a>)> {
     let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
     let kind = match options.precision {
-        Precision::F64 => Kind::R8,
-        Precision::F32 => Kind::R4,
+        Precision::F64 => DataType::R8,
+        Precision::F32 => DataType::R4,
     };
     let make = move |axis: usize| -> Make<'a> {
         Box::new(move |sink| {
             for block in mesh.points.chunks(BLOCK) {
-                if kind == Kind::R8 {
+                if kind == DataType::R8 {
                     let values: Vec<f64> = block.iter().map(|point| point[axis]).collect();
                     sink(bytemuck::cast_slice(&values))?;
                 } else {

@@ -5,7 +5,7 @@ use crate::formats::names::{Given, Rule, cut};
 /// Bytes of the longest name.
 pub(super) const LONGEST: usize = 32;
 
-/// What CGNS takes.
+/// The rule for names in CGNS.
 pub(super) const RULE: Rule = Rule {
     longest: LONGEST,
     fit: fitting,
@@ -41,7 +41,7 @@ impl Names {
         self.0.give(name, &RULE)
     }
 
-    /// The same for several names; those that can stay as they are come first.
+    /// Gives several names; those that need no change come first.
     pub fn give_all(&mut self, names: &[&str]) -> Vec<String> {
         self.0.give_all(names, &RULE)
     }

@@ -20,7 +20,7 @@ pub(super) struct Planned {
     pub cells: Range<usize>,
 }
 
-/// What a section consists of.
+/// The content of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
     /// Elements of one type.

@@ -1,7 +1,7 @@
 //! Sections of elements: connectivity in CGNS's node order, counted from 1.
 
 use super::super::element::{ElementType, MIXED, NFACE_N, NGON_N};
-use super::draft::{Draft, Kind, Make, Place};
+use super::draft::{DataType, Draft, Make, NodeIndex};
 use super::faces::FaceTable;
 use super::plan::{Form, Planned};
 use crate::error::Result;
@@ -16,11 +16,11 @@ const BLOCK: usize = 1 << 16;
 /// Adds a section to a zone.
 pub(super) fn add<'a>(
     draft: &mut Draft<'a>,
-    zone: Place,
+    zone: NodeIndex,
     planned: &Planned,
     mesh: &'a MeshView<'a>,
     faces: &'a FaceTable,
-    kind: Kind,
+    kind: DataType,
 ) {
     let cells = planned.cells.clone();
     let (number, n_boundary) = match planned.form {
@@ -73,10 +73,10 @@ pub(super) fn add<'a>(
 /// Adds the section of those faces of polyhedra that are no cells.
 pub(super) fn add_faces<'a>(
     draft: &mut Draft<'a>,
-    zone: Place,
+    zone: NodeIndex,
     name: &str,
     faces: &'a FaceTable,
-    kind: Kind,
+    kind: DataType,
 ) {
     let first = faces.first_element() as i64;
     let range = [first, first + faces.len() as i64 - 1];
@@ -98,14 +98,14 @@ pub(super) fn add_faces<'a>(
 
 fn header(
     draft: &mut Draft,
-    zone: Place,
+    zone: NodeIndex,
     name: &str,
     (number, n_boundary): (i64, i64),
     range: [i64; 2],
-    kind: Kind,
-) -> Place {
+    kind: DataType,
+) -> NodeIndex {
     let data = [number, n_boundary];
-    let section = draft.integers(zone, (name, "Elements_t"), Kind::I4, &[2], &data);
+    let section = draft.integers(zone, (name, "Elements_t"), DataType::I4, &[2], &data);
     let name = ("ElementRange", "IndexRange_t");
     draft.integers(section, name, kind, &[2], &range);
     section
@@ -131,7 +131,10 @@ fn n_faces(mesh: &MeshView, cell: usize) -> usize {
         .map_or(0, |&n| n as usize)
 }
 
-fn offsets<'a>(kind: Kind, sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a) -> Make<'a> {
+fn offsets<'a>(
+    kind: DataType,
+    sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a,
+) -> Make<'a> {
     Box::new(move |sink| {
         let mut buffer = Buffer::new(kind, sink);
         buffer.push(0)?;
@@ -153,14 +156,14 @@ fn fixed(
     mesh: &MeshView,
     cells: Range<usize>,
     element: ElementType,
-    kind: Kind,
+    kind: DataType,
     sink: Sink,
 ) -> Result<()> {
     let order = element.cgns_from_vtk();
     for run in mesh.cells.runs_in(cells) {
         for block in run.connectivity.chunks(BLOCK * 8 * run.n_nodes) {
             match kind {
-                Kind::I8 => sink(bytemuck::cast_slice(&numbers(
+                DataType::I8 => sink(bytemuck::cast_slice(&numbers(
                     block,
                     order.as_deref(),
                     run.n_nodes,
@@ -207,7 +210,7 @@ fn numbers<T: Send + Copy + Default>(
     numbers
 }
 
-fn mixed(mesh: &MeshView, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
+fn mixed(mesh: &MeshView, cells: Range<usize>, kind: DataType, sink: Sink) -> Result<()> {
     let mut buffer = Buffer::new(kind, sink);
     for run in mesh.cells.runs_in(cells) {
         let element = ElementType::of(run.kind, run.n_nodes).expect("the plan has looked at it");
@@ -223,7 +226,7 @@ fn mixed(mesh: &MeshView, cells: Range<usize>, kind: Kind, sink: Sink) -> Result
     buffer.flush()
 }
 
-fn polygons(mesh: &MeshView, cells: Range<usize>, kind: Kind, sink: Sink) -> Result<()> {
+fn polygons(mesh: &MeshView, cells: Range<usize>, kind: DataType, sink: Sink) -> Result<()> {
     let mut buffer = Buffer::new(kind, sink);
     for run in mesh.cells.runs_in(cells) {
         for &node in run.connectivity {
@@ -237,7 +240,7 @@ fn polyhedra(
     mesh: &MeshView,
     cells: Range<usize>,
     faces: &FaceTable,
-    kind: Kind,
+    kind: DataType,
     sink: Sink,
 ) -> Result<()> {
     let mut buffer = Buffer::new(kind, sink);
@@ -251,13 +254,13 @@ fn polyhedra(
 
 /// Gathers integers into blocks of bytes.
 struct Buffer<'s> {
-    kind: Kind,
+    kind: DataType,
     numbers: Vec<i64>,
     sink: Sink<'s>,
 }
 
 impl<'s> Buffer<'s> {
-    fn new(kind: Kind, sink: Sink<'s>) -> Self {
+    fn new(kind: DataType, sink: Sink<'s>) -> Self {
         Self {
             kind,
             numbers: Vec::with_capacity(BLOCK),

@@ -5,7 +5,7 @@ use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree, column_b
 use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS};
 use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
-use super::draft::{self, Draft, Kind, Open};
+use super::draft::{self, DataType, Draft, Open};
 use super::faces::FaceTable;
 use super::fields::fields;
 use super::names::LONGEST;
@@ -32,7 +32,7 @@ pub(in crate::formats::cgns) struct Sequence {
     steps: Steps,
 }
 
-/// What there is of each step.
+/// The nodes of each step.
 struct Steps {
     n: usize,
     times: Column,
@@ -43,7 +43,7 @@ struct Steps {
     fields: Series,
 }
 
-/// What all steps share.
+/// Nodes that all steps share.
 struct First {
     root: Links,
     base: Open,
@@ -175,30 +175,35 @@ impl Steps {
         Ok(())
     }
 
-    /// What the base has of all steps.
+    /// Adds the nodes of the base that list all steps.
     fn times(&self) -> Draft<'_> {
         let mut draft = Draft::default();
         let n = self.n as i64;
         let label = "BaseIterativeData_t";
-        let times = draft.integers(None, (TIMES, label), Kind::I4, &[1], &[n]);
-        draft.column(times, "TimeValues", Kind::R8, &self.times);
+        let times = draft.integers(None, (TIMES, label), DataType::I4, &[1], &[n]);
+        draft.column(times, "TimeValues", DataType::R8, &self.times);
         if self.fields.is_used() {
-            draft.column(times, FIELD_POINTERS, Kind::C1, &self.fields.pointers);
+            draft.column(times, FIELD_POINTERS, DataType::C1, &self.fields.pointers);
         }
         draft
     }
 
-    /// What the zone has of all steps.
+    /// Adds the nodes of the zone that list all steps.
     fn pointers(&self) -> Draft<'_> {
         let mut draft = Draft::default();
         let data = draft.group(None, "ZoneIterativeData", "ZoneIterativeData_t");
-        draft.column(data, "GridCoordinatesPointers", Kind::C1, &self.grids);
-        draft.column(data, "ArbitraryGridMotionPointers", Kind::C1, &self.motions);
+        draft.column(data, "GridCoordinatesPointers", DataType::C1, &self.grids);
+        draft.column(
+            data,
+            "ArbitraryGridMotionPointers",
+            DataType::C1,
+            &self.motions,
+        );
         let mut lists = ["FlowSolutionPointers", "FlowSolutionCellPointers"].into_iter();
         let used = [&self.at_nodes, &self.at_cells].into_iter();
         for series in used.filter(|series| series.is_used()) {
             if let Some(list) = lists.next() {
-                draft.column(data, list, Kind::C1, &series.pointers);
+                draft.column(data, list, DataType::C1, &series.pointers);
             }
         }
         draft
@@ -290,7 +295,7 @@ fn is_flat(mesh: &MeshView) -> bool {
     largest(2) <= ROUND_OFF * largest(0).max(largest(1))
 }
 
-/// What must be the same at every step: cells and groups.
+/// A hash of what must be the same at every step: cells and groups.
 fn hash_of(mesh: &MeshView) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for run in mesh.cells.runs() {

@@ -4,12 +4,12 @@
 use super::super::super::hdf5::{Column, Element, Links, StepFile, Stored};
 use super::super::FULL_NAME;
 use super::arrays::Scalar;
-use super::draft::{Draft, Kind, Make};
+use super::draft::{DataType, Draft, Make};
 use super::fields::Field;
 use super::names::LONGEST;
 use crate::error::{Error, Result};
 
-/// What a list says of a step that has none.
+/// The entry of a list for a step without such a node.
 const NONE: &str = "Null";
 
 /// An array in the file.
@@ -17,7 +17,7 @@ const NONE: &str = "Null";
 struct Array {
     name: String,
     full_name: Option<String>,
-    kind: Kind,
+    kind: DataType,
     sizes: Vec<u64>,
     stored: Stored,
     hash: blake3::Hash,
@@ -27,7 +27,7 @@ struct Array {
 pub(super) struct Given<'a> {
     name: String,
     full_name: Option<String>,
-    kind: Kind,
+    kind: DataType,
     sizes: Vec<u64>,
     make: Make<'a>,
 }
@@ -40,7 +40,7 @@ pub(super) struct Series {
     location: Option<&'static str>,
     /// Name and arrays of the newest.
     newest: Option<(String, Vec<Array>)>,
-    /// That of each step.
+    /// The name of each step's node.
     pub pointers: Column,
 }
 

@@ -12,7 +12,7 @@ const CHUNK: usize = 1 << 14;
 /// Nodes of the second mesh without a partner are called by their index and this.
 const ALONE: u64 = 1 << 32;
 
-/// What comes of cells whose keys are alike.
+/// The result for cells with equal keys.
 #[derive(Default)]
 struct Found {
     pairs: Vec<(u32, u32)>,
@@ -93,7 +93,7 @@ struct Both<'a> {
 }
 
 impl Both<'_> {
-    /// What a node of the second mesh is called: by its partner, if it has one.
+    /// The label of a node of the second mesh: its partner, if it has one.
     fn called(&self, node: u32) -> u64 {
         match self.back[node as usize] {
             NONE => ALONE + u64::from(node),

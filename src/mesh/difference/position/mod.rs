@@ -27,11 +27,11 @@ pub struct Paired {
     pub n_unpaired: [usize; 2],
     /// A sentence for each mesh with such nodes.
     pub sentences: Vec<String>,
-    /// What was decided by the order of nodes.
+    /// Nodes that were paired by their order.
     pub notes: Vec<String>,
 }
 
-/// What is known so far.
+/// The pairs that are known so far.
 #[derive(Debug)]
 struct Pairing {
     /// The partner of each node of the first mesh, and of the second.

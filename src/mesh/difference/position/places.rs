@@ -5,7 +5,7 @@ use super::keys::{Keys, join, mixed};
 use crate::mesh::difference::partners::NONE;
 use rayon::prelude::*;
 
-/// What comes of the nodes of one place, or of a few whose keys are alike.
+/// The result for the nodes of one place, or of a few whose keys are alike.
 #[derive(Default)]
 struct Found {
     pairs: Vec<(u32, u32)>,

@@ -15,7 +15,7 @@ const CAP: f64 = 0.1;
 /// ... and by at least this part of the span; the chord is taken that at `NEAR`.
 const INSIDE: f64 = 1e-3;
 const NEAR: f64 = 0.05;
-/// Part of the extent of a blade by which a lifting line may be beside it before it is told of.
+/// A lifting line farther beside the blade than this part of its extent gives a warning.
 const BESIDE: f64 = 0.5;
 /// Where the line lies between leading and trailing edge.
 const CHORDWISE: f64 = 0.25;
@@ -119,7 +119,7 @@ impl LiftingLine {
         Ok(Self { stations, points })
     }
 
-    /// A note where a point of the line along the blade, whose box this is, lies far beside it.
+    /// A note where a point of the line along the blade, whose box this is, lies far from it.
     pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<Diagnostic> {
         let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
         let allowed = BESIDE * across.fold(0.0, f64::max);

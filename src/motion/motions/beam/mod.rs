@@ -23,9 +23,9 @@ use lifting::{BladeEdges, LiftingLine, off_blade};
 use sections::Sections;
 use std::sync::Arc;
 
-/// A blade may go on past the ends of its table by this part of its span before it is told of.
+/// A blade that goes on past the ends of its table by more than this part of its span gives a note.
 const BEYOND: f64 = 0.05;
-/// Stations so many times as far out as the blade are told of.
+/// Stations beyond this many times the farthest end of the blade give a note.
 const FAR: f64 = 2.0;
 
 /// Elastic motion of a blade from a structural code: translations and rotations of its sections about a
@@ -272,8 +272,8 @@ fn read_span(table: &Table, interpolation: Interpolation) -> Result<SpanHistory>
     SpanHistory::from_table(table, key, station, &six, interpolation)
 }
 
-/// Refuses a table that lies wholly off the blade; tells of a blade that goes on far past its table,
-/// and of stations far off the blade.
+/// Refuses a table that lies wholly off the blade; notes of a blade that goes on far past its table, and of
+/// stations far off the blade.
 fn check_span(
     span: &SpanHistory,
     table: &Table,

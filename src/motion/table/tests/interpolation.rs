@@ -25,9 +25,10 @@ fn history(n: usize, stretch: f64, key: Key, closed: bool, cubic: bool) -> Histo
         knots.push(360.0);
         values.extend(VALUES[0]);
     }
-    let interpolation = match cubic {
-        true => Interpolation::Cubic,
-        false => Interpolation::Linear,
+    let interpolation = if cubic {
+        Interpolation::Cubic
+    } else {
+        Interpolation::Linear
     };
     History::new(Path::new("beam.csv"), key, knots, values, interpolation)
 }
@@ -324,9 +325,10 @@ fn span(text: &str, cubic: bool) -> Result<SpanHistory> {
     let station = columns.require("station")?;
     let dz = columns.require("dz")?;
     columns.done()?;
-    let interpolation = match cubic {
-        true => Interpolation::Cubic,
-        false => Interpolation::Linear,
+    let interpolation = if cubic {
+        Interpolation::Cubic
+    } else {
+        Interpolation::Linear
     };
     SpanHistory::from_table(&table, key, station, &[dz], interpolation)
 }

@@ -1,8 +1,8 @@
 //! Finished steps of a run whose record is lost: they are computed again, and kept where that gives the
 //! bytes that they have. So neither other inputs nor another version slips in. Where one file holds all
-//! steps, going over it ([`super::step_loop`]) does that.
+//! steps, the step loop ([`super::step_loop`]) does that.
 
-use super::intervals::Intervals;
+use super::base_points::BasePointStore;
 use super::meshes::hash_of;
 use super::run::Run;
 use super::step::{StepArrays, compute};
@@ -11,12 +11,12 @@ use crate::error::{Error, Result};
 use crate::motion::Step;
 
 impl Run<'_> {
-    /// Leaves out the finished steps that this run would write otherwise.
+    /// Computes the finished steps again, and leaves out those whose bytes differ.
     ///
     /// # Errors
     /// Where the first of them that moves anything is such a one: its file is whole, so that its run had
     /// other inputs.
-    pub(super) fn prove(&mut self, intervals: &mut Intervals<'_>) -> Result<()> {
+    pub(super) fn verify_steps(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let kept: Vec<usize> = self.earlier.rows.keys().copied().collect();
         let progress = self.deformation.progress();
         progress.start("verifying", Some(kept.len() as u64));
@@ -25,7 +25,7 @@ impl Run<'_> {
             self.check_stop()?;
             let step = self.plan.motion.steps[index];
             let moves = self.plan.largest_displacement(index) > 0.0;
-            match self.is_same(&step, intervals)? {
+            match self.is_same(&step, base_points)? {
                 true => is_ours |= moves,
                 false if moves && !is_ours => return Err(self.not_ours(index)),
                 false => self.leave_out(index),
@@ -35,13 +35,13 @@ impl Run<'_> {
         progress.finish();
         self.rows.clone_from(&self.earlier.rows);
         self.n_kept = self.rows.len();
-        self.vouch()
+        self.mark_verified()
     }
 
     /// Whether a step, computed again, gives the bytes of its row.
-    fn is_same(&mut self, step: &Step, intervals: &mut Intervals<'_>) -> Result<bool> {
+    fn is_same(&mut self, step: &Step, base_points: &mut BasePointStore<'_>) -> Result<bool> {
         let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
-        let computed = compute(intervals, step, &mut points)?;
+        let computed = compute(base_points, step, &mut points)?;
         let mut computed = self.judge(step, computed)?;
         let arrays = match self.format.holds_arrays() {
             true => StepArrays::of(self.deformation, &points, &mut computed.found),
@@ -75,19 +75,19 @@ impl Run<'_> {
         .file(&self.names.folder)
     }
 
-    /// Writes run.json, now that the rows are proven.
-    pub(super) fn vouch(&mut self) -> Result<()> {
-        if !self.earlier.is_unproven {
+    /// Marks the kept rows as verified, and writes run.json.
+    pub(super) fn mark_verified(&mut self) -> Result<()> {
+        if !self.earlier.is_unverified {
             return Ok(());
         }
-        self.earlier.is_unproven = false;
+        self.earlier.is_unverified = false;
         self.record.content.steps_kept = Some(self.n_kept);
         self.record.save()
     }
 
-    /// Writes run.json, unless it would vouch for rows that are not proven.
+    /// Writes run.json, unless it would hold rows that are not verified.
     pub(super) fn save_record(&self) -> Result<()> {
-        match self.earlier.is_unproven {
+        match self.earlier.is_unverified {
             true => Ok(()),
             false => self.record.save(),
         }

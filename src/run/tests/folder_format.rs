@@ -1,10 +1,10 @@
 //! A run in a format that is a folder: it fits without a word of it in this room.
 
-use super::{Request, run};
 use crate::deform::Deformation;
 use crate::formats::ReadOptions;
 use crate::mesh::Mesh;
 use crate::motion::Schedule;
+use crate::run::{Request, run};
 use std::path::Path;
 
 const SCHEDULE: &str = "azimuth.values = [0, 45, 90]\noutput.format = \"toy\"\noutput.quality = \"none\"\n\

@@ -1,6 +1,6 @@
-//! How far each body goes over the steps of a schedule, and whether it leaves the region that deforms.
+//! The largest displacement of each body over the steps of a schedule, and whether it leaves the region that deforms.
 
-use super::bodies::{places_at, points_of};
+use super::surface_points::{places_at, points_of};
 use crate::deform::Plan;
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance};
@@ -12,9 +12,9 @@ const OUTSIDE: f64 = 1e-9;
 /// Surface points times steps that are looked at, at most.
 const MOST: usize = 300_000_000;
 
-/// How far bodies go.
+/// The largest displacements of bodies over the steps, and which bodies leave the region that deforms.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Extremes {
+pub struct LargestDisplacements {
     /// Steps that were looked at: all, or of very many some evenly spaced.
     pub n_steps: usize,
     /// For each body the step at which one of its points is farthest from its place, and how far that
@@ -24,7 +24,7 @@ pub struct Extremes {
     pub leaving: BTreeMap<usize, Vec<usize>>,
 }
 
-impl Extremes {
+impl LargestDisplacements {
     /// Of a plan. Surface points x steps poses.
     pub fn new(plan: &Plan) -> Self {
         let region = Region::new(plan);

@@ -1,4 +1,4 @@
-//! Base points on disk: base.toml to go on from, base.vtp to look at.
+//! Base points on disk: base.toml to resume from, base.vtp to look at.
 
 use crate::deform::{BasePoints, LayerKind, Plan, from_nodes};
 use crate::error::{Error, Result};
@@ -31,7 +31,7 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
             .map(|selection| selection.error)
             .fold(0.0, f64::max),
         mesh_nodes: plan.mesh.points.len(),
-        mesh_points_blake3: hash_of(&plan.mesh.points),
+        mesh_points_blake3: points_hash(&plan.mesh.points),
         nodes: of("nodes").unwrap_or_default(),
         rotation_nodes: of("rotation_nodes"),
         rotation_radius: plan.schedule.rbf.rotation_radius,
@@ -96,7 +96,7 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
         )));
     }
     if file.mesh_nodes != plan.mesh.points.len()
-        || file.mesh_points_blake3 != hash_of(&plan.mesh.points)
+        || file.mesh_points_blake3 != points_hash(&plan.mesh.points)
     {
         return Err(Error::input(format!(
             "the base points were chosen on another mesh: one of {} nodes, this has {}",
@@ -125,7 +125,7 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
     Ok(())
 }
 
-fn hash_of(points: &[Vector]) -> String {
+fn points_hash(points: &[Vector]) -> String {
     let mut hasher = blake3::Hasher::new();
     hasher.update_rayon(bytemuck::cast_slice(points));
     hasher.finalize().to_string()

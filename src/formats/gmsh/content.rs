@@ -1,6 +1,7 @@
-//! A mesh as Gmsh wants it: entities, physical numbers, and blocks of elements in the mesh's order.
+//! The content of an MSH file of either version: entities, physical numbers, and blocks of elements in the mesh's
+//! order.
 
-use super::groups::ENTITIES;
+use super::groups::{ENTITIES, segments};
 use super::index::Index;
 use super::kinds::{self, Type};
 use crate::diagnostic::formats::Written;
@@ -12,14 +13,14 @@ use std::ops::Range;
 /// One entity for each dimension, set of groups and, where the mesh came with them, entity.
 pub(super) struct Entity {
     pub dimension: u8,
-    /// Its own where that is free in its dimension; else counted from 1.
+    /// The entity's own tag where that is free in its dimension; else counted from 1.
     pub tag: i32,
     /// Physical numbers.
     pub physicals: Vec<i32>,
 }
 
 /// Consecutive cells of one kind in one entity.
-pub(super) struct Block {
+pub(super) struct ElementBlock {
     /// Index of the element type.
     pub of: usize,
     pub cells: Range<usize>,
@@ -27,10 +28,10 @@ pub(super) struct Block {
     pub entity: usize,
 }
 
-/// What both versions write.
-pub(super) struct Plan {
+/// The content of an MSH file, for both versions.
+pub(super) struct MshContent {
     pub entities: Vec<Entity>,
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<ElementBlock>,
     /// Gmsh's number of each element type that occurs, and its node order.
     pub types: Vec<(i32, Type)>,
     /// Physical number of each group of the mesh.
@@ -48,7 +49,7 @@ const NODE_NUMBERS: &str = "node_number";
 /// Name of the array of element tags.
 const CELL_NUMBERS: &str = "cell_number";
 
-impl Plan {
+impl MshContent {
     /// With tags up to `highest` and numbers of groups from `lowest_group` on. Refuses kinds of cells
     /// that Gmsh has not.
     pub fn new(mesh: &MeshView, highest: i64, lowest_group: i32) -> Result<Self> {
@@ -128,7 +129,7 @@ impl Plan {
             {
                 last.cells.end = cells.end;
             }
-            _ => self.blocks.push(Block { of, cells, entity }),
+            _ => self.blocks.push(ElementBlock { of, cells, entity }),
         }
     }
 
@@ -198,7 +199,7 @@ impl Plan {
     }
 }
 
-/// Indices by what they are looked up with while a plan is made.
+/// Indices of types and entities by their keys.
 #[derive(Default)]
 struct Known {
     types: BTreeMap<(CellKind, usize), usize>,
@@ -248,36 +249,6 @@ fn lowest_and_highest(tags: Option<&[i64]>, n: usize) -> [usize; 2] {
             [tags.iter().min(), tags.iter().max()].map(|tag| tag.map_or(0, |t| *t as usize))
         }
     }
-}
-
-/// The cells in order, cut wherever the set of groups changes.
-pub(super) fn segments(mesh: &MeshView) -> Vec<(Range<usize>, Vec<usize>)> {
-    let mut events: Vec<(usize, bool, usize)> = Vec::new();
-    for (i, group) in mesh.groups.iter().enumerate() {
-        for range in group.cells.ranges() {
-            events.push((range.start, true, i));
-            events.push((range.end, false, i));
-        }
-    }
-    events.sort_unstable();
-    let mut active = BTreeSet::new();
-    let mut segments = Vec::new();
-    let mut start = 0;
-    for (cell, enters, group) in events {
-        if cell > start {
-            segments.push((start..cell, active.iter().copied().collect()));
-            start = cell;
-        }
-        if enters {
-            active.insert(group);
-        } else {
-            active.remove(&group);
-        }
-    }
-    if start < mesh.cells.len() {
-        segments.push((start..mesh.cells.len(), Vec::new()));
-    }
-    segments
 }
 
 /// A number for each group: its own where that is free in its dimension and not below `lowest`, else

@@ -1,7 +1,7 @@
-//! What is written of a mesh in VTK's terms: the arrays of each part of a file, and notes on what is
-//! left out. How they are laid out is the format's.
+//! The arrays of a mesh that VTK's formats write, by section of the file, and notes on what is left out. Their layout
+//! in the file is left to the format.
 
-use super::content::{Content, Part, of_values, owned, slice};
+use super::content::{Content, ContentPart, of_values, owned, slice};
 use super::number::Element;
 use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
 use crate::diagnostic::formats::{ArrayWritten, GroupWritten};
@@ -33,8 +33,8 @@ impl<'a> Sections<'a> {
     }
 }
 
-/// What is written of a mesh.
-pub struct Plan<'a> {
+/// The arrays that VTK's formats write of a mesh.
+pub struct VtkArrays<'a> {
     mesh: &'a MeshView<'a>,
     options: &'a WriteOptions,
     /// Names of the arrays of nodes, of cells and of the whole, as they are written.
@@ -47,11 +47,11 @@ pub struct Plan<'a> {
     repeated_nodes: Vec<u32>,
     /// Arrays of the repeated cells.
     repeated_arrays: Vec<Values>,
-    /// What is not in the file.
+    /// Notes on what is not in the file.
     pub notes: Notes,
 }
 
-impl<'a> Plan<'a> {
+impl<'a> VtkArrays<'a> {
     /// Decides what is written; `rule` says what the names of arrays may be.
     pub fn new(mesh: &'a MeshView<'a>, options: &'a WriteOptions, rule: &Rule) -> Self {
         let dimension = mesh.dimension();
@@ -228,7 +228,7 @@ impl<'a> Plan<'a> {
         let coordinates = self.mesh.points.as_flattened();
         let (element, part) = match self.options.precision {
             Precision::F64 => (Element::Float64, slice(coordinates)),
-            Precision::F32 => (Element::Float32, Part::Singles(coordinates)),
+            Precision::F32 => (Element::Float32, ContentPart::Singles(coordinates)),
         };
         Content {
             n_components: 3,
@@ -256,8 +256,8 @@ impl<'a> Plan<'a> {
             ends.push(end as i64);
             types.push(cell.kind.vtk());
         }
-        let ends = vec![Part::Offsets(cells, offset), integers(&ends, offset)];
-        let types = vec![Part::Types(cells), types.into()];
+        let ends = vec![ContentPart::Offsets(cells, offset), integers(&ends, offset)];
+        let types = vec![ContentPart::Types(cells), types.into()];
         let mut arrays = vec![
             Content::scalar("connectivity", index, n_entries, nodes),
             Content::scalar("offsets", offset, n_cells, ends),
@@ -271,10 +271,10 @@ impl<'a> Plan<'a> {
             let offset = narrowest(n_entries);
             let repeated = vec![-1; self.repeated.len()];
             let ends = vec![
-                Part::FaceOffsets(cells, offset),
+                ContentPart::FaceOffsets(cells, offset),
                 integers(&repeated, offset),
             ];
-            let faces = vec![Part::Faces(cells)];
+            let faces = vec![ContentPart::Faces(cells)];
             arrays.push(Content::scalar("faces", index, n_entries, faces));
             arrays.push(Content::scalar("faceoffsets", offset, n_cells, ends));
         }
@@ -290,7 +290,7 @@ fn narrowest(n: usize) -> Element {
     }
 }
 
-fn integers(values: &[i64], element: Element) -> Part<'static> {
+fn integers(values: &[i64], element: Element) -> ContentPart<'static> {
     match element {
         Element::Int32 => owned(&values.iter().map(|x| *x as i32).collect::<Vec<_>>()),
         _ => owned(values),

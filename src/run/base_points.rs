@@ -1,12 +1,13 @@
 //! Base points for the step at hand: chosen and saved when a step enters a new selection interval.
 
-use super::base;
+use super::base_file;
 use super::names::Names;
-use super::record::{Clock, hash_of, selection_record, sentences};
+use super::record::{Clock, selection_record, sentences};
 use crate::deform::{Deformation, Interval, check_tolerance, choose};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
+use crate::formats::hash_of;
 use crate::motion::Step;
 use crate::progress::{Progress, Silent};
 use crate::rbf::select::Selection;
@@ -16,8 +17,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The selection intervals of a run.
-pub(super) struct Intervals<'a> {
+/// The base points of a run by selection interval: chosen, loaded and saved.
+pub(super) struct BasePointStore<'a> {
     pub deformation: &'a Deformation,
     names: &'a Names,
     ranges: Vec<Range<usize>>,
@@ -35,7 +36,7 @@ pub(super) struct Intervals<'a> {
     pub seconds_modes: f64,
 }
 
-impl<'a> Intervals<'a> {
+impl<'a> BasePointStore<'a> {
     pub fn new(
         deformation: &'a Deformation,
         names: &'a Names,
@@ -87,10 +88,10 @@ impl<'a> Intervals<'a> {
         match (self.loaded.take(), self.has_noted(&path)) {
             (Some(loaded), _) => self.note(interval, loaded, &path),
             (None, true) => {
-                let selections = base::load_for(plan, interval, &path)?;
-                let picture = base::picture_of(&path);
+                let selections = base_file::load_for(plan, interval, &path)?;
+                let picture = base_file::picture_of(&path);
                 if !self.has_noted(&picture) {
-                    base::save_picture(plan, &selections, &picture, self.names.commit)?;
+                    base_file::save_picture(plan, &selections, &picture, self.names.commit)?;
                     self.note_file(&picture)?;
                 }
                 Ok(selections)
@@ -113,7 +114,7 @@ impl<'a> Intervals<'a> {
             if !is_ours || !self.base_files.contains_key(&name_of(&path)) {
                 continue;
             }
-            let files = [base::picture_of(&path), path];
+            let files = [base_file::picture_of(&path), path];
             let wrong: Vec<_> = files.iter().filter(|path| !self.has_noted(path)).collect();
             notes.extend(wrong.into_iter().map(|path| {
                 let fault = match path.is_file() {
@@ -171,14 +172,14 @@ impl<'a> Intervals<'a> {
             interval,
             &selections,
         ));
-        base::save(
+        base_file::save(
             self.deformation.plan(),
             &selections,
             path,
             self.names.commit,
         )?;
         self.note_file(path)?;
-        self.note_file(&base::picture_of(path))?;
+        self.note_file(&base_file::picture_of(path))?;
         Ok(selections)
     }
 }

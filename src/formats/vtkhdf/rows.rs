@@ -1,0 +1,44 @@
+//! Reads rows of datasets, window by window.
+
+use super::super::hdf5::{Dataset, Group};
+use crate::error::{Error, Result};
+use crate::mesh::Values;
+use std::ops::Range;
+
+/// Rows that are in memory twice while they are converted.
+pub(super) const WINDOW: u64 = 1 << 21;
+
+/// A number of nodes or cells, which must fit in an index of 32 bits.
+pub(super) fn count(rows: &Range<u64>) -> Result<usize> {
+    match rows.end - rows.start {
+        n if n < u64::from(u32::MAX) => Ok(n as usize),
+        n => Err(Error::input(format!(
+            "{n} is more than the 4294967294 that can be held"
+        ))),
+    }
+}
+
+/// A dataset of one value a row.
+pub(super) fn column(grid: &Group, name: &str) -> Result<Dataset> {
+    let dataset = grid.need(name)?;
+    match dataset.row()? {
+        1 => Ok(dataset),
+        n => Err(Error::input(format!("its rows have {n} values instead of 1")).dataset(name)),
+    }
+}
+
+/// Hands some rows of a dataset to `take`, part by part.
+pub(super) fn windows(
+    dataset: &Dataset,
+    rows: &Range<u64>,
+    mut take: impl FnMut(Values) -> Result<()>,
+) -> Result<()> {
+    dataset.check_rows(rows)?;
+    let mut start = rows.start;
+    while start < rows.end {
+        let end = rows.end.min(start + WINDOW);
+        take(dataset.rows(start..end)?)?;
+        start = end;
+    }
+    Ok(())
+}

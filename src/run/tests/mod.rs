@@ -1,0 +1,5 @@
+//! Runs of schedules and formats that no file can name.
+
+mod folder_format;
+mod functions;
+mod times;

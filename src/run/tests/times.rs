@@ -1,0 +1,55 @@
+//! Runs of schedules that have times and no azimuth.
+
+use crate::deform::Deformation;
+use crate::diagnostic::Diagnostic;
+use crate::mesh::Mesh;
+use crate::motion::Schedule;
+use crate::run::{Finished, Request, run};
+
+const MESH: &str = "testdata/sphere_in_box_raw.vtu";
+
+/// A sphere that moves by `way` in half a second; `keys` are further lines of its schedule.
+fn deform(way: f64, keys: &str) -> Finished {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = format!(
+        "time.values = [0.0, 0.5]\n{keys}\n\
+         boundaries.fixed = [\"inlet\", \"outlet\", \"walls\"]\nrbf.support_radius = 3.0\n\
+         [[body]]\nname = \"sphere\"\ntags = [\"sphere\"]\n\
+         rigid = {{ translate = [{way:?}, 0.0, 0.0], ramp = true }}\n"
+    );
+    let path = folder.path().join("s.toml");
+    std::fs::write(&path, &text).expect("it can be written");
+    let schedule = Schedule::parse(&text, &path).expect("it is good");
+    let mesh = Mesh::read(MESH).expect("it is there");
+    let deformation = Deformation::builder(mesh, schedule)
+        .plan()
+        .expect("they fit");
+    let request = Request {
+        mesh: MESH.into(),
+        folder: folder.path().join("out"),
+        keep_going: true,
+        no_sync: true,
+        ..Request::default()
+    };
+    run(&deformation, &request).expect("it runs")
+}
+
+fn only(notes: &[Diagnostic]) -> String {
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    notes[0].to_string()
+}
+
+#[test]
+fn inverted_cells_are_told_with_the_time_of_their_step() {
+    let warned = only(&deform(5.0, "output.on_inverted = \"warn\"").inverted);
+    assert!(warned.starts_with("step 1 (0.5 s) has "), "{warned}");
+    let passed = only(&deform(5.0, "output.on_inverted = \"stop\"").passed_over);
+    assert!(passed.starts_with("step 1 (0.5 s) has "), "{passed}");
+}
+
+#[test]
+fn a_step_that_fails_is_told_with_its_time() {
+    let keys = "selection = { method = \"real\", max_points = 1, tolerance = 1e-6 }\noutput.quality = \"none\"";
+    let passed = only(&deform(0.1, keys).passed_over);
+    assert!(passed.starts_with("step 1 (0.5 s): "), "{passed}");
+}
