@@ -1,4 +1,4 @@
-//! Standard input and output, packed files, and pipes whose reader leaves.
+//! Standard input and output, compressed files, and pipes whose reader leaves.
 
 use crate::support::{azimesh, short, succeed};
 use std::fs::{self, File};
@@ -126,7 +126,7 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
 }
 
 #[test]
-fn a_packed_file_is_read_whatever_it_is_called() {
+fn a_compressed_file_is_read_whatever_it_is_called() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let gzip = |text: &str| {
@@ -144,7 +144,7 @@ fn a_packed_file_is_read_whatever_it_is_called() {
     assert!(info.out.contains("wing"), "{info:?}");
     let run = azimesh(folder, &["convert", "plane", "out.su2.gz"]);
     assert_eq!(run.code, 2);
-    assert!(run.err.contains("write out.su2 and pack it"), "{run:?}");
+    assert!(run.err.contains("write out.su2 and compress it"), "{run:?}");
 }
 
 #[test]

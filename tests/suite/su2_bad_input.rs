@@ -67,7 +67,7 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
     assert!(refusal(&GOOD.replace("NDIME= 2", "IZONE= 1\nIZONE= 1")).contains("a second IZONE"));
     assert_eq!(
         refusal(&GOOD.replace("5 0 1 2 0", "2012 0 1 2 0")),
-        "line 4: element type 2012 is a hexahedron of degree 21; those up to 10 are read"
+        "line 4: element type 2012 is a hexahedron of degree 21; degrees up to 10 are read"
     );
     assert!(refusal(&GOOD.replace("5 0 1 2 0", "206 0 1 2 0")).contains("206"));
     assert!(refusal(&GOOD.replace("NPOIN= 5 5", "NPOIN= -5")).contains("negative"));
@@ -79,7 +79,7 @@ fn a_wrong_count_is_named_where_it_stands() {
         (
             "NELEM= 2",
             "NELEM= 1",
-            "line 3: NELEM= 1, but more lines before the next keyword: \"9 1 3 4 2 1\"",
+            "line 3: NELEM= 1, but there are more lines before the next keyword: \"9 1 3 4 2 1\"",
         ),
         (
             "NELEM= 2",
@@ -99,7 +99,7 @@ fn a_wrong_count_is_named_where_it_stands() {
         (
             "ELEMS= 2",
             "ELEMS= 1",
-            "line 14: MARKER_ELEMS= 1, but more lines before the next keyword: \"3 1 3\"",
+            "line 14: MARKER_ELEMS= 1, but there are more lines before the next keyword: \"3 1 3\"",
         ),
         (
             "ELEMS= 2",

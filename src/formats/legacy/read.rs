@@ -63,7 +63,7 @@ fn grid(cursor: &mut Cursor) -> Result<Grid> {
     match cursor.keyword().as_deref() {
         Some("dataset") => {}
         Some("field") => {
-            let message = "the file holds a field without a grid; what can be read is a DATASET";
+            let message = "the file has a field but no grid; it must have a DATASET";
             return Err(cursor.error(message));
         }
         _ => return Err(cursor.error("DATASET must follow the header")),
@@ -78,7 +78,7 @@ fn grid(cursor: &mut Cursor) -> Result<Grid> {
         _ => {
             let found = shown(name);
             return Err(cursor.error(format!(
-                "the dataset {found} is no mesh; what can be read: UNSTRUCTURED_GRID, POLYDATA, \
+                "the dataset {found} is not read; those that are: UNSTRUCTURED_GRID, POLYDATA, \
                  STRUCTURED_GRID, RECTILINEAR_GRID, STRUCTURED_POINTS"
             )));
         }
