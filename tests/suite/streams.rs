@@ -79,7 +79,7 @@ fn what_needs_a_file_beside_it_is_refused_on_standard_output() {
     assert!(run.stdout.is_empty());
     let message = String::from_utf8(run.stderr).unwrap();
     assert!(
-        message.contains("standard output has no place"),
+        message.contains("standard output can hold only one"),
         "{message}"
     );
     let run = piped(&["convert", "-", "-"], PLANE.as_bytes());

@@ -63,7 +63,7 @@ NotKept {
     /// A keyword of SU2 and its lines.
     Keyword { name: String, n_lines: usize } => ("{name}= is not kept ({})", counted(*n_lines, "line"))
     /// Keywords beyond those that are named.
-    Keywords { n: usize } => ("{n} more keywords are not kept")
+    Keywords { n: usize } => ("{} not kept", are(*n, "more keyword"))
     /// Further data (`what`) of `n` items.
     Of { what: &'static str, n: usize, item: &'static str } => (
         "{what} of {} are not kept", counted(*n, item)
@@ -80,7 +80,7 @@ NotKept {
     Section { name: String } => ("{} not kept", section(name))
     /// Data after the last cell of a UGRID file: bytes or numbers.
     Rest { n: usize, what: &'static str } => (
-        "{n} {what} after the last cell, such as volume numbers, are not kept"
+        "{what} after the last cell ({n}), such as volume numbers, are not kept"
     )
     /// Blanking of nodes.
     Blanking => ("blanking is not kept: cells at blanked nodes are read like others")
@@ -89,7 +89,7 @@ NotKept {
 
 fn nodes_not_kept(what: &str, n: usize) -> String {
     match (what.contains(' '), n) {
-        (true, _) => format!("{n} {what} are not kept"),
+        (true, _) => format!("{what} are not kept ({n})"),
         (false, 1) => format!("a node of type {what} is not kept"),
         (false, _) => format!("{n} nodes of type {what} are not kept"),
     }

@@ -2,6 +2,7 @@
 
 use super::quoted;
 use crate::diagnostic::notes::notes;
+use crate::error::counted;
 
 notes! {
 /// An array that a file does not hold, or holds in another way.
@@ -97,10 +98,10 @@ GroupWritten {
         "cells are in more than one group ({n}, the first is cell {cell}); the array {array} holds the first group of each"
     )
     /// Boundary faces in no tag are left out.
-    UntaggedLeftOut { n: usize } => ("{n} boundary elements without a tag are left out")
+    UntaggedLeftOut { n: usize } => ("boundary elements without a tag are left out ({n})")
     /// Boundary faces in no tag get a number.
     UntaggedNumbered { n: usize, number: i32, name: String } => (
-        "{n} boundary faces without a tag have number {number}, \"{name}\""
+        "boundary faces without a tag ({n}) get number {number}, \"{name}\""
     )
     /// Names of tags were not wanted.
     NamesNotWritten => ("names of tags are not written, as requested")
@@ -145,7 +146,10 @@ fn conditions_left_out(format: &str, n: usize) -> String {
             "types of boundary conditions are not written: SU2 has them in its configuration".into()
         }
         "MSH" => {
-            format!("MSH holds no types of boundary conditions; those of {n} tags are left out")
+            format!(
+                "MSH holds no types of boundary conditions; those of {} are left out",
+                counted(n, "tag")
+            )
         }
         _ => "types of boundary conditions are not written".into(),
     }
@@ -162,7 +166,7 @@ Written {
     /// The height of a plane mesh.
     HeightLeftOut { z: f64 } => ("SU2 holds no z coordinate for a plane mesh; z = {z} is left out")
     /// Cells of lower dimension.
-    LowerCellsLeftOut { n: usize } => ("{n} cells of lower dimension are left out")
+    LowerCellsLeftOut { n: usize } => ("cells of lower dimension are left out ({n})")
     /// Nodes are written zone by zone.
     NodesByZone => ("nodes are written zone by zone, so their order changes")
     /// Cells are written type by type.

@@ -246,7 +246,9 @@ impl File {
         };
         if n != self.n_tuples {
             let found = self.n_tuples;
-            return Err(cursor.error(format!("data of {found} {what}, but there are {n}")));
+            return Err(cursor.error(format!(
+                "the data are for {found} {what}, but there are {n}"
+            )));
         }
         Ok(())
     }
@@ -315,7 +317,7 @@ impl File {
         let dimensions = self.needed_dimensions()?;
         let (n, found) = (structured::n_points(dimensions)?, self.points.len());
         if n != found {
-            let message = format!("the dimensions are those of {n} points, but there are {found}");
+            let message = format!("the DIMENSIONS give {n} points, but there are {found}");
             return Err(Error::input(message));
         }
         Ok(Mesh {

@@ -296,7 +296,7 @@ fn errors_say_where_and_what() {
             "POINTS 3",
             "line 5: POINTS has more values than",
         ),
-        ("3 11", "3 99999999999", "values are announced"),
+        ("3 11", "3 99999999999", "values are needed"),
         (
             "2 1 3",
             "2 1 4",
@@ -321,7 +321,7 @@ fn errors_say_where_and_what() {
         (
             "CELL_TYPES",
             "CELL_DATA 4\nCELL_TYPES",
-            "line 12: data of 4 cells, but there are 3",
+            "line 12: the data are for 4 cells, but there are 3",
         ),
     ];
     for (from, to, expected) in cases {

@@ -63,7 +63,7 @@ impl Counted {
             let keyword = Keyword::of(&line);
             if keyword.is_some_and(|keyword| !keyword.name.starts_with(b"SEND_")) {
                 let (next, found) = (shown(line.rest()), counted(found, "line"));
-                return Some(self.wrong(format!("but there is only {found} before {next}"), bytes));
+                return Some(self.wrong(format!("but only {found} before {next}"), bytes));
             }
             found += usize::from(keyword.is_none());
         }
