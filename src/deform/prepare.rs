@@ -202,12 +202,6 @@ fn basis(
     moving: &Bounds,
     choices: &mut Vec<Diagnostic>,
 ) -> Basis {
-    let kernel = match schedule.rbf.kernel {
-        KernelName::WendlandC0 => Kernel::WendlandC0,
-        KernelName::WendlandC2 => Kernel::WendlandC2,
-        KernelName::WendlandC4 => Kernel::WendlandC4,
-        KernelName::WendlandC6 => Kernel::WendlandC6,
-    };
     let radius = schedule.rbf.support_radius.unwrap_or_else(|| {
         let region = match &motion.zone {
             None => Bounds::around(&mesh.points),
@@ -224,7 +218,20 @@ fn basis(
         choices.push(DeformNote::SupportRadius { radius }.into());
         radius
     });
-    Basis { kernel, radius }
+    Basis {
+        kernel: kernel(schedule.rbf.kernel),
+        radius,
+    }
+}
+
+/// The kernel of a name.
+pub(super) fn kernel(name: KernelName) -> Kernel {
+    match name {
+        KernelName::WendlandC0 => Kernel::WendlandC0,
+        KernelName::WendlandC2 => Kernel::WendlandC2,
+        KernelName::WendlandC4 => Kernel::WendlandC4,
+        KernelName::WendlandC6 => Kernel::WendlandC6,
+    }
 }
 
 fn tolerance(

@@ -2,6 +2,7 @@
 
 use super::options::MorphOptions;
 use super::surface::MorphSurface;
+use crate::deform::prepare::kernel;
 use crate::deform::surface::SurfacePoints;
 use crate::error::{Error, Result};
 use crate::geometry::closest::ClosestSurface;
@@ -38,7 +39,7 @@ pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) 
     };
     match options.support_radius.unwrap_or(chosen) {
         radius if radius > 0.0 => Ok(Basis {
-            kernel: options.kernel,
+            kernel: kernel(options.kernel),
             radius,
         }),
         _ => Err(Error::input(
