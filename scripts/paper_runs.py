@@ -91,12 +91,14 @@ COLUMNS = {
 def deform(mesh, text, folder, steps=None):
     """Runs `azimesh deform` and returns what it wrote down of itself; the meshes are deleted.
 
-    All steps or the first ones. Exit code 1 passes: inverted cells are told by the tables.
+    All steps or the first ones. Exit code 1 passes: inverted cells are told by the tables. `busy`: other work kept
+    the processors from it, so that its seconds say nothing.
     """
     out, path = folder / "out", folder / "schedule.toml"
     shutil.rmtree(out, ignore_errors=True)
     path.write_text(text)
     part = ["--steps", f"0..{steps}"] if steps else []
+    busy = os.getloadavg()[0] > 2 * os.cpu_count()
     try:
         azimesh("deform", mesh, path, "-o", out, *part, allowed=(0, 1))
         (record,), (table,) = out.glob("run*.json"), out.glob("steps*.csv")
@@ -108,7 +110,7 @@ def deform(mesh, text, folder, steps=None):
     assert record["outcome"] == "complete", record["outcome"]
     columns = {name: [float(row[column] or "nan") for row in rows] for name, column in COLUMNS.items()}
     kept = ("nodes", "surface_points", "modes", "seconds", "selections")
-    return columns | {"tolerance": record["options"]["tolerance"]} | {key: record[key] for key in kept}
+    return columns | {"tolerance": record["options"]["tolerance"], "busy": busy} | {key: record[key] for key in kept}
 
 
 def base_points(mesh, text, folder):

@@ -24,7 +24,7 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// Where there is no mesh, or none that is whole; they say where in the file.
+    /// If there is no mesh or it is damaged, with the place in the file.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Ok(Self::read_with(path, &ReadOptions::default())?.mesh)
     }
@@ -65,7 +65,7 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// Where no format has the ending, where the format cannot hold the mesh, and of the system.
+    /// If no format has the extension, if the format cannot hold the mesh, and errors of the system.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<Notes> {
         self.view().write(path)
     }

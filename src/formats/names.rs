@@ -124,7 +124,7 @@ impl Rule {
     }
 }
 
-/// Gives arrays of one name a number behind it, from the second on, and says so.
+/// Makes names of arrays unique by a number after them, from the second on; adds a note for each.
 pub fn tell_apart<'n>(
     what: &'static str,
     names: impl IntoIterator<Item = &'n mut String>,
@@ -150,7 +150,7 @@ pub fn tell_apart<'n>(
     }
 }
 
-/// Tells arrays of one name apart; notes groups that share a name, which are meant together by it.
+/// Makes names of arrays unique; notes groups that share a name, which then stands for all of them.
 pub fn check(mesh: &mut Mesh, notes: &mut Notes) {
     for (what, arrays) in [
         ("point", &mut mesh.point_arrays),

@@ -96,7 +96,7 @@ pub fn push_real(buffer: &mut Vec<u8>, value: f64) {
 }
 
 /// A note for each array and option that a format with f64 coordinates and without arrays
-/// leaves out; field arrays in `kept` it writes in a way of its own.
+/// leaves out; it writes the field arrays in `kept` in another way.
 pub fn left_out(
     format: &'static str,
     mesh: &MeshView,

@@ -1,4 +1,4 @@
-//! Data arrays that a mesh carries along at its nodes, at its cells, or as a whole.
+//! Data arrays of a mesh: at nodes, at cells, or field arrays.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! Finds the outer faces of a mesh and the boundary cells on them.
 //!
 //! A face that one cell has is an outer face; cells of one dimension less, the boundary cells, lie
-//! on outer faces, between two cells, or on no face at all. Faces are told apart by their corners.
+//! on outer faces, between two cells, or on no face at all. Faces are identified by their corners.
 
 use super::sides::{for_each_side, side_corners};
 use super::{CellRef, Cells, Mesh};

@@ -58,7 +58,7 @@ pub(super) fn side_corners<T>(
     }
 }
 
-/// A face of a cell as a cell of its own, with all nodes that lie on it. `None` where it is not
+/// A face of a cell as a cell, with all nodes on it. `None` where it is not
 /// known which do: cells whose orders along their axes differ, and some kinds of VTK's own.
 pub fn side(cells: &Cells, cell: &CellRef<'_>, face: usize) -> Option<(CellKind, Vec<u32>)> {
     if cell.kind == Polyhedron {
@@ -174,7 +174,7 @@ fn of_any_order(kind: CellKind, order: usize, corners: &[usize]) -> Option<(Cell
             (0..lattice.len()).find(|&node| at(node) == wanted)
         })
         .collect::<Option<Vec<_>>>()?;
-    // The quadratic pyramid with every middle has quadratic faces, for want of a kind of its own.
+    // The quadratic pyramid with every middle has quadratic faces, since there is no kind of cell for it.
     let face = match (kind, nodes.len()) {
         (LagrangePyramid, 6) => Triangle6,
         (LagrangePyramid, 9) => Quadrilateral9,

@@ -25,7 +25,7 @@ pub(super) struct ElementType {
     form: Form,
 }
 
-/// How the nodes of an element lie beside those of the cell.
+/// How the nodes of an element correspond to those of the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
     /// As in VTK.
@@ -144,7 +144,7 @@ impl ElementType {
         self.form != Incomplete
     }
 
-    /// Nodes of the cell: the corners of an element that is not kept whole.
+    /// Nodes of the cell: only the corners, where the element is not kept completely.
     pub fn n_kept(self) -> usize {
         match self.form {
             Incomplete => self.kind.n_nodes().unwrap_or(self.n_nodes),
@@ -234,7 +234,7 @@ mod tests {
     }
 
     /// Corner pairs and faces as the standard (SIDS 3.3.3) numbers the nodes of HEXA_27 from 1, and
-    /// what VTK says of its triquadratic hexahedron.
+    /// as VTK documents for its triquadratic hexahedron.
     #[test]
     fn nodes_of_a_hexahedron_lie_between_the_same_corners() {
         let cgns: [&[usize]; 19] = [

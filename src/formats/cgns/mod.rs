@@ -43,7 +43,7 @@ const FULL_NAME: &str = "FullName";
 /// Name of the node that holds arrays of the mesh as a whole.
 const FIELD_ARRAYS: &str = "FieldArrays";
 
-/// Name of the list that says which of these nodes belongs to each step of a sequence.
+/// Name of the list of these nodes, one for each step of a sequence.
 const FIELD_POINTERS: &str = "FieldArraysPointers";
 
 /// CGNS in HDF5 (.cgns).
@@ -62,8 +62,8 @@ impl Format for Cgns {
         &["cgns"]
     }
 
-    /// A file in the old ADF format, of which the reader says how to convert it. The start does not
-    /// tell what an HDF5 file is for.
+    /// A file in the old ADF format, which the reader refuses with a hint at how to convert it. The start of
+    /// an HDF5 file does not tell its format.
     fn recognizes_start(&self, head: &[u8]) -> bool {
         node::is_adf(head)
     }

@@ -13,7 +13,7 @@ use std::rc::Rc;
 /// Most links that lead from one to the next.
 const MOST_LINKS: usize = 16;
 
-/// A node and, once they are asked for, its children.
+/// A node; its children are read on first use.
 pub(super) struct Node {
     group: Group,
     name: String,
@@ -95,7 +95,7 @@ impl Node {
         Error::input(message).dataset(&self.path)
     }
 
-    /// The children, in the order in which they were made where the file tells, else by name.
+    /// The children, in the order of creation where the file has that, else by name.
     pub fn children(&self) -> Result<&[Node]> {
         if let Some(children) = self.children.get() {
             return Ok(children);

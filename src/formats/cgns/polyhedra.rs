@@ -1,7 +1,7 @@
 //! Polygons and polyhedra: NGON_n and NFACE_n sections in both layouts, or faces that name the
 //! cells on their two sides (ParentElements).
 //!
-//! Beside polyhedra only those polygons are cells that lie on the boundary: those that a boundary
+//! Where there are polyhedra, only polygons on the boundary are cells: those that a boundary
 //! condition names, those of no polyhedron, and whole sections of boundary faces.
 
 use super::builder::MeshBuilder;
@@ -173,7 +173,7 @@ impl Polyhedra {
         self.append(of.expect("every section was read"), section.node, found)
     }
 
-    /// Appends the polyhedra that only their faces tell of.
+    /// Appends the polyhedra that are given by their faces alone.
     pub fn append_others(
         &self,
         sections: &[Section],

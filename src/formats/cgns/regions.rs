@@ -15,7 +15,7 @@ pub(super) struct Region<'a> {
     /// Type of its boundary condition.
     pub condition: Option<String>,
     pub place: GridLocation,
-    /// Whether the file says the place.
+    /// Whether the file gives the grid location.
     pub says_place: bool,
     /// Dimension of its elements.
     pub dimension: u8,
@@ -28,7 +28,7 @@ pub(super) struct Region<'a> {
 /// The items that the numbers of a region refer to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GridLocation {
-    /// Nodes, because the file says so or says nothing.
+    /// Nodes, by declaration or by default.
     Nodes,
     /// Elements, or faces of a structured zone.
     Elements,
@@ -129,7 +129,7 @@ fn region<'a>(
     }))
 }
 
-/// The place that a GridLocation_t says; `None` where it says nothing.
+/// The grid location of a GridLocation_t; `None` where there is none.
 fn place(location: &Node) -> Result<Option<GridLocation>> {
     let place = match location.text()?.as_str() {
         "" | "Null" | "UserDefined" | "GridLocationNull" | "GridLocationUserDefined" => {

@@ -26,7 +26,7 @@ pub(super) struct Section<'a> {
     /// Number of its first element.
     pub first: i64,
     pub n_elements: usize,
-    /// Elements at its start that lie on the boundary, where the file says so.
+    /// Number of boundary elements at the start of the section, where the file gives it.
     pub n_boundary: usize,
 }
 
@@ -172,7 +172,7 @@ impl Section<'_> {
         Ok(())
     }
 
-    /// Polygons that have one number of nodes, which their element type tells.
+    /// Polygons with one number of nodes, given by the element type.
     fn read_old_polygons(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let n = old_polygon(self.element_type, zone.version).expect("the type was checked");
         let node = self.node.need("ElementConnectivity")?;

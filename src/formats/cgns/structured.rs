@@ -97,7 +97,7 @@ impl Grid {
         region.is_range && wide == self.n_indices
     }
 
-    /// Appends the faces in a range of nodes, of faces, or of the cells beside them.
+    /// Appends the faces in a range of nodes, of faces, or of their adjacent cells.
     fn append_range(&self, region: &Region, cells: &mut Cells) -> Result<()> {
         let n = self.n_indices;
         if region.numbers.len() != 2 * n {
@@ -278,7 +278,7 @@ impl Grid {
     }
 }
 
-/// Where faces lie that are given by their own index or by that of the cells beside them, which have
+/// Positions of faces that are given by their own index or by that of their adjacent cells, which have
 /// them on their far side unless they are the first.
 fn layer(region: &Region, index: usize) -> usize {
     index + usize::from(region.place == GridLocation::CellCenters && index > 0)

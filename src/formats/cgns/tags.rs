@@ -18,7 +18,7 @@ struct FoundTag {
 
 impl Tags {
     /// Adds cells of one dimension to the group of this name. Where there is one that has another
-    /// boundary condition, the name is told apart by `place`.
+    /// boundary condition, `place` is put before the name.
     pub fn add(
         &mut self,
         name: &str,
@@ -57,7 +57,7 @@ impl Tags {
         });
     }
 
-    /// Adds a group of its own; where the name is taken it is told apart by `place`.
+    /// Adds a new group; where the name is taken, `place` is put before it.
     pub fn add_new(&mut self, name: &str, place: &str, dimension: u8, cells: &[Range<usize>]) {
         let taken = |name: &str| {
             let mut found = self.found.iter();

@@ -19,7 +19,7 @@ fn points_at(pointer: &str, solution: &str) -> bool {
 }
 
 impl Step {
-    /// The step that was asked for, or the last.
+    /// The given step, or the last.
     pub fn choose(root: &Node, asked: Option<usize>) -> Result<Self> {
         let n = times(root)?.len();
         let index = match asked {

@@ -73,7 +73,7 @@ fn read_cells(
     Ok(spans)
 }
 
-/// Remarks on a zone that says to have another number of cells, as Gmsh writes where it leaves out cells
+/// Notes a zone whose declared number of cells is wrong, as Gmsh writes where it leaves out cells
 /// of high order. Ghost cells of a section may count or not.
 fn check_count(
     zone: &Zone,

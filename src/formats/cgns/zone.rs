@@ -199,7 +199,7 @@ fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
     Ok(axes)
 }
 
-/// Sets one coordinate of every point, and tells whether all are finite; `None` for text.
+/// Sets one coordinate of every point; returns whether all are finite, `None` for text.
 fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
     const CHUNK: usize = 1 << 16;
     macro_rules! each {

@@ -197,7 +197,7 @@ pub(super) fn times(data: &[Data]) -> Vec<f64> {
     times
 }
 
-/// Adds the arrays of the step that is asked for, by default the last.
+/// Adds the arrays of the step in `options`, by default the last.
 pub(super) fn add(
     data: &[Data],
     nodes: &Index,

@@ -58,7 +58,7 @@ pub(super) fn read(
     Ok(Cells::from_connectivity(connectivity, kinds))
 }
 
-/// Finds the blocks and makes sure that the file holds them whole.
+/// Finds the blocks and checks that the file holds all of them.
 fn read_blocks<'a>(
     stream: &mut Stream<'a>,
     version: Version,

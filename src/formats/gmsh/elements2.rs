@@ -195,7 +195,7 @@ fn parse_element(
 }
 
 /// Physical group, entity and partition from the first tags of version 2, and whether there are more
-/// partitions. Up to 2.1 the third tag is the partition; later it says how many follow.
+/// partitions. Up to 2.1 the third tag is the partition; later it is the number of partitions that follow.
 fn version2_tags(
     n_tags: usize,
     [physical, elementary, third, fourth]: [i32; 4],

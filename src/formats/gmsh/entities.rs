@@ -40,7 +40,7 @@ impl Entities {
         Ok(())
     }
 
-    /// Reads the entities of a partitioned model; they come beside the whole ones.
+    /// Reads the entities of a partitioned model; they are additional to those of the whole model.
     pub fn read_partitioned(&mut self, stream: &mut Stream, version: Version) -> Result<()> {
         self.are_known = true;
         stream.size("the number of partitions")?;

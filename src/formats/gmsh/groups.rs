@@ -227,12 +227,12 @@ pub(super) fn groups(
     groups
 }
 
-/// Name of the array that says in which elementary entity a cell lies.
+/// Name of the array with the elementary entity of each cell.
 pub(super) const ENTITIES: &str = "gmsh:geometrical";
-/// Name of the array that says in which partition a cell lies.
+/// Name of the array with the partition of each cell.
 const PARTITIONS: &str = "gmsh:partition";
 
-/// Arrays of the entities, where they tell more than the groups do of the mesh's own cells and its
+/// Arrays of the entities, where they hold more than the groups do of the mesh's own cells and its
 /// boundary, and of the partitions, where there are any.
 pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Vec<DataArray> {
     let mut arrays = Vec::new();

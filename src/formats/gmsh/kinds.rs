@@ -5,7 +5,7 @@ use crate::mesh::CellKind::{self, *};
 use crate::mesh::lagrange;
 use std::sync::OnceLock;
 
-/// Gmsh's number and the kind of the elements that have a kind of their own.
+/// Gmsh's number and the kind of elements with a fixed number of nodes.
 const TYPES: [(i32, CellKind); 18] = [
     (1, Line),
     (2, Triangle),

@@ -22,7 +22,7 @@ struct FileContent<'a> {
     tags: Tags,
     entities: Entities,
     data: Vec<Data<'a>>,
-    /// Whether groups belong to entities, so that elements alone do not tell theirs.
+    /// Whether groups are given by entity, so that `$Entities` is needed.
     needs_entities: bool,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
     Ok(data::times(&found))
 }
 
-/// Hands every section to `read`, which says whether it has read it; others are passed over.
+/// Passes every section to `read`, which returns whether it has read it; others are skipped.
 fn sections<'a>(
     bytes: &'a [u8],
     mut read: impl FnMut(&[u8], Version, &mut Stream<'a>) -> Result<bool>,

@@ -1,4 +1,4 @@
-//! Reading, by way of the crate `hdf5-reader`: groups, attributes, and datasets as [`Values`].
+//! Reads groups, attributes, and datasets as [`Values`] with the crate `hdf5-reader`.
 
 use super::super::names::decoded;
 use super::super::{Notes, Source};
@@ -90,7 +90,7 @@ impl Group {
         self.0.name()
     }
 
-    /// The groups in it, in the order in which they were made where the file tells, else by name.
+    /// The groups in it, in the order of creation where the file has that, else by name.
     pub fn groups(&self) -> Result<Vec<Group>> {
         let groups = self.0.groups().map_err(|error| self.refused(error))?;
         Ok(groups.into_iter().map(Group).collect())

@@ -55,7 +55,7 @@ impl Section<'_> {
         self.array(cursor, (name, n_components, kind), notes)
     }
 
-    /// `SCALARS name type [components]`, and on a line of its own the table for their colours.
+    /// `SCALARS name type [components]`, and on a separate line their lookup table.
     fn scalars(&mut self, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
         let name = cursor.name("the name of an array", notes)?;
         let kind = Type::read(cursor)?;

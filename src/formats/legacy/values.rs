@@ -121,7 +121,7 @@ pub(super) fn points(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<[f
     Ok(out)
 }
 
-/// The type of `n` coordinates, which the file has room for.
+/// The type of `n` coordinates; refuses more than the file can hold.
 fn coordinate_type(cursor: &Cursor, kind: Type, n: usize) -> Result<Element> {
     let element = match kind {
         Type::Number(element) => element,
@@ -155,7 +155,7 @@ fn fill(cursor: &mut Cursor, element: Element, out: &mut [f64]) -> Result<()> {
     })
 }
 
-/// Reads `n` numbers of the type that `element` says.
+/// Reads `n` numbers of the type `element`.
 pub(super) fn numbers<T: Number>(
     cursor: &mut Cursor,
     element: Element,
@@ -260,7 +260,7 @@ fn text<T: Number>(
     Ok(())
 }
 
-/// Numbers of one stretch of text.
+/// The numbers parsed from one part of a text.
 struct ParsedText<T> {
     numbers: Vec<T>,
     start: usize,
@@ -309,7 +309,7 @@ fn bits(cursor: &mut Cursor, n: usize) -> Result<Vec<u8>> {
 }
 
 /// Strings: in text one a line; in binary files their length comes first, in one, two, four or
-/// eight bytes, as its first two bits tell.
+/// eight bytes, as its first two bits encode.
 fn strings(cursor: &mut Cursor, n: usize, notes: &mut Notes) -> Result<Vec<String>> {
     cursor.line();
     let mut strings = Vec::new();

@@ -1,4 +1,4 @@
-//! Which piece each cell goes to: stretches along a space-filling curve, of about equal length.
+//! Assigns cells to pieces: intervals of about equal length along a space-filling curve.
 
 use crate::error::{Error, Result};
 use crate::geometry::curve;

@@ -1,4 +1,4 @@
-//! Ghost cells: copies of a neighbour's cells that a piece has for its own use.
+//! Removes ghost cells: copies of cells of neighbouring pieces.
 
 use super::merge::Piece;
 use super::subset::Subsets;
@@ -38,7 +38,7 @@ pub(super) fn left_out(mut piece: Piece, notes: &mut Notes) -> Piece {
     piece
 }
 
-/// Which cells are ghosts, where an array says so.
+/// Ghost cells, by the array that marks them.
 fn marks(arrays: &[DataArray], notes: &mut Notes) -> Option<Vec<bool>> {
     let numbers = |name: &str| {
         let array = arrays

@@ -1,4 +1,4 @@
-//! A mesh as pieces in files of their own, and the list of them.
+//! Writes a mesh as pieces, each in a file, and the list of them.
 
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::Content;
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
 use std::io::Write;
 
-/// Cuts the mesh into `n` pieces and writes them into a folder beside the list of them, that has its name
+/// Cuts the mesh into `n` pieces and writes them into a folder next to the list of them, which has its name
 /// without the ending. Returns a note for each thing that is not in the files.
 ///
 /// Pieces hold the numbers of their nodes and cells in the whole mesh, so that reading them gives
@@ -40,7 +40,7 @@ pub(super) fn write(
     Ok(notes)
 }
 
-/// Writes the pieces; gives the notes and what a list says of their arrays.
+/// Writes the pieces; gives the notes and the declarations of arrays for the list.
 fn write_all(
     mesh: &MeshView,
     of_cells: &[u32],

@@ -109,7 +109,7 @@ impl<'a> WrittenZones<'a> {
     }
 }
 
-/// The stretches of a range whose cells are wanted.
+/// The parts of a range whose cells are wanted.
 fn cut(range: Range<usize>, wanted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     for cell in range.filter(|cell| wanted(*cell)) {

@@ -27,9 +27,9 @@ pub(super) fn recognizes(head: &[u8]) -> bool {
     })
 }
 
-/// Whose lines of data come next.
+/// The block that the next lines of data belong to.
 enum Block {
-    /// Nobody's: a block of the mesh has taken its own.
+    /// None: blocks of the mesh have been read with their keyword.
     None,
     /// A text that is kept.
     Text(Extra),
@@ -37,7 +37,7 @@ enum Block {
     Unknown(String),
 }
 
-/// A block of lines whose number the file tells.
+/// A block of lines whose number the file gives.
 struct Counted {
     name: &'static [u8],
     n: usize,
@@ -107,7 +107,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     })
 }
 
-/// The mesh, and each block of lines whose number the file tells.
+/// The mesh, and each block of lines whose number the file gives.
 fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Result<Mesh> {
     let mut lexer = Lexer::new(bytes, Some(b'%'));
     let mut file = File {

@@ -21,7 +21,7 @@ pub(super) struct Zone<'a> {
     pub dimension: Option<usize>,
     /// Byte at which the dimension is given.
     pub dimension_at: usize,
-    /// Nodes that are no copies, where the file tells.
+    /// Number of nodes that are not copies, where the file gives it.
     pub own_nodes: Option<i64>,
     /// Text that is kept as it stands, by [`Extra`].
     pub extra: [String; 4],

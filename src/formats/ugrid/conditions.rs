@@ -11,7 +11,7 @@ pub(super) struct Patch {
     pub name: Option<String>,
 }
 
-/// Every number that has a word. A word is written as the first number that has it.
+/// The name of each number. A name is written as its first number.
 const TABLE: &[(i32, &str)] = &[
     (3000, "BCWallInviscid"),
     (4000, "BCWallViscous"),
@@ -41,7 +41,7 @@ const TABLE: &[(i32, &str)] = &[
     (7031, "BCOutflow"),
 ];
 
-/// Words of CGNS that have no number of their own, and the number that comes nearest.
+/// Names of CGNS without a number in FUN3D, and the number of the most similar condition.
 const NEAREST: &[(&str, i32)] = &[
     ("BCWall", 4000),
     ("BCWallViscousHeatFlux", 4000),
@@ -51,7 +51,7 @@ const NEAREST: &[(&str, i32)] = &[
     ("BCOutflowSupersonic", 5026),
 ];
 
-/// The word of symmetry planes; its number says the direction of the normal.
+/// The name of symmetry planes; their number depends on the direction of the normal.
 pub(super) const SYMMETRY: &str = "BCSymmetryPlane";
 
 /// The condition with this number: a word where there is one, otherwise its digits. 0 is none.

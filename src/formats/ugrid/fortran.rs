@@ -1,6 +1,6 @@
-//! Fortran's unformatted records: a mark with the length before and behind each.
+//! Fortran's unformatted records: each has a mark with its length before and after it.
 //!
-//! A record longer than a mark can tell is a chain of parts. The mark in front of a part is
+//! A record too long for a mark is a chain of parts. The mark in front of a part is
 //! negative where another follows, the one behind it where another came before.
 
 use super::layout::Binary;

@@ -70,7 +70,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Hands all bytes to `sink`, in as few parts as possible and whole values in each.
+    /// Passes all bytes to `sink`, in as few parts as possible, each of whole values.
     pub fn for_each(&self, sink: Sink) -> Result<()> {
         for part in &self.parts {
             match part {

@@ -26,7 +26,7 @@ impl List {
         }
     }
 
-    /// Cells that end where `ends` says.
+    /// Adds cells by the offsets `ends`.
     pub fn ending(ends: Vec<u64>, entries: Vec<u32>) -> Self {
         Self {
             n_cells: ends.len(),

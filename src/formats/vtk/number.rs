@@ -211,7 +211,7 @@ float!(f32, f64);
 /// Values of a chunk that one task converts.
 const PER_TASK: usize = 1 << 16;
 
-/// Bytes of an array, a whole number of values of them.
+/// Bytes of an array, a whole number of values.
 #[derive(Clone, Copy)]
 pub struct Chunk<'a> {
     pub bytes: &'a [u8],
@@ -231,7 +231,7 @@ impl Chunk<'_> {
         if self.swap { value.swapped() } else { value }
     }
 
-    /// Converts every value into `out`, which has room for as many.
+    /// Converts every value into `out`, which has the same length.
     pub fn convert<T: Number, U: Send>(&self, out: &mut [U], map: impl Fn(T) -> U + Sync) {
         let tasks = self.bytes.par_chunks(PER_TASK * size_of::<T>());
         out.par_chunks_mut(PER_TASK)

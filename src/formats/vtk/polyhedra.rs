@@ -113,7 +113,7 @@ impl Streams {
         let (face_nodes, cell_faces) = (faces.face_nodes, faces.cell_faces);
         let face_ends = ends_within(faces.face_ends, face_nodes.len(), "face_offsets")?;
         let ends = ends_within(faces.cell_ends, cell_faces.len(), "polyhedron_offsets")?;
-        // A face lies between two cells; the room for more is for repeated cells.
+        // A face lies between two cells; more are allowed for repeated cells.
         let most = self.entries.len() + 8 * (face_nodes.len() + cell_faces.len() + types.len());
         for cell in polyhedra(types) {
             let faces = &cell_faces[start_of(&ends, cell)..ends[cell]];

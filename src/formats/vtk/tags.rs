@@ -215,7 +215,7 @@ impl CellNumbers {
 }
 
 impl Numbers {
-    /// Changes names to what the rule says; a note for each.
+    /// Changes names to fit the rule; gives a note for each change.
     pub fn fit_names(&mut self, rule: &Rule) -> Vec<GroupWritten> {
         let written = rule.by_name(self.names.iter().map(String::as_str));
         let notes = written.iter();

@@ -72,7 +72,7 @@ impl<'a> Blocks<'a> {
         ] {
             for content in contents {
                 if content.element == VtkElement::String && group != "FieldData" {
-                    // VTK reads text in field data only, and gives up on all arrays beside any other.
+                    // VTK reads text in field data only; elsewhere it makes VTK refuse all arrays.
                     notes.push(ArrayWritten::TextLeftOut {
                         format: "VTKHDF",
                         name: content.name.to_owned(),

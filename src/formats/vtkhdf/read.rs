@@ -11,7 +11,7 @@ use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Mesh, Values};
 use std::ops::Range;
 
-/// Reads a mesh or a step of a sequence. Parts keep nodes of their own.
+/// Reads a mesh or a step of a sequence. Parts share no nodes.
 pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let extent = Extent::new(grid, options.step)?;
     let rows = |of: fn(&PartRows) -> &Range<u64>| match (extent.parts.first(), extent.parts.last())

@@ -54,7 +54,7 @@ impl Grid<'_> {
         }
     }
 
-    /// The group of this name in that of the grid, which is made when it is first asked for; the
+    /// The group of this name in that of the grid, which is created on first use; the
     /// grid's own for no name.
     pub fn group(&mut self, name: &'static str) -> Id {
         if name.is_empty() {

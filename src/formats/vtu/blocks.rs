@@ -108,7 +108,7 @@ fn decompress(
     }
 }
 
-/// Appends a block that says it has `n_bytes`: memory is taken as the bytes come.
+/// Appends a block that is declared to have `n_bytes`; memory is allocated as the bytes arrive.
 fn decompress_large(
     compression: Compression,
     compressed: &[u8],

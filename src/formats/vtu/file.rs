@@ -9,7 +9,7 @@ use super::encode::{self, CompressedBlocks, failed};
 use crate::error::Result;
 use std::io::Write;
 
-/// Arrays that VTK is told to take for the numbers of nodes and cells in a mesh of several files.
+/// Arrays that are declared to VTK as global numbers of nodes and cells in a mesh of several files.
 const GLOBAL_IDS: [&str; 2] = ["GlobalNodeIds", "GlobalCellIds"];
 
 /// A file about to be written.

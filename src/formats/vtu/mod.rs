@@ -1,7 +1,7 @@
 //! VTK XML unstructured grids (.vtu).
 //!
 //! Reads every way in which VTK stores numbers and writes the ones that [`WriteOptions`] names.
-//! Boundary tags and zones are integer cell arrays with their names beside them (see `vtk::tags`).
+//! Boundary tags and zones are integer cell arrays; their names are in string arrays (see `vtk::tags`).
 //!
 //! ```text
 //! xml     elements, and where the values of an array lie; document: which arrays there are
@@ -48,7 +48,7 @@ impl Format for Vtu {
         &["vtu"]
     }
 
-    /// Any VTK XML file: for other grids the reader says what it found.
+    /// Any VTK XML file; the reader refuses other grids with their names.
     fn recognizes_start(&self, head: &[u8]) -> bool {
         let head = &head[..head.len().min(4096)];
         memchr::memmem::find(head, b"<VTKFile").is_some()
@@ -71,7 +71,7 @@ impl Format for Vtu {
     }
 
     fn version(&self, head: &[u8]) -> Option<String> {
-        // An XML declaration before it has a version of its own.
+        // An XML declaration before it also has a version.
         let start = memchr::memmem::find(&head[..head.len().min(4096)], b"<VTKFile")?;
         super::word_after(&head[start..], b" version=\"")
     }

@@ -1,6 +1,6 @@
 //! The stored values of one array, turned into chunks of bytes: text, base64, raw, blocks.
 //!
-//! What a file says about sizes is checked against the bytes it has before any memory is taken,
+//! Sizes given by a file are checked against the bytes it has before any memory is allocated,
 //! and values pass through in chunks, so that unpacking needs little more than its result.
 
 use super::super::Compression;
@@ -35,7 +35,7 @@ enum Data<'a> {
 }
 
 impl<'a> Stored<'a> {
-    /// Finds the values of an array and checks what is said about their size.
+    /// Finds the values of an array and checks their declared size.
     pub fn open(array: &Array<'a>, layout: &Layout) -> Result<Self> {
         let data = match (array.encoding, layout.compression) {
             (DataEncoding::Ascii, _) => Ok(Data::Text(array.stored, array.before)),
@@ -219,7 +219,7 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
         return Ok(Data::Plain(&[]));
     }
     let (run, taken) = base64_run(text, width)?;
-    // Padding after the header says that the values are a base64 text of their own.
+    // Padding after the header means that the values are a separate base64 text.
     let apart = run.ends_with(b"=");
     // Without it, the run's last characters belong to the values too.
     let n_bytes = header_number(&decode(&run, width)?[..width], layout)?;

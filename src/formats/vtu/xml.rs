@@ -91,8 +91,8 @@ struct Appended {
     start: usize,
 }
 
-/// A file whose XML is UTF-8: as it is or, where the XML says that it is Latin-1 or is no UTF-8 whatever
-/// it says, from Latin-1. Text of two bytes a character is left as it is.
+/// A file with its XML in UTF-8: unchanged, or converted from Latin-1 where the XML is declared as that or is not
+/// valid UTF-8. Text of two bytes a character is left as it is.
 pub(in crate::formats) fn as_utf8<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow<'a, [u8]> {
     let end = memchr::memmem::find(bytes, APPENDED).unwrap_or(bytes.len());
     let (xml, data) = bytes.split_at(end);

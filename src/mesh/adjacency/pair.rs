@@ -95,10 +95,10 @@ struct Desk {
     slots: Vec<u32>,
 }
 
-/// Marks beside indices of cells, which are smaller.
+/// Marks in place of indices of cells, which are smaller.
 const SOUGHT: u32 = u32::MAX;
 const NOT_MINE: u32 = u32::MAX - 1;
-/// Marks in slots beside places of entries.
+/// Marks in slots in place of positions of entries.
 const FREE: u32 = u32::MAX;
 const USED: u32 = u32::MAX - 1;
 

@@ -36,7 +36,7 @@ const VERSION: f32 = 3.4;
 const ZONE: &str = "Zone";
 /// Name of the node with the times of a sequence.
 const TIMES: &str = "TimeIterValues";
-/// Name of the node that says that a sequence is one in time.
+/// Name of the node that declares a sequence to be one in time.
 const SIMULATION: &str = "SimulationType";
 /// What numbers are measured in: whatever the mesh is.
 const UNITS: &str = "NormalizedByUnknownDimensional";
@@ -87,7 +87,7 @@ fn add_solution<'a>(
     }
 }
 
-/// All but coordinates, solutions and arrays of the mesh as a whole.
+/// Writes all but coordinates, solutions and field arrays.
 struct Static<'a> {
     draft: Draft<'a>,
     base: NodeIndex,

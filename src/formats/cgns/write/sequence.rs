@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use std::path::Path;
 use std::slice::from_ref;
 
-/// Name of the node that says how the nodes of a zone move.
+/// Name of the node that describes how the nodes of a zone move.
 const MOTION: &str = "ArbitraryGridMotion";
 
 /// A sequence under work.
@@ -137,7 +137,7 @@ impl Steps {
         }
     }
 
-    /// Adds the arrays of a mesh; `notes` says which are left out.
+    /// Adds the arrays of a mesh; adds a note for each that is left out.
     fn append_arrays(
         &mut self,
         mesh: &MeshView,

@@ -1,4 +1,4 @@
-//! Nodes that places leave undecided, told apart by their cells.
+//! Pairs nodes that their positions leave undecided, by means of their cells.
 //!
 //! Every node has a label: that of its pair, or of its place. A node that is undecided takes up the
 //! labels of its cells' nodes into its own, again and again while that tells more nodes apart
@@ -19,7 +19,7 @@ const CANDIDATE: u64 = 2 << 32;
 const ALONE: u64 = 3 << 32;
 
 /// Pairs the nodes that are undecided; gives the number of those that were paired in order, as
-/// nothing tells them apart.
+/// nothing distinguishes them.
 pub fn pair(a: &Cells, b: &Cells, pairing: &mut Pairing) -> usize {
     if pairing.candidates.is_empty() && pairing.shared.iter().all(Vec::is_empty) {
         return 0;
