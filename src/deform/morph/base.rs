@@ -8,13 +8,13 @@ use crate::error::{Error, Result};
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, norm};
 use crate::geometry::{Bounds, Transform};
+use crate::parallel::{SMALL_BLOCK, collect_in_blocks};
 use crate::rbf::criterion::Criterion;
 use crate::rbf::power::by_power;
 use crate::rbf::select::{Limits, select};
 use crate::rbf::space::Space;
 use crate::rbf::targets::Targets;
 use crate::rbf::{Basis, Kernel};
-use rayon::prelude::*;
 
 /// The support radius left out, at most this many diagonals of the moving surface.
 const DEFAULT_RADIUS: f64 = 10.0;
@@ -182,5 +182,6 @@ fn weights(space: &Space, points: &SurfacePoints) -> Vec<f64> {
             (1.0 + away / graded).powf(-beta)
         })
     };
-    points.points.par_iter().map(weight).collect()
+    let points = &points.points;
+    collect_in_blocks(points.len(), SMALL_BLOCK, |at| weight(&points[at]))
 }

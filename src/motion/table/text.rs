@@ -2,7 +2,7 @@
 
 use super::Table;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel;
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -21,10 +21,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let header = Header::find(bytes).map_err(at_line(1))?;
     let rest = &bytes[header.end..];
-    let parts: Vec<Located<Rows>> = chunks(rest)
-        .into_par_iter()
-        .map(|chunk| Rows::parse(chunk, &header))
-        .collect();
+    let parts = parallel::map_items(chunks(rest), &|_, chunk| Rows::parse(chunk, &header));
     let mut table = Table {
         path: path.to_path_buf(),
         names: header.names,
