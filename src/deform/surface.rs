@@ -154,7 +154,7 @@ impl SurfacePoints {
                 .binary_search_by_key(node, |entry| entry.0)
                 .map_err(|_| {
                     Error::input(format!(
-                        "base point {node} is no surface node of this mesh and schedule"
+                        "base point {node} is not a surface node of this mesh and schedule"
                     ))
                 })?;
             Ok(sorted[at].1)
@@ -197,8 +197,8 @@ fn check_roles(nodes: &[u32], roles: &[Role], same: &[u32]) -> Result<()> {
         let first = first as usize;
         if roles[i] != roles[first] {
             return Err(Error::input(format!(
-                "nodes {} and {} lie at the same place, but one moves otherwise than the other; the \
-                 mesh would tear there: merge the nodes or give their tags one role",
+                "nodes {} and {} lie at the same place and have different roles, so the mesh would tear there; \
+                 merge the nodes or give their tags the same role",
                 nodes[first], nodes[i]
             )));
         }

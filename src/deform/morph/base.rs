@@ -85,7 +85,9 @@ fn by_samples(
         let field = surface.values(sample).map_err(named)?;
         let largest = field.iter().map(|d| norm(*d)).fold(0.0, f64::max);
         if largest == 0.0 {
-            return Err(Error::input(format!("sample {at} displaces nothing")));
+            return Err(Error::input(format!(
+                "sample {at} has only zero displacements"
+            )));
         }
         for (row, d) in values.chunks_exact_mut(r).zip(&field) {
             for axis in 0..3 {

@@ -266,7 +266,7 @@ impl Morph {
     /// # Errors
     /// A wrong number of derivatives, and one that is not finite.
     pub fn pull_back(&self, gradient: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
-        check_length("derivatives", gradient.len(), self.mesh.points.len())?;
+        check_length("derivative", gradient.len(), self.mesh.points.len())?;
         for (g, node) in gradient.iter().zip(0..) {
             check_finite("derivative", g, node)?;
         }

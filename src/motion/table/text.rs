@@ -86,7 +86,7 @@ impl Header {
                     });
                 }
                 let message =
-                    "the first line is numbers; it must name the columns, as in azimuth_deg,dx,dy";
+                    "the first line has numbers; it must name the columns, as in azimuth_deg,dx,dy";
                 return Err((line, message.into()));
             }
             start = end;
@@ -107,12 +107,12 @@ impl Header {
             if name.is_empty() {
                 let place = names.len() + 1;
                 return Err(wrong(format!(
-                    "column {place} has no name; give it one, or take the column out"
+                    "column {place} has no name; give it one, or remove the column"
                 )));
             }
             if names.contains(&name) {
                 return Err(wrong(format!(
-                    "two columns are called `{name}`; keep one of them"
+                    "two columns have the name `{name}`; keep one of them"
                 )));
             }
             names.push(name);
@@ -217,7 +217,7 @@ fn not_a_number(name: &str, field: &[u8]) -> String {
         .take(40)
         .flat_map(char::escape_debug)
         .collect();
-    format!("column `{name}` holds \"{shown}\"; it must be a finite number")
+    format!("column `{name}` has \"{shown}\"; it must be a finite number")
 }
 
 /// A finite number; exponents may be Fortran's, as in `1.0D-3`.
