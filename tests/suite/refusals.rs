@@ -80,7 +80,7 @@ fn a_tag_with_two_roles_is_refused() {
     let folder = airfoil();
     let old = "fixed = [\"farfield\"]";
     let slide = "fixed = [\"farfield\"]\nslide = [\"farfield\"]";
-    let parts = ["s.toml:21: ", "\"farfield\" is fixed and sliding"];
+    let parts = ["s.toml:21: ", "\"farfield\" has two roles, fixed and sliding"];
     schedule_refused(folder.path(), old, slide, &parts);
     let periodic = "others = \"slide\"\nperiodic = [ { pair = [\"far*\", \"farfield\"] } ]";
     let parts = ["s.toml:21: ", "both sides of a periodic pair"];
@@ -293,7 +293,7 @@ fn an_unreachable_tolerance_saves_the_base_points_and_writes_no_mesh() {
     let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "out"]);
     assert_eq!((run.code, run.out.as_str()), (1, ""), "{run:?}");
     assert_eq!(run.err.lines().count(), 1, "{}", run.err);
-    for part in ["s.toml", "0.0001 is not met", "3 base points", "max_points"] {
+    for part in ["s.toml", "1e-4 is not met", "3 base points", "max_points"] {
         assert!(run.err.contains(part), "{part:?} is not in {}", run.err);
     }
     let left = ["base.toml", "base.vtp", "run.json"];

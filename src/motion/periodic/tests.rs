@@ -196,7 +196,7 @@ fn the_first_node_without_a_partner_is_named_with_its_distance() {
     let named = "node 11 of the periodic side \"left\" has no partner on \"right\"";
     assert!(error.message.contains(named), "{error}");
     assert!(
-        error.message.contains("1.000e-2 from the nearest"),
+        error.message.contains("is 0.01 from the nearest"),
         "{error}"
     );
     let error = find(&points, &a, &b[1..], None).expect_err("one is missing");

@@ -141,7 +141,7 @@ fn wrong_surface_files_are_told_their_line() {
         (
             false,
             "x,y,z,dx,dy,dz\n0,0,1e-3,0,0,0\n",
-            "s.csv:2: no node of body \"blade\" is in the file; its nodes are counted from 0, and places must agree to match_tolerance = 1e-9",
+            "s.csv:2: no node of body \"blade\" is in the file; nodes are numbered from 0, and positions must agree within match_tolerance = 1e-9",
         ),
     ] {
         assert_eq!(told(plane, SURFACE, file), expected);
@@ -362,7 +362,7 @@ fn the_nearest_set_is_taken_however_close_they_are() {
     let none = surface(true, between, SURFACE, file).expect_err("4e-7 is missing");
     assert!(
         none.to_string()
-            .contains("there are no rows for time 0.0000004 s"),
+            .contains("there are no rows for time 4e-7 s"),
         "{none}"
     );
 }

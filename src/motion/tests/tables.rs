@@ -192,7 +192,7 @@ fn a_wrong_table_is_told_its_line() {
     assert!(short.starts_with("m.csv:3: the motion needs azimuth 30 deg, but the table goes from azimuth 0 deg to azimuth 10 deg"), "{short}");
     let typo = told(false, TABLE, "azimuth_deg,rot_z\n0,1\n");
     assert!(
-        typo.starts_with("m.csv:1: column `rot_z` is not known here; did you mean `rot_z_"),
+        typo.starts_with("m.csv:1: unknown column `rot_z`; did you mean `rot_z_"),
         "{typo}"
     );
 }

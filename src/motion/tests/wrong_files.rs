@@ -246,7 +246,7 @@ fn stations_in_another_unit_are_refused_or_told_of_with_their_line() {
         .expect_err("the blade ends at 1")
         .to_string();
     assert!(
-        off.contains("m.csv:3: the stations go from 500 to 1000, but body \"blade\" lies"),
+        off.contains("m.csv:3: the stations go from 500 to 1000, but body \"blade\" goes from"),
         "{off}"
     );
     let inboard = read(["-9", "-5"])
