@@ -227,7 +227,7 @@ fn quality_names_inverted_cells_and_fails_on_request() {
     let (code, _, error) = azimesh(folder.path(), &unknown);
     assert_eq!(code, 2);
     assert!(
-        error.contains("there are: inverted, inverted_reference, min_volume"),
+        error.contains("the columns are: inverted, inverted_reference, min_volume"),
         "{error}"
     );
 }
