@@ -1,7 +1,7 @@
 //! Notes of `deform`: values that it chose, and errors that base points leave.
 
-use super::named_step;
 use super::notes::notes;
+use super::{named_step, short};
 use std::fmt;
 
 notes! {
@@ -11,13 +11,13 @@ DeformNote as Deform {
     SupportRadius {
         /// In mesh units.
         radius: f64,
-    } => ("support_radius = {radius} (chosen)")
+    } => ("support_radius = {} (chosen)", short(*radius))
 
     /// The tolerance that was chosen.
     Tolerance {
         /// In mesh units.
         tolerance: f64,
-    } => ("selection.tolerance = {tolerance} (chosen)")
+    } => ("selection.tolerance = {} (chosen)", short(*tolerance))
 
     /// A key of the selection that method `all` does not use.
     UnusedKey {

@@ -1,6 +1,6 @@
 //! Conditions like `min_scaled_jacobian<0.1` under which a result counts as failed.
 
-use crate::diagnostic::shortest;
+use crate::diagnostic::short;
 use crate::error::{Error, Result, nearest_name};
 use std::fmt;
 use std::str::FromStr;
@@ -76,11 +76,7 @@ impl Criterion {
 
     /// The sentence for a value that meets it; `place` is empty, or as in " at step 3".
     pub fn sentence(&self, place: &str, value: f64) -> String {
-        format!(
-            "{self} holds{place}: {} is {}",
-            self.column,
-            shortest(value)
-        )
+        format!("{self} holds{place}: {} is {}", self.column, short(value))
     }
 
     /// Whether a value is further beyond the limit than another.

@@ -203,7 +203,7 @@ fn diff_finds_a_moved_node_with_exit_code_1() {
     let folder = folder();
     let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", "bent.su2"]);
     assert_eq!(code, 1);
-    assert!(out.contains("node 2 most, by 2.5e0"), "{out}");
+    assert!(out.contains("node 2, by 2.5"), "{out}");
     assert_eq!(out.lines().count(), 1);
     let lenient = ["diff", "square.su2", "bent.su2", "--tolerance", "2.5"];
     assert_eq!(azimesh(folder.path(), &lenient).0, 0);
@@ -296,5 +296,5 @@ fn quality_of_a_folder_without_a_sequence_says_what_is_missing() {
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let (code, _, error) = azimesh(folder.path(), &["quality", "empty"]);
     assert_eq!(code, 2);
-    assert!(error.contains("it holds no sequence: no .pvd"), "{error}");
+    assert!(error.contains("it holds no sequence (no .pvd"), "{error}");
 }

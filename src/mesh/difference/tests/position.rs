@@ -214,7 +214,7 @@ fn nodes_and_cells_that_one_mesh_lacks_are_counted() {
     assert!(
         found
             .to_string()
-            .contains("1 nodes of the first and 1 of the second"),
+            .contains("1 node of the first and 1 of the second"),
         "{found}"
     );
     b.points.pop();
