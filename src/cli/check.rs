@@ -187,8 +187,8 @@ impl Lines {
         };
         self.push(place_name(plan), format!("largest displacement{at_some}"));
         for step in steps {
-            let here = without_noise(plan.largest_displacement(step.index), largest);
-            self.push(&format!("{:>11}", place_of(plan, step)), short(here));
+            let here = fixed(plan.largest_displacement(step.index), decimals(largest));
+            self.push(&format!("{:>11}", place_of(plan, step)), here);
         }
     }
 }
@@ -221,7 +221,7 @@ fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {
 fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
     let mut text = String::new();
     let found = bodies_at(plan, steps);
-    let largest = found.iter().map(|at| at.largest).fold(0.0, f64::max);
+    let decimals = decimals(found.iter().map(|at| at.largest).fold(0.0, f64::max));
     for (index, body) in plan.motion.bodies.iter().enumerate() {
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -239,15 +239,13 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
         );
         for at in found.iter().filter(|at| at.body == index) {
             let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
-            let angles = cells(angles.as_ref(), 9, |x| {
-                format!("{:.3}", without_noise(x, 5e5))
-            });
-            let tip = cells(at.tip.as_ref(), 11, |x| short(without_noise(x, largest)));
+            let angles = cells(angles.as_ref(), 9, |x| fixed(x, 3));
+            let tip = cells(at.tip.as_ref(), 11, |x| fixed(x, decimals));
             let place = place_of(plan, &plan.motion.steps[at.step]);
             let _ = writeln!(
                 text,
                 "{place:>11} {angles} {tip} {:>11}",
-                short(without_noise(at.largest, largest))
+                fixed(at.largest, decimals)
             );
         }
     }
@@ -269,9 +267,20 @@ fn place_of(plan: &Plan, step: &Step) -> String {
     })
 }
 
-/// 0 for what is rounding beside the largest of its kind.
-fn without_noise(x: f64, largest: f64) -> f64 {
-    if x.abs() < 1e-9 * largest { 0.0 } else { x }
+/// Digits after the point with which numbers in a column have six digits, where `largest` is the largest of them.
+fn decimals(largest: f64) -> usize {
+    let before = largest.log10().floor();
+    if largest > 0.0 {
+        (5.0 - before).clamp(0.0, 12.0) as usize
+    } else {
+        0
+    }
+}
+
+/// A number for a column; what is rounded to zero has no sign.
+fn fixed(x: f64, decimals: usize) -> String {
+    let least = 0.5 * 0.1_f64.powi(decimals as i32);
+    format!("{:.decimals$}", if x.abs() < least { 0.0 } else { x })
 }
 
 /// Three numbers, or three dashes.

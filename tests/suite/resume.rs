@@ -384,7 +384,7 @@ fn a_lost_record_lets_no_other_inputs_in() {
         } else {
             assert_eq!(run.code, 0, "{run:?}");
             assert!(
-                run.err.contains("it is written again from there"),
+                run.err.contains("the file is written again from there on"),
                 "{run:?}"
             );
             assert_same(&folder.join("out"), &folder.join("whole"), "other inputs");
