@@ -1,8 +1,8 @@
 //! Numbers in the bytes or the text of a file.
 
 use super::text::word_end;
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use crate::mesh::place;
 use crate::mesh::{Values, arrays::with_numbers};
 use crate::parallel::for_blocks;
 use std::ops::Range;
@@ -438,10 +438,10 @@ pub fn points_are_finite(
     let Some(value) = value else {
         return Ok(());
     };
-    let (node, point) = (first + value / 3, points[value / 3]);
     let message = format!(
-        "node {node} is at {}; coordinates must be finite",
-        place(point)
+        "node {} is at {}; coordinates must be finite",
+        first + value / 3,
+        point(&points[value / 3])
     );
     Err((value, Error::input(message)))
 }
