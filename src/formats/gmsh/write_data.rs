@@ -2,7 +2,7 @@
 
 use super::super::names::Given;
 use super::super::records::{conditions_left_out, push_integer, push_real, write_records};
-use super::super::vtk::number::Chunk;
+use super::super::vtk::chunk::Chunk;
 use super::super::{Notes, Precision, WriteOptions};
 use super::content::MshContent;
 use super::data::MOST_COMPONENTS;

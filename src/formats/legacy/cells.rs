@@ -2,8 +2,9 @@
 //!
 //! A polyhedron has its face stream in the place of its nodes, in both.
 
+use super::super::vtk::chunk::Chunk;
 use super::super::vtk::list::List;
-use super::super::vtk::number::{Chunk, Element};
+use super::super::vtk::number::Element;
 use super::cursor::Cursor;
 use super::values::{self, Type, check_count};
 use crate::error::Result;

@@ -2,7 +2,8 @@
 
 use super::super::Notes;
 use super::super::names::text_of;
-use super::super::vtk::number::{Chunk, Element, parse_words, points_are_finite};
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::{Element, parse_words, points_are_finite};
 use super::super::vtk::text::{cuts, word_end, word_start};
 use super::cursor::{Cursor, decoded};
 use crate::error::{Error, Result};

@@ -2,8 +2,9 @@
 
 use super::super::names::{Rule, decoded};
 use super::super::vtk::arrays::VtkArrays;
+use super::super::vtk::chunk::reverse_each;
 use super::super::vtk::content::Content;
-use super::super::vtk::number::{Element, reverse_each};
+use super::super::vtk::number::Element;
 use super::super::vtk::order;
 use super::super::vtk::text::{ascii, failed};
 use super::super::{Encoding, WriteOptions};

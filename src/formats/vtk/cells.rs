@@ -3,7 +3,7 @@
 //! Ends are checked window by window as they are read and never held as an array. Cells that a mesh
 //! does not have are put into its kinds at the end: see `split`.
 
-use super::number::Chunk;
+use super::chunk::Chunk;
 use super::polyhedra::Streams;
 use super::split::{self, TypeRun, kind, type_name};
 use crate::error::{Error, Result};

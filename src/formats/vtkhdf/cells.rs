@@ -3,7 +3,7 @@
 use super::super::Notes;
 use super::super::hdf5::Group;
 use super::super::vtk::cells::{Built, CellTable};
-use super::super::vtk::number::Chunk;
+use super::super::vtk::chunk::Chunk;
 use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::extent::{FaceRows, PartRows};
 use super::rows::{column, count, windows};

@@ -1,6 +1,7 @@
 //! Passes decoded bytes on in whole tuples.
 
-use super::super::vtk::number::{Chunk, Element};
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::Element;
 use crate::error::Result;
 
 /// Bytes decoded before they are passed on.

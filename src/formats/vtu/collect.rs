@@ -1,6 +1,7 @@
 //! Values of arrays of all pieces, converted and appended: coordinates, indices, data.
 
-use super::super::vtk::number::{Chunk, Element, points_are_finite};
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::{Element, points_are_finite};
 use super::super::vtk::text::word_start;
 use super::document::Piece;
 use super::stored::Stored;

@@ -4,7 +4,8 @@
 //! and values pass through in chunks, so that decompression needs little more than its result.
 
 use super::super::Compression;
-use super::super::vtk::number::{Chunk, Element, parse_words};
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::{Element, parse_words};
 use super::super::vtk::text::{cuts, word_end};
 use super::aligner::{Aligner, CHUNK};
 use super::blocks::{Blocks, check_ratio};
