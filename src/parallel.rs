@@ -95,6 +95,29 @@ pub fn largest(n: usize, of: impl Fn(usize) -> f64 + Sync) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Whether `of(i)` holds for any `i` below `n`.
+pub fn any(n: usize, of: impl Fn(usize) -> bool + Sync) -> bool {
+    map_blocks(n, BLOCK, &|mut range| range.any(&of)).contains(&true)
+}
+
+/// Sorts values, of which equal ones are alike: which of them comes first does not matter.
+pub fn sort<T: Ord + Send>(values: &mut [T]) {
+    values.par_sort_unstable();
+}
+
+/// Sorts values by a key, which no two of them share.
+pub fn sort_by_key<T: Send, K: Ord>(values: &mut [T], key: impl Fn(&T) -> K + Sync) {
+    values.par_sort_unstable_by_key(key);
+}
+
+/// Calls `act` on this thread and `beside` on others at the same time.
+pub fn with(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send)) {
+    rayon::in_place_scope(|scope| {
+        scope.spawn(|_| beside());
+        act();
+    });
+}
+
 /// Block `i` of `size` of the numbers below `n`.
 pub fn block(n: usize, size: usize, i: usize) -> Range<usize> {
     i * size..n.min((i + 1) * size)
@@ -126,6 +149,22 @@ mod tests {
         assert!(values.iter().enumerate().all(|(i, value)| *value == i + 1));
         assert_eq!(largest(values.len(), |i| values[i] as f64), 10_001.0);
         assert_eq!(largest(0, |_| 1.0), 0.0);
+        assert!(any(10_000, |i| i == 9_999) && !any(9_999, |i| i == 9_999));
+    }
+
+    #[test]
+    fn values_are_sorted_and_two_things_done_at_once() {
+        let mut keys: Vec<(u64, u32)> = (0..10_000).map(|i| (u64::from(i) % 7, i)).collect();
+        let by_node = keys.clone();
+        let (mut sorted, mut is_sorted) = (keys.clone(), false);
+        with(&mut || sort(&mut keys), &mut || {
+            sorted.sort();
+            is_sorted = true;
+        });
+        assert!(is_sorted);
+        assert_eq!(keys, sorted);
+        sort_by_key(&mut keys, |key| key.1);
+        assert_eq!(keys, by_node);
     }
 
     #[test]

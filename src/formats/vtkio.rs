@@ -275,8 +275,9 @@ fn mesh_cells(cells: &model::Cells, n_points: usize, notes: &mut Notes) -> Resul
         } => {
             // Legacy files of version 5 bring a zero at the start.
             let has_zero = offsets.first() == Some(&0) && offsets.len() > cells.types.len();
-            let ends = offsets[usize::from(has_zero)..].to_vec();
+            let ends = &offsets[usize::from(has_zero)..];
             let narrow = |node: &u64| u32::try_from(*node).unwrap_or(u32::MAX);
+            let ends = ends.iter().map(|end| *end as i64).collect();
             List::ending(ends, connectivity.iter().map(narrow).collect())
         }
     };

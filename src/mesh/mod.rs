@@ -29,10 +29,11 @@ pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
+pub(crate) use nodes::for_each_shared_place;
 pub use view::MeshView;
 
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::map_blocks;
 
 /// An unstructured mesh.
 ///
@@ -274,9 +275,11 @@ pub(crate) fn first_where<T: Sync>(
     if values.len() <= CHUNK {
         return values.iter().position(wanted);
     }
-    let chunks = values.par_chunks(CHUNK).enumerate();
-    let found = chunks.filter_map(|(i, chunk)| Some(i * CHUNK + chunk.iter().position(&wanted)?));
-    found.min()
+    let found = map_blocks(values.len(), CHUNK, &|range| {
+        let at = values[range.clone()].iter().position(&wanted)?;
+        Some(range.start + at)
+    });
+    found.into_iter().flatten().next()
 }
 
 #[cfg(test)]

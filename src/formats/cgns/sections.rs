@@ -1,6 +1,7 @@
 //! Sections of elements of an unstructured zone, and which element is which cell.
 
 use super::super::hdf5::Dataset;
+use super::super::vtk::number::Chunk;
 use super::builder::MeshBuilder;
 use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
@@ -9,14 +10,11 @@ use super::node::Node;
 use super::zone::Zone;
 use crate::error::Result;
 use crate::mesh::{CellKind, Values};
-use rayon::prelude::*;
+use std::fmt::Display;
 use std::ops::Range;
 
 /// Node indices taken from the file at a time: what stays near the processor.
 const BLOCK: u64 = 1 << 18;
-
-/// Node indices that one task converts at a time.
-const CHUNK: usize = 1 << 14;
 
 /// A section before its elements are read.
 pub(super) struct Section<'a> {
@@ -315,42 +313,14 @@ fn push(element: ElementType, nodes: &[u32], found: &mut MeshBuilder) {
 pub(super) fn node_indices(values: &Values, node: &Node, zone: &Zone) -> Result<Vec<u32>> {
     let n = zone.n_nodes.iter().product::<usize>();
     let first = zone.first_node as u32;
-    macro_rules! indices {
-        ($numbers:expr, $type:ty) => {{
-            let limit = <$type>::try_from(n).unwrap_or(<$type>::MAX);
-            let is_wrong = |number: &$type| *number < 1 || *number > limit;
-            let mut indices = vec![0; $numbers.len()];
-            let chunks = indices
-                .par_chunks_mut(CHUNK)
-                .zip($numbers.par_chunks(CHUNK));
-            let any_is_wrong = chunks
-                .map(|(indices, numbers)| {
-                    let mut any = false;
-                    for (index, number) in indices.iter_mut().zip(numbers) {
-                        any |= is_wrong(number);
-                        *index = (*number as u32).wrapping_sub(1).wrapping_add(first);
-                    }
-                    any
-                })
-                .reduce(|| false, |a, b| a | b);
-            match any_is_wrong {
-                false => Ok(indices),
-                true => {
-                    let wrong = $numbers.iter().find(|number| is_wrong(number));
-                    let number = *wrong.expect("one was wrong");
-                    Err(i64::try_from(number).unwrap_or(i64::MAX))
-                }
-            }
-        }};
-    }
-    let indices = match values {
-        Values::I32(numbers) => indices!(numbers, i32),
-        Values::I64(numbers) => indices!(numbers, i64),
-        Values::U32(numbers) => indices!(numbers, u32),
-        Values::U64(numbers) => indices!(numbers, u64),
-        _ => return Err(node.refuse("node numbers must be integers of 4 or 8 bytes")),
-    };
-    indices.map_err(|number| outside(number, node, n))
+    let is_number = |chunk: &Chunk| chunk.element.is_integer() && chunk.element.size() >= 4;
+    let numbers = Chunk::of(values).filter(is_number);
+    let numbers =
+        numbers.ok_or_else(|| node.refuse("node numbers must be integers of 4 or 8 bytes"))?;
+    let mut indices = vec![0; numbers.len()];
+    let found = numbers.indices(&mut indices, (1, n as u64), first);
+    found.map_err(|(_, number)| outside(number, node, n))?;
+    Ok(indices)
 }
 
 /// The node index of the mesh for one node number of a zone.
@@ -362,7 +332,7 @@ pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
     }
 }
 
-pub(super) fn outside(number: i64, node: &Node, n: usize) -> crate::error::Error {
+pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> crate::error::Error {
     node.refuse(format!(
         "it names node {number}; the zone has the nodes 1 to {n}"
     ))

@@ -1,11 +1,12 @@
 //! One zone: its kind, its sizes, its nodes.
 
-use super::arrays::to_f64;
+use super::super::vtk::number::Chunk;
 use super::node::Node;
 use super::time::Step;
 use crate::error::{Error, Result};
 use crate::mesh::Values;
-use rayon::prelude::*;
+use crate::parallel::{BLOCK, for_blocks};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A zone of the file and what is read of it first.
 pub(super) struct Zone<'a> {
@@ -201,28 +202,20 @@ fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
 
 /// Sets one coordinate of every point; returns whether all are finite, `None` for text.
 fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
-    const CHUNK: usize = 1 << 16;
-    macro_rules! each {
-        ($values:expr) => {
-            points
-                .par_chunks_mut(CHUNK)
-                .zip($values.par_chunks(CHUNK))
-                .map(|(points, values)| {
-                    let mut all_finite = true;
-                    for (point, value) in points.iter_mut().zip(values) {
-                        point[axis] = (*value).into();
-                        all_finite &= point[axis].is_finite();
-                    }
-                    all_finite
-                })
-                .reduce(|| true, |a, b| a && b)
-        };
-    }
-    Some(match values {
-        Values::F64(values) => each!(values),
-        Values::F32(values) => each!(values),
-        other => each!(to_f64(other)?),
-    })
+    let values = Chunk::of(values)?;
+    let all_finite = AtomicBool::new(true);
+    for_blocks(points, BLOCK, &|first, points| {
+        let mut reals = [0.0; BLOCK];
+        let reals = &mut reals[..points.len()];
+        values.part(first..first + points.len()).few_reals(reals);
+        for (point, real) in points.iter_mut().zip(&*reals) {
+            point[axis] = *real;
+        }
+        if !reals.iter().all(|x| x.is_finite()) {
+            all_finite.store(false, Ordering::Relaxed);
+        }
+    });
+    Some(all_finite.into_inner())
 }
 
 /// The first point of which a coordinate is not finite.

@@ -8,7 +8,7 @@ use super::nodes::CHUNK;
 use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells};
-use rayon::prelude::*;
+use crate::parallel::map_items;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Elements of one type in one entity.
@@ -162,23 +162,20 @@ impl Block<'_> {
             }),
             Body::Binary(binary, start, body) => {
                 let each = binary.size_bytes * (1 + self.of.n_nodes);
-                let results: Vec<Result<()>> = out
-                    .par_chunks_mut(CHUNK * self.of.n_nodes)
-                    .zip(body.par_chunks(CHUNK * each))
-                    .enumerate()
-                    .map(|(i, (out, body))| {
-                        let first = self.first_cell + i * CHUNK;
-                        let counts = self.decode(*binary, body, nodes, out, first);
-                        let counts = counts.map_err(|(at, tag)| {
-                            let place = start + i * CHUNK * each + at;
-                            unknown_node(self.of.kind, tag).byte(place as u64)
-                        })?;
-                        if !counts {
-                            counts_up.store(false, Ordering::Relaxed);
-                        }
-                        Ok(())
-                    })
-                    .collect();
+                let blocks = out.chunks_mut(CHUNK * self.of.n_nodes);
+                let tasks = blocks.zip(body.chunks(CHUNK * each));
+                let results = map_items(tasks, &|i, (out, body)| {
+                    let first = self.first_cell + i * CHUNK;
+                    let counts = self.decode(*binary, body, nodes, out, first);
+                    let counts = counts.map_err(|(at, tag)| {
+                        let place = start + i * CHUNK * each + at;
+                        unknown_node(self.of.kind, tag).byte(place as u64)
+                    })?;
+                    if !counts {
+                        counts_up.store(false, Ordering::Relaxed);
+                    }
+                    Ok(())
+                });
                 results.into_iter().collect()
             }
         }

@@ -9,7 +9,7 @@ use super::nodes::{CHUNK, count};
 use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells};
-use rayon::prelude::*;
+use crate::parallel::{block, try_map};
 
 /// Groups, entities, partitions and numbers of the elements.
 #[derive(Debug, Default)]
@@ -300,23 +300,17 @@ impl<'a> Block<'a> {
 
     fn parts(&self, nodes: &Index) -> Result<Vec<ElementBatch>> {
         let each = 4 * (1 + self.n_tags + self.of.n_nodes);
-        let results: Vec<Result<ElementBatch>> = self
-            .body
-            .par_chunks(CHUNK * each)
-            .enumerate()
-            .map(|(i, body)| {
-                let mut part = ElementBatch::default();
-                part.connectivity
-                    .reserve(body.len() / each * self.of.n_nodes);
-                for (j, element) in body.chunks_exact(each).enumerate() {
-                    self.decode(element, nodes, &mut part).map_err(|error| {
-                        error.byte((self.start + (i * CHUNK + j) * each) as u64)
-                    })?;
-                }
-                Ok(part)
-            })
-            .collect();
-        results.into_iter().collect()
+        try_map(self.n_cells.div_ceil(CHUNK), &|i| {
+            let cells = block(self.n_cells, CHUNK, i);
+            let mut part = ElementBatch::default();
+            part.connectivity.reserve(cells.len() * self.of.n_nodes);
+            for cell in cells {
+                let element = &self.body[cell * each..(cell + 1) * each];
+                let decoded = self.decode(element, nodes, &mut part);
+                decoded.map_err(|error| error.byte((self.start + cell * each) as u64))?;
+            }
+            Ok(part)
+        })
     }
 
     fn decode(&self, element: &[u8], nodes: &Index, part: &mut ElementBatch) -> Result<()> {

@@ -4,7 +4,7 @@ use super::super::lexer::Fields;
 use super::index::Index;
 use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::for_blocks;
 
 /// Records that one task converts at a time.
 pub(super) const CHUNK: usize = 1 << 16;
@@ -255,16 +255,14 @@ fn read_binary<'a>(
     let body = stream.take(n, each, "the nodes")?;
     let known = points.len();
     points.resize(known + n, [0.0; 3]);
-    points[known..]
-        .par_chunks_mut(CHUNK)
-        .zip(body.par_chunks(CHUNK * each))
-        .for_each(|(points, body)| {
-            for (point, node) in points.iter_mut().zip(body.chunks_exact(each)) {
-                for (i, x) in point.iter_mut().enumerate() {
-                    *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
-                }
+    for_blocks(&mut points[known..], CHUNK, &|first, points| {
+        let nodes = body[first * each..].chunks_exact(each);
+        for (point, node) in points.iter_mut().zip(nodes) {
+            for (i, x) in point.iter_mut().enumerate() {
+                *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
             }
-        });
+        }
+    });
     let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
     match points[known..].iter().position(|point| !finite(point)) {
         None => Ok(body),

@@ -99,7 +99,7 @@ impl<'a> Sink<'a> {
     ) -> Result<()> {
         let text = self.text;
         let record_bytes = n_values * width;
-        write_records(self.out, n, |range, buffer| {
+        write_records(self.out, n, &|range, buffer| {
             let mut values = [0; MOST_VALUES];
             let values = &mut values[..n_values];
             if text {

@@ -45,7 +45,7 @@ fn write_nodes(mesh: &MeshView, plan: &MshContent, sink: &mut Sink) -> Result<()
     let n = mesh.points.len();
     sink.line(&format!("$Nodes\n{n}"))?;
     let text = sink.text;
-    write_records(sink.out, n, |range, buffer| {
+    write_records(sink.out, n, &|range, buffer| {
         for i in range {
             if text {
                 push_integer(buffer, plan.node_tag(i as u32));

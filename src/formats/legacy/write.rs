@@ -3,7 +3,7 @@
 use super::super::names::{Rule, decoded};
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::Content;
-use super::super::vtk::number::Element;
+use super::super::vtk::number::{Element, reverse_each};
 use super::super::vtk::order;
 use super::super::vtk::text::{ascii, failed};
 use super::super::{Encoding, WriteOptions};
@@ -350,19 +350,8 @@ impl<'o> Integers<'o> {
 }
 
 fn to_big_endian(bytes: &mut [u8], size: usize) {
-    if cfg!(target_endian = "big") {
-        return;
-    }
-    macro_rules! swap {
-        ($n:literal) => {
-            bytes.chunks_exact_mut($n).for_each(<[u8]>::reverse)
-        };
-    }
-    match size {
-        2 => swap!(2),
-        4 => swap!(4),
-        8 => swap!(8),
-        _ => {}
+    if cfg!(target_endian = "little") {
+        reverse_each(bytes, size);
     }
 }
 

@@ -242,7 +242,7 @@ fn write_cells(
     out: &mut dyn Write,
 ) -> Result<()> {
     let kind = u64::from(run.kind.vtk());
-    write_records(out, run.n_cells(), |range, buffer| {
+    write_records(out, run.n_cells(), &|range, buffer| {
         for i in range {
             push_integer(buffer, kind);
             for node in &run.connectivity[i * run.n_nodes..(i + 1) * run.n_nodes] {
@@ -270,7 +270,7 @@ fn write_points(
     let own = own.filter(|own| *own >= 0);
     let own = own.map_or_else(String::new, |own| format!(" {own}"));
     write_all(out, format!("NPOIN= {n}{own}\n").as_bytes())?;
-    write_records(out, n, |range, buffer| {
+    write_records(out, n, &|range, buffer| {
         for i in range {
             let node = nodes.map_or(i, |nodes| nodes[i] as usize);
             for x in &mesh.points[node][..dimension] {

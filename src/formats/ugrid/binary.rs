@@ -7,7 +7,7 @@ use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
 use crate::mesh::first_where;
-use rayon::prelude::*;
+use crate::parallel::for_blocks;
 use std::borrow::Cow;
 
 /// Numbers that one task converts at a time.
@@ -119,9 +119,9 @@ fn with_hint(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
 
 /// Converts `N` bytes at a time.
 fn convert<T: Send, const N: usize>(bytes: &[u8], out: &mut [T], f: impl Fn([u8; N]) -> T + Sync) {
-    let chunks = out.par_chunks_mut(CHUNK).zip(bytes.par_chunks(CHUNK * N));
-    chunks.for_each(|(out, bytes)| {
-        for (out, bytes) in out.iter_mut().zip(bytes.chunks_exact(N)) {
+    for_blocks(out, CHUNK, &|first, out| {
+        let bytes = bytes[first * N..].chunks_exact(N);
+        for (out, bytes) in out.iter_mut().zip(bytes) {
             *out = f(bytes.try_into().expect("chunks of N bytes"));
         }
     });

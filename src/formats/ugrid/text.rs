@@ -9,7 +9,7 @@ use super::layout::{Content, Counts, KINDS, N_FACE_KINDS, n_nodes};
 use crate::diagnostic::formats::NotKept;
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
-use rayon::prelude::*;
+use crate::parallel::{map, map_items};
 use std::ops::Range;
 
 /// Bytes of one piece.
@@ -48,10 +48,7 @@ fn counts(bytes: &[u8]) -> Result<(Counts, usize)> {
 pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let (counts, start) = counts(bytes).map_err(|error| binary_instead(error, bytes, flavour))?;
     let pieces = pieces(bytes, start);
-    let sizes: Vec<usize> = pieces
-        .par_iter()
-        .map(|piece| n_words(&bytes[piece.clone()]))
-        .collect();
+    let sizes = map(pieces.len(), &|i| n_words(&bytes[pieces[i].clone()]));
     let n_found: usize = sizes.iter().sum();
     let n_needed = 3 * counts.n_nodes + counts.n_integers();
     if n_found < n_needed {
@@ -103,16 +100,13 @@ fn parse(
         tasks.push((piece, reals, first_integer, own));
         first_integer += n_integers;
     }
-    let results: Vec<Result<()>> = tasks
-        .into_par_iter()
-        .map(|(piece, reals, first, integers)| {
-            let mut words = Fields::between(bytes, piece);
-            for x in reals {
-                *x = words.real("a coordinate")?;
-            }
-            sections.parse(&mut words, first, integers)
-        })
-        .collect();
+    let results = map_items(tasks, &|_, (piece, reals, first, integers)| {
+        let mut words = Fields::between(bytes, piece);
+        for x in reals {
+            *x = words.real("a coordinate")?;
+        }
+        sections.parse(&mut words, first, integers)
+    });
     results.into_iter().collect::<Result<()>>()?;
     Ok((points, integers))
 }

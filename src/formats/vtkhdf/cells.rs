@@ -3,12 +3,12 @@
 use super::super::Notes;
 use super::super::hdf5::Group;
 use super::super::vtk::cells::{Built, CellTable};
-use super::super::vtk::number::{Chunk, Number};
+use super::super::vtk::number::Chunk;
 use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::extent::{FaceRows, PartRows};
 use super::rows::{column, count, windows};
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Values, arrays::with_numbers};
+use crate::mesh::{CellKind, Values};
 use std::ops::Range;
 
 /// Reads the cells of all parts, with nodes counted through.
@@ -51,10 +51,9 @@ pub(super) fn read(
 fn types(grid: &Group, part: &PartRows) -> Result<Vec<u8>> {
     let mut types = Vec::new();
     windows(&column(grid, "Types")?, &part.cells, |values| {
-        // No type is larger than 255, and 255 is none.
-        let narrow = |vtk: u64| u8::try_from(vtk).unwrap_or(u8::MAX);
-        with_numbers!(&values, v => types.extend(v.iter().map(|x| narrow(x.as_index()))),
-            _text => return Err(no_integers("Types")));
+        let start = types.len();
+        types.resize(start + values.len(), 0);
+        integers(&values, "Types")?.types(&mut types[start..]);
         Ok(())
     })?;
     Ok(types)
@@ -72,19 +71,19 @@ fn append(
     let mut first = 0;
     let mut done = 0;
     windows(&ends, &part.offsets, |values| {
-        with_numbers!(&values, v => {
-            let (before, ends) = match (last, v.split_first()) {
-                (None, Some((start, ends))) => {
-                    first = start.as_index();
-                    (first, ends)
-                }
-                (before, _) => (before.unwrap_or(0), &v[..]),
-            };
-            last = Some(ends.last().map_or(before, |end| end.as_index()));
-            let chunk = Chunk { bytes: bytemuck::cast_slice(ends), swap: false };
-            append_typed(ends, &types[done..done + ends.len()], chunk, before, table)?;
-            done += ends.len();
-        }, _text => return Err(no_integers("Offsets")));
+        let mut ends = integers(&values, "Offsets")?;
+        let before = last.unwrap_or_else(|| {
+            first = ends.integer(0) as u64;
+            ends = ends.part(1..ends.len());
+            first
+        });
+        let n = ends.len();
+        table.append_ends(&types[done..done + n], ends, before)?;
+        last = Some(
+            n.checked_sub(1)
+                .map_or(before, |at| ends.integer(at) as u64),
+        );
+        done += n;
         Ok(())
     })
     .map_err(|error| error.dataset("Offsets"))?;
@@ -106,17 +105,6 @@ fn append(
     )
 }
 
-/// Appends cells whose ends have the type of `_ends`.
-fn append_typed<T: Number>(
-    _ends: &[T],
-    types: &[u8],
-    ends: Chunk,
-    before: u64,
-    table: &mut CellTable,
-) -> Result<()> {
-    table.append_ends::<T>(types, ends, before)
-}
-
 /// Appends some indices of a dataset, which must be below the limit, plus the base.
 fn indices(
     grid: &Group,
@@ -132,8 +120,8 @@ fn indices(
     windows(&dataset, rows, |values| {
         let start = out.len();
         out.resize(start + values.len(), 0);
-        let found = with_numbers!(&values, v => convert(v, &mut out[start..], nodes),
-            _text => return Err(no_integers(name)));
+        let found =
+            integers(&values, name)?.indices(&mut out[start..], (0, nodes.limit), nodes.base);
         found.map_err(|(at, value)| {
             let (at, highest) = (done + at as u64, nodes.limit as i64 - 1);
             Error::input(format!(
@@ -146,16 +134,10 @@ fn indices(
     })
 }
 
-fn convert<T: Number>(
-    values: &[T],
-    out: &mut [u32],
-    nodes: PieceNodes,
-) -> std::result::Result<(), (usize, String)> {
-    let chunk = Chunk {
-        bytes: bytemuck::cast_slice(values),
-        swap: false,
-    };
-    chunk.indices::<T>(out, nodes.limit, nodes.base)
+/// The values of a dataset that must hold integers.
+fn integers<'a>(values: &'a Values, name: &str) -> Result<Chunk<'a>> {
+    let chunk = Chunk::of(values).filter(|chunk| chunk.element.is_integer());
+    chunk.ok_or_else(|| no_integers(name))
 }
 
 fn append_faces(

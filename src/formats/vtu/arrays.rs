@@ -163,10 +163,7 @@ fn append(
                 Values::U8(out) if array.is_bits => bits(array, layout, n, out),
                 $(Values::$variant(out) => {
                     let values = n.map(|n| n.checked_mul(array.n_components).unwrap_or(usize::MAX));
-                    collect(array, layout, 1, values, out, |chunk, out| {
-                        chunk.convert(out, |x| x);
-                        Ok(())
-                    })
+                    copied(array, layout, values, out)
                 })*
                 Values::Text(out) => strings(array, layout, n, out, notes),
             }
@@ -181,16 +178,26 @@ fn append(
     Ok(())
 }
 
+/// Appends the values of an array as they are; their number must be `expected`.
+fn copied<T: bytemuck::Pod + Default + Send>(
+    array: &Array,
+    layout: &Layout,
+    expected: Option<usize>,
+    out: &mut Vec<T>,
+) -> Result<()> {
+    collect(array, layout, 1, expected, out, &|chunk, out| {
+        chunk.copy_to(out);
+        Ok(())
+    })
+}
+
 /// Bits, the first of a byte its highest; as text, a word each.
 fn bits(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<u8>) -> Result<()> {
     let n = n.and_then(|n| n.checked_mul(array.n_components));
     let is_text = array.encoding == DataEncoding::Ascii;
     let expected = n.map(|n| if is_text { n } else { n.div_ceil(8) });
     let mut bytes: Vec<u8> = Vec::new();
-    collect(array, layout, 1, expected, &mut bytes, |chunk, out| {
-        chunk.convert::<u8, u8>(out, |x| x);
-        Ok(())
-    })?;
+    copied(array, layout, expected, &mut bytes)?;
     if is_text {
         out.append(&mut bytes);
         return Ok(());
@@ -216,10 +223,7 @@ fn strings(
             ..array.clone()
         };
         let mut wide: Vec<i16> = Vec::new();
-        collect(&codes, layout, 1, None, &mut wide, |chunk, out| {
-            chunk.convert(out, |x| x);
-            Ok(())
-        })?;
+        copied(&codes, layout, None, &mut wide)?;
         for code in wide {
             bytes.push(
                 u8::try_from(code)
@@ -230,10 +234,7 @@ fn strings(
             );
         }
     } else {
-        collect(array, layout, 1, None, &mut bytes, |chunk, out| {
-            chunk.convert::<u8, u8>(out, |x| x);
-            Ok(())
-        })?;
+        copied(array, layout, None, &mut bytes)?;
     }
     let before = out.len();
     let mut words = bytes.split(|byte| *byte == 0).collect::<Vec<_>>();

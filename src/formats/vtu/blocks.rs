@@ -3,7 +3,7 @@
 use super::super::Compression;
 use super::aligner::{Aligner, CHUNK};
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::map_items;
 use std::borrow::Cow;
 use std::io::Read;
 
@@ -66,14 +66,11 @@ impl Blocks<'_> {
                 }
                 let start = bytes.len();
                 bytes.resize(start + n_bytes, 0);
-                bytes[start..]
-                    .par_chunks_mut(self.block_size)
-                    .zip(compressed)
-                    .enumerate()
-                    .try_for_each(|(block, (out, compressed))| {
-                        decompress(self.compression, compressed, out)
-                            .map_err(|what| damaged(block, what))
-                    })
+                let blocks = bytes[start..].chunks_mut(self.block_size);
+                let results = map_items(blocks.zip(compressed), &|i, (out, compressed)| {
+                    decompress(self.compression, compressed, out).map_err(|what| damaged(i, what))
+                });
+                results.into_iter().collect()
             })?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Values of arrays of all pieces, converted and appended: coordinates, indices, data.
 
-use super::super::vtk::number::{Chunk, Element, Number, points_are_finite, with_type};
+use super::super::vtk::number::{Chunk, Element, points_are_finite};
 use super::super::vtk::text::word_start;
 use super::document::Piece;
 use super::stored::Stored;
@@ -30,10 +30,10 @@ pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>>
         }
         let n = count(piece.n_points).map_err(|error| error.dataset("Points"))?;
         let first = points.len();
-        with_type!(array.element, T => collect(
-            array, layout, 3, Some(n), &mut points,
-            |chunk, out| { chunk.convert::<T, f64>(out.as_flattened_mut(), T::as_f64); Ok(()) },
-        )?);
+        collect(array, layout, 3, Some(n), &mut points, &|chunk, out| {
+            chunk.reals(out.as_flattened_mut());
+            Ok(())
+        })?;
         if array.encoding == DataEncoding::Ascii {
             check_finite(array, first, &points[first..])?;
         }
@@ -66,20 +66,26 @@ pub(super) fn collect<U: Copy + Default + Send>(
     tuple: usize,
     expected: Option<usize>,
     out: &mut Vec<U>,
-    fill: impl Fn(Chunk, &mut [U]) -> Result<()>,
+    fill: &dyn Fn(Chunk, &mut [U]) -> Result<()>,
 ) -> Result<()> {
-    let stored = Stored::open(array, layout)?;
-    let result = collect_stored(&stored, array, tuple, expected, out, fill);
-    result.map_err(|error| error.dataset(&array.name))
+    let mut append = |chunk: Chunk, n: usize, total: usize| {
+        let start = out.len();
+        grow(out, n, total);
+        fill(chunk, &mut out[start..])
+    };
+    Stored::open(array, layout).and_then(|stored| {
+        let result = for_each_chunk(&stored, array, tuple, expected, &mut append);
+        result.map_err(|error| error.dataset(&array.name))
+    })
 }
 
-fn collect_stored<U: Copy + Default + Send>(
+/// Hands the tuples of an array to `append`, chunk by chunk, with their number and that of all (0 where it is not known).
+fn for_each_chunk(
     stored: &Stored,
     array: &Array,
     tuple: usize,
     expected: Option<usize>,
-    out: &mut Vec<U>,
-    fill: impl Fn(Chunk, &mut [U]) -> Result<()>,
+    append: &mut dyn FnMut(Chunk, usize, usize) -> Result<()>,
 ) -> Result<()> {
     let width = array.element.size().checked_mul(tuple);
     let width = width.ok_or_else(|| Error::input(format!("tuples of {tuple} components")))?;
@@ -104,19 +110,18 @@ fn collect_stored<U: Copy + Default + Send>(
     } else if expected.is_some_and(|n| n > stored.most_values() / tuple) {
         return wrong(counted(stored.n_values(), "value"));
     }
-    let before = out.len();
     let n_tuples = expected.or(stored.n_bytes().map(|n| n / width));
+    let mut done = 0;
     stored.for_each(width, &mut |chunk| {
         let n = chunk.bytes.len() / width;
-        let start = out.len();
-        if n_tuples.is_some_and(|n_tuples| start - before + n > n_tuples) {
+        done += n;
+        if n_tuples.is_some_and(|n_tuples| done > n_tuples) {
             return wrong(counted(stored.n_values(), "value"));
         }
-        grow(out, n, n_tuples.unwrap_or(0));
-        fill(chunk, &mut out[start..])
+        append(chunk, n, n_tuples.unwrap_or(0))
     })?;
     match n_tuples {
-        Some(n) if out.len() - before != n => wrong(counted(out.len() - before, "tuple")),
+        Some(n) if done != n => wrong(counted(done, "tuple")),
         _ => Ok(()),
     }
 }

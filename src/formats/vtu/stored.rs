@@ -4,13 +4,13 @@
 //! and values pass through in chunks, so that unpacking needs little more than its result.
 
 use super::super::Compression;
-use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
+use super::super::vtk::number::{Chunk, Element, parse_words};
 use super::super::vtk::text::{cuts, word_end};
 use super::aligner::{Aligner, CHUNK};
 use super::blocks::{Blocks, check_ratio};
 use super::xml::{Array, DataEncoding, Layout, line_after};
 use crate::error::{Error, Result, counted};
-use rayon::prelude::*;
+use crate::parallel::map;
 use std::borrow::Cow;
 
 /// The stored values of one array, their sizes checked.
@@ -79,6 +79,7 @@ impl<'a> Stored<'a> {
     pub fn for_each(&self, tuple: usize, sink: &mut dyn FnMut(Chunk) -> Result<()>) -> Result<()> {
         let mut aligner = Aligner {
             tuple,
+            element: self.element,
             swap: self.swap,
             pending: Vec::new(),
             sink,
@@ -87,6 +88,7 @@ impl<'a> Stored<'a> {
             Data::Plain(bytes) => {
                 let chunk = Chunk {
                     bytes,
+                    element: self.element,
                     swap: self.swap,
                 };
                 if !bytes.is_empty() {
@@ -96,7 +98,7 @@ impl<'a> Stored<'a> {
             }
             Data::Text(text, before) => {
                 aligner.swap = false;
-                with_type!(self.element, T => text_chunks::<T>(text, before, self.element, &mut aligner)?);
+                text_chunks(text, before, &mut aligner)?;
             }
             Data::Base64 { text, skip, .. } => base64_chunks(text, *skip, &mut aligner)?,
             Data::Blocks(blocks) => blocks.chunks(&mut aligner)?,
@@ -118,26 +120,22 @@ pub(super) fn n_words(text: &[u8]) -> usize {
     words.filter(|word| !word.is_empty()).count()
 }
 
-fn text_chunks<T: Number>(
-    text: &[u8],
-    before: &[u8],
-    element: Element,
-    aligner: &mut Aligner,
-) -> Result<()> {
+fn text_chunks(text: &[u8], before: &[u8], aligner: &mut Aligner) -> Result<()> {
     let mut start = 0;
     while start < text.len() {
         let end = word_end(text, start.saturating_add(CHUNK));
-        let parts: Vec<_> = cuts(text, start, end, CHUNK / 32)
-            .par_windows(2)
-            .map(|cut| (cut[0], parse_words::<T>(&text[cut[0]..cut[1]], element)))
-            .collect();
-        for (first, part) in parts {
+        let cuts = cuts(text, start, end, CHUNK / 32);
+        let element = aligner.element;
+        let parts = map(cuts.len() - 1, &|i| {
+            parse_words(&text[cuts[i]..cuts[i + 1]], element)
+        });
+        for (first, part) in cuts.into_iter().zip(parts) {
             let numbers = part.map_err(|(at, message)| {
                 let line = line_after(before) - 1 + line_after(&text[..first + at]);
                 Error::input(message).line(line)
             })?;
             aligner.push(|bytes| {
-                bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
+                bytes.extend_from_slice(&numbers);
                 Ok(())
             })?;
         }

@@ -1,6 +1,6 @@
 //! Structured grids, rectilinear grids and images in XML, as the cells that they imply.
 
-use super::super::vtk::number::{Element, Number, with_type};
+use super::super::vtk::number::Element;
 use super::super::vtk::structured;
 use super::collect::{collect, points};
 use super::document::{Document, Grid, Piece};
@@ -65,10 +65,10 @@ fn axes(piece: &Piece, dimensions: [usize; 3], layout: &Layout) -> Result<[Vec<f
             return Err(Error::input("coordinates must be numbers").dataset("Coordinates"));
         }
         let mut out = Vec::new();
-        with_type!(array.element, T => collect(array, layout, 1, Some(n), &mut out, |chunk, out| {
-            chunk.convert::<T, f64>(out, T::as_f64);
+        collect(array, layout, 1, Some(n), &mut out, &|chunk, out| {
+            chunk.reals(out);
             Ok(())
-        })?);
+        })?;
         Ok(out)
     };
     let [n_x, n_y, n_z] = dimensions;

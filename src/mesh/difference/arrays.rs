@@ -156,7 +156,7 @@ fn number_difference(
         }
         found
     };
-    let found = in_chunks(pairs.n_tuples, look, Different::joined);
+    let found = in_chunks(pairs.n_tuples, &look, Different::joined);
     let (Some([i, j]), Some((at, most))) = (found.first, found.most) else {
         return None;
     };
@@ -219,7 +219,7 @@ fn largest(values: &Values) -> f64 {
         let sizes = range.map(|i| value(i).abs()).filter(|x| x.is_finite());
         sizes.fold(0.0, f64::max)
     };
-    in_chunks(values.len(), look, f64::max)
+    in_chunks(values.len(), &look, f64::max)
 }
 
 fn shown(values: &Values, i: usize) -> String {

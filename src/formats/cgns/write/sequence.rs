@@ -16,7 +16,7 @@ use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::{CellKind, Mesh, MeshView};
-use rayon::prelude::*;
+use crate::parallel::largest;
 use std::path::Path;
 use std::slice::from_ref;
 
@@ -288,11 +288,9 @@ pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> StepBytes {
 /// Whether all nodes lie in the plane z = 0, but for what turning them has left of round-off.
 fn is_flat(mesh: &MeshView) -> bool {
     const ROUND_OFF: f64 = 1e-14;
-    let largest = |axis: usize| {
-        let sizes = mesh.points.par_iter().map(|point| point[axis].abs());
-        sizes.reduce(|| 0.0, f64::max)
-    };
-    largest(2) <= ROUND_OFF * largest(0).max(largest(1))
+    let points = mesh.points;
+    let size = |axis: usize| largest(points.len(), |node| points[node][axis].abs());
+    size(2) <= ROUND_OFF * size(0).max(size(1))
 }
 
 /// A hash of what must be the same at every step: cells and groups.
