@@ -1,6 +1,7 @@
 //! What is wrong in SU2 files, with its place.
 
-use super::{Wrong, line, refused};
+use super::{Wrong, line, refusal, refused};
+use crate::support::assert_says;
 use azimesh::formats::su2::Su2;
 
 const GOOD: &str = "% a plane mesh\nNDIME= 2\nNELEM= 2\n5 0 1 2 0\n9 1 3 4 2 1\nNPOIN= 5 5\n\
@@ -9,7 +10,7 @@ const GOOD: &str = "% a plane mesh\nNDIME= 2\nNELEM= 2\n5 0 1 2 0\n9 1 3 4 2 1\n
 
 #[test]
 fn a_wrong_line_is_named_with_what_would_be_right() {
-    let wrong: [Wrong; 12] = [
+    let wrong: [Wrong; 11] = [
         ("5 0 1 2 0", "5 0 1", line(4), &["triangle", "3 node", "2"]),
         (
             "3 1 3\n",
@@ -51,14 +52,15 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
         ),
         ("5 0 1 2 0", "206 0 1 2 0", line(4), &["206"]),
         ("NPOIN= 5 5", "NPOIN= -5", line(6), &["NPOIN", "negative"]),
-        (
-            "MARKER_ELEMS= 0\n",
-            "MARKER_ELEMS= 0\nIZONE= 2\nNDIME= 3\n",
-            line(20),
-            &["2", "3"],
-        ),
     ];
     refused(&Su2, GOOD, &wrong);
+    let solid = GOOD.replace("NDIME= 2", "NDIME= 3");
+    let error = refusal(
+        &Su2,
+        format!("IZONE= 1\n{GOOD}IZONE= 2\n{solid}").as_bytes(),
+    );
+    assert_eq!(error.position, Some(line(22)), "{error}");
+    assert_says(&error.message, &["2", "3"]);
 }
 
 #[test]
