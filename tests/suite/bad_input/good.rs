@@ -82,9 +82,11 @@ impl Good {
         mesh
     }
 
-    /// Whether these bytes are a mesh, which may fail its checks in words, or refused with a place; if not, what they
-    /// are instead.
-    pub fn check(&self, bytes: &[u8], damage: &dyn Debug) -> std::result::Result<(), String> {
+    /// Whether these bytes are read, as a mesh that may fail its checks in words.
+    ///
+    /// # Errors
+    /// Where they are neither read nor refused with a place.
+    pub fn check(&self, bytes: &[u8], damage: &dyn Debug) -> std::result::Result<bool, String> {
         let read = || {
             self.read(bytes).map(|mut mesh| {
                 if mesh.validate().is_ok() {
@@ -93,12 +95,12 @@ impl Good {
             })
         };
         let wrong = match catch_unwind(AssertUnwindSafe(read)) {
-            Ok(Ok(())) => return Ok(()),
+            Ok(Ok(())) => return Ok(true),
             Ok(Err(error)) if error.position.is_none() => format!("no place: {error}"),
             Ok(Err(error)) if error.kind != ErrorKind::Input => {
                 format!("{:?}: {error}", error.kind)
             }
-            Ok(Err(_)) => return Ok(()),
+            Ok(Err(_)) => return Ok(false),
             Err(_) => "a panic".to_owned(),
         };
         Err(format!("{} with {damage:?}: {wrong}", self.file.display()))
@@ -117,7 +119,9 @@ fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
         write(&mesh)?;
         for file in all_files(&folder) {
             let bytes = fs::read(&file).unwrap();
-            if !files.iter().any(|known| known.bytes == bytes) {
+            // What belongs to a mesh is read the same whichever way that is written.
+            let is_new = !files.iter().any(|known| known.bytes == bytes);
+            if is_new && (file == mesh || n == 1) {
                 let mesh = mesh.clone();
                 files.push(Good {
                     format,
@@ -137,8 +141,12 @@ fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
         format.write(&view.view(), &mut nowhere, &ways[0]).is_ok()
     };
     let solid = solid(solids.into_iter().find(fits).expect("it holds tetrahedra"));
+    let commit = Commit {
+        sync: false,
+        ..Commit::REPLACE
+    };
     let save = |mesh: &Mesh, path: &Path, options: &WriteOptions| {
-        formats::save(&mesh.view(), path, format, options, Commit::REPLACE).map(drop)
+        formats::save(&mesh.view(), path, format, options, commit).map(drop)
     };
     for options in &ways {
         add(&|path| save(&solid, path, options)).unwrap();
