@@ -155,8 +155,8 @@ impl Mesh {
         let strange = |p: &[f64; 3]| !p.iter().all(|x| x.is_finite());
         if let Some(i) = first_where(&self.points, strange) {
             return Err(Error::input(format!(
-                "node {i} has coordinates {:?}; they must be finite numbers",
-                self.points[i]
+                "node {i} is at {}; coordinates must be finite",
+                place(self.points[i])
             )));
         }
         for run in self.cells.runs() {
@@ -180,7 +180,7 @@ impl Mesh {
         for array in all.into_iter().flatten() {
             if array.n_components > array.values.len().max(MOST_COMPONENTS) {
                 return Err(Error::input(format!(
-                    "array \"{}\" has tuples of {} components, but {} values",
+                    "array \"{}\" has tuples of {} components but {} values",
                     array.name,
                     array.n_components,
                     array.values.len()
@@ -195,7 +195,7 @@ impl Mesh {
             for array in arrays {
                 if array.n_components == 0 || array.values.len() != n * array.n_components {
                     return Err(Error::input(format!(
-                        "array \"{}\" has {} values of {} components for {n} {of}",
+                        "array \"{}\" has {} values, not {} for each of {n} {of}",
                         array.name,
                         array.values.len(),
                         array.n_components
@@ -243,6 +243,26 @@ fn bounds(points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
             std::array::from_fn(|i| hi[i].max(p[i])),
         ]
     }))
+}
+
+/// A number to six digits, for sentences.
+pub(crate) fn rounded(x: f64) -> f64 {
+    format!("{x:.5e}").parse().unwrap_or(x) + 0.0
+}
+
+/// A place in a sentence, to six digits.
+pub(crate) fn place(point: [f64; 3]) -> String {
+    let numbers = point.map(|x| format!("{:?}", rounded(x)));
+    let numbers = numbers
+        .each_ref()
+        .map(|x| x.strip_suffix(".0").unwrap_or(x));
+    format!("[{}]", numbers.join(", "))
+}
+
+/// Refuses more nodes or cells than indices of 32 bits can tell apart.
+pub(crate) fn too_many(what: &str) -> String {
+    let most = u32::MAX - 1;
+    format!("there are more than {most} {what}, the most that a mesh can have")
 }
 
 /// Extent in z, relative to the diagonal, above which nodes do not lie in a plane.

@@ -24,7 +24,7 @@ fn one_line_tells_a_moved_node_a_swapped_tag_and_a_reordered_cell() {
             "node",
             "1 1 2\n",
             "1.000000001 1 2\n",
-            "different: 1 nodes differ, node 2 most, by 1.00000",
+            "different: 1 node differs, node 2 most, by 1e-9",
         ),
         (
             "tag",
@@ -90,7 +90,7 @@ fn a_renumbered_mesh_is_matched_by_position() {
     let run = azimesh(folder.path(), &far);
     assert!(
         run.out
-            .contains("1 nodes of the first and 1 of the second have no partner"),
+            .contains("1 node of the first mesh and 1 of the second have no partner"),
         "{run:?}"
     );
 }

@@ -8,7 +8,7 @@ use super::element::{
 };
 use super::node::Node;
 use super::zone::Zone;
-use crate::error::Result;
+use crate::error::{Result, counted};
 use crate::mesh::{CellKind, Values};
 use std::fmt::Display;
 use std::ops::Range;
@@ -51,13 +51,15 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
         let range = node.need("ElementRange")?.integers()?;
         let element_type = data.first().map(|&n| current_number(n, zone.version));
         let (Some(element_type), &[first, last]) = (element_type, &range[..]) else {
-            return Err(node.refuse("its data must be a type, its ElementRange two numbers"));
+            return Err(
+                node.refuse("it must have an element type and an ElementRange of two numbers")
+            );
         };
         let n = last.checked_sub(first).and_then(|n| n.checked_add(1));
         let n = n.filter(|n| first >= 1 && (0..i64::from(u32::MAX)).contains(n));
         let Some(n) = n else {
             return Err(node.refuse(format!(
-                "its ElementRange is {first} to {last}; elements are counted from 1"
+                "its ElementRange is {first} to {last}; it must start at 1 or higher and must not end before it starts"
             )));
         };
         let n_boundary = data.get(1).map_or(0, |&n| usize::try_from(n).unwrap_or(0));
@@ -74,7 +76,7 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
         let (before, after) = (two[0].range(), two[1].range());
         if after.start < before.end && !after.is_empty() {
             return Err(two[1].node.refuse(format!(
-                "its elements are {} to {}, but those of \"{}\" are {} to {}; each number is for one",
+                "its elements have numbers {} to {}, those of \"{}\" have {} to {}; no two elements may share a number",
                 after.start,
                 after.end - 1,
                 two[0].node.name(),
@@ -135,9 +137,9 @@ impl Section<'_> {
         let expected = self.n_elements as u64 * element.n_nodes as u64;
         if n_entries != Some(expected) {
             return Err(node.refuse(format!(
-                "it has {} entries; {} elements of {} have {expected}",
+                "it has {} entries; it must have {expected} for {} of type {}",
                 n_entries.unwrap_or(u64::MAX),
-                self.n_elements,
+                counted(self.n_elements, "element"),
                 element.name
             )));
         }
@@ -177,7 +179,7 @@ impl Section<'_> {
         let nodes = node_indices(&node.values()?, node, zone)?;
         if Some(nodes.len()) != n.checked_mul(self.n_elements) {
             return Err(node.refuse(format!(
-                "it has {} entries; {} polygons of {n} nodes have others",
+                "it has {} entries, which are not {n} nodes for each of {} polygons",
                 nodes.len(),
                 self.n_elements
             )));
@@ -207,7 +209,7 @@ impl Section<'_> {
             let numbers = n.map_or(Ok(None), |n| stream.next(n))?;
             let Some(numbers) = numbers else {
                 return Err(node.refuse(format!(
-                    "element {} of {} is of {} where {left} entries are left",
+                    "element {} of {} has type {}, which is not known or needs more than the {left} entries that are left",
                     i + 1,
                     self.n_elements,
                     type_name(number),
@@ -333,9 +335,7 @@ pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
 }
 
 pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> crate::error::Error {
-    node.refuse(format!(
-        "it names node {number}; the zone has the nodes 1 to {n}"
-    ))
+    node.refuse(format!("it has node {number}; the zone has nodes 1 to {n}"))
 }
 
 /// Whether a section's name only says what its elements are: an element type, or of cells their

@@ -5,6 +5,7 @@ use super::node::Node;
 use super::time::Step;
 use crate::error::{Error, Result};
 use crate::mesh::Values;
+use crate::mesh::too_many;
 use crate::parallel::{BLOCK, for_blocks};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -51,12 +52,12 @@ impl<'a> Zone<'a> {
             usize::try_from(n)
                 .ok()
                 .filter(|n| *n < u32::MAX as usize)
-                .ok_or_else(|| node.refuse(format!("its size {n} is not one of a mesh")))
+                .ok_or_else(|| node.refuse(format!("its size {n} is out of range")))
         };
         let sizes: Vec<usize> = sizes.iter().map(count).collect::<Result<_>>()?;
         if sizes.len() < 2 * n_indices {
             return Err(node.refuse(format!(
-                "its data has {} sizes; a zone of {n_indices} indices has {}",
+                "it has {} sizes; a zone with {n_indices} indices must have {}",
                 sizes.len(),
                 3 * n_indices
             )));
@@ -82,7 +83,7 @@ impl<'a> Zone<'a> {
             .try_fold(1_usize, |p, n| p.checked_mul(*n));
         product
             .filter(|n| *n < u32::MAX as usize)
-            .ok_or_else(|| self.node.refuse("it has more than 4294967294 nodes"))
+            .ok_or_else(|| self.node.refuse(too_many("nodes")))
     }
 
     /// Appends its nodes at this step to `points`.
@@ -109,14 +110,14 @@ impl<'a> Zone<'a> {
                 .ok_or_else(|| node.refuse("coordinates must be numbers"))?;
             if let (false, Some(at)) = (all_finite, first_odd(points, axis)) {
                 return Err(node.refuse(format!(
-                    "node {} has {}; coordinates must be finite numbers",
+                    "node {} has the coordinate {}; coordinates must be finite",
                     at + 1,
                     points[at][axis]
                 )));
             }
         }
         if points.len() + 1 >= u32::MAX as usize {
-            return Err(Error::input("the file has more than 4294967294 nodes"));
+            return Err(Error::input(too_many("nodes")));
         }
         Ok(())
     }
@@ -153,7 +154,7 @@ impl<'a> Zone<'a> {
             .and_then(|whole| whole.iter().try_fold(1_usize, |p, n| p.checked_mul(*n)));
         let Some(whole) = whole.filter(|_| n == Some(values.len())) else {
             return Err(node.refuse(format!(
-                "it has {} values, which do not fit the zone and its rind {rind:?}",
+                "it has {} values, which do not fit the zone with its rind planes {rind:?}",
                 values.len()
             )));
         };
@@ -176,7 +177,9 @@ pub(super) fn rind(node: &Node) -> Result<Vec<usize>> {
         return Ok(Vec::new());
     };
     let planes = rind.integers()?;
-    let count = |&n: &i64| usize::try_from(n).map_err(|_| rind.refuse("rind planes below zero"));
+    let count = |&n: &i64| {
+        usize::try_from(n).map_err(|_| rind.refuse("a number of rind planes is negative"))
+    };
     planes.iter().map(count).collect()
 }
 
@@ -193,7 +196,7 @@ fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
         let found = coordinates.labelled("DataArray_t")?;
         let found: Vec<&str> = found.map(Node::name).collect();
         return Err(coordinates.refuse(format!(
-            "it has the coordinates {}; those that are read are CoordinateX, CoordinateY, CoordinateZ",
+            "it has the coordinates {}; only CoordinateX, CoordinateY and CoordinateZ are read",
             found.join(", ")
         )));
     }

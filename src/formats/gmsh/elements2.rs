@@ -8,6 +8,7 @@ use super::kinds::{self, Type};
 use super::nodes::{CHUNK, count};
 use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
+use crate::mesh::too_many;
 use crate::mesh::{CellKind, Cells};
 use crate::parallel::{block, try_map};
 
@@ -80,7 +81,7 @@ pub(super) fn read(
 ) -> Result<Cells> {
     let n = count(stream, "the number of elements")?;
     if n >= u32::MAX as usize {
-        return Err(stream.error("at most 4294967294 elements are possible"));
+        return Err(stream.error(too_many("elements")));
     }
     let mut cells = Cells::new();
     match (stream.binary, version) {
@@ -219,9 +220,7 @@ fn check_count(kind: CellKind, n_nodes: usize, found: i64) -> std::result::Resul
         return Ok(());
     }
     let name = kind.name();
-    Err(format!(
-        "a {name} needs {n_nodes} nodes, this element has {found}"
-    ))
+    Err(format!("a {name} needs {n_nodes} nodes, found {found}"))
 }
 
 /// Binary elements of version 3, integers one after another as in its text.
@@ -280,13 +279,17 @@ impl<'a> Block<'a> {
             .filter(|n| (1..=left).contains(n));
         let n_cells = n_cells.ok_or_else(|| {
             stream.error(format!(
-                "a block of elements with a wrong length; {left} elements are left"
+                "the number of elements in a block is wrong: it must be 1 to {left}, those that are left"
             ))
         })?;
         let each = usize::try_from(n_tags)
             .ok()
             .and_then(|n| n.checked_add(1 + of.n_nodes)?.checked_mul(4))
-            .ok_or_else(|| stream.error(format!("a block of elements with {n_tags} tags")))?;
+            .ok_or_else(|| {
+                stream.error(format!(
+                    "a block of elements has {n_tags} tags, which is out of range"
+                ))
+            })?;
         let start = stream.text.position();
         Ok(Self {
             binary,

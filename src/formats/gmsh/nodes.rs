@@ -4,6 +4,7 @@ use super::super::lexer::Fields;
 use super::index::Index;
 use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
+use crate::mesh::place;
 use crate::parallel::for_blocks;
 
 /// Records that one task converts at a time.
@@ -61,7 +62,7 @@ fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
         let n = stream.size("the number of nodes in a block")?;
         if !(0..=3).contains(&dimension) {
             return Err(stream.error(format!(
-                "a node block of dimension {dimension}; dimensions are 0 to 3"
+                "a block of nodes has dimension {dimension}; it must be 0 to 3"
             )));
         }
         let n_parameters = if parametric { dimension as usize } else { 0 };
@@ -87,7 +88,7 @@ fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
     }
     if points.len() != n_nodes {
         return Err(stream.error(format!(
-            "the blocks hold {} nodes, but $Nodes promises {n_nodes}",
+            "the blocks hold {} nodes, but $Nodes says {n_nodes}",
             points.len()
         )));
     }
@@ -267,8 +268,8 @@ fn read_binary<'a>(
     match points[known..].iter().position(|point| !finite(point)) {
         None => Ok(body),
         Some(i) => Err(Error::input(format!(
-            "a node at {:?}; coordinates must be finite numbers",
-            points[known + i]
+            "a node is at {}; coordinates must be finite",
+            place(points[known + i])
         ))
         .byte((start + i * each) as u64)),
     }

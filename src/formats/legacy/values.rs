@@ -7,6 +7,7 @@ use super::super::vtk::text::{cuts, word_end, word_start};
 use super::cursor::{Cursor, decoded};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
+use crate::mesh::too_many;
 use crate::parallel::map;
 
 /// Bytes of text that one task parses.
@@ -55,7 +56,7 @@ impl Type {
         Self::from_name(word).ok_or_else(|| {
             let name = super::super::lexer::shown(word);
             cursor.error(format!(
-                "{name} is no type of values; there are: bit, char, unsigned_char, short, \
+                "{name} is not a type of values; known types: bit, char, unsigned_char, short, \
                  unsigned_short, int, unsigned_int, long, unsigned_long, vtktypeint64, \
                  vtktypeuint64, vtkIdType, float, double, string"
             ))
@@ -198,7 +199,8 @@ fn check_room(cursor: &Cursor, element: Element, n: usize) -> Result<()> {
     }
     let left = cursor.rest().len();
     if n > left.div_ceil(2) {
-        let message = format!("{n} values are announced, but {left} characters are left");
+        let message =
+            format!("{n} values are needed, but only {left} characters are left in the file");
         return Err(cursor.error_at(cursor.at, message));
     }
     Ok(())
@@ -210,7 +212,7 @@ fn take<'a>(cursor: &mut Cursor<'a>, n_bytes: Option<usize>, n: usize) -> Result
     let bytes = n_bytes.and_then(|n_bytes| rest.get(..n_bytes));
     let bytes = bytes.ok_or_else(|| {
         let left = rest.len();
-        let message = format!("{n} values are announced, but {left} bytes are left in the file");
+        let message = format!("{n} values are needed, but only {left} bytes are left in the file");
         cursor.error_at(cursor.at, message)
     })?;
     cursor.at += bytes.len();
@@ -344,8 +346,7 @@ fn strings(cursor: &mut Cursor, n: usize, notes: &mut Notes) -> Result<Vec<Strin
 /// Refuses a count that the rest of the file cannot hold.
 pub(super) fn check_count(cursor: &Cursor, n: usize, what: &str) -> Result<()> {
     if n >= u32::MAX as usize {
-        let message = format!("{n} {what} are more than the 4294967294 that can be held");
-        return Err(Error::input(message).byte(cursor.at as u64));
+        return Err(Error::input(too_many(what)).byte(cursor.at as u64));
     }
     Ok(())
 }

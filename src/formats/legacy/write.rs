@@ -37,7 +37,8 @@ pub(super) fn write(
     options.check_coordinates(mesh)?;
     if version == Version::V42 && mesh.points.len() > i32::MAX as usize {
         let n = mesh.points.len();
-        let message = format!("{n} nodes are too many for 32-bit indices; write version 5.1");
+        let message =
+            format!("{n} nodes are too many for the 32-bit indices of VTK 4.2; write VTK 5.1");
         return Err(Error::input(message));
     }
     let plan = VtkArrays::new(mesh, options, &NAMES);
@@ -257,7 +258,7 @@ const NAMES: Rule = Rule {
         "" => "unnamed".to_owned(),
         name => name.replace('\0', "_"),
     },
-    why: "names in legacy files have one character at least and no zero",
+    why: "names in legacy VTK files have at least one character and no zero byte",
 };
 
 /// The name of an array; what readers take for something else is encoded.

@@ -8,6 +8,7 @@ use super::subset::push;
 use crate::diagnostic::formats::{ArrayRead, Pieces};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
+use crate::mesh::too_many;
 use crate::mesh::{Cells, DataArray, Mesh, Values, for_each_shared_place};
 use crate::parallel::{any, collect, largest, sort};
 
@@ -40,8 +41,7 @@ pub(in crate::formats) fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Re
     pieces.retain(|piece| !is_empty(piece));
     let n_nodes: usize = pieces.iter().map(|piece| piece.mesh.points.len()).sum();
     if n_nodes >= u32::MAX as usize {
-        let message = format!("the pieces have {n_nodes} nodes, more than can be held");
-        return Err(mismatch(message));
+        return Err(mismatch(too_many("nodes")));
     }
     let points: Vec<[f64; 3]> = pieces
         .iter()

@@ -37,7 +37,8 @@ fn counts(bytes: &[u8]) -> Result<(Counts, usize)> {
     let mut numbers = [0; 7];
     for number in &mut numbers {
         let word = lexer.word();
-        let mut word = word.ok_or_else(|| lexer.error("the file ends inside its seven counts"))?;
+        let mut word =
+            word.ok_or_else(|| lexer.error("the file ends within the seven counts at its start"))?;
         *number = word.integer("one of the seven counts")?;
     }
     let counts = Counts::of(numbers).map_err(|refusal| lexer.error(refusal))?;
@@ -55,7 +56,7 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
         let mut end = Lexer::new(bytes, None);
         end.set_position(bytes.len());
         return Err(end.error(format!(
-            "the counts at the start ask for {n_needed} numbers, the file ends after {n_found}"
+            "the counts at the start need {n_needed} numbers, the file ends after {n_found}"
         )));
     }
     let (points, mut integers) = parse(bytes, &counts, pieces, &sizes)?;
@@ -115,14 +116,11 @@ fn parse(
 fn binary_instead(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
     match Ugrid::that_fits(bytes) {
         Some(name) if name != flavour.name => {
-            error.message += &format!(
-                "; as {name} ({} {name}) the file fits, not as text",
-                option("format")
-            );
+            error.message += &format!(" (read as text; it would fit {} {name})", option("format"));
         }
         _ if bytes.iter().take(64).any(|byte| *byte == 0) => {
             let start = shown(&bytes[..bytes.len().min(16)]);
-            error.message = format!("expected text, found bytes: {start}");
+            error.message = format!("expected text, found binary data: {start}");
         }
         _ => {}
     }

@@ -72,7 +72,7 @@ fn write_binary(
 fn check(mesh: &MeshView) -> Result<()> {
     if mesh.dimension() != 3 {
         return Err(Error::input(format!(
-            "UGRID holds meshes of solid cells; this one's cells have dimension {}",
+            "UGRID holds meshes of dimension 3; this one has dimension {}",
             mesh.dimension()
         )));
     }
@@ -82,7 +82,7 @@ fn check(mesh: &MeshView) -> Result<()> {
         return Ok(());
     };
     let remedy = match run.kind.is_curved() {
-        true => format!("; {} writes its corners alone", option("linearize")),
+        true => format!("; {} keeps only corner nodes", option("linearize")),
         false => String::new(),
     };
     Err(Error::input(format!(
@@ -102,7 +102,7 @@ fn counts(mesh: &MeshView, layout: &Layout) -> Result<Counts> {
     let is_narrow = matches!(layout, Layout::Binary(binary) if binary.integer == 4);
     if is_narrow && largest > i32::MAX as u64 {
         return Err(Error::input(format!(
-            "a count of {largest} does not fit 32 bits; ugrid-b8l and ugrid-lb8l have 64"
+            "the count {largest} does not fit 32 bits; ugrid-b8l and ugrid-lb8l have 64"
         )));
     }
     Ok(counts)
@@ -123,7 +123,7 @@ fn rounding(mesh: &MeshView, layout: &Layout) -> Result<Option<Written>> {
     if let Some(at) = first_where(values, too_large) {
         let x = values[at];
         return Err(Error::input(format!(
-            "a coordinate of {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
+            "the coordinate {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
         )));
     }
     let is_rounded = |x: &f64| f64::from(*x as f32) != *x;

@@ -8,6 +8,7 @@ use super::polyhedra::Streams;
 use super::split::{self, TypeRun, kind, type_name};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
+use crate::mesh::too_many;
 use crate::mesh::{CellKind, Cells, DataArray};
 use crate::parallel::{block, try_map};
 
@@ -83,8 +84,7 @@ impl CellTable {
         let fitting = fitting.filter(|n| fits_after(before, vtk, *n));
         let n_nodes =
             fitting.ok_or_else(|| misfit(self.n_cells, vtk, n_nodes as u64, self.types_array))?;
-        let n_cells = u32::try_from(n_cells)
-            .map_err(|_| Error::input(format!("{n_cells} cells are more than can be held")))?;
+        let n_cells = u32::try_from(n_cells).map_err(|_| Error::input(too_many("cells")))?;
         self.n_cells += n_cells as usize;
         extend(
             &mut self.runs,
@@ -156,7 +156,7 @@ impl Window<'_> {
         match end.checked_sub(before).filter(|n| *n >= 0) {
             Some(n) => misfit(cell, vtk, n as u64, self.types_array),
             None => Error::input(format!(
-                "cell {cell} ends at {end}, but the one before it at {before}"
+                "cell {cell} ends at {end}, before the cell before it, which ends at {before}"
             )),
         }
     }
@@ -175,10 +175,10 @@ fn misfit(cell: usize, vtk: u8, n: u64, types_array: &'static str) -> Error {
     let name = type_name(vtk);
     match CellKind::from_vtk(vtk).map(CellKind::n_nodes) {
         Some(Some(expected)) => Error::input(format!(
-            "cell {cell} is a {name} of {n} nodes; it must have {expected}"
+            "cell {cell} is a {name} with {n} nodes; it must have {expected}"
         )),
         _ => Error::input(format!(
-            "cell {cell} is a {name} of {n} nodes (VTK type {vtk}), which cannot be used"
+            "cell {cell} is a {name} with {n} nodes (VTK type {vtk}), which cannot be used"
         )),
     }
 }

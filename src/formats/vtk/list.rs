@@ -67,7 +67,7 @@ impl List {
             let end = end.filter(|end| *end <= entries.len()).ok_or_else(|| {
                 let n = entries.len();
                 Error::input(format!(
-                    "cell {cell} reaches beyond the {n} entries of the list"
+                    "cell {cell} goes beyond the {n} entries of the list"
                 ))
             })?;
             let vtk = kind(cell, end - from);
@@ -88,7 +88,7 @@ impl List {
         if from != entries.len() {
             let (left, n) = (entries.len() - from, entries.len());
             return Err(Error::input(format!(
-                "the list of cells has {n} entries, {left} more than its cells"
+                "the list of cells has {n} entries, {left} more than its cells need"
             )));
         }
         entries.truncate(to);
@@ -118,12 +118,12 @@ fn check_nodes(entries: &[u32], nodes: PieceNodes) -> Result<()> {
     let outside = |node: &u32| u64::from(*node) >= nodes.limit;
     if let Some(at) = first_where(entries, outside) {
         let shown = match entries[at] {
-            u32::MAX => "out of range".into(),
-            node => node.to_string(),
+            u32::MAX => "an index that is out of range".into(),
+            node => format!("node {node}"),
         };
         let n = nodes.limit;
         return Err(Error::input(format!(
-            "a node index of a cell is {shown}; the file has {n} nodes, counted from 0"
+            "a cell has {shown}; the file has {n} nodes, counted from 0"
         )));
     }
     Ok(())

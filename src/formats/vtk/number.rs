@@ -2,6 +2,7 @@
 
 use super::text::word_end;
 use crate::error::{Error, Result};
+use crate::mesh::place;
 use crate::mesh::{Values, arrays::with_numbers};
 use crate::parallel::for_blocks;
 use std::ops::Range;
@@ -400,7 +401,10 @@ pub fn reverse_each(bytes: &mut [u8], size: usize) {
 pub fn parse_words(text: &[u8], element: Element) -> std::result::Result<Vec<u8>, (usize, String)> {
     with_type!(element, T => parse_each::<T>(text)).map_err(|(at, word)| {
         let shown = word[..word.len().min(40)].escape_ascii();
-        (at, format!("\"{shown}\" is no {}", element.name()))
+        (
+            at,
+            format!("\"{shown}\" is not a number of type {}", element.name()),
+        )
     })
 }
 
@@ -435,7 +439,10 @@ pub fn points_are_finite(
         return Ok(());
     };
     let (node, point) = (first + value / 3, points[value / 3]);
-    let message = format!("node {node} has coordinates {point:?}; they must be finite numbers");
+    let message = format!(
+        "node {node} is at {}; coordinates must be finite",
+        place(point)
+    );
     Err((value, Error::input(message)))
 }
 
@@ -445,7 +452,7 @@ pub fn need_integers(name: &str, element: Element) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "it holds {}; it must hold integers",
+        "its values have type {}; they must be integers",
         element.name()
     ))
     .dataset(name))

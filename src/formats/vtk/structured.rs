@@ -14,7 +14,7 @@ pub fn n_points(dimensions: [usize; 3]) -> Result<usize> {
     n.ok_or_else(|| {
         let [x, y, z] = dimensions;
         Error::input(format!(
-            "{x} x {y} x {z} nodes are more than the 4294967294 that can be held"
+            "{x} x {y} x {z} nodes are more than the 4294967294 that a mesh can have"
         ))
     })
 }

@@ -8,6 +8,7 @@ use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::extent::{FaceRows, PartRows};
 use super::rows::{column, count, windows};
 use crate::error::{Error, Result};
+use crate::mesh::too_many;
 use crate::mesh::{CellKind, Values};
 use std::ops::Range;
 
@@ -30,9 +31,7 @@ pub(super) fn read(
         base += u32::try_from(n_points)
             .ok()
             .filter(|n| base.checked_add(*n).is_some())
-            .ok_or_else(|| {
-                Error::input("there are more nodes than the 4294967294 that can be held")
-            })?;
+            .ok_or_else(|| Error::input(too_many("nodes")))?;
         if part.cells.is_empty() {
             continue;
         }
@@ -92,7 +91,7 @@ fn append(
     if end != Some(n_entries) {
         let found = last.unwrap_or(0) as i64;
         return Err(Error::input(format!(
-            "the nodes of the last cell end at {found}, but there are {n_entries} from {first} on"
+            "the last cell ends at {found}, but {n_entries} node indices start at {first}"
         ))
         .dataset("Offsets"));
     }
@@ -159,7 +158,7 @@ fn append_faces(
         let values = values.ok_or_else(|| no_integers(name))?;
         match values.split_first() {
             Some((0, ends)) => Ok(ends.to_vec()),
-            _ => Err(Error::input("the offsets of a part start at 0").dataset(name)),
+            _ => Err(Error::input("the offsets of a part must start at 0").dataset(name)),
         }
     };
     let n_faces = (faces.offsets.end - faces.offsets.start) - 1;

@@ -6,6 +6,7 @@ use super::document::Piece;
 use super::stored::{Stored, n_words};
 use super::xml::{Array, DataEncoding, Layout};
 use crate::diagnostic::formats::ArrayRead;
+use crate::error::counted;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::formats::names::text_of;
@@ -172,7 +173,8 @@ fn append(
     numbers!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64)?;
     if !values.len().is_multiple_of(array.n_components) {
         let (found, n) = (values.len(), array.n_components);
-        let message = format!("{found} values are no whole number of tuples of {n}");
+        let message =
+            format!("it has {found} values, which is not a whole number of tuples of {n}");
         return Err(Error::input(message).dataset(&array.name));
     }
     Ok(())
@@ -229,7 +231,7 @@ fn strings(
                 u8::try_from(code)
                     .or_else(|_| i8::try_from(code).map(|c| c as u8))
                     .map_err(|_| {
-                        Error::input(format!("{code} is no character")).dataset(&array.name)
+                        Error::input(format!("{code} is not a character")).dataset(&array.name)
                     })?,
             );
         }
@@ -245,7 +247,8 @@ fn strings(
     let found = out.len() - before;
     match n.map(|n| n.checked_mul(array.n_components)) {
         Some(expected) if expected != Some(found) => {
-            let message = format!("{found} strings found, not as many as announced");
+            let needed = expected.map_or("more".to_owned(), |n| n.to_string());
+            let message = format!("it has {}; it must have {needed}", counted(found, "string"));
             Err(Error::input(message).dataset(&array.name))
         }
         _ => Ok(()),

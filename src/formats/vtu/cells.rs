@@ -77,7 +77,7 @@ fn list_cells(
             .and_then(|n| usize::try_from(n).ok());
         let n_nodes = n_nodes.ok_or_else(|| {
             Error::input(format!(
-                "a cell ends at {end}, the one before it at {before}"
+                "a cell ends at {end}, before the cell before it, which ends at {before}"
             ))
             .dataset("offsets")
         })?;
@@ -183,7 +183,7 @@ fn offsets(arrays: &[Array], layout: &Layout, types: &[u8], table: &mut CellTabl
     let wrong = |found: usize| {
         let n = types.len();
         Error::input(format!(
-            "{found} values found; there must be one for each of {n} cells"
+            "it has {found} values; it must have one for each of {n} cells"
         ))
     };
     let result = stored.for_each(array.element.size(), &mut |chunk| {

@@ -16,13 +16,13 @@ pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>>
             [] if piece.n_points == 0 => continue,
             arrays => {
                 let found = arrays.len();
-                let message = format!("a piece needs one array of points, found {found}");
+                let message = format!("a piece must have one array of points, found {found}");
                 return Err(Error::input(message).dataset("Points"));
             }
         };
         if array.n_components != 3 || array.element == Element::String {
             return Err(Error::input(format!(
-                "points are {} of {} components; they must be numbers, 3 a point",
+                "points are {} with {} components; they must be numbers with 3 components",
                 array.element.name(),
                 array.n_components
             ))
@@ -53,7 +53,7 @@ fn check_finite(array: &Array, first: usize, points: &[[f64; 3]]) -> Result<()> 
 pub(super) fn count(n: u64) -> Result<usize> {
     if n >= u64::from(u32::MAX) {
         return Err(Error::input(format!(
-            "{n} is more than the 4294967294 that can be held"
+            "{n} is more than 4294967294, the most nodes or cells that a mesh can have"
         )));
     }
     Ok(n as usize)
@@ -88,7 +88,11 @@ fn for_each_chunk(
     append: &mut dyn FnMut(Chunk, usize, usize) -> Result<()>,
 ) -> Result<()> {
     let width = array.element.size().checked_mul(tuple);
-    let width = width.ok_or_else(|| Error::input(format!("tuples of {tuple} components")))?;
+    let width = width.ok_or_else(|| {
+        Error::input(format!(
+            "its tuples have {tuple} components, which is out of range"
+        ))
+    })?;
     let wrong = |found: String| {
         let element = array.element.name();
         let needed = match expected {

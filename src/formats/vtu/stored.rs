@@ -1,7 +1,7 @@
 //! The stored values of one array, turned into chunks of bytes: text, base64, raw, blocks.
 //!
 //! Sizes given by a file are checked against the bytes it has before any memory is allocated,
-//! and values pass through in chunks, so that unpacking needs little more than its result.
+//! and values pass through in chunks, so that decompression needs little more than its result.
 
 use super::super::Compression;
 use super::super::vtk::number::{Chunk, Element, parse_words};
@@ -106,7 +106,7 @@ impl<'a> Stored<'a> {
         match aligner.pending.is_empty() {
             true => Ok(()),
             false => Err(Error::input(format!(
-                "it has {}, no whole number of tuples of {}",
+                "it has {}, which is not a whole number of tuples of {}",
                 counted(self.n_values(), "value"),
                 tuple / self.element.size()
             ))),
@@ -166,7 +166,7 @@ fn base64_run(text: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, usize)> {
     let short = || {
         let found = text.len();
         Error::input(format!(
-            "{n_bytes} bytes in base64 are needed, found {found} characters"
+            "{n_bytes} bytes in base64 are needed, but only {found} characters are left"
         ))
     };
     let n = n_bytes
@@ -207,7 +207,7 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
         let bytes = stored[width..].get(..n_bytes).ok_or_else(|| {
             let left = stored.len() - width;
             Error::input(format!(
-                "{n_bytes} bytes are announced, but {left} are left in the file"
+                "its size is {n_bytes} bytes, but only {left} are left in the file"
             ))
         })?;
         return Ok(Data::Plain(bytes));
@@ -228,7 +228,7 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
     };
     let total = n_bytes
         .checked_add(skip)
-        .ok_or_else(|| Error::input("the size overflows"))?;
+        .ok_or_else(|| Error::input("its size is out of range"))?;
     let (text, _) = base64_run(text.trim_ascii_start(), total)?;
     Ok(Data::Base64 {
         text,
@@ -311,7 +311,7 @@ fn block_header<'a>(
     let n_header = n_blocks.checked_add(3).and_then(|n| n.checked_mul(width));
     let n_header = n_header.filter(|n| *n <= stored.len()).ok_or_else(|| {
         Error::input(format!(
-            "{n_blocks} compressed blocks are announced, more than the file has"
+            "its header says {n_blocks} compressed blocks, more than the file can hold"
         ))
     })?;
     first(n_header).map(Some)
@@ -342,7 +342,7 @@ impl BlockSizes {
         let n_bytes = (compressed.len() - 1)
             .checked_mul(block)
             .and_then(|n| n.checked_add(last))
-            .ok_or_else(|| Error::input("the size of the blocks overflows"))?;
+            .ok_or_else(|| Error::input("the size of its blocks is out of range"))?;
         Ok(Self {
             block,
             last,

@@ -13,7 +13,7 @@ pub(super) fn read(document: &mut Document, n_bytes: usize) -> Result<Mesh> {
     let [piece] = document.pieces.as_mut_slice() else {
         let n = document.pieces.len();
         return Err(Error::input(format!(
-            "the structured grid is in {n} pieces; one is what can be read"
+            "the structured grid has {n} pieces; only grids of one piece are read"
         )));
     };
     let extent = piece.extent;
@@ -47,7 +47,7 @@ fn dimensions(extent: [i64; 6]) -> Result<[usize; 3]> {
         let along = along.and_then(|n| usize::try_from(n).ok());
         *n = along.ok_or_else(|| {
             Error::input(format!(
-                "the Extent goes from {first} to {last} along axis {i}"
+                "the Extent along axis {i} goes from {first} to {last}; it must not end before it starts"
             ))
         })?;
     }
@@ -57,7 +57,7 @@ fn dimensions(extent: [i64; 6]) -> Result<[usize; 3]> {
 fn axes(piece: &Piece, dimensions: [usize; 3], layout: &Layout) -> Result<[Vec<f64>; 3]> {
     let [x, y, z] = piece.cells.as_slice() else {
         let found = piece.cells.len();
-        let message = format!("3 arrays of coordinates are needed, found {found}");
+        let message = format!("there must be 3 arrays of coordinates, found {found}");
         return Err(Error::input(message).dataset("Coordinates"));
     };
     let read = |array: &Array, n| -> Result<Vec<f64>> {

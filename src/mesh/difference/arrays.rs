@@ -1,9 +1,10 @@
 //! Arrays compared by name, value by value at nodes and cells that belong together.
 
 use super::super::arrays::with_numbers;
-use super::super::{DataArray, Mesh, Values};
+use super::super::{DataArray, Mesh, Values, rounded};
 use super::Tolerance;
 use super::partners::{Partners, in_chunks};
+use crate::error::counted;
 use std::ops::Range;
 
 /// A sentence for each array that differs: of `pairs`, the first are nodes, the second cells. Arrays
@@ -27,7 +28,7 @@ pub fn compare(
         for array in ours {
             let name = &array.name;
             let what = match theirs.iter().find(|other| other.name == *name) {
-                None => Some("is only in the first".to_owned()),
+                None => Some("is only in the first mesh".to_owned()),
                 Some(other) if same_length && !same_shape(array, other) => {
                     Some(different_shape(array, other))
                 }
@@ -38,7 +39,9 @@ pub fn compare(
         for array in theirs {
             if !ours.iter().any(|other| other.name == array.name) {
                 let name = &array.name;
-                found.push(format!("{place} array \"{name}\" is only in the second"));
+                found.push(format!(
+                    "{place} array \"{name}\" is only in the second mesh"
+                ));
             }
         }
     }
@@ -50,7 +53,7 @@ fn same_shape(a: &DataArray, b: &DataArray) -> bool {
 }
 
 fn different_shape(a: &DataArray, b: &DataArray) -> String {
-    let shape = |x: &DataArray| format!("{} tuples of {}", x.n_tuples(), x.n_components);
+    let shape = |x: &DataArray| format!("{} of {}", counted(x.n_tuples(), "tuple"), x.n_components);
     format!("has {} and {}", shape(a), shape(b))
 }
 
@@ -163,7 +166,7 @@ fn number_difference(
     let tuple = |i: usize| i / pairs.n_components.max(1);
     let furthest = match found.n {
         1 => String::new(),
-        _ => format!(", most by {most:e} at {}", tuple(at)),
+        _ => format!(", most by {:e} at {}", rounded(most), tuple(at)),
     };
     Some(format!(
         "differs in {} of {} values, first at {}: {} and {}{furthest}",

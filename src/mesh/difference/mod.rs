@@ -12,8 +12,8 @@ mod nodes;
 mod partners;
 mod position;
 
-use super::Mesh;
-use crate::error::{Result, one_line};
+use super::{Mesh, rounded};
+use crate::error::{Result, counted, one_line};
 use partners::Partners;
 use std::fmt;
 
@@ -215,18 +215,21 @@ impl Difference {
         }
         if let (true, Some(worst)) = (self.moved_nodes > 0, self.furthest) {
             parts.push(format!(
-                "{} nodes differ, node {} most, by {:e}",
-                self.moved_nodes, worst.node, worst.distance
+                "{}, node {} most, by {:e}",
+                differ(self.moved_nodes, "node"),
+                worst.node,
+                rounded(worst.distance)
             ));
         }
         if !self.nodes.is_empty() {
             let [ours, theirs] = self.unpaired_nodes;
             parts.push(format!(
-                "{ours} nodes of the first and {theirs} of the second have no partner"
+                "{} of the first mesh and {theirs} of the second have no partner",
+                counted(ours, "node")
             ));
         }
         if !self.cells.is_empty() {
-            parts.push(format!("{} cells differ", self.changed_cells));
+            parts.push(differ(self.changed_cells, "cell"));
         }
         for (what, sentences) in [("groups", &self.groups), ("arrays", &self.arrays)] {
             match &sentences[..] {
@@ -250,9 +253,15 @@ impl fmt::Display for Difference {
         write!(f, "same: {n_nodes} nodes, {n_cells} cells")?;
         match self.max_distance() {
             0.0 => Ok(()),
-            furthest => write!(f, ", nodes at most {furthest:e} apart"),
+            furthest => write!(f, ", nodes at most {:e} apart", rounded(furthest)),
         }
     }
+}
+
+/// "1 node differs", "2 nodes differ".
+fn differ(n: usize, noun: &str) -> String {
+    let verb = if n == 1 { "differs" } else { "differ" };
+    format!("{} {verb}", counted(n, noun))
 }
 
 fn diagonal(mesh: &Mesh) -> f64 {

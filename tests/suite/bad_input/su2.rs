@@ -41,7 +41,7 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
             "NDIME= 2",
             "NZONE= 3\nNDIME= 2",
             line(20),
-            &["zones", "1", "3"],
+            &["zone", "1", "3"],
         ),
         ("NDIME= 2", "IZONE= 1\nIZONE= 1", line(3), &["IZONE"]),
         (

@@ -34,7 +34,7 @@ fn a_wrong_number_is_named_with_what_would_be_right() {
         ),
         ("0.5 0.5", "0.5 x", line(6), &["coordinate", "\"x\""]),
         ("5 2 1", "5 999999999 1", line(15), &["4000000025", "37"]),
-        ("5 2 1", "5 -2 1", line(1), &["-2 triangles"]),
+        ("5 2 1", "5 -2 1", line(1), &["triangles", "-2"]),
         ("5 2 1", "99999999999 2 1", line(1), &["4294967294"]),
     ];
     refused(&ugrid::TEXT, GOOD, &wrong);

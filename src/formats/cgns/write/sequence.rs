@@ -72,8 +72,7 @@ impl Sequence {
             return match first.cells == cells && first.n_points == mesh.points.len() {
                 true => Ok(()),
                 false => Err(Error::input(format!(
-                    "step {} has other nodes or cells than the first; a sequence in one CGNS file has the \
-                     same at every step",
+                    "step {} has other nodes or cells than the first step; all steps in one CGNS file must have the same",
                     self.steps.n
                 ))),
             };
@@ -104,7 +103,7 @@ impl Sequence {
         let first = self.first.as_mut().expect("the first step has set it");
         if first.n_axes == 2 && !is_flat(mesh) {
             return Err(Error::input(format!(
-                "step {} leaves the plane z = 0, in which the first step lies; the file has x and y only",
+                "step {} is not in the plane z = 0 like the first step; the file holds x and y only",
                 self.steps.n
             )));
         }

@@ -3,6 +3,7 @@
 use super::Pairing;
 use super::keys::{Keys, mixed};
 use crate::error::{Error, Result};
+use crate::mesh::place;
 use crate::parallel::{block, collect, sort, try_map};
 
 /// Edge of a box of the grid, in distances within which nodes belong together.
@@ -64,8 +65,9 @@ fn left(pairing: &Pairing, mesh: usize) -> Vec<u32> {
 
 fn too_wide(node: u32, at: [f64; 3], within: f64) -> Error {
     Error::input(format!(
-        "nodes cannot be matched within {within:e}: more than {MOST} nodes of the second mesh are about node {node} \
-         of the first at {at:?}; a smaller --match-tolerance tells them apart"
+        "nodes cannot be matched within {within:e}: more than {MOST} nodes of the second mesh \
+         are near node {node} of the first at {}; use a smaller --match-tolerance",
+        place(at)
     ))
 }
 
