@@ -13,6 +13,8 @@ use std::sync::{Mutex, PoisonError};
 
 /// Elements of a block where each costs a few nanoseconds.
 pub const BLOCK: usize = 4096;
+/// Elements of a block where each costs a microsecond.
+pub const SMALL_BLOCK: usize = 64;
 
 /// Calls `act(i)` for each `i` below `n`.
 pub fn for_each(n: usize, act: &(dyn Fn(usize) + Sync)) {
@@ -74,9 +76,41 @@ pub fn try_map<T: Send>(n: usize, of: &(dyn Fn(usize) -> Result<T> + Sync)) -> R
 
 /// `of(i)` for each `i` below `n`, in order, where each costs little: `of` is compiled into the loop over a block.
 pub fn collect<T: Copy + Default + Send>(n: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    collect_in_blocks(n, BLOCK, of)
+}
+
+/// [`collect`] with blocks of `size`: [`SMALL_BLOCK`] where each value costs a microsecond.
+pub fn collect_in_blocks<T: Copy + Default + Send>(
+    n: usize,
+    size: usize,
+    of: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
     let mut values = vec![T::default(); n];
-    update(&mut values, |i, value| *value = of(i));
+    for_blocks(&mut values, size, &|first, values| {
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = of(first + i);
+        }
+    });
     values
+}
+
+/// What `of(range)` gives for each block of `size` of the numbers below `n`, one after the other.
+pub fn concat_blocks<T: Send>(
+    n: usize,
+    size: usize,
+    of: &(dyn Fn(Range<usize>) -> Vec<T> + Sync),
+) -> Vec<T> {
+    let blocks = map_blocks(n, size, of);
+    let mut all = Vec::with_capacity(blocks.iter().map(Vec::len).sum());
+    for block in blocks {
+        all.extend(block);
+    }
+    all
+}
+
+/// What `of(i)` gives for the numbers below `n`, in order, where each costs little.
+pub fn filter_map<T: Send>(n: usize, of: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
+    concat_blocks(n, BLOCK, &|range| range.filter_map(&of).collect())
 }
 
 /// Calls `act(i, value)` for each value, where each costs little: `act` is compiled into the loop over a block.
@@ -123,6 +157,37 @@ pub fn block(n: usize, size: usize, i: usize) -> Range<usize> {
     i * size..n.min((i + 1) * size)
 }
 
+/// Scratch memory of a loop: as many `T` as threads work at once, used again for one block after the other.
+pub struct Scratch<T> {
+    new: fn() -> T,
+    free: Mutex<Vec<T>>,
+}
+
+impl<T> Scratch<T> {
+    /// None yet; `new` makes them.
+    pub fn new(new: fn() -> T) -> Self {
+        let free = Mutex::new(Vec::new());
+        Self { new, free }
+    }
+
+    /// Calls `act` with one of them, as the last call left it.
+    pub fn with<R>(&self, act: impl FnOnce(&mut T) -> R) -> R {
+        let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = free().pop();
+        let mut scratch = found.unwrap_or_else(self.new);
+        let result = act(&mut scratch);
+        free().push(scratch);
+        result
+    }
+
+    /// All of them, in any order.
+    pub fn into_all(self) -> Vec<T> {
+        self.free
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,6 +201,25 @@ mod tests {
         assert_eq!(collect(10_000, |i| i), (0..10_000).collect::<Vec<_>>());
         let ranges = map_blocks(10, 4, &|range| range);
         assert_eq!(ranges, [0..4, 4..8, 8..10]);
+    }
+
+    #[test]
+    fn results_of_blocks_follow_one_another() {
+        let even: Vec<usize> = (0..10_000).step_by(2).collect();
+        let found = filter_map(10_000, |i| i.is_multiple_of(2).then_some(i));
+        assert_eq!(found, even);
+        let all = concat_blocks(10_000, 7, &|range| range.collect());
+        assert_eq!(all, (0..10_000).collect::<Vec<_>>());
+        assert_eq!(collect_in_blocks(100, 7, |i| 2 * i), even[..100]);
+    }
+
+    #[test]
+    fn scratch_is_used_again_and_holds_all_that_was_counted() {
+        let counts = Scratch::new(|| 0);
+        for_each(1000, &|i| counts.with(|count| *count += i));
+        let counts = counts.into_all();
+        assert!(counts.len() <= rayon::current_num_threads());
+        assert_eq!(counts.iter().sum::<usize>(), 499_500);
     }
 
     #[test]

@@ -7,8 +7,11 @@ pub mod deform;
 pub mod formats;
 pub mod motion;
 mod notes;
+mod numbers;
 pub mod preflight;
 pub mod run;
+
+pub use numbers::{amount, in_digits, point, short, shortest, with_verb};
 
 use crate::error::{Position, path_in_line};
 use deform::DeformNote;
@@ -23,9 +26,9 @@ use std::path::{Path, PathBuf};
 /// A note or a warning with its place; `Display` is its sentence.
 ///
 /// ```
+/// # fn main() -> azimesh::Result<()> {
 /// # let folder = tempfile::tempdir().expect("a folder");
 /// # let path = folder.path().join("naca0012.su2");
-/// # fn main() -> azimesh::Result<()> {
 /// use azimesh::{DataArray, Diagnostic, Mesh, Values};
 ///
 /// let mut mesh = Mesh::read("testdata/naca0012.vtu")?;
@@ -137,21 +140,15 @@ impl<T: Into<NoteKind>> From<T> for Diagnostic {
     }
 }
 
-/// The shortest text that reads back as the same number; with an exponent where it is very small or large.
-pub fn shortest(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".to_owned(),
-        size if (1e-4..1e9).contains(&size) => value.to_string(),
-        _ => format!("{value:e}"),
-    }
-}
-
 /// A step as sentences name it: with its azimuth in degrees or, where the schedule has none, with its
 /// time in seconds.
 pub fn named_step(step: usize, azimuth_deg: Option<f64>, time_s: Option<f64>) -> String {
     match (azimuth_deg, time_s) {
-        (None, Some(time)) => format!("step {step} ({time} s)"),
-        (azimuth, _) => format!("step {step} (azimuth {} degrees)", azimuth.unwrap_or(0.0)),
+        (None, Some(time)) => format!("step {step} ({} s)", short(time)),
+        (azimuth, _) => {
+            let azimuth = short(azimuth.unwrap_or(0.0));
+            format!("step {step} (azimuth {azimuth} degrees)")
+        }
     }
 }
 

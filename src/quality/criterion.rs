@@ -1,6 +1,6 @@
 //! Conditions like `min_scaled_jacobian<0.1` under which a result counts as failed.
 
-use crate::diagnostic::shortest;
+use crate::diagnostic::short;
 use crate::error::{Error, Result, nearest_name};
 use std::fmt;
 use std::str::FromStr;
@@ -44,7 +44,7 @@ impl Criterion {
             .map_or_else(String::new, |name| format!(" (did you mean {name}?)"));
         let known: Vec<&str> = known.into_iter().collect();
         Err(Error::input(format!(
-            "\"{self}\": there is no column \"{}\"{hint}; there are: {}",
+            "\"{self}\": there is no column \"{}\"{hint}; the columns are: {}",
             self.column,
             known.join(", ")
         )))
@@ -61,7 +61,7 @@ impl Criterion {
             .filter(|value| !value.is_nan());
         let Some(found) = found else {
             return Err(Error::input(format!(
-                "\"{self}\" cannot be judged: {} has no value for the cells of this mesh",
+                "\"{self}\" cannot be evaluated: {} has no value for the cells of this mesh",
                 self.column
             )));
         };
@@ -76,11 +76,7 @@ impl Criterion {
 
     /// The sentence for a value that meets it; `place` is empty, or as in " at step 3".
     pub fn sentence(&self, place: &str, value: f64) -> String {
-        format!(
-            "{self} holds{place}: {} is {}",
-            self.column,
-            shortest(value)
-        )
+        format!("{self} holds{place}: {} is {}", self.column, short(value))
     }
 
     /// Whether a value is further beyond the limit than another.
@@ -98,8 +94,8 @@ impl FromStr for Criterion {
     fn from_str(text: &str) -> Result<Self> {
         let wrong = || {
             Error::input(format!(
-                "\"{text}\" is no condition; write column, <, <=, > or >=, and a number, \
-                 as in \"inverted>0\""
+                "\"{text}\" is not a condition; write a column, one of <, <=, >, >= and a number, as in \
+                 \"inverted>0\""
             ))
         };
         let (symbol, comparison) = SYMBOLS
