@@ -1,28 +1,29 @@
-//! Round trips through every pair of formats from the command line, and `diff` as their judge.
+//! Round trips through every pair of formats, and `diff` as their judge.
 
-use crate::support::{azimesh, succeed};
 use azimesh::formats::{self, Commit, WriteOptions};
-use azimesh::mesh::{CellKind, Cells, Group, Mesh};
+use azimesh::mesh::{CellKind, Cells, DiffOptions, Difference, Group, Mesh, diff};
+use azimesh::sample::{self, BladeOptions, CellShape, Naca0012Options, SizeOptions};
 use std::path::Path;
 
 const EXTENSIONS: [&str; 7] = ["vtu", "vtk", "vtkhdf", "cgns", "msh", "msh2", "su2"];
 /// Solid meshes only, in an order of cells of its own: a start, not a stop on the way.
 const UGRID: &str = "lb8.ugrid";
 
-fn read(path: &Path) -> Mesh {
-    Mesh::read(path).unwrap()
+/// The mesh as it is read after it has been written, and whether a note tells of zones.
+fn through(mesh: &Mesh, path: &Path) -> (Mesh, bool) {
+    let commit = Commit {
+        sync: false,
+        ..Commit::REPLACE
+    };
+    let format = formats::by_extension(path).unwrap();
+    let notes = formats::save(&mesh.view(), path, format, &WriteOptions::default(), commit);
+    let notes = notes.unwrap();
+    let of_zones = notes.iter().any(|note| note.to_string().contains("zone"));
+    (Mesh::read(path).unwrap(), of_zones)
 }
 
-fn save(mesh: &Mesh, path: &Path) {
-    let format = formats::by_extension(path).unwrap();
-    formats::save(
-        &mesh.view(),
-        path,
-        format,
-        &WriteOptions::default(),
-        Commit::REPLACE,
-    )
-    .unwrap();
+fn difference(a: &Mesh, b: &Mesh) -> Difference {
+    diff(a, b, &DiffOptions::default()).unwrap()
 }
 
 /// A hexahedron with a pyramid on top, a tetrahedron at its side and a wedge beside it; triangles
@@ -73,64 +74,54 @@ fn mixed(zones: bool) -> Mesh {
     mesh
 }
 
-/// Names of meshes without zones, and of those with.
-fn meshes(folder: &Path) -> ([&'static str; 5], [&'static str; 2]) {
-    let sample = |args: &[&str]| {
-        succeed(folder, &[&["-q", "sample"], args].concat());
+fn airfoil() -> Mesh {
+    let size = SizeOptions {
+        nodes: Some(800),
+        ..SizeOptions::default()
     };
-    sample(&["naca0012", "--nodes", "800", "-o", "airfoil.vtu"]);
-    let small = [
-        "--layers",
-        "4",
-        "--first-cell",
-        "0.01",
-        "--surface-nodes",
-        "800",
-    ];
-    for cells in ["hex", "wedge", "tet"] {
-        let name = format!("{cells}.vtu");
-        sample(&[&["blade", "--cells", cells, "-o", &name][..], &small].concat());
-    }
-    sample(&[&["rotor", "-o", "rotor.vtu"][..], &small].concat());
-    save(&mixed(false), &folder.join("mixed.vtu"));
-    save(&mixed(true), &folder.join("zones.vtu"));
-    (
-        ["airfoil", "hex", "wedge", "tet", "mixed"],
-        ["rotor", "zones"],
-    )
+    sample::naca0012(&Naca0012Options { size }).unwrap().mesh
+}
+
+/// Meshes by their names, and whether they have zones.
+fn meshes() -> [(&'static str, Mesh, bool); 7] {
+    let options = |cells| BladeOptions {
+        size: SizeOptions {
+            surface_nodes: Some(800),
+            layers: Some(4),
+            first_cell: Some(0.01),
+            ..SizeOptions::default()
+        },
+        cells,
+        ..BladeOptions::default()
+    };
+    let blade = |cells| sample::blade(&options(cells)).unwrap().mesh;
+    let rotor = sample::rotor(&options(CellShape::Hex)).unwrap().mesh;
+    [
+        ("airfoil", airfoil(), false),
+        ("hex", blade(CellShape::Hex), false),
+        ("wedge", blade(CellShape::Wedge), false),
+        ("tet", blade(CellShape::Tet), false),
+        ("mixed", mixed(false), false),
+        ("rotor", rotor, true),
+        ("zones", mixed(true), true),
+    ]
 }
 
 #[test]
 fn every_mesh_survives_every_pair_of_formats() {
     let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let (plain, zoned) = meshes(folder);
-    for name in plain.into_iter().chain(zoned) {
-        let first = format!("{name}.vtu");
+    let path = |name: &str, extension| folder.path().join(format!("{name}.{extension}"));
+    for (name, mesh, zones) in meshes() {
         let starts = EXTENSIONS.into_iter().chain([UGRID]);
         for a in starts.filter(|a| *a != UGRID || name != "airfoil") {
-            let start = format!("{name}_a.{a}");
-            succeed(folder, &["convert", "--force", "-q", &first, &start]);
+            let (start, _) = through(&mesh, &path("a", a));
             for b in EXTENSIONS {
-                let (there, back) = (format!("{name}_b.{b}"), format!("{name}_c.{a}"));
-                let out = succeed(folder, &["convert", "--force", &start, &there]);
-                succeed(folder, &["convert", "--force", "-q", &there, &back]);
-                let has_zones = zoned.contains(&name) && a != "su2" && a != UGRID;
-                let loses_zones = has_zones && b == "su2";
-                let diff = azimesh(folder, &["diff", "-v", &start, &back]);
-                assert_eq!(
-                    diff.code,
-                    i32::from(loses_zones),
-                    "{name} {a} {b}: {diff:?}"
-                );
-                assert_eq!(
-                    out.err.contains("zone"),
-                    loses_zones,
-                    "{name} {a} {b}: {out:?}"
-                );
-                if !loses_zones {
-                    assert!(diff.out.starts_with("same: "), "{}", diff.out);
-                }
+                let (there, told) = through(&start, &path("b", b));
+                let (back, _) = through(&there, &path("c", a));
+                let loses_zones = zones && a != "su2" && a != UGRID && b == "su2";
+                let found = difference(&start, &back);
+                assert_eq!(found.is_same(), !loses_zones, "{name} {a} {b}: {found}");
+                assert_eq!(told, loses_zones, "{name} {a} {b}");
             }
         }
     }
@@ -164,10 +155,7 @@ fn with_a_changed_cell(mesh: &Mesh) -> Mesh {
 #[test]
 fn diff_finds_a_node_a_tag_and_a_cell_that_changed_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    meshes(folder);
-    for name in ["airfoil", "mixed"] {
-        let mesh = read(&folder.join(format!("{name}.vtu")));
+    for (name, mesh) in [("airfoil", airfoil()), ("mixed", mixed(false))] {
         let mut moved = mesh.clone();
         moved.points[5][0] = moved.points[5][0].next_up();
         let mut renamed = mesh.clone();
@@ -178,21 +166,17 @@ fn diff_finds_a_node_a_tag_and_a_cell_that_changed_in_every_format() {
         regrouped.groups[0].cells = first.iter().filter(|cell| *cell != given).collect();
         regrouped.groups[1].cells = [given].into_iter().chain(second.iter()).collect();
         for extension in EXTENSIONS {
-            let path = |name: &str| folder.join(format!("{name}.{extension}"));
-            save(&mesh, &path("right"));
-            let names = ["right", "wrong"].map(|name| format!("{name}.{extension}"));
-            let diff = ["diff", &names[0], &names[1]];
-            save(&mesh, &path("wrong"));
-            succeed(folder, &diff);
+            let read = |mesh: &Mesh| through(mesh, &folder.path().join(format!("x.{extension}"))).0;
+            let right = read(&mesh);
+            assert!(difference(&right, &read(&mesh)).is_same());
             for (what, changed) in [
                 ("a node", &moved),
                 ("a tag's name", &renamed),
                 ("a tag's faces", &regrouped),
                 ("a cell", &with_a_changed_cell(&mesh)),
             ] {
-                save(changed, &path("wrong"));
-                let run = azimesh(folder, &diff);
-                assert_eq!(run.code, 1, "{name}.{extension}, {what}: {run:?}");
+                let found = difference(&right, &read(changed));
+                assert!(!found.is_same(), "{name}.{extension}, {what}");
             }
         }
     }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
 
+mod bad_input;
 #[cfg(unix)]
 mod batch_scripts;
 #[cfg(target_os = "linux")]
@@ -19,7 +20,6 @@ mod manners;
 #[cfg(target_os = "linux")]
 mod memory;
 mod mesh_commands;
-mod msh_bad_input;
 mod names;
 mod parts;
 mod periodic;
@@ -37,12 +37,9 @@ mod shells;
 mod sliding;
 mod space;
 mod streams;
-mod su2_bad_input;
 mod support;
 mod system;
 mod twist;
-mod ugrid_bad_input;
 mod vtk_files;
 #[cfg(feature = "vtkio")]
 mod vtkio;
-mod vtu_bad_input;

@@ -1,6 +1,6 @@
 //! How the program behaves in a shell: quiet, JSON, closed pipes, colours, threads, help, pages.
 
-use crate::support::{azimesh, json, names, short, succeed};
+use crate::support::{assert_says, azimesh, json, names, short, succeed};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -98,42 +98,37 @@ fn a_check_that_failed_says_why_to_those_who_are_quiet() {
     let strict = text + "\n[selection]\ntolerance = 1e-12\nmax_points = 4\n";
     std::fs::write(folder.join("missed.toml"), strict).unwrap();
     for (line, said) in [
-        ("diff n.vtu other.vtu", "different: 792 and "),
+        ("diff n.vtu other.vtu", &["different: ", "792"][..]),
         (
             "quality n.vtu --fail-on max_edge_ratio>1",
-            "max_edge_ratio>1 holds: max_edge_ratio is ",
+            &["max_edge_ratio>1"],
         ),
         (
             "deform n.vtu few.toml -o out --fail-on max_skew>0.1",
-            "step 0: max_skew>0.1 holds: max_skew is 0.",
+            &["step 0", "max_skew>0.1"],
         ),
         (
             "quality out --fail-on max_skew>0.1",
-            "max_skew>0.1 holds at steps 0, 1, 2, 3, 4: max_skew is 0.",
+            &["max_skew>0.1", "0, 1, 2, 3, 4"],
         ),
-        (
-            "deform n.vtu far.toml -o far",
-            "step 1 (azimuth 90 degrees) has ",
-        ),
+        ("deform n.vtu far.toml -o far", &["step 1", "90 degrees"]),
         (
             "deform n.vtu far.toml -o parts --steps 0..5",
-            "step 1 (azimuth 90 degrees) has ",
+            &["step 1", "90 degrees"],
         ),
-        ("finish parts", "step 1 (azimuth 90 degrees) has "),
-        ("finish parts", "step 1 (azimuth 90 degrees) has "),
-        ("diff out far", "different: "),
+        ("finish parts", &["step 1", "90 degrees"]),
+        ("finish parts", &["step 1", "90 degrees"]),
+        ("diff out far", &["different: "]),
         (
             "select n.vtu missed.toml -o b.toml",
-            "the tolerance 1e-12 is not met: 4 base points leave ",
+            &["tolerance", "4 base points"],
         ),
     ] {
         let args: Vec<&str> = line.split(' ').collect();
         let run = azimesh(folder, &[&args[..], &["-q"]].concat());
         assert_eq!((run.code, run.out.as_str()), (1, ""), "{line}: {run:?}");
-        assert!(
-            run.err.starts_with(&format!("warning: {said}")),
-            "{line}: {run:?}"
-        );
+        assert!(run.err.starts_with("warning: "), "{line}: {run:?}");
+        assert_says(&run.err, said);
         assert!(run.err.lines().count() <= 6, "{line}: {run:?}");
     }
 }
@@ -251,7 +246,7 @@ fn threads_that_the_batch_system_grants_are_told_with_v() {
         assert_eq!(granted, "threads: 1 (SLURM_CPUS_PER_TASK)");
     }
     let run = azimesh(folder.path(), &["info", "n.vtu", "--threads", "0"]);
-    assert!(run.err.contains("a whole number from 1 on"), "{run:?}");
+    assert_says(&run.err, &["--threads", "whole number", "1"]);
 }
 
 #[test]

@@ -186,9 +186,6 @@ fn a_run_takes_its_inputs_from_pipes_and_is_not_resumed_without_their_hashes() {
         assert_eq!((code, err.as_str()), (0, ""), "{inputs}");
         let (code, err) = bash(&format!("azimesh -q deform {inputs} -o {out} --resume"));
         assert_eq!(code, 2, "{inputs}: {err}");
-        assert!(
-            err.contains("pipe, of which there is no hash"),
-            "{inputs}: {err}"
-        );
+        assert!(err.contains("pipe"), "{inputs}: {err}");
     }
 }

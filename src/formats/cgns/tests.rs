@@ -1,4 +1,4 @@
-//! Files in the layouts of real writers, round trips, sequences, damaged files.
+//! Files in the layouts of real writers, round trips, sequences, refusals.
 
 use super::Cgns;
 use crate::diagnostic::formats::{FormatNote, GroupWritten, Written};

@@ -45,12 +45,12 @@ impl File {
         let resolver = folder.map(|folder| Arc::new(SameFolder { folder }) as _);
         Hdf5File::from_owner(source.shared(), options(source.bytes().len(), resolver))
             .map(Self)
-            .map_err(refused)
+            .map_err(at_root)
     }
 
     /// The group that holds everything.
     pub fn root(&self) -> Result<Group> {
-        self.0.root_group().map(Group).map_err(refused)
+        self.0.root_group().map(Group).map_err(at_root)
     }
 }
 
@@ -393,6 +393,11 @@ fn unknown(datatype: &Datatype) -> Error {
         Datatype::String { .. } | Datatype::VarLen { .. } => "text".to_owned(),
     };
     Error::input(format!("its values are {found}, which cannot be read"))
+}
+
+/// What is wrong with the file as a whole.
+fn at_root(error: Refused) -> Error {
+    refused(error).dataset("/")
 }
 
 fn refused(error: Refused) -> Error {

@@ -1,6 +1,5 @@
-//! Files whose parts do not fit, and damaged ones.
+//! Files whose parts do not fit.
 
-use super::tests::{mesh, written};
 use super::*;
 use crate::diagnostic::formats::ArrayRead;
 use crate::formats::hdf5::{Data, Element, Tree};
@@ -54,20 +53,6 @@ fn indices_of_several_columns_are_refused_without_a_panic() {
         let error = error.to_string();
         assert!(error.contains("Connectivity"), "{error}");
         assert!(error.contains("values; they must have 1"), "{error}");
-    }
-}
-
-#[test]
-fn damaged_files_are_refused_without_a_panic() {
-    let (bytes, _) = written(&mesh(), &WriteOptions::default());
-    let options = ReadOptions::default();
-    for at in (0..bytes.len()).step_by(11) {
-        let mut damaged = bytes.clone();
-        damaged[at] ^= 0x55;
-        let _ = parse(&VtkHdf, &damaged, &options);
-    }
-    for n in (0..bytes.len()).step_by(101) {
-        assert!(parse(&VtkHdf, &bytes[..n], &options).is_err(), "cut at {n}");
     }
 }
 

@@ -127,12 +127,9 @@ fn unstructured(source: &Source) -> Result<Group> {
     }
 }
 
-/// Errors without a dataset are those of the group, except errors of HDF5 itself, which are those of the file.
+/// Errors without a dataset are those of the group.
 fn placed<T>(result: Result<T>) -> Result<T> {
-    result.map_err(|error| match error.message.starts_with("HDF5: ") {
-        true => error,
-        false => error.dataset(ROOT),
-    })
+    result.map_err(|error| error.dataset(ROOT))
 }
 
 #[cfg(test)]

@@ -92,7 +92,7 @@ impl<'a> Stored<'a> {
                     element: self.element,
                     swap: self.swap,
                 };
-                if !bytes.is_empty() {
+                if bytes.len() >= tuple {
                     sink(chunk)?;
                 }
                 return Ok(());

@@ -1,0 +1,285 @@
+//! Files that are read without an error, to be damaged.
+
+use crate::support::sequence::testdata;
+use azimesh::error::{ErrorKind, Result};
+use azimesh::formats::{
+    self, Begin, Commit, Compression, Encoding, Format, Location, Notes, Precision, ReadOptions,
+    Source, WriteOptions,
+};
+use azimesh::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use std::fmt::Debug;
+use std::fs;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A file that can be damaged: a mesh, or one that belongs to it.
+pub struct Good {
+    pub format: &'static dyn Format,
+    mesh: PathBuf,
+    file: PathBuf,
+    pub bytes: Vec<u8>,
+}
+
+/// Files of every format.
+pub struct All {
+    pub files: Vec<Good>,
+    /// Those of the small mesh, the others being of `testdata/`.
+    pub own: Range<usize>,
+    _folder: TempDir,
+}
+
+impl Good {
+    pub fn all() -> All {
+        let folder = tempfile::tempdir().unwrap();
+        let mut files = Vec::new();
+        for format in formats::with_flavours() {
+            let at = folder.path().join(format.name());
+            let first = files.len();
+            written(format, &at, &mut files);
+            let n = files.len() - first;
+            assert!(n > 0, "{} is damaged nowhere", format.name());
+        }
+        let own = 0..files.len();
+        for path in all_files(&testdata("")) {
+            let small = fs::metadata(&path).unwrap().len() < 61_000;
+            let location = Location::open(&path).unwrap();
+            if let Some(format) = formats::recognize(&location).filter(|_| small) {
+                let bytes = fs::read(&path).unwrap();
+                let (mesh, file) = (path.clone(), path);
+                files.push(Good {
+                    format,
+                    mesh,
+                    file,
+                    bytes,
+                });
+            }
+        }
+        assert!(files.len() > own.end + 40, "testdata/ has small files");
+        All {
+            files,
+            own,
+            _folder: folder,
+        }
+    }
+
+    /// The mesh, where the file has these bytes.
+    pub fn read(&self, bytes: &[u8]) -> Result<Mesh> {
+        let read = |location: Location| {
+            // What is wrong with the times of the steps is an error of its own; a panic is a bug.
+            let _ = self.format.steps(&location);
+            let options = ReadOptions::default();
+            self.format.read(&location, &options, &mut Notes::default())
+        };
+        if self.file == self.mesh {
+            return read(Source::from_bytes(&self.mesh, bytes.to_vec()).into());
+        }
+        fs::write(&self.file, bytes).unwrap();
+        let mesh = Location::open(&self.mesh).and_then(read);
+        fs::write(&self.file, &self.bytes).unwrap();
+        mesh
+    }
+
+    /// Whether these bytes are read, as a mesh that may fail its checks in words.
+    ///
+    /// # Errors
+    /// Where they are neither read nor refused with a place.
+    pub fn check(&self, bytes: &[u8], damage: &dyn Debug) -> std::result::Result<bool, String> {
+        let read = || {
+            self.read(bytes).map(|mut mesh| {
+                if mesh.validate().is_ok() {
+                    mesh.merge_repeated_faces();
+                }
+            })
+        };
+        let wrong = match catch_unwind(AssertUnwindSafe(read)) {
+            Ok(Ok(())) => return Ok(true),
+            Ok(Err(error)) if error.position.is_none() => format!("no place: {error}"),
+            Ok(Err(error)) if error.kind != ErrorKind::Input => {
+                format!("{:?}: {error}", error.kind)
+            }
+            Ok(Err(_)) => return Ok(false),
+            Err(_) => "a panic".to_owned(),
+        };
+        Err(format!("{} with {damage:?}: {wrong}", self.file.display()))
+    }
+}
+
+/// The small mesh, written to `folder` in every way that the format has.
+fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
+    let extension = format.extensions()[0];
+    let mut n = 0;
+    let mut add = |write: &dyn Fn(&Path) -> Result<()>| -> Result<()> {
+        let folder = folder.join(n.to_string());
+        n += 1;
+        fs::create_dir_all(&folder).unwrap();
+        let mesh = folder.join(format!("small.{extension}"));
+        write(&mesh)?;
+        for file in all_files(&folder) {
+            let bytes = fs::read(&file).unwrap();
+            // What belongs to a mesh is read the same whichever way that is written.
+            let is_new = !files.iter().any(|known| known.bytes == bytes);
+            if is_new && (file == mesh || n == 1) {
+                let mesh = mesh.clone();
+                files.push(Good {
+                    format,
+                    mesh,
+                    file,
+                    bytes,
+                });
+            }
+        }
+        Ok(())
+    };
+    let ways = ways(format);
+    let solids = [(true, true), (true, false), (false, true), (false, false)];
+    let fits = |&mesh: &(bool, bool)| {
+        let view = solid(mesh);
+        let mut nowhere = formats::OutputSet::nowhere(Path::new("small"));
+        format.write(&view.view(), &mut nowhere, &ways[0]).is_ok()
+    };
+    let solid = solid(solids.into_iter().find(fits).expect("it holds tetrahedra"));
+    let commit = Commit {
+        sync: false,
+        ..Commit::REPLACE
+    };
+    let save = |mesh: &Mesh, path: &Path, options: &WriteOptions| {
+        formats::save(&mesh.view(), path, format, options, commit).map(drop)
+    };
+    for options in &ways {
+        add(&|path| save(&solid, path, options)).unwrap();
+    }
+    // Solids alone, in some formats.
+    let single = WriteOptions {
+        precision: Precision::F32,
+        ..ways[0].clone()
+    };
+    let _ = add(&|path| save(&plane(), path, &single));
+    if let Some(create) = format.sequence() {
+        let sequence = |path: &Path| {
+            let mut file = create(path, &WriteOptions::default(), Begin::Create, false)?;
+            file.push(0.0, &solid.view())?;
+            file.push(0.5, &solid.view()).map(drop)
+        };
+        add(&sequence).unwrap();
+    }
+}
+
+/// Every encoding and compression of a format.
+fn ways(format: &dyn Format) -> Vec<WriteOptions> {
+    let mut ways = Vec::new();
+    for encoding in [Encoding::Raw, Encoding::Base64, Encoding::Ascii] {
+        for compression in [
+            Compression::None,
+            Compression::Zlib,
+            Compression::Lz4,
+            Compression::Lzma,
+        ] {
+            let options = WriteOptions {
+                encoding,
+                compression,
+                pieces: NonZeroUsize::new(2).filter(|_| format.is_in_pieces()),
+                ..WriteOptions::default()
+            };
+            if options.without_effect(format).is_empty() {
+                ways.push(options);
+            }
+        }
+    }
+    ways
+}
+
+/// Every file in a folder and the folders in it, by name.
+fn all_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let files = paths.into_iter().map(|path| match path.is_dir() {
+        true => all_files(&path),
+        false => vec![path],
+    });
+    files.flatten().collect()
+}
+
+/// A few solid cells with tags, zones and arrays; with a polyhedron, with a curved cell.
+fn solid((polyhedron, curved): (bool, bool)) -> Mesh {
+    let mut mesh = Mesh {
+        points: (0..16)
+            .map(|i| [f64::from(i), 0.5, -f64::from(i * i)])
+            .collect(),
+        ..Mesh::default()
+    };
+    let cells = &mut mesh.cells;
+    cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+    cells.push(CellKind::Wedge, &[0, 1, 2, 3, 4, 5]);
+    if polyhedron {
+        let stream = [4, 3, 5, 6, 7, 3, 5, 6, 8, 3, 6, 7, 8, 3, 5, 7, 8];
+        cells.push_polyhedron(&stream).unwrap();
+    }
+    if curved {
+        let nodes = [2, 3, 9, 5, 10, 11, 12, 13, 14, 15];
+        cells.push(CellKind::Tetrahedron10, &nodes);
+    }
+    let n_solid = cells.len();
+    cells.push(CellKind::Triangle, &[0, 1, 2]);
+    cells.push(CellKind::Triangle, &[1, 2, 3]);
+    cells.push(CellKind::Quadrilateral, &[0, 1, 4, 3]);
+    let [first, last] = [n_solid, n_solid + 3];
+    tag(&mut mesh, 2, "upper wall", first..last - 1);
+    tag(&mut mesh, 2, "hub", last - 1..last);
+    tag(&mut mesh, 3, "air", 0..n_solid);
+    with_arrays(mesh)
+}
+
+/// A triangle and a quadrilateral with two boundary tags.
+fn plane() -> Mesh {
+    let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [2.0, 0.0], [1.5, 1.0]];
+    let mut mesh = Mesh {
+        points: points.map(|[x, y]| [x, y, 0.0]).to_vec(),
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+    mesh.cells.push(CellKind::Quadrilateral, &[1, 3, 4, 2]);
+    mesh.cells.push(CellKind::Line, &[0, 1]);
+    mesh.cells.push(CellKind::Line, &[1, 3]);
+    tag(&mut mesh, 1, "wall", 2..3);
+    tag(&mut mesh, 1, "far", 3..4);
+    with_arrays(mesh)
+}
+
+fn tag(mesh: &mut Mesh, dimension: u8, name: &str, cells: Range<usize>) {
+    mesh.groups.push(Group {
+        dimension,
+        name: name.into(),
+        number: Some(mesh.groups.len() as i32 + 1),
+        condition: None,
+        cells: cells.collect(),
+    });
+}
+
+fn with_arrays(mut mesh: Mesh) -> Mesh {
+    let (n_points, n_cells) = (mesh.points.len(), mesh.cells.len());
+    let velocity = Values::F64((0..3 * n_points).map(|i| i as f64 / 7.0).collect());
+    mesh.point_arrays = vec![
+        DataArray::scalar("p", Values::F32(vec![0.25; n_points])),
+        DataArray::tuples("velocity", 3, velocity),
+    ];
+    let numbers = Values::I64((0..n_cells as i64).map(|i| i - 1).collect());
+    mesh.cell_arrays = vec![DataArray::scalar("number", numbers)];
+    mesh
+}
+
+#[test]
+fn every_file_is_read_before_it_is_damaged() {
+    let all = Good::all();
+    for (at, file) in all.files.iter().enumerate() {
+        let mesh = file.read(&file.bytes);
+        let mesh = mesh.unwrap_or_else(|error| panic!("{}: {error}", file.file.display()));
+        mesh.validate().unwrap();
+        let n = mesh.points.len();
+        let is_small = all.own.contains(&at);
+        assert!(!is_small || n == 5 || n == 16, "{n} nodes");
+    }
+}
