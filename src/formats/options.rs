@@ -1,9 +1,9 @@
 //! Options of readers and writers.
 
 use super::Format;
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::mesh::MeshView;
-use crate::mesh::place;
 use std::num::NonZeroUsize;
 
 /// Options of readers.
@@ -81,7 +81,7 @@ impl WriteOptions {
         match mesh.points.iter().position(too_large) {
             Some(node) => Err(Error::input(format!(
                 "node {node} is at {}, too large for 32 bits; write 64 bits",
-                place(mesh.points[node])
+                point(&mesh.points[node])
             ))),
             None => Ok(()),
         }

@@ -32,6 +32,7 @@ pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
 pub use view::MeshView;
 
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::parallel::map_blocks;
 
@@ -156,7 +157,7 @@ impl Mesh {
         if let Some(i) = first_where(&self.points, strange) {
             return Err(Error::input(format!(
                 "node {i} is at {}; coordinates must be finite",
-                place(self.points[i])
+                point(&self.points[i])
             )));
         }
         for run in self.cells.runs() {
@@ -243,20 +244,6 @@ fn bounds(points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
             std::array::from_fn(|i| hi[i].max(p[i])),
         ]
     }))
-}
-
-/// A number to six digits, for sentences.
-pub(crate) fn rounded(x: f64) -> f64 {
-    format!("{x:.5e}").parse().unwrap_or(x) + 0.0
-}
-
-/// A place in a sentence, to six digits.
-pub(crate) fn place(point: [f64; 3]) -> String {
-    let numbers = point.map(|x| format!("{:?}", rounded(x)));
-    let numbers = numbers
-        .each_ref()
-        .map(|x| x.strip_suffix(".0").unwrap_or(x));
-    format!("[{}]", numbers.join(", "))
 }
 
 /// Refuses more nodes or cells than indices of 32 bits can tell apart.

@@ -3,8 +3,8 @@
 use super::super::lexer::Fields;
 use super::index::Index;
 use super::stream::{Binary, Stream, Version};
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use crate::mesh::place;
 use crate::parallel::for_blocks;
 
 /// Records that one task converts at a time.
@@ -269,7 +269,7 @@ fn read_binary<'a>(
         None => Ok(body),
         Some(i) => Err(Error::input(format!(
             "a node is at {}; coordinates must be finite",
-            place(points[known + i])
+            point(&points[known + i])
         ))
         .byte((start + i * each) as u64)),
     }

@@ -1,9 +1,9 @@
 //! Numbers in the bytes or the text of a file.
 
 use super::text::word_end;
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::mesh::Values;
-use crate::mesh::place;
 
 /// Type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -269,10 +269,10 @@ pub fn points_are_finite(
     let Some(value) = value else {
         return Ok(());
     };
-    let (node, point) = (first + value / 3, points[value / 3]);
     let message = format!(
-        "node {node} is at {}; coordinates must be finite",
-        place(point)
+        "node {} is at {}; coordinates must be finite",
+        first + value / 3,
+        point(&points[value / 3])
     );
     Err((value, Error::input(message)))
 }

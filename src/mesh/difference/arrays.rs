@@ -1,9 +1,10 @@
 //! Arrays compared by name, value by value at nodes and cells that belong together.
 
 use super::super::arrays::with_numbers;
-use super::super::{DataArray, Mesh, Values, rounded};
+use super::super::{DataArray, Mesh, Values};
 use super::Tolerance;
 use super::partners::{Partners, in_chunks};
+use crate::diagnostic::short;
 use crate::error::counted;
 use std::ops::Range;
 
@@ -166,7 +167,7 @@ fn number_difference(
     let tuple = |i: usize| i / pairs.n_components.max(1);
     let furthest = match found.n {
         1 => String::new(),
-        _ => format!(", most by {:e} at {}", rounded(most), tuple(at)),
+        _ => format!(", most by {} at {}", short(most), tuple(at)),
     };
     Some(format!(
         "differs in {} of {} values, first at {}: {} and {}{furthest}",

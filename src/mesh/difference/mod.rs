@@ -12,7 +12,8 @@ mod nodes;
 mod partners;
 mod position;
 
-use super::{Mesh, rounded};
+use super::Mesh;
+use crate::diagnostic::{short, with_verb};
 use crate::error::{Result, counted, one_line};
 use partners::Partners;
 use std::fmt;
@@ -207,19 +208,19 @@ impl Difference {
         self.furthest.map_or(0.0, |pair| pair.distance)
     }
 
-    fn what_differs(&self) -> Vec<String> {
+    /// What differs, in one line; empty where nothing does.
+    pub(crate) fn what_differs(&self) -> String {
         let mut parts = Vec::new();
         let [ours, theirs] = self.n_nodes;
         if ours != theirs {
             parts.push(format!("{ours} and {theirs} nodes"));
         }
         if let (true, Some(worst)) = (self.moved_nodes > 0, self.furthest) {
-            parts.push(format!(
-                "{}, node {} most, by {:e}",
-                differ(self.moved_nodes, "node"),
-                worst.node,
-                rounded(worst.distance)
-            ));
+            let (node, by) = (worst.node, short(worst.distance));
+            parts.push(match self.moved_nodes {
+                1 => format!("1 node differs: node {node}, by {by}"),
+                n => format!("{n} nodes differ, node {node} by the most ({by})"),
+            });
         }
         if !self.nodes.is_empty() {
             let [ours, theirs] = self.unpaired_nodes;
@@ -229,7 +230,7 @@ impl Difference {
             ));
         }
         if !self.cells.is_empty() {
-            parts.push(differ(self.changed_cells, "cell"));
+            parts.push(with_verb(self.changed_cells, "cell", "differs"));
         }
         for (what, sentences) in [("groups", &self.groups), ("arrays", &self.arrays)] {
             match &sentences[..] {
@@ -238,7 +239,7 @@ impl Difference {
                 many => parts.push(format!("{} {what} differ", many.len())),
             }
         }
-        parts
+        parts.join("; ")
     }
 }
 
@@ -246,22 +247,20 @@ impl Difference {
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.is_same() {
-            let what = self.what_differs().join("; ");
-            return write!(f, "different: {}", one_line(&what));
+            return write!(f, "different: {}", one_line(&self.what_differs()));
         }
         let [n_nodes, n_cells] = [self.n_nodes[0], self.n_cells[0]];
-        write!(f, "same: {n_nodes} nodes, {n_cells} cells")?;
+        write!(
+            f,
+            "same: {}, {}",
+            counted(n_nodes, "node"),
+            counted(n_cells, "cell")
+        )?;
         match self.max_distance() {
             0.0 => Ok(()),
-            furthest => write!(f, ", nodes at most {:e} apart", rounded(furthest)),
+            furthest => write!(f, ", nodes at most {} apart", short(furthest)),
         }
     }
-}
-
-/// "1 node differs", "2 nodes differ".
-fn differ(n: usize, noun: &str) -> String {
-    let verb = if n == 1 { "differs" } else { "differ" };
-    format!("{} {verb}", counted(n, noun))
 }
 
 fn diagonal(mesh: &Mesh) -> f64 {

@@ -12,8 +12,9 @@ mod places;
 
 pub use cells::cells;
 
-use super::super::{Mesh, place};
+use super::super::Mesh;
 use super::partners::{NONE, Partners};
+use crate::diagnostic::point;
 use crate::error::Result;
 
 /// How the nodes of two meshes belong together.
@@ -79,7 +80,7 @@ pub fn nodes(a: &Mesh, b: &Mesh, within: f64) -> Result<Paired> {
         sentences.push(format!(
             "nodes of the {here} mesh without a node of the {there} within {within:e}: {}, first {first} at {}",
             n_unpaired[which],
-            place(mesh.points[first])
+            point(&mesh.points[first])
         ));
     }
     Ok(Paired {

@@ -2,8 +2,8 @@
 
 use super::Pairing;
 use super::keys::{Keys, mixed};
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use crate::mesh::place;
 use crate::parallel::{block, collect, sort, try_map};
 
 /// Edge of a box of the grid, in distances within which nodes belong together.
@@ -67,7 +67,7 @@ fn too_wide(node: u32, at: [f64; 3], within: f64) -> Error {
     Error::input(format!(
         "nodes cannot be matched within {within:e}: more than {MOST} nodes of the second mesh \
          are near node {node} of the first at {}; use a smaller --match-tolerance",
-        place(at)
+        point(&at)
     ))
 }
 

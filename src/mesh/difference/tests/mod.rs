@@ -58,7 +58,7 @@ fn a_moved_node_is_named_and_a_tolerance_lets_it_pass() {
     let found = between(&a, &b);
     assert_eq!(found.moved_nodes, 1);
     assert_eq!(found.furthest.map(|pair| pair.node), Some(2));
-    assert!(!found.is_same() && found.to_string().contains("node 2 most"));
+    assert!(!found.is_same() && found.to_string().contains("node 2, by 0.001"));
     let relative = true;
     for (value, relative, same) in [
         (1.1e-3, false, true),
