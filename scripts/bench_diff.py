@@ -91,9 +91,9 @@ def main():
     subprocess.run([".venv/bin/python", "-c", MAKE, folder], check=True)
     print(f"{machine()}; diff.vtu: {(folder / 'diff.vtu').stat().st_size / 1e6:.0f} MB")
     print(f"{'copy':10}{'match':10}{'exit':>5}{'seconds':>9}{'comparing':>11}{'peak MB':>9}  said")
-    cases = [("same", "order", 0, "same: "), ("node", "order", 1, "1 nodes differ"), ("tag", "order", 1, "groups differ"),
+    cases = [("same", "order", 0, "same: "), ("node", "order", 1, "1 node differs"), ("tag", "order", 1, "groups differ"),
              ("cell", "order", 1, "2 cells differ"), ("position", "position", 0, "same: "),
-             ("node", "position", 1, "1 nodes differ")]
+             ("node", "position", 1, "1 node differs")]
     for copy, match, code, wanted in cases:
         command = [AZIMESH, "diff", "-v", "--match", match, folder / "diff.vtu", folder / f"diff_{copy}.vtu"]
         found = min((run(command) for _ in range(options.rounds)), key=lambda found: found[1])

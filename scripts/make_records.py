@@ -3,7 +3,7 @@
     python3 scripts/make_records.py PROGRAM
 
 Writes run.json of each into testdata/records, and steps.csv and base.toml of some. The records that are there were written by
-azimesh 0.1.0 before its records had types; write them again only with a version whose records differ on purpose.
+azimesh 0.1.0; write them again only with a version whose records differ on purpose.
 """
 
 import os

@@ -6,7 +6,7 @@
 //! The loops take `&dyn Fn`: the call costs nothing beside the work of a block, and the code that spreads work over
 //! threads is compiled once instead of once for each loop.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -19,6 +19,22 @@ pub const SMALL_BLOCK: usize = 64;
 /// Calls `act(i)` for each `i` below `n`.
 pub fn for_each(n: usize, act: &(dyn Fn(usize) + Sync)) {
     (0..n).into_par_iter().for_each(act);
+}
+
+/// Starts so many threads for all loops.
+///
+/// # Errors
+/// Where the system does not start them.
+pub fn start(n_threads: usize) -> Result<()> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build_global()
+        .map_err(|error| Error::system(format!("cannot start {n_threads} threads: {error}")))
+}
+
+/// Threads that loops run on.
+pub fn n_threads() -> usize {
+    rayon::current_num_threads()
 }
 
 /// `of(i)` for each `i` below `n`, in order. For work of a microsecond or more; see [`collect`] for less.
@@ -191,7 +207,6 @@ impl<T> Scratch<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
 
     #[test]
     fn results_stand_in_the_order_of_the_items() {

@@ -53,7 +53,7 @@ impl Progress for Silent {
     fn finish(&self) {}
 }
 
-/// A request to end, shared by whoever asks and the work that looks at it.
+/// A request to stop, shared by the caller that makes it and the work that checks it.
 ///
 /// ```
 /// use azimesh::{Deformation, ErrorKind, Mesh, Schedule, Stop};
@@ -102,7 +102,7 @@ impl Stop {
         self.held.load(Ordering::SeqCst) > 0
     }
 
-    /// Makes whoever asks wait.
+    /// Makes requests wait until it is dropped.
     pub(crate) fn hold(self: &Arc<Self>) -> Held {
         self.held.fetch_add(1, Ordering::SeqCst);
         Held(Arc::clone(self))

@@ -15,7 +15,7 @@ from program import TESTDATA, azimesh, report, scratch
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "schema"
 PAGE = ROOT / "docs" / "json.md"
-IGNORED = {"$schema", "title", "description"}
+IGNORED = {"$schema", "title", "description", "deprecated"}
 KNOWN = IGNORED | {
     "type", "properties", "required", "additionalProperties", "items", "minItems", "maxItems", "minimum", "enum", "const", "oneOf",
 }  # fmt: skip
@@ -196,6 +196,8 @@ def folding(folder, told, record):
         yield told("deform", mesh, folder / f"{name}.toml", "-o", folder / name, *more, expect=(0, 1))
         yield record(folder / name / "run.json")
         yield told("select", mesh, folder / f"{name}.toml", "-o", base)
+    yield told("deform", folder / "block.vtu", folder / "stop.toml", "-o", folder / "stopped", expect=1)
+    yield record(folder / "stopped" / "run.json")
 
 
 # ---------------------------------------------------------------- the page
@@ -208,13 +210,15 @@ HEAD = """# The JSON of the commands
 Every command takes `--json` and prints one object on standard output; notes, warnings and errors still go to standard error. A run
 leaves one more in its folder, `run.json`.
 
-- `version` is 1. Keys may be added without a new version; none is changed or removed.
+- `version` is 1. Keys may be added without a new version. A key that gets another name keeps the old one too, marked deprecated, for
+  one version of azimesh at least.
 - Lengths are in the mesh's own unit, angles in degrees, times in seconds, sizes in bytes, unless a key says otherwise. Nodes, cells and
   steps count from 0.
 - JSON has no infinity and no NaN: such a value is `null`.
 - "Sentences" are for people and may change in any version.
-- If a command fails (exit code 2 or 3), it prints no JSON. After a failed check (exit code 1) it does, unless `deform` stopped before
-  its end: the tolerance was missed, or `on_inverted = "stop"`. `run.json` has the reason then.
+- If a command fails (exit code 2 or 3), it prints no JSON. After a failed check (exit code 1) it does, also if `deform` stopped before
+  its last step because the tolerance was missed or by `on_inverted = "stop"`: `outcome` has the reason then, as in `run.json`.
+- `deform`, `finish` and `run.json` have the same keys for the same things, but for the deprecated `steps`.
 
 Each table below is made from a JSON Schema (draft 2020-12) in `docs/schema/`, by `scripts/verify/schema.py --update`. The same
 script, a part of `scripts/test`, runs the commands and holds what they print against the schemas, both ways.

@@ -2,9 +2,10 @@
 
 use super::{Context, Outcome, memory};
 use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::error::{Result, one_line};
+use crate::diagnostic::{Diagnostic, amount, in_digits, short};
+use crate::error::{Result, counted, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
+use crate::parallel;
 use crate::preflight::{
     self, BodyAtStep, LargestDisplacements, bodies_at, conflicts, estimate_bytes, estimate_memory,
 };
@@ -60,7 +61,7 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
 /// a second and thread, a gigabyte a second to disk. Order of magnitude only.
 fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
-    let threads = rayon::current_num_threads() as f64;
+    let threads = parallel::n_threads() as f64;
     let evaluations = 1e3 * (plan.mesh.points.len() + 10 * plan.surface.nodes.len()) as f64;
     evaluations / (1e9 * threads) + n_bytes as f64 / 1e9
 }
@@ -111,13 +112,17 @@ fn as_text(plan: &Plan, extremes: &LargestDisplacements, (mapped, n_bytes): (u64
     lines.push(
         "memory",
         format!(
-            "{} and the mapped input, {}",
-            gigabytes(estimate_memory(plan)),
-            gigabytes(mapped)
+            "about {}, and the mapped input, {}",
+            amount(estimate_memory(plan)),
+            amount(mapped)
         ),
     );
-    lines.push("meshes", gigabytes(n_bytes));
-    lines.push("time", format!("about {:.1} s", seconds(plan, n_bytes)));
+    lines.push("meshes", format!("about {}", amount(n_bytes)));
+    let time = match seconds(plan, n_bytes) {
+        seconds if seconds < 1.0 => "about a second or less".to_owned(),
+        seconds => format!("about {} s", in_digits(seconds, 1)),
+    };
+    lines.push("time", time);
     for convention in plan.motion.rotor.conventions() {
         lines.push("convention", convention);
     }
@@ -139,7 +144,10 @@ impl Lines {
         self.push("nodes", plan.mesh.points.len());
         let n = plan.surface.nodes.len();
         let all = n + plan.surface.n_coincident;
-        self.push("surface nodes", format!("{all} at {n} places"));
+        self.push(
+            "surface nodes",
+            format!("{all} at {}", counted(n, "position")),
+        );
         for tag in &plan.motion.surface.tags {
             self.push("tag", format!("{}: {}", tag.tag, role_name(plan, tag)));
         }
@@ -147,15 +155,18 @@ impl Lines {
 
     fn interpolation(&mut self, plan: &Plan) {
         let (kernel, radius) = (plan.basis.kernel.name(), plan.basis.radius);
-        self.push("kernel", format!("{kernel}, support radius {radius}"));
-        self.push("tolerance", plan.tolerance);
+        self.push(
+            "kernel",
+            format!("{kernel}, support radius {}", short(radius)),
+        );
+        self.push("tolerance", short(plan.tolerance));
         for choice in &plan.choices {
             self.push("", choice);
         }
         let (n, off) = (plan.n_modes(), plan.truncation());
-        self.push("modes", format!("{n}, off by {off:.1e} at most"));
+        self.push("modes", format!("{n}, error at most {}", in_digits(off, 2)));
         if let Some(height) = plan.first_cells.smallest() {
-            self.push("smallest first cell", format!("{height:.3e}"));
+            self.push("smallest first cell", in_digits(height, 4));
         }
     }
 
@@ -164,11 +175,11 @@ impl Lines {
         let (step, largest) = extremes.largest();
         let of = match extremes.n_steps == n_steps {
             true => "all steps".to_owned(),
-            false => format!("{} steps looked at", extremes.n_steps),
+            false => format!("{} steps checked", extremes.n_steps),
         };
         self.push(
             "largest displacement",
-            format!("{largest:.6} at step {step}, the largest of {of}"),
+            format!("{} at step {step}, the largest of {of}", short(largest)),
         );
         let at_some = match steps.len() < n_steps {
             true => format!(", at {} of {n_steps} steps", steps.len()),
@@ -176,11 +187,8 @@ impl Lines {
         };
         self.push(place_name(plan), format!("largest displacement{at_some}"));
         for step in steps {
-            let largest = plan.largest_displacement(step.index);
-            self.push(
-                &format!("{:>11}", place_of(plan, step)),
-                format!("{largest:.6}"),
-            );
+            let here = fixed(plan.largest_displacement(step.index), decimals(largest));
+            self.push(&format!("{:>11}", place_of(plan, step)), here);
         }
     }
 }
@@ -213,6 +221,7 @@ fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {
 fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
     let mut text = String::new();
     let found = bodies_at(plan, steps);
+    let decimals = decimals(found.iter().map(|at| at.largest).fold(0.0, f64::max));
     for (index, body) in plan.motion.bodies.iter().enumerate() {
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -230,10 +239,14 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
         );
         for at in found.iter().filter(|at| at.body == index) {
             let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
-            let angles = cells(angles.as_ref().map(<[f64; 3]>::as_slice), 9, 3);
-            let tip = cells(at.tip.as_ref().map(<[f64; 3]>::as_slice), 11, 6);
+            let angles = cells(angles.as_ref(), 9, |x| fixed(x, 3));
+            let tip = cells(at.tip.as_ref(), 11, |x| fixed(x, decimals));
             let place = place_of(plan, &plan.motion.steps[at.step]);
-            let _ = writeln!(text, "{place:>11} {angles} {tip} {:>11.6}", at.largest);
+            let _ = writeln!(
+                text,
+                "{place:>11} {angles} {tip} {:>11}",
+                fixed(at.largest, decimals)
+            );
         }
     }
     text
@@ -247,27 +260,31 @@ fn place_name(plan: &Plan) -> &'static str {
     }
 }
 
-fn place_of(plan: &Plan, step: &Step) -> f64 {
-    let place = match step.time_s {
+fn place_of(plan: &Plan, step: &Step) -> String {
+    short(match step.time_s {
         Some(time) if plan.motion.azimuth_rate.is_none() => time,
         _ => step.azimuth_deg,
-    };
-    // 108 and not 108.00000000000001.
-    (place * 1e9).round() / 1e9
+    })
+}
+
+/// Digits after the point with which numbers in a column have six digits, where `largest` is the largest of them.
+fn decimals(largest: f64) -> usize {
+    let before = largest.log10().floor();
+    if largest > 0.0 {
+        (5.0 - before).clamp(0.0, 12.0) as usize
+    } else {
+        0
+    }
+}
+
+/// A number for a column; what is rounded to zero has no sign.
+fn fixed(x: f64, decimals: usize) -> String {
+    let least = 0.5 * 0.1_f64.powi(decimals as i32);
+    format!("{:.decimals$}", if x.abs() < least { 0.0 } else { x })
 }
 
 /// Three numbers, or three dashes.
-fn cells(numbers: Option<&[f64]>, width: usize, digits: usize) -> String {
-    let shown: Vec<String> = match numbers {
-        Some(numbers) => numbers
-            .iter()
-            .map(|number| format!("{number:>width$.digits$}"))
-            .collect(),
-        None => vec![format!("{:>width$}", "-"); 3],
-    };
-    shown.join(" ")
-}
-
-fn gigabytes(bytes: u64) -> String {
-    format!("about {:.3} GB", bytes as f64 / 1e9)
+fn cells(numbers: Option<&[f64; 3]>, width: usize, text: impl Fn(f64) -> String) -> String {
+    let texts = numbers.map_or([(); 3].map(|()| "-".to_owned()), |all| all.map(text));
+    texts.map(|text| format!("{text:>width$}")).join(" ")
 }

@@ -1,10 +1,9 @@
-//! What every command needs: how to talk, how many threads, how to open a mesh.
+//! What every command needs: the common options, printing, threads and stages of work.
 
+use super::Common;
 use super::threads::Threads;
-use super::{Common, heap};
 use crate::error::{Error, Result, is_unseen, lines, one_line};
-use crate::formats::{self, Format, Loaded, Location, ReadOptions};
-use crate::mesh::Mesh;
+use crate::parallel;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -25,56 +24,8 @@ impl Context {
     pub fn with_threads<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let Threads { n, by } = Threads::granted(self.common.threads);
         self.detail(&format!("threads: {n} ({by})"));
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n)
-            .build_global()
-            .map_err(|error| Error::system(format!("cannot start {n} threads: {error}")))?;
+        parallel::start(n)?;
         work()
-    }
-
-    /// Reads a mesh, in the format of `--format` where it is given.
-    pub fn read_mesh(&self, path: &Path) -> Result<Mesh> {
-        let Some(name) = &self.common.format else {
-            return self.read_any(path);
-        };
-        let format = formats::by_name(name)?;
-        let read = |location: &Location| formats::read_as(format, location, &self.read_options());
-        self.load(path, read)
-    }
-
-    /// The format of `--format`, where it is given.
-    pub fn input_format(&self) -> Result<Option<&'static dyn Format>> {
-        let name = self.common.format.as_deref();
-        name.map(formats::by_name).transpose()
-    }
-
-    /// Reads a mesh in the format that its content says, where `--format` is about the output.
-    pub fn read_any(&self, path: &Path) -> Result<Mesh> {
-        self.load(path, |location| {
-            formats::read(location, &self.read_options())
-        })
-    }
-
-    fn load(&self, path: &Path, read: impl FnOnce(&Location) -> Result<Loaded>) -> Result<Mesh> {
-        let loaded = self.reading(path, || read(&self.open(path)?))?;
-        for note in loaded.notes.iter() {
-            self.note(&format!("{}: {note}", path.display()));
-        }
-        Ok(loaded.mesh)
-    }
-
-    /// Opens what is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
-    pub fn open(&self, path: &Path) -> Result<Location> {
-        heap::set_stage("reading", Some(path));
-        Location::open_within(path, self.common.max_memory)
-    }
-
-    /// Reads, as a stage.
-    pub fn reading<T>(&self, path: &Path, read: impl FnOnce() -> Result<T>) -> Result<T> {
-        self.stage("reading", || {
-            heap::set_stage("reading", Some(path));
-            read()
-        })
     }
 
     /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.
@@ -93,17 +44,9 @@ impl Context {
     pub fn check_json_beside(&self, output: &Path) -> Result<()> {
         match self.common.json && output.as_os_str() == "-" {
             true => Err(Error::input(
-                "--json and a mesh cannot share standard output; write the mesh to a file",
+                "--json and a mesh cannot both go to standard output; write the mesh to a file",
             )),
             false => Ok(()),
-        }
-    }
-
-    /// What readers are told.
-    pub fn read_options(&self) -> ReadOptions {
-        ReadOptions {
-            tag_array: self.common.tag_array.clone(),
-            step: None,
         }
     }
 
@@ -115,7 +58,7 @@ impl Context {
         }
     }
 
-    /// The same to stderr, where a mesh goes to standard output.
+    /// Prints what a command found to stderr, unless quiet: where a mesh goes to standard output.
     pub fn print_aside(&self, text: &str) {
         if !self.common.quiet {
             to_stderr(&lines(text.trim_end()));

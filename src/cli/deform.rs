@@ -2,15 +2,15 @@
 
 use super::{Context, Outcome, memory};
 use crate::deform::Deformation;
-use crate::diagnostic::Diagnostic;
-use crate::error::{Result, path_in_line};
+use crate::diagnostic::{Diagnostic, in_digits};
+use crate::error::{Result, counted, path_in_line};
 use crate::formats;
 use crate::motion::Schedule;
 use crate::preflight::check_memory;
 use crate::progress::Stop;
 use crate::quality::Criterion;
 use crate::run::{Finished, Request, run};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,8 +21,7 @@ const SHOWN: usize = 5;
 /// Arguments of `azimesh deform`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "The input's format is found by its content; --format stands in for output.format of \
-the schedule."
+    after_help = "The format of the mesh is recognised by its content; --format replaces output.format of the schedule."
 )]
 pub struct DeformArgs {
     /// Mesh with boundary tags; `-` reads standard input
@@ -32,32 +31,32 @@ pub struct DeformArgs {
     /// Folder for the meshes, steps.csv, base points and run.json
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Base points chosen before by `azimesh select`
+    /// Base points that `azimesh select` has saved
     #[arg(long, value_name = "BASE")]
     base: Option<PathBuf>,
-    /// Write steps A to B - 1 only, counted from 0; the meshes are those of the whole run
+    /// Write only steps A to B - 1, counted from 0; the meshes are those of the whole run
     #[arg(long, value_name = "A..B", value_parser = step_range)]
     steps: Option<Range<usize>>,
     /// Replace the files of an earlier run in the folder
     #[arg(long, conflicts_with = "resume")]
     force: bool,
-    /// Go on with the run that the folder holds, after its inputs and files are verified; start where
-    /// it holds none
+    /// Continue the run in the folder, after its inputs and files are verified; start one where there
+    /// is none
     #[arg(long)]
     resume: bool,
-    /// Pass over steps that cannot be written, for inverted cells with `on_inverted = "stop"` or
-    /// for a failure; the exit code is 1
+    /// Skip steps that fail, or that have inverted cells with `on_inverted = "stop"`, and continue;
+    /// the exit code is 1
     #[arg(long)]
     keep_going: bool,
-    /// Start even where the disk has no room for all steps
+    /// Start even if the disk has no room for all steps
     #[arg(long)]
     no_space_check: bool,
-    /// Do not wait until each step is on the disk: faster on some disks, and a power cut may cost steps that are
-    /// in steps.csv
+    /// Do not wait until each step is on the disk: faster on some disks, but a power cut may lose steps
+    /// that are in steps.csv
     #[arg(long)]
     no_sync: bool,
-    /// Exit with 1 where this holds at any step, e.g. `min_scaled_jacobian<0.1`; any column of
-    /// steps.csv; may be given again. --resume without it asks what the run was begun with
+    /// Exit with code 1 if this holds at any step, such as "min_scaled_jacobian<0.1"; any column of
+    /// steps.csv; repeatable. --resume without it uses the conditions of the earlier run
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Criterion>,
 }
@@ -97,7 +96,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&deformation, &request)?;
-    report(&args.output, &finished, context)
+    report(&args.output, finished, context)
 }
 
 /// Reads `A..B`.
@@ -107,47 +106,63 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
         Some(number(start)?..number(end)?)
     });
     ends.ok_or_else(|| {
-        format!("\"{text}\" is no range of steps; write A..B, as 0..90 for the first ninety")
+        format!(
+            "\"{text}\" is not a range of steps; write A..B, such as 0..90 for the first ninety"
+        )
     })
 }
 
 /// Tells what a sequence came to.
-pub(super) fn report(folder: &Path, finished: &Finished, context: &Context) -> Result<Outcome> {
-    match context.common.quiet {
-        true => complain_of_some(&finished.inverted, context),
-        false => complain_of_some(&finished.warnings, context),
-    }
-    complain_of_some(&finished.passed_over, context);
-    complain_of_some(&finished.failures, context);
+///
+/// # Errors
+/// The failed check that ended it early, after its JSON.
+pub(super) fn report(folder: &Path, finished: Finished, context: &Context) -> Result<Outcome> {
     if context.common.json {
-        context.print_json(json!({
-            "folder": folder.display().to_string(),
-            "steps": finished.n_steps,
-            "steps_kept": finished.n_kept,
-            "passed_over": finished.passed_over,
-            "base_points": finished.n_base,
-            "selection_error": finished.selection_error,
-            "max_surface_error": finished.surface_error,
-            "inverted_steps": finished.inverted_steps,
-            "most_inverted": finished.most_inverted,
-            "min_scaled_jacobian": finished.min_scaled_jacobian,
-            "mesh_bytes": finished.mesh_bytes,
-            "warnings": finished.warnings,
-            "failures": finished.failures,
-            "seconds": {
-                "selection": finished.timings.selection,
-                "modes": finished.timings.modes,
-                "steps": finished.timings.steps,
-                "writing": finished.timings.writing,
-                "total": finished.timings.total,
-            },
-        }))?;
+        context.print_json(as_json(folder, &finished))?;
+    }
+    if let Some(error) = finished.ended_by {
+        return Err(error);
+    }
+    if context.common.quiet {
+        complain_of_some(&finished.inverted, context);
     } else {
-        context.print_result(&summary(folder, finished))?;
+        complain_of_some(&finished.warnings, context);
+    }
+    complain_of_some(&finished.skipped, context);
+    complain_of_some(&finished.failures, context);
+    if !context.common.json {
+        context.print_result(&summary(folder, &finished))?;
     }
     Ok(match finished.is_failed() {
         true => Outcome::CheckFailed,
         false => Outcome::Fine,
+    })
+}
+
+/// Keys as in run.json, but for `steps`: the number of finished steps here, that of the schedule there.
+fn as_json(folder: &Path, finished: &Finished) -> Value {
+    json!({
+        "folder": folder.display().to_string(),
+        "outcome": finished.outcome,
+        "steps_written": finished.n_steps,
+        // The old name of `steps_written`.
+        "steps": finished.n_steps,
+        "steps_kept": finished.n_kept,
+        "skipped_steps": finished.skipped,
+        // The old name of `skipped_steps`.
+        "passed_over": finished.skipped,
+        "base_points": finished.n_base,
+        "selection_error": finished.selection_error,
+        "max_surface_error": finished.surface_error,
+        "inverted_steps": finished.inverted_steps,
+        "max_inverted": finished.max_inverted,
+        // The old name of `max_inverted`.
+        "most_inverted": finished.max_inverted,
+        "min_scaled_jacobian": finished.min_scaled_jacobian,
+        "mesh_bytes": finished.mesh_bytes,
+        "warnings": finished.warnings,
+        "failures": finished.failures,
+        "seconds": finished.timings,
     })
 }
 
@@ -163,7 +178,7 @@ fn complain_of_some(notes: &[Diagnostic], context: &Context) {
         }
         if shown < alike.len() {
             context.complain(&format!(
-                "and {} more like these; -v shows them, run.json and steps.csv hold them",
+                "and {} more like these; -v shows them, run.json and steps.csv have them",
                 alike.len() - shown
             ));
         }
@@ -186,28 +201,33 @@ fn by_sort(notes: &[Diagnostic]) -> Vec<Vec<&Diagnostic>> {
 fn summary(folder: &Path, finished: &Finished) -> String {
     let kept = match finished.n_kept {
         0 => String::new(),
+        1 if finished.n_steps == 1 => {
+            "complete already: the file of the one step was verified\n".to_owned()
+        }
         n if n == finished.n_steps => {
             format!("complete already: the files of all {n} steps were verified\n")
         }
+        1 => "1 step was finished before and verified\n".to_owned(),
         n => format!("{n} steps were finished before and verified\n"),
     };
-    let t = &finished.timings;
     let jacobian = finished.min_scaled_jacobian.map_or(String::new(), |value| {
-        format!(", smallest scaled Jacobian {value:.3e}")
+        format!(", smallest scaled Jacobian {}", in_digits(value, 4))
     });
     let inverted = match finished.inverted_steps {
-        Some(n) => format!("{n} steps with inverted cells"),
-        None => "no cell was judged".to_owned(),
+        Some(0) => "no inverted cells".to_owned(),
+        Some(n) => format!("{} with inverted cells", counted(n, "step")),
+        None => "cell quality was not computed".to_owned(),
     };
+    let t = &finished.timings;
     format!(
-        "{kept}{}: {} steps from {} base points, surface error {:.1e} ({:.1e} before the correction)\n\
+        "{kept}{}: {}, {}, surface error {} ({} before the correction)\n\
          {inverted}{jacobian}\n\
          {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, writing {:.2} (overlapping)\n",
         path_in_line(folder),
-        finished.n_steps,
-        finished.n_base,
-        finished.surface_error,
-        finished.selection_error,
+        counted(finished.n_steps, "step"),
+        counted(finished.n_base, "base point"),
+        in_digits(finished.surface_error, 2),
+        in_digits(finished.selection_error, 2),
         t.total,
         t.selection,
         t.modes,

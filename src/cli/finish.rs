@@ -9,19 +9,19 @@ use std::path::PathBuf;
 /// Arguments of `azimesh finish`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "What is joined already and whole is left as it is; what an ended join has left is completed. Exit code 1 \
-where a check failed in a part, as for inverted cells; 2 where a step is missing, written twice or damaged: nothing is \
-written then. The files of the parts stay."
+    after_help = "A sequence that is joined already is left as it is; a join that was interrupted is completed. Exit code 1: \
+a check failed in a part, as for inverted cells; 2: a step is missing, written twice or damaged, and nothing is written. The \
+files of the parts stay."
 )]
 pub struct FinishArgs {
-    /// Folder that `azimesh deform --steps A..B` has filled
+    /// Folder with the parts that `azimesh deform --steps A..B` has written
     folder: PathBuf,
-    /// Join again, also in place of a run with other inputs
+    /// Join again, and replace the sequence of other inputs
     #[arg(long)]
     force: bool,
 }
 
 pub(super) fn run(args: &FinishArgs, context: &Context) -> Result<Outcome> {
     let finished = finish(&args.folder, args.force, &*context.progress())?;
-    report(&args.folder, &finished, context)
+    report(&args.folder, finished, context)
 }

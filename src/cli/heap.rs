@@ -69,14 +69,14 @@ fn count_large(before: usize, after: usize) {
     let allowed = ALLOWED.load(Ordering::Relaxed);
     if held.saturating_add(more) > allowed {
         end(format_args!(
-            "--max-memory allows {allowed} bytes; {held} are held, and {more} more are needed"
+            "--max-memory allows {allowed} bytes; {held} are in use, and {more} more are needed"
         ));
     }
 }
 
 /// Ends the program, which asked the system for `size` bytes and did not get them.
 pub fn end_without(size: usize) -> ! {
-    end(format_args!("{size} bytes could not be had"))
+    end(format_args!("the system did not give {size} bytes"))
 }
 
 /// From here on a thread that cannot be started for want of memory ends the program like that: the standard

@@ -1,10 +1,72 @@
 //! What a command reads: a mesh, or the meshes of a sequence one after another.
 
-use super::Context;
+use super::{Context, heap};
+use crate::diagnostic::short;
 use crate::error::{Error, Position, Result};
-use crate::formats::{self, Format, Listed, Loaded, Location};
+use crate::formats::{self, Format, Listed, Loaded, Location, ReadOptions};
 use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
+
+/// Opening meshes as the common options say.
+impl Context {
+    /// Reads a mesh, in the format of `--format` where it is given.
+    pub fn read_mesh(&self, path: &Path) -> Result<Mesh> {
+        let Some(name) = &self.common.format else {
+            return self.read_any(path);
+        };
+        let format = formats::by_name(name)?;
+        let read = |location: &Location| formats::read_as(format, location, &self.read_options());
+        self.load(path, read)
+    }
+
+    /// The format of `--format`, where it is given.
+    pub fn input_format(&self) -> Result<Option<&'static dyn Format>> {
+        let name = self.common.format.as_deref();
+        name.map(formats::by_name).transpose()
+    }
+
+    /// Reads a mesh in the format that its content says, where `--format` is about the output.
+    pub fn read_any(&self, path: &Path) -> Result<Mesh> {
+        self.load(path, |location| {
+            formats::read(location, &self.read_options())
+        })
+    }
+
+    fn load(&self, path: &Path, read: impl FnOnce(&Location) -> Result<Loaded>) -> Result<Mesh> {
+        let loaded = self.reading(path, || read(&self.open(path)?))?;
+        Ok(self.with_notes(loaded, path))
+    }
+
+    /// Prints what a reader remarks on the mesh of a path, and gives the mesh.
+    fn with_notes(&self, loaded: Loaded, path: &Path) -> Mesh {
+        for note in loaded.notes.iter() {
+            self.note(&format!("{}: {note}", path.display()));
+        }
+        loaded.mesh
+    }
+
+    /// Opens what is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
+    pub fn open(&self, path: &Path) -> Result<Location> {
+        heap::set_stage("reading", Some(path));
+        Location::open_within(path, self.common.max_memory)
+    }
+
+    /// Reads, as a stage.
+    pub fn reading<T>(&self, path: &Path, read: impl FnOnce() -> Result<T>) -> Result<T> {
+        self.stage("reading", || {
+            heap::set_stage("reading", Some(path));
+            read()
+        })
+    }
+
+    /// What readers are told.
+    pub fn read_options(&self) -> ReadOptions {
+        ReadOptions {
+            tag_array: self.common.tag_array.clone(),
+            step: None,
+        }
+    }
+}
 
 /// One input, opened.
 pub struct Input {
@@ -56,7 +118,9 @@ impl Input {
     /// Files that are the meshes of one sequence, in order; their times are 0, 1, 2, ...
     pub fn of_parts(paths: &[PathBuf]) -> Result<Self> {
         if let Some(list) = paths.iter().find(|path| formats::is_series(path)) {
-            return Err(Error::input("a list of meshes cannot be a part of a sequence").file(list));
+            return Err(
+                Error::input("a list of meshes cannot be one step of a sequence").file(list),
+            );
         }
         let part = |(i, path): (usize, &PathBuf)| Listed {
             time: i as f64,
@@ -103,11 +167,10 @@ impl Input {
         let times = self.times()?;
         let step = times.windows(2).position(|two| two[0] >= two[1])?;
         Some(format!(
-            "the times do not rise: step {step} has {}, step {} has {}; steps are counted in the order of the \
-             file",
-            times[step],
+            "the times do not increase: step {step} is at {}, step {} at {}; steps keep the order of the file",
+            short(times[step]),
             step + 1,
-            times[step + 1]
+            short(times[step + 1])
         ))
     }
 
@@ -171,10 +234,7 @@ impl Input {
     /// The mesh of a step, or the one there is; tells what its reader remarks.
     pub fn mesh(&self, step: Option<usize>, context: &Context) -> Result<Mesh> {
         let loaded = self.read(step, context)?;
-        for note in loaded.notes.iter() {
-            context.note(&format!("{}: {note}", self.path.display()));
-        }
-        Ok(loaded.mesh)
+        Ok(context.with_notes(loaded, &self.path))
     }
 
     /// Reads a mesh: that of a step of a sequence, or the one there is.
@@ -238,7 +298,7 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
             [one] => return Ok(one.clone()),
             [first, second, ..] => {
                 return Err(Error::input(format!(
-                    "the folder holds several sequences, {} and {}; name one of them",
+                    "the folder holds several sequences, such as {} and {}; give one of them",
                     first.display(),
                     second.display()
                 ))
@@ -248,7 +308,7 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
     }
     let in_one = in_one.join(" or .");
     Err(Error::input(format!(
-        "this is a folder, not a mesh, and it holds no sequence: no .pvd, .{in_one}"
+        "this is a folder, not a mesh, and it holds no sequence (no .pvd, .{in_one})"
     ))
     .file(folder))
 }

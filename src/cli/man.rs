@@ -14,10 +14,10 @@ use std::path::PathBuf;
 ~/.local/share/man/man1."
 )]
 pub struct ManArgs {
-    /// Folder for the pages: azimesh.1, azimesh-info.1 and so on; without it the first is printed
+    /// Folder for the pages azimesh.1, azimesh-info.1 and so on; without it azimesh.1 is printed
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Replace pages that exist
+    /// Replace existing files
     #[arg(long)]
     force: bool,
 }

@@ -21,7 +21,7 @@ pub fn parse(text: &str) -> Result<u64, String> {
     let number = number.parse::<f64>().ok().filter(|number| *number > 0.0);
     match (number, power) {
         (Some(number), Some(power)) => Ok((number * base.powi(power)) as u64),
-        _ => Err("write an amount of memory as 4G, 500M or 2GB".to_owned()),
+        _ => Err("write an amount of memory such as 4G, 500M or 2GB".to_owned()),
     }
 }
 

@@ -29,7 +29,7 @@ use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
-/// Moves unstructured meshes with rotors, wings and anything else that turns.
+/// Deforms unstructured CFD meshes to follow moving bodies: rotor blades, wings, airfoils.
 #[derive(Debug, Parser)]
 #[command(name = "azimesh", version, about, max_term_width = 100)]
 pub struct Cli {
@@ -45,13 +45,13 @@ const SYSTEM_FAILED: u8 = 3;
 /// Options common to all commands.
 #[derive(Debug, Clone, Args)]
 pub struct Common {
-    /// Threads to use; by default what the machine, the control group or the batch system grants
+    /// Number of threads [default: all that the machine, its control group or the batch system grants]
     #[arg(long, global = true, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<NonZeroUsize>,
-    /// Print nothing but errors, why a check failed, and what --json asks for
+    /// Print only errors, failed checks, and what --json asks for
     #[arg(short, long, global = true)]
     pub quiet: bool,
-    /// Say more; twice for more still
+    /// Print details, such as the time of each stage and every warning
     #[arg(short, long, global = true, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
     /// Print the result as JSON on standard output
@@ -63,33 +63,33 @@ pub struct Common {
     /// VTK cell array that holds the boundary tags
     #[arg(long, global = true, value_name = "NAME")]
     pub tag_array: Option<String>,
-    /// Hold no more memory, as 4G or 500M (powers of 1024); files that are mapped do not count. Without
-    /// it, what is unpacked or read from a pipe may take half of the memory that is free
+    /// Most memory to use, such as 4G or 500M (powers of 1024); memory-mapped files do not count. Without
+    /// it, compressed files and input from a pipe may take half of the free memory
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory::parse)]
     pub max_memory: Option<u64>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// What is in a mesh: nodes, cells by type, zones, boundary tags, bounds
+    /// Show what is in a mesh: nodes, cells by type, zones, boundary tags, bounds
     Info(info::InfoArgs),
-    /// One format into another, tags kept
+    /// Convert a mesh or a sequence to another format, with its tags
     Convert(convert::ConvertArgs),
-    /// Cell quality, alone or against a reference mesh
+    /// Show the quality of the cells, also against a reference mesh
     Quality(quality::QualityArgs),
-    /// Dry run: resolved tags, steps, estimated memory and bytes
+    /// Check a schedule on a mesh without deforming it: tags, displacements, memory, disk, time
     Check(check::CheckArgs),
-    /// Choose base points once and save them
+    /// Choose base points once, and save them
     Select(select::SelectArgs),
-    /// Write one deformed mesh per azimuth step
+    /// Write a deformed mesh for each step of a schedule
     Deform(deform::DeformArgs),
     /// Join the parts of a sequence that were written separately
     Finish(finish::FinishArgs),
-    /// Compare two meshes node by node and tag by tag
+    /// Compare two meshes or sequences: nodes, cells, tags, arrays
     Diff(diff::DiffArgs),
-    /// One self-contained HTML page of a sequence
+    /// Write a self-contained HTML page of a sequence
     Report(report::ReportArgs),
-    /// Make a mesh and its schedule to try things on
+    /// Write an example mesh and its schedule
     Sample(sample::SampleArgs),
     /// Print completions for a shell
     Completions(completions::CompletionsArgs),
@@ -135,12 +135,17 @@ pub fn main() -> ExitCode {
 }
 
 /// From here on a signal leaves no unfinished file behind. `deform` listens for itself.
+#[cfg(unix)]
 fn listen(command: &Command) -> Result<()> {
-    #[cfg(unix)]
-    if !matches!(command, Command::Deform(_)) {
-        return signals::end();
+    match command {
+        Command::Deform(_) => Ok(()),
+        Command::Info(_) | Command::Check(_) | Command::Diff(_) => signals::end("interrupted"),
+        _ => signals::end("interrupted; files that are complete are kept"),
     }
-    let _ = command;
+}
+
+#[cfg(not(unix))]
+fn listen(_: &Command) -> Result<()> {
     Ok(())
 }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 /// How a mesh is written.
 #[derive(Debug, Clone, clap::Args)]
 pub struct OutputArgs {
-    /// How numbers are stored
+    /// How the file stores numbers
     #[arg(long, value_enum, default_value = "raw")]
     pub encoding: Encoding,
     /// Compression of binary data, in formats that have it
@@ -18,10 +18,10 @@ pub struct OutputArgs {
     /// Precision of coordinates
     #[arg(long, value_enum, default_value = "f64")]
     pub precision: Precision,
-    /// Whether names of tags are written as string arrays; some readers refuse them
+    /// Write names of tags as string arrays (VTK formats); some readers refuse them
     #[arg(long, value_enum, default_value = "yes")]
     pub tag_names: TagNames,
-    /// Replace an output that exists
+    /// Replace existing files
     #[arg(long)]
     pub force: bool,
 }
@@ -55,7 +55,7 @@ impl OutputArgs {
             .iter()
             .map(|option| match *option {
                 "compression" if self.encoding == Encoding::Ascii => {
-                    "--compression has no effect on text".to_owned()
+                    "--compression has no effect on text files".to_owned()
                 }
                 option => format!("--{option} has no effect on files of format {name}"),
             })

@@ -1,7 +1,8 @@
 //! `azimesh report`: one HTML page of a sequence.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result, path_in_line};
+use crate::diagnostic::amount;
+use crate::error::{Error, Result, counted, path_in_line};
 use crate::formats::{self, Commit};
 use crate::report;
 use serde_json::json;
@@ -10,17 +11,17 @@ use std::path::{Path, PathBuf};
 /// Arguments of `azimesh report`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "The page needs no other file and no network. A sequence that is not finished gives a page of \
-the steps there are."
+    after_help = "The page needs no other file and no network. If the run is not finished, the page has the steps \
+written so far."
 )]
 pub struct ReportArgs {
-    /// Folder that `azimesh deform -o` has made
+    /// Folder that `azimesh deform -o` has written
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Where the page goes, in place of report.html in the folder; - is standard output
+    /// File of the page, - for standard output [default: report.html in the folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace a page that exists
+    /// Replace existing files
     #[arg(long)]
     force: bool,
 }
@@ -31,7 +32,7 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
     let is_stdout = output.as_os_str() == "-";
     if is_stdout && context.common.json {
         return Err(Error::input(
-            "--json and a page on standard output do not go together; give -o a file",
+            "--json and a page cannot both go to standard output; give -o a file",
         ));
     }
     let commit = Commit::with_force(args.force);
@@ -62,9 +63,10 @@ fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
     match context.common.quiet {
         true => Ok(()),
         false => context.print_result(&format!(
-            "{}: {} steps, {bytes} bytes\n",
+            "{}: {}, {}\n",
             path_in_line(output),
-            page.n_steps
+            counted(page.n_steps, "step"),
+            amount(bytes as u64)
         )),
     }
 }

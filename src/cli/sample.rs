@@ -30,22 +30,22 @@ enum Name {
     },
     /// 3D: a rotor blade of NACA 0012 sections in a cylinder
     Blade(BladeArgs),
-    /// 3D: the blade's cylinder as zone "rotor" inside a zone "background", or several blades around a hub
+    /// 3D: a blade in a cylinder, zone "rotor", inside a zone "background"; or several blades around a hub
     Rotor {
         #[command(flatten)]
         blade: BladeArgs,
-        /// This many blades, 3 to 5, around a hub, without a background; --cylinder-radius is half the height then
+        /// Number of blades around a hub, 3 to 5, without a background; --cylinder-radius is half the height then
         #[arg(long, value_name = "N")]
         blades: Option<usize>,
     },
     /// Any other name.
     #[command(external_subcommand)]
     Unknown(Vec<String>),
-    /// 2D: the unit square with a block of 5 by 1 cells taken out, to be turned and moved
+    /// 2D: the unit square with a block of 5 by 1 cells cut out, which turns and moves
     Block {
         #[command(flatten)]
         output: OutputArgs,
-        /// Cut each of the 25 by 25 cells into this many along both axes
+        /// Divide each of the 25 by 25 cells into N by N
         #[arg(long, value_name = "N", default_value_t = 1)]
         refine: usize,
     },
@@ -56,20 +56,20 @@ struct OutputArgs {
     /// The mesh file; the schedule goes beside it, with the ending .toml
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
-    /// Replace files that are there
+    /// Replace existing files
     #[arg(long)]
     force: bool,
 }
 
 #[derive(Debug, clap::Args)]
 struct SizeArgs {
-    /// Nodes in all, met as closely as the grid allows
+    /// Number of nodes, as closely as the grid allows
     #[arg(long, value_name = "N")]
     nodes: Option<usize>,
-    /// Nodes on the wall and the outer boundary together
+    /// Number of nodes on the wall and the outer boundary together
     #[arg(long, value_name = "N")]
     surface_nodes: Option<usize>,
-    /// Layers of cells from the wall to the outer boundary
+    /// Number of layers of cells from the wall to the outer boundary
     #[arg(long, value_name = "N")]
     layers: Option<usize>,
     /// Height of the wall cells in chords [default: 1e-5]
@@ -92,10 +92,10 @@ struct BladeArgs {
     /// Chord of the blade [default: 0.3]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     chord: Option<f64>,
-    /// Where the blade begins [default: 0.9]
+    /// Radius at which the blade begins [default: 0.9]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     root: Option<f64>,
-    /// Where the blade ends [default: 5.625]
+    /// Radius at which the blade ends [default: 5.625]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     radius: Option<f64>,
     /// Linear twist from hub to tip in degrees, zero at 75% radius [default: -8]
@@ -211,7 +211,7 @@ fn schedule_path(mesh: &Path, commit: Commit) -> Result<Option<PathBuf>> {
     }
     let schedule = mesh.with_extension("toml");
     if schedule == mesh {
-        let message = "the schedule would take the mesh's name; give the mesh another ending";
+        let message = "the schedule would have the same name; give the mesh another ending";
         return Err(Error::input(message).file(mesh));
     }
     for path in [mesh, &schedule] {

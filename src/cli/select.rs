@@ -2,6 +2,7 @@
 
 use super::{Context, Outcome};
 use crate::deform::{Layer, LayerKind, Plan, choose, missed_layers};
+use crate::diagnostic::{in_digits, short};
 use crate::error::{Error, Result, path_in_line};
 use crate::formats::Commit;
 use crate::motion::Schedule;
@@ -17,10 +18,10 @@ pub struct SelectArgs {
     mesh: PathBuf,
     /// Motion schedule (TOML)
     schedule: PathBuf,
-    /// Where the base points go (TOML); a .vtp to look at is written beside it
+    /// File for the base points (TOML); a .vtp for viewing is written beside it
     #[arg(short, long, value_name = "BASE")]
     output: PathBuf,
-    /// Replace an existing file
+    /// Replace existing files
     #[arg(long)]
     force: bool,
 }
@@ -38,8 +39,8 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let intervals = plan.selection_intervals();
     if intervals.len() > 1 {
         return Err(Error::input(format!(
-            "method = \"real\" chooses base points {} times along this schedule, and `deform` does it as it goes; \
-             select is for methods that choose once",
+            "method = \"real\" chooses base points {} times along this schedule, which only `deform` does; select is for \
+             methods that choose once",
             intervals.len()
         ))
         .file(&args.schedule));
@@ -62,7 +63,7 @@ fn report(
     } else {
         for (layer, selection) in plan.layers.iter().zip(selections) {
             context.print_result(&format!(
-                "{}: {} {} of {} surface points, error {:.3e}, {:.3e} allowed\n",
+                "{}: {} {} of {} surface points, error {}, allowed {}\n",
                 path_in_line(&args.output),
                 selection.base.len(),
                 match layer.kind {
@@ -70,8 +71,8 @@ fn report(
                     LayerKind::Rotation(_) => "base points of the rotation",
                 },
                 plan.surface.nodes.len(),
-                selection.measured,
-                layer.tolerance
+                in_digits(selection.measured, 4),
+                in_digits(layer.tolerance, 4)
             ))?;
         }
     }
@@ -79,11 +80,11 @@ fn report(
         return Ok(Outcome::Fine);
     };
     context.complain(&format!(
-        "the tolerance {} is not met: {} base points leave {:.3e}; a smaller support_radius, another kernel or \
-         more max_points would help",
-        plan.tolerance,
+        "the tolerance {} is not met: {} base points leave an error of {}; a smaller support_radius, another kernel or \
+         larger max_points may help",
+        short(plan.tolerance),
         selection.base.len(),
-        selection.measured
+        in_digits(selection.measured, 4)
     ));
     Ok(Outcome::CheckFailed)
 }

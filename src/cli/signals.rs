@@ -46,14 +46,14 @@ pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
         }
         end_with(
             signal,
-            "interrupted; finished steps are kept, and --resume goes on from there",
+            "interrupted; finished steps are kept, and --resume continues from there",
         );
     })
 }
 
-/// From here on SIGINT, SIGTERM and SIGHUP end the program, and hidden files with it.
-pub(super) fn end() -> Result<()> {
-    after_first(|signal, _| end_with(signal, "interrupted; files that are whole are kept"))
+/// From here on SIGINT, SIGTERM and SIGHUP end the program with this message, and remove hidden files.
+pub(super) fn end(message: &'static str) -> Result<()> {
+    after_first(move |signal, _| end_with(signal, message))
 }
 
 fn end_with(signal: i32, message: &str) {

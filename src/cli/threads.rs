@@ -72,7 +72,8 @@ impl Threads {
 pub fn parse(text: &str) -> Result<NonZeroUsize, String> {
     let number = text.parse::<usize>().ok();
     number.and_then(NonZeroUsize::new).ok_or_else(|| {
-        "it must be a whole number from 1 on; leave it out for all that are granted".to_owned()
+        "it must be a whole number from 1 on; without it all threads that are granted are used"
+            .to_owned()
     })
 }
 

@@ -1,6 +1,8 @@
 //! Notes of `preflight`: what a motion does on its mesh, and what a format or a disk cannot hold.
 
 use super::notes::notes;
+use super::{amount, in_digits, point, with_verb};
+use crate::error::counted;
 
 notes! {
 /// What is told before work starts.
@@ -16,15 +18,16 @@ PreflightNote as Preflight {
         /// The step of that.
         step: usize,
     } => (
-        "{nodes} nodes of body \"{body}\" lie in a plane that slides and are moved out of it, by up to {distance:.3e} \
-         at step {step}; that boundary does not stay plane"
+        "body \"{body}\" moves {} of a sliding plane out of it, by up to {} at step {step}; that boundary does not stay \
+         plane",
+        counted(*nodes, "node"), in_digits(*distance, 4)
     )
 
     /// A body moves at no step.
     BodyStays {
         /// Its name.
         body: String,
-    } => ("body \"{body}\" stays where it is at every step of the schedule")
+    } => ("body \"{body}\" does not move at any step of the schedule")
 
     /// The interface of the turning zones is no surface of revolution.
     TurnsOut {
@@ -33,12 +36,13 @@ PreflightNote as Preflight {
         /// How far, in mesh units.
         distance: f64,
     } => (
-        "the zones that are carried round meet the rest of the mesh in a surface that is none of revolution about the \
-         shaft: at step {step} its nodes are up to {distance:.3e} off where it was, so cells overlap there or leave holes"
+        "the interface between the rotating zones and the rest of the mesh is not a surface of revolution about the \
+         shaft: at step {step} its nodes are up to {} away from it, so cells overlap there or leave gaps",
+        in_digits(*distance, 4)
     )
 
     /// Velocities are asked for, and nothing moves.
-    NoVelocity => ("the velocities of all bodies are 0 at every step")
+    NoVelocity => ("output.velocity is set, but the velocities of all bodies are 0 at every step")
 
     /// A body leaves the box around the mesh.
     LeavesBox {
@@ -50,7 +54,10 @@ PreflightNote as Preflight {
         looked_at: usize,
         /// The first of them.
         first: usize,
-    } => ("body \"{body}\" leaves the box around the mesh at {steps} of {looked_at} steps looked at, step {first} first")
+    } => (
+        "body \"{body}\" leaves the bounding box of the mesh at {steps} of the {} checked, first at step {first}",
+        counted(*looked_at, "step")
+    )
 
     /// Two surfaces cut through each other.
     SurfacesMeet {
@@ -65,9 +72,8 @@ PreflightNote as Preflight {
         /// A point near there.
         place: [f64; 3],
     } => (
-        "the surfaces of {} and {} cut through each other at {steps} of {looked_at} steps looked at, step {first} first, \
-         near {place:?}",
-        owner(&bodies[0]), owner(&bodies[1])
+        "the surfaces of {} and {} intersect at {steps} of the {} checked, first at step {first}, near {}",
+        owner(&bodies[0]), owner(&bodies[1]), counted(*looked_at, "step"), point(place)
     )
 
     /// An option of the output that its format does not know.
@@ -82,14 +88,16 @@ PreflightNote as Preflight {
     NoArrays {
         /// Name of the format.
         format: &'static str,
+        /// The arrays, one at least.
+        arrays: Vec<&'static str>,
     } => (
-        "output.format = \"{format}\" holds no arrays: displacement, velocity and cell quality are left out"
+        "output.format = \"{format}\" holds no arrays: {} left out", listed(arrays)
     )
 
     /// A disk that has room for the steps only if they are compressed well.
     LittleRoom {
         /// Steps that are to be written.
-        steps: u64,
+        steps: usize,
         /// Bytes of all of them, without compression.
         needed: u64,
         /// Bytes of each.
@@ -97,7 +105,8 @@ PreflightNote as Preflight {
         /// Bytes that are free.
         free: u64,
     } => (
-        "unpacked, {steps} steps take {} ({} each), and {} are free", amount(*needed), amount(*each), amount(*free)
+        "without compression {} {} ({} each), and {} are free",
+        with_verb(*steps, "step", "takes"), amount(*needed), amount(*each), amount(*free)
     )
 }}
 
@@ -106,17 +115,31 @@ fn owner(body: &Option<String>) -> String {
     body.as_ref().map_or("a fixed boundary".to_owned(), named)
 }
 
-/// Bytes in a unit that fits.
-pub fn amount(bytes: u64) -> String {
-    const UNITS: [&str; 5] = ["B", "kB", "MB", "GB", "TB"];
-    let mut value = bytes as f64;
-    let mut unit = 0;
-    while value >= 999.5 && unit + 1 < UNITS.len() {
-        value /= 1000.0;
-        unit += 1;
+/// Names as a subject with its verb: `a is`, `a, b and c are`.
+fn listed(names: &[&str]) -> String {
+    match names {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last} are", first.join(", ")),
+        names => format!("{} is", names.concat()),
     }
-    match unit {
-        0 => format!("{bytes} B"),
-        _ => format!("{value:.3} {}", UNITS[unit]),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_that_are_left_out_are_named() {
+        let told = |arrays: &[&'static str]| {
+            let note = PreflightNote::NoArrays {
+                format: "su2",
+                arrays: arrays.to_vec(),
+            };
+            note.to_string()
+        };
+        let start = "output.format = \"su2\" holds no arrays: ";
+        assert_eq!(told(&["velocity"]), format!("{start}velocity is left out"));
+        let three = told(&["displacement", "velocity", "cell quality"]);
+        let wanted = "displacement, velocity and cell quality are left out";
+        assert_eq!(three, format!("{start}{wanted}"));
     }
 }

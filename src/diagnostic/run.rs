@@ -1,7 +1,8 @@
 //! Notes of `run`: what is wrong with steps, and what an earlier run has left.
 
 use super::notes::notes;
-use super::{named_step, shortest};
+use super::{named_step, short, with_verb};
+use crate::error::counted;
 use std::fmt;
 use std::mem::discriminant;
 
@@ -21,9 +22,10 @@ RunNote as Run {
         /// The first of them, where it is known.
         first: Option<usize>,
     } => (
-        "{} has {cells} inverted cells{}",
+        "{} has {}{}",
         named_step(*step, *azimuth_deg, *time_s),
-        first.map_or(String::new(), |cell| format!(", cell {cell} first"))
+        counted(*cells, "inverted cell"),
+        first.map_or(String::new(), |cell| format!(", the first is cell {cell}"))
     )
 
     /// A condition holds under which a run fails.
@@ -36,19 +38,19 @@ RunNote as Run {
         column: String,
         /// The value there.
         value: f64,
-    } => ("step {step}: {condition} holds: {column} is {}", shortest(*value))
+    } => ("step {step}: {condition} holds: {column} is {}", short(*value))
 
-    /// A step was passed over.
-    PassedOver {
+    /// A step was skipped.
+    Skipped {
         /// Why it cannot be written.
         reason: String,
-    } => ("{reason}; passed over")
+    } => ("{reason}; skipped")
 
     /// Boxes for free-form deformation are not written.
-    NoBoxes => ("the boxes for free-form deformation (su2:FFD) fit the mesh at rest; left out")
+    NoBoxes => ("the boxes of free-form deformation (su2:FFD) fit the undeformed mesh only; they are left out")
 
     /// The file system has no locks.
-    NoLocks => ("this file system has no locks: nothing keeps another run from the same steps")
+    NoLocks => ("this file system has no locks: nothing prevents another run from writing the same steps")
 
     /// The record of an earlier run is lost.
     LostRecord {
@@ -57,12 +59,12 @@ RunNote as Run {
         /// Whether the file is there and no record.
         is_damaged: bool,
     } => (
-        "{record} {}: finished steps are computed again and kept where that gives the same bytes; conditions of \
-         --fail-on that the run had are not known any more",
-        if *is_damaged { "is empty, cut or no record of a run" } else { "is missing" }
+        "{record} is {}: finished steps are computed again, and kept where that gives the same bytes; the --fail-on \
+         conditions of the earlier run are lost",
+        if *is_damaged { "damaged" } else { "missing" }
     )
 
-    /// A finished step is done again.
+    /// A finished step is computed again.
     StepAgain {
         /// The step.
         step: usize,
@@ -70,13 +72,13 @@ RunNote as Run {
         file: String,
         /// What is wrong with that.
         fault: FileFault,
-    } => ("step {step} is done again: {file} {fault}")
+    } => ("step {step} is computed again: {file} {fault}")
 
-    /// More finished steps are done again than are named.
+    /// More finished steps are computed again than are named.
     MoreAgain {
         /// How many more.
         steps: usize,
-    } => ("and {steps} more steps are done again")
+    } => ("{} computed again", with_verb(*steps, "more step", "is"))
 
     /// A file of base points is written again.
     BaseAgain {
@@ -90,7 +92,7 @@ RunNote as Run {
     CutOff {
         /// The file.
         file: String,
-    } => ("{file} did not end with its last step; what came after is cut off")
+    } => ("{file} does not end with its last step; what follows it is cut off")
 
     /// A file of all steps is not what its rows say.
     DiffersFrom {
@@ -98,7 +100,7 @@ RunNote as Run {
         file: String,
         /// The first step that differs.
         step: usize,
-    } => ("{file} is not at step {step} what steps.csv says; it is written again from there")
+    } => ("{file}: step {step} is not what steps.csv says; the file is written again from there on")
 
     /// A sentence in the record of another run.
     Recorded {
@@ -115,20 +117,19 @@ impl RunNote {
                 a == b
             }
             (Self::Recorded { sentence: a }, Self::Recorded { sentence: b })
-            | (Self::PassedOver { reason: a }, Self::PassedOver { reason: b }) => {
-                words(a).eq(words(b))
-            }
+            | (Self::Skipped { reason: a }, Self::Skipped { reason: b }) => words(a).eq(words(b)),
             _ => discriminant(self) == discriminant(other),
         }
     }
 }
 
-/// The words of a sentence but for those with numbers.
+/// The words of a sentence but for those with numbers, in the singular.
 fn words(sentence: &str) -> impl Iterator<Item = &str> {
     let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
     sentence
         .split_whitespace()
         .filter(move |word| !has_digit(word))
+        .map(|word| word.trim_end_matches('s'))
 }
 
 /// What is wrong with a file that an earlier run has left.
@@ -150,9 +151,9 @@ impl fmt::Display for FileFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing => f.write_str("is missing"),
-            Self::OtherHash(table) => write!(f, "has another hash than {table} says"),
+            Self::OtherHash(table) => write!(f, "does not have the hash in {table}"),
             Self::Unreadable(error) => write!(f, "cannot be read ({error})"),
-            Self::NoCompanion => f.write_str("lacks the file that belongs beside it"),
+            Self::NoCompanion => f.write_str("lacks its companion file"),
             Self::OtherBytes => f.write_str("is not what this run writes"),
         }
     }
@@ -177,7 +178,7 @@ mod tests {
         let start = "step 1 (azimuth 120 degrees) has 29 inverted cells";
         assert_eq!(told(Some(120.0), None, None), start);
         let first = told(Some(120.0), Some(0.5), Some(244));
-        assert_eq!(first, format!("{start}, cell 244 first"));
+        assert_eq!(first, format!("{start}, the first is cell 244"));
         let by_time = "step 1 (0.5 s) has 29 inverted cells";
         assert_eq!(told(None, Some(0.5), None), by_time);
     }

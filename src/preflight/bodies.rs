@@ -10,7 +10,7 @@ use crate::geometry::Bounds;
 use crate::geometry::crossing::{segments_cross, triangles_cross};
 use crate::geometry::vector::{Vector, norm, sub};
 use crate::motion::{Role, Step};
-use rayon::prelude::*;
+use crate::parallel;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A body at a step.
@@ -41,13 +41,12 @@ pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
         let places = places_at(plan, step);
         let moved = |at: usize| sub(places[at], plan.surface.points[at]);
         for (body, points) in points.iter().enumerate() {
-            let sizes = points.par_iter().map(|&at| norm(moved(at)));
             found.push(BodyAtStep {
                 body,
                 step: step.index,
                 angles: plan.motion.cyclic_angles(body, step),
                 tip: tips[body].map(moved),
-                largest: sizes.reduce(|| 0.0, f64::max),
+                largest: parallel::largest(points.len(), |i| norm(moved(points[i]))),
             });
         }
     }

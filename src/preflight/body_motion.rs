@@ -4,8 +4,8 @@ use super::surface_points::{points_of, tip_of};
 use crate::deform::Plan;
 use crate::geometry::vector::{Vector, distance, scale, sub};
 use crate::motion::{Frame, Role, Step};
+use crate::parallel;
 use crate::record::{BodyRecord, MotionRecord};
-use rayon::prelude::*;
 
 /// Nodes of a body whose displacements are looked at, at most: the largest of so many, evenly taken,
 /// is close enough to draw, and a surface of a million nodes costs no more than a small one.
@@ -24,11 +24,9 @@ pub(crate) fn body_motion(plan: &Plan) -> MotionRecord {
     let bodies: Vec<Followed> = (0..motion.bodies.len())
         .map(|body| Followed::new(plan, body))
         .collect();
-    let steps: Vec<Vec<At>> = motion
-        .steps
-        .par_iter()
-        .map(|step| at_step(plan, &bodies, step))
-        .collect();
+    let steps: Vec<Vec<At>> = parallel::map(motion.steps.len(), &|step| {
+        at_step(plan, &bodies, &motion.steps[step])
+    });
     let rotor = &motion.rotor;
     let frame = match rotor.frame {
         Frame::Rotating => "rotating",

@@ -1,8 +1,8 @@
 //! Whether the disk has room for what a run will write.
 
 use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::{PreflightNote, amount};
+use crate::diagnostic::preflight::PreflightNote;
+use crate::diagnostic::{Diagnostic, amount, with_verb};
 use crate::error::{Error, Result};
 use crate::formats::{Compression, Format, Precision, StepSize};
 use crate::motion::QualityOutput;
@@ -110,7 +110,7 @@ pub(crate) fn check_disk(
     }
     if plan.schedule.output.compression != Compression::None {
         let note = PreflightNote::LittleRoom {
-            steps: demand.n_steps,
+            steps: demand.n_steps as usize,
             needed,
             each: demand.others,
             free,
@@ -118,9 +118,9 @@ pub(crate) fn check_disk(
         return Ok(Some(Diagnostic::new(note).file(folder)));
     }
     Err(Error::system(format!(
-        "{} steps take {} ({} each), and {} are free; free some, write fewer with --steps, or go on until the disk is \
-         full with --no-space-check",
-        demand.n_steps,
+        "{} {} ({} each), and {} are free; free some space, write fewer steps with --steps, or start anyway with \
+         --no-space-check",
+        with_verb(demand.n_steps as usize, "step", "takes"),
         amount(needed),
         amount(demand.others),
         amount(free)
@@ -138,14 +138,6 @@ fn existing(folder: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sizes_are_told_in_units_that_fit() {
-        assert_eq!(amount(12), "12 B");
-        assert_eq!(amount(1_500), "1.500 kB");
-        assert_eq!(amount(999_600), "1.000 MB");
-        assert_eq!(amount(7_654_000_000_000_000), "7654.000 TB");
-    }
 
     #[test]
     fn one_file_of_all_steps_takes_the_cells_once() {

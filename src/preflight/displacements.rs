@@ -4,7 +4,7 @@ use super::surface_points::{places_at, points_of};
 use crate::deform::Plan;
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance};
-use rayon::prelude::*;
+use crate::parallel;
 use std::collections::BTreeMap;
 
 /// Part of the extent of the region by which a point may lie outside of it.
@@ -42,8 +42,8 @@ impl LargestDisplacements {
         for step in all.iter().step_by(stride) {
             let places = places_at(plan, step);
             for (points, farthest) in points.iter().zip(&mut extremes.farthest) {
-                let off = |&at: &usize| distance(places[at], plan.surface.points[at]);
-                let off = points.par_iter().map(off).reduce(|| 0.0, f64::max);
+                let off = |at: usize| distance(places[at], plan.surface.points[at]);
+                let off = parallel::largest(points.len(), |i| off(points[i]));
                 if off > farthest.1 {
                     *farthest = (step.index, off);
                 }

@@ -4,7 +4,7 @@
 //! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
 
 use crate::deform::Plan;
-use crate::diagnostic::preflight::amount;
+use crate::diagnostic::amount;
 use crate::error::{Error, Result};
 use crate::formats::Compression;
 use crate::motion::{QualityOutput, Step};
@@ -34,8 +34,8 @@ pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "this run needs about {} of memory, and --max-memory allows {}; the mapped input, {}, does not count. \
-         boundaries.zones and fewer added arrays need less",
+        "this run needs about {} of memory, and --max-memory allows {} (the mapped input, {}, does not count); \
+         boundaries.zones or fewer output arrays reduce that",
         amount(needed),
         amount(limit),
         amount(mapped)

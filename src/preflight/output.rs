@@ -9,9 +9,9 @@ use crate::formats::{self, Compression, Encoding, Format, OutputSet, Precision, 
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
+use crate::parallel;
 use crate::quality::{Assessment, Criterion};
 use crate::record::COLUMNS;
-use rayon::prelude::*;
 use std::path::Path;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
@@ -51,7 +51,7 @@ fn check_dense(plan: &Plan) -> Result<()> {
     }
     Err(Error::input(format!(
         "method = \"all\" with {n} surface nodes needs a dense matrix of {:.0} GB; it is for at most \
-         {MOST_DENSE} nodes, method = \"sequence\" serves any number",
+         {MOST_DENSE} nodes, method = \"sequence\" is for any number",
         (n * n * 8) as f64 / 1e9
     ))
     .file(&plan.schedule.path))
@@ -128,7 +128,7 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
             false => moved,
         }
     };
-    points.par_iter().map(moved).collect()
+    parallel::collect(points.len(), |i| moved(&points[i]))
 }
 
 /// Sentences where numbers are to be stored in a way that the format does not have.
@@ -144,10 +144,16 @@ fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<Diagnostic> {
 /// A note where arrays are asked for that the format does not hold.
 fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
     let output = &plan.schedule.output;
-    let asked = output.displacement || output.velocity || output.quality == QualityOutput::Cells;
-    let format_holds_none = asked && !format.holds_arrays();
+    let asked = [
+        ("displacement", output.displacement),
+        ("velocity", output.velocity),
+        ("cell quality", output.quality == QualityOutput::Cells),
+    ];
+    let arrays = asked.into_iter().filter(|(_, is_asked)| *is_asked);
+    let arrays: Vec<&str> = arrays.map(|(name, _)| name).collect();
+    let is_dropped = !arrays.is_empty() && !format.holds_arrays();
     let format = format.name();
-    format_holds_none.then(|| PreflightNote::NoArrays { format }.into())
+    is_dropped.then(|| PreflightNote::NoArrays { format, arrays }.into())
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {
@@ -157,7 +163,7 @@ fn check_precision(plan: &Plan) -> Result<()> {
         && change > F32_CHANGE
     {
         return Err(Error::input(format!(
-            "output.precision = \"f32\" would change a first-cell height by {:.1}%; use \"f64\"",
+            "output.precision = \"f32\" would change the height of a first cell by {:.1}%; use \"f64\"",
             100.0 * change
         ))
         .file(&plan.schedule.path));

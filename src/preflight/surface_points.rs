@@ -3,7 +3,7 @@
 use crate::deform::Plan;
 use crate::geometry::vector::{Vector, dot, sub};
 use crate::motion::Step;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// The surface points that move with a body.
 pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
@@ -29,10 +29,11 @@ pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize
 pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
     let poses = plan.motion.poses(step, 1.0);
     let surface = &plan.surface;
-    let points = surface.points.par_iter().enumerate();
-    let place = |(at, x): (usize, &Vector)| match surface.body[at] {
-        Some(body) => poses[usize::from(body)].place(surface.nodes[at], *x),
-        None => *x,
-    };
-    points.map(place).collect()
+    parallel::collect(surface.points.len(), |at| {
+        let x = surface.points[at];
+        match surface.body[at] {
+            Some(body) => poses[usize::from(body)].place(surface.nodes[at], x),
+            None => x,
+        }
+    })
 }

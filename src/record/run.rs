@@ -208,7 +208,7 @@ pub struct RepairRecord {
     pub inverted_before: usize,
     /// Inverted cells with them.
     pub inverted: usize,
-    /// The same as a sentence.
+    /// The repair as a sentence.
     pub sentence: String,
 }
 
@@ -217,13 +217,28 @@ pub struct RepairRecord {
 pub struct EndRecord {
     /// Steps that are finished, those of earlier runs included.
     pub steps_written: usize,
+    /// Base points, the most at any step.
+    #[serde(default)]
+    pub base_points: Option<usize>,
+    /// Largest displacement error before the correction, in mesh units.
+    #[serde(default)]
+    pub selection_error: Option<f64>,
     /// Steps with inverted cells; none where no cell was judged.
     #[serde(default)]
     pub inverted_steps: Option<usize>,
+    /// Most inverted cells in one step; none where no cell was judged.
+    #[serde(default)]
+    pub max_inverted: Option<usize>,
+    /// Smallest scaled Jacobian at any step.
+    #[serde(default)]
+    pub min_scaled_jacobian: Option<f64>,
     /// Largest distance of a written surface node from its place.
     #[serde(default)]
     pub max_surface_error: Option<f64>,
-    /// Steps that were passed over, with the reasons.
+    /// Steps that were skipped, with the reasons.
+    #[serde(default)]
+    pub skipped_steps: Vec<String>,
+    /// The old name of `skipped_steps`.
     #[serde(default)]
     pub passed_over: Vec<String>,
     /// What the user should know.
@@ -256,13 +271,17 @@ impl RunRecord {
     /// # Errors
     /// Where they are no record, with the line.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
-        serde_json::from_slice(bytes).map_err(|error| {
-            let message = format!(
-                "this is not the record of a run: {error}; `azimesh deform --resume` with its mesh and schedule (of parts, \
-                 `azimesh finish`) writes it again"
-            );
+        let mut record: Self = serde_json::from_slice(bytes).map_err(|error| {
+            let message = "this is not the record of a run; `azimesh deform --resume` with its mesh and schedule (of parts, \
+                           `azimesh finish`) writes it again";
             Error::input(message).line(error.line() as u64)
-        })
+        })?;
+        if let Some(end) = &mut record.end
+            && end.skipped_steps.is_empty()
+        {
+            end.skipped_steps.clone_from(&end.passed_over);
+        }
+        Ok(record)
     }
 
     /// The text of the file.

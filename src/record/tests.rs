@@ -45,7 +45,7 @@ fn a_record_that_is_read_and_written_is_the_same_file() {
 fn a_record_says_how_far_its_run_came() {
     assert_eq!(record("running.json").end, None);
     let end = |name: &str| record(name).end.expect("it is over");
-    assert_eq!(end("passed_over.json").passed_over.len(), 2);
+    assert_eq!(end("passed_over.json").skipped_steps.len(), 2);
     assert_eq!(end("not_judged.json").inverted_steps, None);
     assert_eq!(end("repairs.json").failures.len(), 4);
     let joined = record("joined.json");
@@ -58,6 +58,16 @@ fn a_record_says_how_far_its_run_came() {
     assert_eq!(record("pipe.json").inputs[0].blake3, None);
     assert_eq!(record("twist.json").selections[0].layers.len(), 2);
     assert_eq!(record("real.json").selections.len(), 2);
+}
+
+#[test]
+fn the_old_name_of_skipped_steps_is_read() {
+    let text = record("passed_over.json").text();
+    let mut value: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+    let object = value.as_object_mut().expect("it is an object");
+    object.remove("skipped_steps").expect("it is there");
+    let old = RunRecord::parse(value.to_string().as_bytes()).expect("it is a record");
+    assert_eq!(old.end.expect("it is over").skipped_steps.len(), 2);
 }
 
 /// Longest first: each is cut within the braces of the whole.

@@ -114,7 +114,7 @@ fn round_step(least: f64) -> f64 {
     steps.into_iter().find(fits).unwrap_or(10.0 * power)
 }
 
-/// The same for degrees.
+/// Ticks of an axis of degrees.
 fn round_angle(least: f64) -> f64 {
     let steps = [15.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0, 720.0];
     let fits = |step: &f64| *step >= least;

@@ -116,7 +116,7 @@ impl<'a> Charts<'a> {
                         .into_iter()
                         .collect(),
                     remark: match has_zeros {
-                        true => "Errors of zero have no place on this axis.".to_owned(),
+                        true => "Errors of zero are not shown on this axis.".to_owned(),
                         false => String::new(),
                     },
                     ..plot

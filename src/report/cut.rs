@@ -5,7 +5,7 @@ use super::section::{Crossed, Scratch};
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, dot, scale, sub};
 use crate::mesh::{CellRef, Mesh};
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// Cells looked at by one thread at a time.
@@ -90,7 +90,8 @@ impl<'a> Cut<'a> {
     pub fn new(mesh: &'a Mesh, plane: Plane) -> Self {
         let distance = |x: &Vector| dot(sub(*x, plane.origin), plane.normal);
         let is_solid = mesh.dimension() == 3;
-        let height = is_solid.then(|| mesh.points.par_iter().map(distance).collect());
+        let height =
+            is_solid.then(|| parallel::collect(mesh.points.len(), |i| distance(&mesh.points[i])));
         Self {
             mesh,
             plane,
@@ -101,11 +102,9 @@ impl<'a> Cut<'a> {
     /// The volume cells in the plane that reach into a window, in the order of the cells.
     pub fn pieces(&self, window: &Window) -> Vec<Piece> {
         let n_cells = self.mesh.cells.len();
-        let chunks = (0..n_cells.div_ceil(CHUNK)).into_par_iter();
-        let ranges = chunks.map(|i| i * CHUNK..((i + 1) * CHUNK).min(n_cells));
-        ranges
-            .flat_map_iter(|range| self.pieces_of(range, window))
-            .collect()
+        let pieces = |range| self.pieces_of(range, window);
+        let blocks = parallel::map_blocks(n_cells, CHUNK, &pieces);
+        blocks.into_iter().flatten().collect()
     }
 
     fn pieces_of(&self, cells: Range<usize>, window: &Window) -> Vec<Piece> {

@@ -65,7 +65,7 @@ impl Sequence {
             if let Some(end) = record.end {
                 let all = self.record.end.get_or_insert_default();
                 add_new(&mut all.warnings, end.warnings);
-                add_new(&mut all.passed_over, end.passed_over);
+                add_new(&mut all.skipped_steps, end.skipped_steps);
                 add_new(&mut all.failures, end.failures);
             }
             if let Some(seconds) = record.seconds {
@@ -105,7 +105,7 @@ impl Sequence {
         }
         if motion.bodies.len() > BODIES {
             self.notes.push(format!(
-                "The motion is shown of the first {BODIES} of {} bodies.",
+                "The motion of the first {BODIES} of {} bodies is shown.",
                 motion.bodies.len()
             ));
         }
@@ -119,9 +119,9 @@ impl Sequence {
             self.notes.push(note.to_owned());
         }
         match self.record.steps {
-            Some(all) if n < all => self.notes.push(format!(
-                "{n} of the {all} steps of the schedule are finished."
-            )),
+            Some(all) if n < all => self
+                .notes
+                .push(format!("Finished steps: {n} of the {all} of the schedule.")),
             None if n == 0 => self.notes.push("No step is finished.".to_owned()),
             _ => {}
         }

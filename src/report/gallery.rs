@@ -4,11 +4,11 @@
 use super::choose;
 use super::cut::{Cut, Flat};
 use super::folder::Sequence;
-use super::html::short;
 use super::meshes::Meshes;
 use super::plot::Plot;
 use super::slice::Slice;
 use super::view::View;
+use crate::diagnostic::short;
 use crate::error::{Error, Result};
 use crate::formats::ReadOptions;
 use crate::mesh::Mesh;
@@ -191,7 +191,8 @@ fn caption(sequence: &Sequence, row: usize, is_worst: bool) -> String {
     let step = sequence.table.step(row);
     let place = match sequence.abscissa() {
         "azimuth_deg" => format!(", {}°", short(sequence.azimuth(row))),
-        "time_s" => format!(", {} s", sequence.table.text(row, "time_s")),
+        "time_s" => sequence.table.numbers("time_s")[row]
+            .map_or(String::new(), |time| format!(", {} s", short(time))),
         _ => String::new(),
     };
     let worst = if is_worst { ", the worst" } else { "" };

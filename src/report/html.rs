@@ -1,4 +1,4 @@
-//! Text for a page: escaping, and numbers as short as they can be read.
+//! Text for a page: escaping, and large counts.
 
 use crate::error::one_line;
 
@@ -21,21 +21,6 @@ pub fn escape(text: &str) -> String {
 /// JSON that may stand in a script element.
 pub fn embedded(value: &serde_json::Value) -> String {
     value.to_string().replace('<', "\\u003c")
-}
-
-/// A number to five digits; `script.js` has the same rule.
-pub fn short(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 {
-        return "0".to_owned();
-    }
-    if !(1e-3..1e6).contains(&size) {
-        return format!("{value:.3e}");
-    }
-    let digits = format!("{value:.4e}");
-    digits
-        .parse::<f64>()
-        .map_or(digits, |rounded| rounded.to_string())
 }
 
 /// A count with its digits in groups of three.

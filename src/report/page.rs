@@ -5,9 +5,10 @@ use super::choose;
 use super::columns;
 use super::folder::Sequence;
 use super::gallery::Gallery;
-use super::html::{count, embedded, escape, short};
+use super::html::{count, embedded, escape};
 use super::plot::Plot;
 use super::{selection, slice};
+use crate::diagnostic::short;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -77,11 +78,7 @@ fn header(sequence: &Sequence, case: &str) -> String {
     }
     let end = sequence.end();
     for (sentences, one, many) in [
-        (
-            &end.passed_over,
-            "step was passed over",
-            "steps were passed over",
-        ),
+        (&end.skipped_steps, "step was skipped", "steps were skipped"),
         (&end.failures, "check failed", "checks failed"),
         (&end.warnings, "warning", "warnings"),
     ] {
@@ -100,10 +97,10 @@ fn tiles(sequence: &Sequence) -> Vec<(&'static str, String, bool)> {
         Some(all) if all != table.len() => format!("{} of {all}", table.len()),
         _ => table.len().to_string(),
     };
-    let n_passed = sequence.end().passed_over.len();
+    let n_skipped = sequence.end().skipped_steps.len();
     let mut tiles = vec![
-        ("run", sequence.state().to_owned(), n_passed > 0),
-        ("steps", steps, n_passed > 0),
+        ("run", sequence.state().to_owned(), n_skipped > 0),
+        ("steps", steps, n_skipped > 0),
     ];
     let mut add = |name, value: Option<String>, is_bad: bool| {
         tiles.extend(value.map(|value| (name, value, is_bad)));
@@ -123,12 +120,12 @@ fn tiles(sequence: &Sequence) -> Vec<(&'static str, String, bool)> {
         jacobian.is_some_and(|q| q <= 0.0),
     );
     let inverted = most("inverted");
-    let told = match (inverted, n_passed) {
+    let told = match (inverted, n_skipped) {
         (None, _) => (table.len() > 0).then(|| "not judged".to_owned()),
         (Some(n), 0) => Some(short(n)),
         (Some(n), _) => Some(format!("{} in the {} written", short(n), table.len())),
     };
-    let is_bad = inverted.is_some_and(|n| n > 0.0 || n_passed > 0);
+    let is_bad = inverted.is_some_and(|n| n > 0.0 || n_skipped > 0);
     add("inverted cells, most", told, is_bad);
     let seconds = record
         .seconds

@@ -1,8 +1,9 @@
 //! A plot as a figure of the page: SVG with classes for colours, and a legend in the page's own text.
 
 use super::axis::Axis;
-use super::html::{escape, short};
+use super::html::escape;
 use super::series::Series;
+use crate::diagnostic::short;
 use std::fmt::Write;
 
 const WIDTH: f64 = 400.0;

@@ -3,14 +3,15 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const slider = document.getElementById("step");
 const column = Object.fromEntries(data.columns.map((name, at) => [name, at]));
 
-// The rule of `short` in html.rs.
+// The rule of `short` in src/diagnostic/numbers.rs.
 function short(text) {
   const value = Number(text);
   if (text === "" || Number.isNaN(value)) return text;
-  const size = Math.abs(value);
-  if (size === 0) return "0";
-  if (size < 1e-3 || size >= 1e6) return value.toExponential(3).replace("e+", "e");
-  return String(Number(value.toPrecision(5)));
+  if (Number.isInteger(value) && Math.abs(value) < 1e9) return String(value);
+  const rounded = Number(value.toPrecision(6));
+  const size = Math.abs(rounded);
+  if (size < 1e-3 || size >= 1e6) return rounded.toExponential().replace("e+", "e");
+  return String(rounded);
 }
 
 function show(stop) {

@@ -31,7 +31,7 @@ impl Series {
         Some([least, most])
     }
 
-    /// The same line with few points: of each stretch its least and its greatest.
+    /// This line with fewer points: the least and the greatest of each of some equal parts.
     pub fn thinned(&self) -> Vec<(f64, Option<f64>)> {
         if self.points.len() <= 2 * DRAWN {
             return self.points.clone();

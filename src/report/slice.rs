@@ -4,7 +4,8 @@
 //! as that dot, in the colour of the worst cell that is in it; the dots grow until there are few enough.
 
 use super::cut::{Flat, Piece, Window};
-use super::html::{escape, short};
+use super::html::escape;
+use crate::diagnostic::short;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

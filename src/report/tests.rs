@@ -223,7 +223,7 @@ fn steps_passed_over_and_checks_that_failed_are_on_the_page() {
     for told in [
         "complete but for 1 steps",
         "0 in the 2 written<",
-        "1 step was passed over",
+        "1 step was skipped",
         "step 2 has 4 inverted cells; passed over",
         "1 check failed",
         "step 1: max_skew&gt;0.1",
@@ -307,7 +307,7 @@ fn parts_of_a_sequence_are_put_in_order() {
     assert!(
         read.notes
             .iter()
-            .any(|note| note.starts_with("5 of the 12 steps")),
+            .any(|note| note.starts_with("Finished steps: 5 of the 12")),
         "{:?}",
         read.notes
     );

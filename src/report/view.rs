@@ -143,7 +143,7 @@ fn sentence(body: Option<&BodyRecord>, plane: &Plane, axis: Option<usize>, turns
         (None, Some(name)) => format!("The mesh around {name}."),
         (None, None) => "The mesh.".to_owned(),
         (Some(axis), _) => {
-            let place = super::html::short(plane.origin[axis]);
+            let place = crate::diagnostic::short(plane.origin[axis]);
             let letter = ["x", "y", "z"][axis];
             let through = name.map_or_else(String::new, |name| format!(" through {name}"));
             let turning = match turns {

@@ -60,7 +60,7 @@ pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
     let intervals = plan.selection_intervals();
     let [interval] = intervals.as_slice() else {
         return Err(Error::input(
-            "method = \"real\" chooses base points again along the schedule, in every part alike; leave --base out",
+            "method = \"real\" chooses base points several times along the schedule; leave --base out",
         )
         .file(path));
     };
@@ -99,7 +99,7 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
         || file.mesh_points_blake3 != points_hash(&plan.mesh.points)
     {
         return Err(Error::input(format!(
-            "the base points were chosen on another mesh: one of {} nodes, this has {}",
+            "the base points were chosen on another mesh, of {} nodes; this one has {}",
             file.mesh_nodes,
             plan.mesh.points.len()
         )));

@@ -81,18 +81,18 @@ impl Difference {
     pub fn since(&self) -> String {
         match self {
             Self::Program(now, then) => {
-                format!("it is of {then}, this is {now}, which may write other bytes")
+                format!("it was written by {then}; this is {now}, which may write other bytes")
             }
             Self::Content(what, now, then) if now == then => {
-                format!("its {what} was not what {now} is now")
+                format!("its {what} {now} has changed since")
             }
             Self::Content(what, now, then) => {
-                format!("its {what} was {then}, which was not what {now} is now")
+                format!("its {what} was {then}, with other content than {now}")
             }
             Self::Functions(now, then) => {
-                format!("its functions were {then}, they are {now} now")
+                format!("its functions were {then}; now they are {now}")
             }
-            Self::Option(name, now, then) => format!("its {name} was {then}, it is {now} now"),
+            Self::Option(name, now, then) => format!("its {name} was {then}; now it is {now}"),
             Self::Inputs | Self::NoHash | Self::NoName(_) => self.of_inputs(),
         }
     }
@@ -100,18 +100,20 @@ impl Difference {
     /// Of the first part of a sequence and another, as a sentence on the latter.
     pub fn beside(&self) -> String {
         match self {
-            Self::Program(first, own) => format!("it is of {own}, the first one of {first}"),
+            Self::Program(first, own) => {
+                format!("it was written by {own}, the first part by {first}")
+            }
             Self::Content(what, first, own) if first == own => {
-                format!("its {what}, {own}, had another content")
+                format!("its {what} {own} had other content")
             }
             Self::Content(what, first, own) => {
-                format!("its {what} was {own}, that of the first one {first}, with another content")
+                format!("its {what} was {own}, that of the first part {first}, with other content")
             }
             Self::Functions(first, own) => {
-                format!("its functions were {own}, those of the first one {first}")
+                format!("its functions were {own}, those of the first part {first}")
             }
             Self::Option(name, first, own) => {
-                format!("its {name} was {own}, that of the first one {first}")
+                format!("its {name} was {own}, that of the first part {first}")
             }
             Self::Inputs | Self::NoHash | Self::NoName(_) => self.of_inputs(),
         }
@@ -120,13 +122,13 @@ impl Difference {
     fn of_inputs(&self) -> String {
         match self {
             Self::NoHash => {
-                "its mesh or schedule came from a pipe, of which there is no hash".to_owned()
+                "its mesh or schedule came from a pipe, so there is no hash to compare".to_owned()
             }
             Self::NoName(body) => format!(
                 "body \"{body}\" is moved by a function without a name, which cannot be compared; \
-                 `displacements_named` gives it one"
+                 give it one with `displacements_named`"
             ),
-            _ => "it had more or fewer input files (base points of --base are one)".to_owned(),
+            _ => "it had more or fewer input files (base points of --base count as one)".to_owned(),
         }
     }
 }
@@ -161,22 +163,22 @@ mod tests {
         };
         assert_eq!(difference(&one, &of("moved/n.toml", "1", "vtu")), None);
         let (since, beside) = found(&of("n.toml", "2", "vtu"));
-        assert_eq!(since, "its schedule was not what n.toml is now");
-        assert_eq!(beside, "its schedule, n.toml, had another content");
+        assert_eq!(since, "its schedule n.toml has changed since");
+        assert_eq!(beside, "its schedule n.toml had other content");
         let (since, beside) = found(&of("n9.toml", "2", "vtu"));
         assert_eq!(
             since,
-            "its schedule was n9.toml, which was not what n.toml is now"
+            "its schedule was n9.toml, with other content than n.toml"
         );
         assert_eq!(
             beside,
-            "its schedule was n9.toml, that of the first one n.toml, with another content"
+            "its schedule was n9.toml, that of the first part n.toml, with other content"
         );
         let (since, beside) = found(&of("n.toml", "1", "su2"));
-        assert_eq!(since, "its format was \"su2\", it is \"vtu\" now");
+        assert_eq!(since, "its format was \"su2\"; now it is \"vtu\"");
         assert_eq!(
             beside,
-            "its format was \"su2\", that of the first one \"vtu\""
+            "its format was \"su2\", that of the first part \"vtu\""
         );
     }
 }

@@ -3,14 +3,18 @@
 use super::names::{Names, bytes_of};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::quality::Criterion;
-use crate::record::{Row, Rows, Timings};
+use crate::record::{Row, Rows, SelectionRecord, Timings};
 use std::collections::BTreeMap;
 
 /// What a run came to.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct Finished {
+    /// How the run ended, as run.json has it.
+    pub outcome: String,
+    /// The failed check that ended the run before its last step.
+    pub ended_by: Option<Error>,
     /// Steps that are finished, those of earlier runs included.
     pub n_steps: usize,
     /// Steps that an earlier run had finished.
@@ -24,15 +28,15 @@ pub struct Finished {
     /// Steps with inverted cells; `None` where no cell was judged.
     pub inverted_steps: Option<usize>,
     /// Most inverted cells in one step; `None` where no cell was judged.
-    pub most_inverted: Option<usize>,
+    pub max_inverted: Option<usize>,
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
     /// Steps with inverted cells; they are among the warnings as well.
     pub inverted: Vec<Diagnostic>,
     /// Conditions that failed.
     pub failures: Vec<Diagnostic>,
-    /// Steps that were passed over, with the reason.
-    pub passed_over: Vec<Diagnostic>,
+    /// Steps that were skipped, with the reason.
+    pub skipped: Vec<Diagnostic>,
     /// What the user should know.
     pub warnings: Vec<Diagnostic>,
     /// Bytes of one mesh file, the largest.
@@ -46,7 +50,7 @@ impl Finished {
     pub fn is_failed(&self) -> bool {
         self.inverted_steps.is_some_and(|n| n > 0)
             || !self.failures.is_empty()
-            || !self.passed_over.is_empty()
+            || !self.skipped.is_empty()
     }
 
     /// Takes over what the rows tell. `first_inverted` holds the first inverted cell of steps where it
@@ -85,14 +89,25 @@ impl Finished {
         Ok(())
     }
 
+    /// Takes over what base points came to with which no step was written.
+    pub(super) fn take_selections(&mut self, selections: &[SelectionRecord]) {
+        for layer in selections.iter().flat_map(|selection| &selection.layers) {
+            self.n_base = self.n_base.max(layer.base_points);
+            if layer.of == "nodes" {
+                let error = layer.measured.unwrap_or(f64::INFINITY);
+                self.selection_error = self.selection_error.max(error);
+            }
+        }
+    }
+
     fn take_row(&mut self, row: &Row) {
         self.n_base = self.n_base.max(row.base_points);
         self.selection_error = self.selection_error.max(row.selection_error);
         self.surface_error = self.surface_error.max(row.max_surface_error);
         if let Some(inverted) = row.inverted {
-            let (n, most) = (self.inverted_steps, self.most_inverted);
+            let (n, most) = (self.inverted_steps, self.max_inverted);
             self.inverted_steps = Some(n.unwrap_or(0) + usize::from(inverted > 0));
-            self.most_inverted = Some(most.unwrap_or(0).max(inverted));
+            self.max_inverted = Some(most.unwrap_or(0).max(inverted));
         }
         if let Some(jacobian) = row.min_scaled_jacobian {
             let least = self.min_scaled_jacobian.unwrap_or(f64::INFINITY);

@@ -87,7 +87,7 @@ pub(super) fn remove_left(folder: &Path) -> Result<()> {
 
 fn busy(folder: &Path, steps: &Range<usize>) -> Error {
     Error::input(format!(
-        "another run is writing steps {}..{} here; wait for its end, or give --steps that are not among them",
+        "another run is writing steps {}..{} here; wait until it ends, or give other --steps",
         steps.start, steps.end
     ))
     .file(folder)

@@ -61,6 +61,7 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
         record.save()?;
         finished.timings = record.content.seconds.unwrap_or_default();
     }
+    finished.outcome = record.content.outcome;
     lock::remove_left(folder)?;
     Ok(finished)
 }
@@ -95,8 +96,8 @@ fn records(folder: &Path) -> Result<Vec<Found>> {
 fn lost(record: &Path, steps: &Range<usize>) -> Error {
     let Range { start, end } = steps;
     Error::input(format!(
-        "is empty, cut or no record of a part; `azimesh deform --steps {start}..{end} --resume`, \
-         with the mesh and the schedule of the part, verifies its steps and writes it again"
+        "this is not a whole record of a part; `azimesh deform --steps {start}..{end} --resume`, with the mesh and the \
+         schedule of the part, verifies its steps and writes it again"
     ))
     .file(record)
 }
@@ -104,7 +105,7 @@ fn lost(record: &Path, steps: &Range<usize>) -> Error {
 /// What all parts have in common, by the first of them: the names of the whole sequence and its format.
 fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static dyn Format)> {
     let Found { path, record, .. } = first;
-    let wrong = || Error::input("this is no record of a part of a sequence").file(path);
+    let wrong = || Error::input("this is not the record of a part of a sequence").file(path);
     let mesh = &record.inputs.first().ok_or_else(wrong)?.file;
     let format = record.options.format.as_ref().ok_or_else(wrong)?;
     let n_steps = record.steps.ok_or_else(wrong)?;
@@ -122,7 +123,7 @@ fn part(names: &Names, first: &RunRecord, found: Found) -> Result<PartRun> {
     } = found;
     if let Some(difference) = difference(first, &record) {
         return Err(Error::input(format!(
-            "this part does not belong to the first one: {}",
+            "this part does not belong to the first part: {}",
             difference.beside()
         ))
         .file(&path));
@@ -162,8 +163,9 @@ fn check_steps(names: &Names, parts: &[PartRun]) -> Result<()> {
     let message = match (missing.as_slice(), twice.as_slice()) {
         ([], []) => return Ok(()),
         ([], twice) => format!(
-            "{} in more than one part: {}; remove the files of one of them (run_A-B.json, steps_A-B.csv, and \
-             its meshes where they are in one file) and write what is missing then by `azimesh deform --steps A..B`",
+            "{} in more than one part: {}; remove the files of one of these parts (run_A-B.json, \
+             steps_A-B.csv, and its meshes if they are in one file), then write the steps that are missing with \
+             `azimesh deform --steps A..B`",
             told(twice),
             ranges(
                 parts
@@ -195,7 +197,7 @@ fn lacking(missing: &[usize], parts: &[PartRun]) -> String {
             let Range { start, end } = part.steps;
             let (record, own) = (record(part), runs(&own));
             sentences.push(format!(
-                "the run of {record} has not written {own}, `azimesh deform --steps {start}..{end} --resume` does"
+                "the run of {record} has not written {own} (`azimesh deform --steps {start}..{end} --resume` does)"
             ));
         }
     }
@@ -203,7 +205,7 @@ fn lacking(missing: &[usize], parts: &[PartRun]) -> String {
         let all = some(parts.iter().map(record).collect(), "parts");
         let rest = runs(&rest);
         sentences.push(format!(
-            "no part has {rest} (there are {all}), `azimesh deform --steps A..B --resume` writes one"
+            "no part has {rest} (there are {all}; `azimesh deform --steps A..B` writes one)"
         ));
     }
     sentences.truncate(MOST_NAMED);
@@ -251,8 +253,7 @@ fn check_files(names: &Names, parts: &[PartRun], progress: &dyn Progress) -> Res
         return Ok(());
     }
     Err(Error::input(format!(
-        "{} not there as written (no file, or another hash than the table says); --resume of their part writes \
-         them again",
+        "{} damaged: the file is missing, or does not have the hash in the table; --resume of that part writes it again",
         told(&wrong)
     ))
     .file(&names.folder))
@@ -267,7 +268,7 @@ fn ends(part: &PartRun) -> Result<Vec<u64>> {
     match ends.len() == part.rows.len() {
         true => Ok(ends),
         false => Err(Error::input(format!(
-            "the run of this part did not come to its end; `azimesh deform --steps {}..{} --resume` brings it there",
+            "the run of this part has not finished; `azimesh deform --steps {}..{} --resume` finishes it",
             part.steps.start, part.steps.end
         ))
         .file(&part.names.record())),

@@ -51,7 +51,7 @@ impl Standing {
         };
         let is_other = |reason: &str| {
             let message = format!(
-                "this is not the record of these parts joined: {reason}; --force replaces it"
+                "this is the record of another sequence than these parts: {reason}; --force replaces it"
             );
             Err(Error::input(message).file(&path))
         };
@@ -64,7 +64,7 @@ impl Standing {
             rows,
         };
         if standing.is_of_one_run() && !standing.is_complete() {
-            return is_other("it is of a run of the whole sequence that has other steps");
+            return is_other("it is from a run in one go that has other steps");
         }
         Ok(standing)
     }

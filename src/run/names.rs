@@ -1,6 +1,6 @@
 //! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::formats::{Commit, Format, case_name, pvd, vtk_series};
 use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
 use std::ops::Range;
@@ -20,10 +20,10 @@ impl RunSteps {
         let steps = steps.unwrap_or(0..n_steps);
         if steps.is_empty() || steps.end > n_steps {
             return Err(Error::input(format!(
-                "--steps {}..{}: the schedule has steps 0 to {}; A..B needs A < B and B at most {n_steps}",
+                "--steps {}..{}: the schedule has {}; A..B needs A < B, and B no more than {n_steps}",
                 steps.start,
                 steps.end,
-                n_steps.saturating_sub(1)
+                counted(n_steps, "step")
             )));
         }
         Ok(Self { steps, whole })
@@ -222,8 +222,8 @@ pub fn refuse_existing(names: &Names) -> Result<()> {
         return Ok(());
     };
     Err(Error::input(format!(
-        "holds {} files of an earlier run, {} among them; --resume goes on with it, --force replaces them",
-        existing.len(),
+        "holds {} of an earlier run, such as {}; --resume continues that run, --force replaces it",
+        counted(existing.len(), "file"),
         first.file_name().unwrap_or_default().display()
     ))
     .file(&names.folder))

@@ -47,8 +47,8 @@ pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
         None => "a run of the whole sequence".to_owned(),
     };
     Err(Error::input(format!(
-        "some of the steps {}..{} belong to {other}, which {} tells of; give --steps that are not among its own, \
-         go on with it by --resume and its own steps, or remove its files",
+        "some of the steps {}..{} belong to {other} ({}); give other --steps, continue that run with --resume and its own \
+         --steps, or remove its files",
         wanted.start,
         wanted.end,
         record.file_name().unwrap_or_default().display(),

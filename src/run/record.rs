@@ -5,7 +5,7 @@ use super::names::Names;
 use super::request::Request;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::formats::{Commit, Precision, check_file, hash_of, save_text};
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
@@ -87,16 +87,21 @@ impl RecordFile {
     /// there.
     pub fn close(&mut self, finished: &Finished, error: Option<&Error>) {
         let content = &mut self.content;
-        content.outcome = match (error, finished.passed_over.len()) {
+        content.outcome = match (error, finished.skipped.len()) {
             (Some(error), _) => error.to_string(),
             (None, 0) => "complete".to_owned(),
-            (None, n) => format!("complete but for {n} steps"),
+            (None, n) => format!("complete but for {}", counted(n, "step")),
         };
         content.end = Some(EndRecord {
             steps_written: finished.n_steps,
+            base_points: Some(finished.n_base),
+            selection_error: Some(finished.selection_error),
             inverted_steps: finished.inverted_steps,
+            max_inverted: finished.max_inverted,
+            min_scaled_jacobian: finished.min_scaled_jacobian,
             max_surface_error: Some(finished.surface_error),
-            passed_over: sentences(&finished.passed_over),
+            skipped_steps: sentences(&finished.skipped),
+            passed_over: sentences(&finished.skipped),
             warnings: sentences(&finished.warnings),
             failures: sentences(&finished.failures),
         });

@@ -226,7 +226,7 @@ fn check_same(now: &RunRecord, then: &RunRecord, path: &Path) -> Result<()> {
     match difference(now, then) {
         None => Ok(()),
         Some(difference) => Err(Error::input(format!(
-            "this run cannot be gone on with: {}; --force starts anew",
+            "this run cannot be resumed: {}; --force starts a new run",
             difference.since()
         ))
         .file(path)),
@@ -244,16 +244,16 @@ fn check_names(rows: &Rows, then: Option<&RunRecord>, names: &Names) -> Result<(
         return Ok(());
     };
     let (old, new) = (&row.file, names.mesh(*step));
-    let way_out = "start anew in another folder";
+    let way_out = "use another folder";
     Err(Error::input(match then.and_then(|then| then.inputs.first()) {
         Some(mesh) => format!(
-            "the mesh of this run was called {}, and its files are named after that: step {step} is {old} and \
-             would be {new} now. Give the mesh (or a link to it) that name again to go on, or {way_out}",
+            "the mesh of this run was {}, and the files are named after it: step {step} is {old}, and would be {new} \
+             now. Give the mesh (or a link to it) that name again, or {way_out}",
             mesh.file
         ),
         None => format!(
-            "step {step} of the earlier run is {old} and would be {new} now: the mesh had another name, or the run \
-             another format. Give it the same again to go on, or {way_out}"
+            "step {step} of the earlier run is {old}, and would be {new} now: the mesh had another name, or the run \
+             another format. Use the same again, or {way_out}"
         ),
     })
     .file(&names.table()))
@@ -271,7 +271,7 @@ fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
     match other {
         None => Ok(()),
         Some((step, then, now)) => Err(Error::input(format!(
-            "this run cannot be gone on with: step {step} was at azimuth {then}, it is at {now} now; --force starts anew"
+            "this run cannot be resumed: step {step} was at azimuth {then}; now it is at {now}; --force starts a new run"
         ))
         .file(&names.table())),
     }
@@ -289,11 +289,11 @@ fn no_record(names: &Names) -> Error {
     let hint = match has_parts(names) {
         false => "",
         true => {
-            " (parts are gone on with by their own --steps, and `azimesh finish` joins them, also again)"
+            " (parts are resumed with their own --steps; `azimesh finish` joins them, also again)"
         }
     };
     Error::input(format!(
-        "holds files of an earlier run but no whole {record}, so that nothing can be verified; --force starts anew{hint}"
+        "holds files of an earlier run but no whole {record}, so nothing can be verified; --force starts a new run{hint}"
     ))
     .file(&names.folder)
 }

@@ -14,7 +14,7 @@ use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed_at_step};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
-use crate::error::Result;
+use crate::error::{ErrorKind, Result};
 use crate::formats::{self, Begin, Format, Notes};
 use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk};
@@ -22,12 +22,12 @@ use crate::quality::Criterion;
 use crate::record::Rows;
 use std::collections::BTreeMap;
 
-/// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder.
+/// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder. A tolerance that cannot be
+/// met (base points are saved, no mesh is written) and `on_inverted = "stop"` end it early, with
+/// [`ended_by`](Finished::ended_by).
 ///
 /// # Errors
-/// [`ErrorKind::Check`](crate::error::ErrorKind::Check) when the tolerance cannot be met (base points are saved, no mesh is written), and
-/// where `on_inverted = "stop"` stops it; [`ErrorKind::Interrupted`](crate::error::ErrorKind::Interrupted) between two steps when `stop` was
-/// asked to.
+/// For inputs that do not fit and failures of the system; [`ErrorKind::Interrupted`] between two steps when `stop` was asked to.
 pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
     // folder is locked before its files are read. An earlier run and the free disk are checked before anything
@@ -74,7 +74,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         n_kept: rows.len(),
         rows,
         earlier,
-        passed_over: Vec::new(),
+        skipped: Vec::new(),
         first_inverted: BTreeMap::new(),
         warnings,
         seconds: (0.0, 0.0),
@@ -152,7 +152,7 @@ pub(super) struct Run<'a> {
     pub n_kept: usize,
     /// Rows of all steps that are finished.
     pub rows: Rows,
-    pub passed_over: Vec<Diagnostic>,
+    pub skipped: Vec<Diagnostic>,
     pub first_inverted: BTreeMap<usize, usize>,
     pub warnings: Vec<Diagnostic>,
     /// Of positions and quality, and of writing.
@@ -216,7 +216,7 @@ impl Run<'_> {
     /// Ends the run where it was asked to.
     pub(super) fn check_stop(&self) -> Result<()> {
         self.deformation.stop().check().map_err(|mut error| {
-            error.message += "; finished steps are kept, and --resume goes on from there";
+            error.message += "; finished steps are kept, and --resume continues from there";
             error
         })
     }
@@ -316,7 +316,7 @@ impl Run<'_> {
         let mut finished = Finished {
             n_kept: self.n_kept,
             warnings: std::mem::take(&mut self.warnings),
-            passed_over: std::mem::take(&mut self.passed_over),
+            skipped: std::mem::take(&mut self.skipped),
             ..Finished::default()
         };
         self.tell_repairs(&mut finished);
@@ -329,6 +329,9 @@ impl Run<'_> {
             has_azimuth,
         )?;
         self.note_misses(&mut finished);
+        if self.rows.is_empty() {
+            finished.take_selections(&self.record.content.selections);
+        }
         let warnings = self.earlier.selection_warnings();
         for warning in base_points.warnings.into_iter().chain(warnings) {
             // An earlier run may have recorded the sentence of one that is made again.
@@ -345,12 +348,17 @@ impl Run<'_> {
             return result.map(|()| finished);
         }
         self.record.close(&finished, result.as_ref().err());
+        finished.outcome.clone_from(&self.record.content.outcome);
         let lists = names::series(self.names, &self.rows);
         let mut lists = lists.iter();
         let saved =
             lists.try_for_each(|(path, text)| formats::save_text(text, path, self.names.commit));
         let saved = saved.and_then(|()| self.record.save());
         // The first failure is the one to tell of.
-        result.and(saved).map(|()| finished)
+        match result.and(saved) {
+            Err(error) if error.kind == ErrorKind::Check => finished.ended_by = Some(error),
+            ended => ended?,
+        }
+        Ok(finished)
     }
 }

@@ -7,9 +7,9 @@ use crate::error::Result;
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{DataArray, Mesh, MeshView, Values};
 use crate::motion::{QualityOutput, Step};
+use crate::parallel;
 use crate::quality::{Assessment, Extreme};
 use crate::record::Row;
-use rayon::prelude::*;
 
 /// A step that is computed and waits to be written.
 #[derive(Default)]
@@ -61,8 +61,7 @@ fn rounding(plan: &Plan) -> Result<fn(&mut [Vector])> {
     Ok(match plan.schedule.output.rounds()? {
         false => |_| (),
         true => |points| {
-            let points = points.par_iter_mut();
-            points.for_each(|x| *x = x.map(|x| f64::from(x as f32)));
+            parallel::update(points, |_, x| *x = x.map(|x| f64::from(x as f32)));
         },
     })
 }
@@ -83,8 +82,8 @@ impl StepArrays {
         };
         let velocities = found.velocities.take();
         let displacement = plan.schedule.output.displacement.then(|| {
-            let moved = points.par_iter().zip(&plan.mesh.points);
-            moved.map(|(x, before)| sub(*x, *before)).collect()
+            let before = &plan.mesh.points;
+            parallel::collect(points.len(), |i| sub(points[i], before[i]))
         });
         let velocities = velocities.map(|values| vectors("Velocity", values));
         let displacement = displacement.map(|values| vectors("Displacement", values));

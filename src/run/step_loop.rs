@@ -163,7 +163,7 @@ impl Run<'_> {
             Ok(computed) => Ok(Some(computed)),
             Err(error) if self.passes_over(&error) => {
                 let reason = error.message;
-                self.passed_over.push(RunNote::PassedOver { reason }.into());
+                self.skipped.push(RunNote::Skipped { reason }.into());
                 Ok(None)
             }
             Err(mut error) => {

@@ -66,9 +66,8 @@ impl Run<'_> {
     fn not_ours(&self, index: usize) -> Error {
         let record = self.names.record();
         Error::input(format!(
-            "this run cannot be gone on with: {} is whole, and not what the mesh and the schedule give for step \
-             {index}, so that they, the options or the version of azimesh were others (what they were is lost with {}); \
-             --force starts anew",
+            "this run cannot be resumed: {} is not what the mesh and the schedule give at step {index}, so the earlier run \
+             had another mesh, schedule, option or version of azimesh (its {} is lost); --force starts a new run",
             self.names.mesh(index),
             record.file_name().unwrap_or_default().display()
         ))

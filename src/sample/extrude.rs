@@ -4,7 +4,7 @@ use super::ray::Ray;
 use super::split::{WEDGE_TETRAHEDRA, tetrahedra, triangles};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, Cells};
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// Shape of the cells.
@@ -23,10 +23,7 @@ pub enum CellShape {
 /// Nodes of all layers, innermost first: node `i` of layer `l` is `l rays.len() + i`.
 pub fn layer_nodes(rays: &[Ray], n_layers: usize) -> Vec<Vector> {
     let n = rays.len();
-    (0..n * (n_layers + 1))
-        .into_par_iter()
-        .map(|node| rays[node % n].node(node / n))
-        .collect()
+    parallel::collect(n * (n_layers + 1), |node| rays[node % n].node(node / n))
 }
 
 /// The surface grid as cells of the shape asked for.
@@ -115,13 +112,11 @@ impl Extrusion {
         let mut connectivity = vec![0; per_layer * self.n_layers + 2 * n_boundary];
         let (volume, boundary) = connectivity.split_at_mut(per_layer * self.n_layers);
         let base = |layer: usize| (layer * self.n_nodes) as u32;
-        volume
-            .par_chunks_mut(per_layer)
-            .enumerate()
-            .for_each(|(layer, entries)| {
-                let bases = [base(layer), base(layer + 1)];
-                fill_layer(entries, &self.faces, self.shape, bases);
-            });
+        parallel::for_blocks(volume, per_layer, &|first, entries| {
+            let layer = first / per_layer;
+            let bases = [base(layer), base(layer + 1)];
+            fill_layer(entries, &self.faces, self.shape, bases);
+        });
         let (inner, outer) = boundary.split_at_mut(n_boundary);
         fill_boundary(inner, &self.faces, 0, true);
         fill_boundary(outer, &self.faces, base(self.n_layers), false);

@@ -46,7 +46,7 @@ impl SizeOptions {
         let [n, surface, layers] = [self.nodes, self.surface_nodes, self.layers];
         if n.is_some() && surface.is_some() && layers.is_some() {
             return Err(Error::input(
-                "--nodes, --surface-nodes and --layers were all given; any two give the third",
+                "--nodes, --surface-nodes and --layers cannot all be given: two of them determine the third",
             ));
         }
         let wall_nodes = match (surface, layers) {
@@ -62,14 +62,13 @@ impl SizeOptions {
         };
         if wall_nodes < least_wall || nodes / wall_nodes < 5 {
             return Err(Error::input(format!(
-                "{nodes} nodes would leave {wall_nodes} on the wall and {} layers of cells; at \
-                 least {least_wall} and 4 are needed",
+                "{nodes} nodes give {wall_nodes} on the wall and {} layers of cells; at least {least_wall} and 4 are needed",
                 (nodes / wall_nodes.max(1)).saturating_sub(1)
             )));
         }
         if nodes > MOST_NODES {
             return Err(Error::input(format!(
-                "{nodes} nodes were asked for; a sample has at most {MOST_NODES}"
+                "{nodes} nodes are too many; a sample has at most {MOST_NODES}"
             )));
         }
         Ok(Size {

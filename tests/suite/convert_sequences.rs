@@ -112,11 +112,11 @@ fn times_that_do_not_rise_are_noted() {
         &["info", "u.vtkhdf"],
     ] {
         let run = succeed(path, args);
-        let said = "the times do not rise: step 1 has 1, step 2 has 0.5";
+        let said = "the times do not increase: step 1 is at 1, step 2 at 0.5";
         assert!(run.err.contains(said), "{args:?}: {run:?}");
     }
     let notes = json(path, &["info", "unordered.pvd"])["notes"].to_string();
-    assert!(notes.contains("do not rise"), "{notes}");
+    assert!(notes.contains("do not increase"), "{notes}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn one_line_tells_a_moved_node_a_swapped_tag_and_a_reordered_cell() {
             "node",
             "1 1 2\n",
             "1.000000001 1 2\n",
-            "different: 1 nodes differ, node 2 most, by 1.00000",
+            "different: 1 node differs: node 2, by 1",
         ),
         (
             "tag",
@@ -90,7 +90,7 @@ fn a_renumbered_mesh_is_matched_by_position() {
     let run = azimesh(folder.path(), &far);
     assert!(
         run.out
-            .contains("1 nodes of the first and 1 of the second have no partner"),
+            .contains("1 node of the first mesh and 1 of the second have no partner"),
         "{run:?}"
     );
 }
@@ -117,7 +117,7 @@ fn sequences_are_compared_step_by_step() {
     assert_eq!(run.code, 1);
     assert!(
         run.out
-            .starts_with("different: 1 of 5 steps, step 3 first, "),
+            .starts_with("different: 1 of 5 steps, the first is step 3: "),
         "{run:?}"
     );
     let found = json(path, &["diff", "out", "all.vtkhdf"]);
@@ -130,7 +130,8 @@ fn sequences_are_compared_step_by_step() {
     let run = azimesh(path, &["diff", "out", "n.vtu"]);
     assert_eq!(run.code, 2);
     assert!(
-        run.err.contains("is a sequence, and n.vtu is one mesh"),
+        run.err
+            .contains("this is a sequence, and n.vtu is one mesh"),
         "{run:?}"
     );
     let run = azimesh(path, &["diff", ".", "n.vtu"]);

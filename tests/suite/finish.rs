@@ -226,7 +226,7 @@ fn the_record_of_another_run_is_replaced_by_force_only() {
         let before = left(&out);
         let run = azimesh(folder, &["finish", "out"]);
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{run:?}");
-        let said = "its schedule, case.toml, had another content; --force replaces it";
+        let said = "its schedule case.toml had other content; --force replaces it";
         assert!(run.err.contains(said), "{run:?}");
         assert_same(&out, &before, format);
         succeed(folder, &["finish", "out", "--force"]);
@@ -294,7 +294,7 @@ fn a_part_with_a_lost_record_is_named_and_mended_by_resume() {
         std::fs::write(out.join("run_4-7.json"), "{").unwrap();
         let run = azimesh(folder, &["finish", "out"]);
         assert_eq!(run.code, 2, "{run:?}");
-        let advice = "run_4-7.json: is empty, cut or no record of a part; `azimesh deform --steps 4..7 --resume`";
+        let advice = "run_4-7.json: this is not a whole record of a part; `azimesh deform --steps 4..7 --resume`";
         assert!(run.err.contains(advice), "{run:?}");
         std::fs::remove_file(out.join("run_0-3.json")).unwrap();
         for part in ["4..7", "0..3"] {
@@ -328,7 +328,7 @@ fn parts_are_joined_to_the_files_of_one_run() {
         deform(folder, format, &["-o", "whole"]);
         in_parts(folder, format);
         let run = succeed(folder, &["finish", "out"]);
-        assert!(run.out.starts_with("out: 7 steps from "), "{run:?}");
+        assert!(run.out.starts_with("out: 7 steps, "), "{run:?}");
         let (whole, out) = (folder.join("whole"), folder.join("out"));
         assert_eq!(table(&out), table(&whole), "{format}");
         let joined = files(&out);
@@ -386,8 +386,7 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     deform(folder, "vtu", &["-o", "out", "--steps", "0..3"]);
     deform(folder, "vtu", &["-o", "out", "--steps", "5..6"]);
     refused(
-        "steps 3 to 4, 6 are missing: no part has 3 to 4, 6 (there are run_0-3.json, run_5-6.json), \
-         `azimesh deform --steps A..B --resume` writes one",
+        "steps 3 to 4, 6 are missing: no part has 3 to 4, 6 (there are run_0-3.json, run_5-6.json; `azimesh deform --steps A..B` writes one)",
     );
     let table = folder.join("out/steps_5-6.csv");
     let rows = std::fs::read_to_string(&table).unwrap();
@@ -439,7 +438,7 @@ fn a_damaged_file_of_a_part_is_found() {
     std::fs::write(&path, content).unwrap();
     let run = azimesh(folder, &["finish", "out"]);
     assert!(
-        run.code == 2 && run.err.contains("step 6 is not there as written"),
+        run.code == 2 && run.err.contains("step 6 is damaged"),
         "{run:?}"
     );
     deform(
@@ -467,7 +466,7 @@ fn a_part_that_overlaps_another_is_refused_in_every_format() {
         let part = ["-o", "out", "--steps", "3..6"];
         let run = azimesh(folder, &[&args[..], &part].concat());
         assert_eq!(run.code, 2, "{run:?}");
-        let said = "some of the steps 3..6 belong to the part 0..4, which run_0-4.json tells of";
+        let said = "some of the steps 3..6 belong to the part 0..4 (run_0-4.json)";
         assert!(run.err.contains(said), "{format}: {run:?}");
         assert_eq!(names(&folder.join("out")), before);
         deform(folder, format, &["-o", "out", "--steps", "4..7"]);

@@ -61,7 +61,7 @@ fn the_pipeline_of_the_docs_passes_and_finds_what_changed() {
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.starts_with("different: 36 of 37 steps, step 1 first")
+        said.starts_with("different: 36 of 37 steps, the first is step 1")
             || said.starts_with("different: "),
         "{said}"
     );

@@ -1,5 +1,6 @@
 //! What `azimesh convert` does to a mesh on the way.
 
+use crate::diagnostic::with_verb;
 use crate::error::{Error, Result, counted, nearest_name};
 use crate::formats::su2;
 use crate::geometry::transform::Transform;
@@ -8,18 +9,18 @@ use crate::mesh::{DataArray, Group, Mesh, Values};
 /// Changes of the mesh, made in this order: scale, rotate, linearize, tag, rename.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Changes {
-    /// Multiply all coordinates, as 0.001 for millimetres to metres
+    /// Multiply all coordinates by this, as 0.001 for millimetres to metres
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f64>,
-    /// Turn by an angle in degrees: x,90 or 0,0,1,90; about a point with three more numbers:
-    /// x,90,0.5,0,0. Vectors in arrays keep their components
+    /// Rotate by an angle in degrees: x,90 or 0,0,1,90; about a point with three more numbers:
+    /// x,90,0.5,0,0. Arrays are not rotated
     #[arg(long, value_name = "AXIS,ANGLE", value_parser = rotation, allow_hyphen_values = true)]
     rotate: Option<Transform>,
-    /// Corner nodes only: curved cells become linear ones
+    /// Keep corner nodes only: curved cells become linear
     #[arg(long)]
     linearize: bool,
-    /// Make tags boundary_1, boundary_2, ... of the outer faces that have none, the largest connected
-    /// part first
+    /// Give outer faces without a tag the tags boundary_1, boundary_2, ..., the largest connected part
+    /// first
     #[arg(long, value_name = "HOW")]
     tag_boundary: Option<TagBoundary>,
     /// Rename a boundary tag or zone; repeatable
@@ -30,7 +31,7 @@ pub struct Changes {
 /// How faces are gathered into tags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum TagBoundary {
-    /// Faces that share a node are in one tag
+    /// Faces that share a node get the same tag
     Connected,
 }
 
@@ -43,7 +44,7 @@ fn renaming(text: &str) -> std::result::Result<(String, String), String> {
 
 /// Reads `x,90`, `0,0,1,90`, and both with a point behind.
 fn rotation(text: &str) -> std::result::Result<Transform, String> {
-    let form = "write AXIS,ANGLE as x,90 or 0,0,1,90, with X,Y,Z of a point on the axis behind";
+    let form = "write AXIS,ANGLE, such as x,90 or 0,0,1,90; then X,Y,Z of a point on the axis, if it is not the origin";
     let words: Vec<&str> = text.split(',').map(str::trim).collect();
     let (axis, rest) = match words[0] {
         "x" => ([1.0, 0.0, 0.0], &words[1..]),
@@ -72,7 +73,7 @@ fn rotation(text: &str) -> std::result::Result<Transform, String> {
 
 fn number(text: &str) -> std::result::Result<f64, String> {
     let found = text.parse().ok().filter(|x: &f64| x.is_finite());
-    found.ok_or_else(|| format!("\"{text}\" should be a number"))
+    found.ok_or_else(|| format!("\"{text}\" is not a number"))
 }
 
 fn vector(words: &[&str]) -> std::result::Result<[f64; 3], String> {
@@ -84,8 +85,7 @@ impl Changes {
     pub fn check(&self) -> Result<()> {
         match self.scale {
             Some(factor) if !factor.is_finite() || factor <= 0.0 => Err(Error::input(format!(
-                "--scale {factor}: the factor must be a finite number above 0; a negative one would turn \
-                 every cell inside out"
+                "--scale {factor}: it must be a finite number above 0 (a negative one would invert every cell)"
             ))),
             _ => Ok(()),
         }
@@ -114,9 +114,9 @@ impl Changes {
             let (n_cells, n_nodes) = mesh.linearize();
             if n_cells > 0 {
                 remarks.push(format!(
-                    "--linearize: {} became linear, {} went",
-                    counted(n_cells, "curved cell"),
-                    counted(n_nodes, "node")
+                    "--linearize: {} made linear, {} removed",
+                    with_verb(n_cells, "curved cell", "is"),
+                    with_verb(n_nodes, "node", "is")
                 ));
             }
         }
@@ -138,7 +138,7 @@ fn places(mesh: &mut Mesh) -> Option<String> {
     let removed = mesh.remove_field_arrays(&[su2::BOXES, su2::PERIODIC]);
     (!removed.is_empty()).then(|| {
         format!(
-            "left out, as their places are those before: {}",
+            "left out, since they hold positions from before: {}",
             removed.join(", ")
         )
     })
@@ -156,7 +156,7 @@ fn vectors(mesh: &Mesh) -> Option<String> {
         .collect();
     (!names.is_empty()).then(|| {
         format!(
-            "--rotate: arrays of three components are not turned: {}",
+            "--rotate: arrays of three components are not rotated: {}",
             names.join(", ")
         )
     })

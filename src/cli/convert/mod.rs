@@ -22,22 +22,22 @@ use target::{Place, Written};
     override_usage = "azimesh convert [OPTIONS] IN OUT\n       \
 azimesh convert [OPTIONS] IN... OUT.vtkhdf|OUT.cgns|OUT.pvd\n       \
 azimesh convert [OPTIONS] IN... -o DIR --format F",
-    after_help = "The input's format is found by its content; --format names that of the output \
-where its ending does not. A .pvd, a .vtk.series and a file that holds a sequence are sequences: they \
-go into one file of a format that holds sequences, or into files that OUT.pvd or a .pvd in DIR lists."
+    after_help = "The format of the input is recognised by its content; --format gives that of the output if \
+its ending does not. A .pvd, a .vtk.series and a file of several steps are sequences: they are written to one \
+file of a format that holds sequences, or to numbered files with a list, OUT.pvd or a .pvd in DIR."
 )]
 pub struct ConvertArgs {
-    /// Meshes to read, then the one to write unless -o says where; - is standard input and output
+    /// Meshes to read, then the one to write (without -o); - is standard input or output
     #[arg(value_name = "MESH", required = true)]
     paths: Vec<PathBuf>,
-    /// Folder for the meshes, in the format of --format, each under its own name
+    /// Write each mesh to this folder under its own name, in the format of --format
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Read this step of a sequence only, counted from 0
+    /// Read only this step of a sequence, counted from 0
     #[arg(long, value_name = "I")]
     step: Option<usize>,
     /// Write N pieces and a .pvtu that lists them
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number_of_pieces)]
     pieces: Option<NonZeroUsize>,
     #[command(flatten)]
     changes: Changes,
@@ -63,7 +63,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
             .extension()
             .is_none_or(|ending| ending != formats::in_pieces().extensions()[0])
     {
-        let message = "--pieces N writes a .pvtu and its pieces; the name must end so";
+        let message = "--pieces N writes a .pvtu and its pieces; the name must end in .pvtu";
         return Err(Error::input(message).file(out));
     }
     let run = Run {
@@ -123,8 +123,8 @@ impl Run<'_> {
                 let place = self.place(out)?;
                 if place.is_one_mesh() {
                     return Err(Error::input(
-                        "several meshes go into one file as a sequence: .pvd, .vtkhdf or .cgns; -o DIR \
-                         converts each",
+                        "several meshes are written to one file as a sequence, .pvd, .vtkhdf or .cgns; -o DIR \
+                         converts each of them",
                     )
                     .file(out));
                 }
@@ -155,7 +155,7 @@ impl Run<'_> {
         for input in &inputs {
             if !names.insert(input.stem()) {
                 return Err(Error::input(format!(
-                    "another input is called {} as well; both would be written to the same file",
+                    "another input is also called {}; both would be written to the same file",
                     input.stem()
                 ))
                 .file(input.path()));
@@ -186,7 +186,7 @@ impl Run<'_> {
         self.check_step(input)?;
         if let (Some(times), None) = (input.times(), self.args.step) {
             self.tell(format!(
-                "{}: a sequence of {} meshes; the last is written (--step I, or -o DIR for all)",
+                "{}: a sequence of {} meshes; only the last is written (--step I chooses another, -o DIR writes all)",
                 input.path().display(),
                 times.len()
             ));
@@ -197,14 +197,16 @@ impl Run<'_> {
 
     fn check_step(&self, input: &Input) -> Result<()> {
         let n = input.times().map_or(1, |times| times.len());
-        match self.args.step {
-            Some(step) if step >= n => Err(Error::input(format!(
-                "--step {step}: there are {n} meshes, 0 to {}",
-                n - 1
-            ))
-            .file(input.path())),
-            _ => Ok(()),
-        }
+        let message = match (self.args.step, n) {
+            (Some(step), 1) if step > 0 => {
+                format!("--step {step}: this is one mesh; its only step is 0")
+            }
+            (Some(step), n) if step >= n => {
+                format!("--step {step}: the sequence has steps 0 to {}", n - 1)
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::input(message).file(input.path()))
     }
 
     /// The mesh of a step, changed as asked.
@@ -246,9 +248,13 @@ impl Run<'_> {
         match (&self.context.common.format, path) {
             (Some(name), _) => formats::by_name(name),
             (None, Some(path)) => formats::by_extension(path),
-            (None, None) => Err(Error::input(
-                "-o DIR needs --format, which names the format",
-            )),
+            (None, None) => Err(Error::input("-o DIR needs --format")),
         }
     }
+}
+
+/// Reads `--pieces`.
+fn number_of_pieces(text: &str) -> std::result::Result<NonZeroUsize, String> {
+    let number = text.parse().ok().and_then(NonZeroUsize::new);
+    number.ok_or_else(|| "it must be a whole number from 1 on".to_owned())
 }

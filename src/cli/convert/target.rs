@@ -1,7 +1,8 @@
 //! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
 
 use super::{Input, Run};
-use crate::error::{Error, Result};
+use crate::diagnostic::short;
+use crate::error::{Error, Result, counted};
 use crate::formats::{
     self, Format, SequenceFile, Staged, WriteOptions, check_listed, is_series, pvd, stage_bytes,
     vtk_series,
@@ -100,7 +101,7 @@ impl Run<'_> {
     pub(super) fn sequence(&self, input: &Input, times: &[f64], place: &Place) -> Result<()> {
         if self.args.pieces.is_some() {
             return Err(
-                Error::input("--pieces is for one mesh; this is a sequence").file(input.path())
+                Error::input("--pieces is for one mesh, and this is a sequence").file(input.path()),
             );
         }
         if let Some(remark) = input.remark_on_times() {
@@ -249,8 +250,10 @@ fn is_pvd(list: &Path) -> bool {
 impl fmt::Display for Written {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let path = self.path.display();
-        write!(f, "{path}: {} nodes, {} cells", self.nodes, self.cells)?;
-        self.time.map_or(Ok(()), |time| write!(f, ", time {time}"))
+        let [nodes, cells] = [counted(self.nodes, "node"), counted(self.cells, "cell")];
+        write!(f, "{path}: {nodes}, {cells}")?;
+        self.time
+            .map_or(Ok(()), |time| write!(f, ", time {}", short(time)))
     }
 }
 

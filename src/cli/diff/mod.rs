@@ -13,21 +13,21 @@ use std::path::PathBuf;
 /// Arguments of `azimesh diff`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Exit code 0: the same; 1: a difference. -v lists each difference. Sequences (a .pvd, a \
-file of several steps, a folder that holds one of them) are compared step by step."
+    after_help = "Exit code 0: the same; 1: different. -v lists every difference. Sequences (a .pvd, a file of \
+several steps, a folder with one of them) are compared step by step."
 )]
 pub struct DiffArgs {
     /// First mesh or sequence; - is standard input
     a: PathBuf,
     /// Second mesh or sequence
     b: PathBuf,
-    /// Largest distance of two nodes, and of two values of an array, that count as the same
+    /// Nodes, and values of arrays, that differ by no more than this are the same
     #[arg(long, value_name = "T", default_value_t = 0.0)]
     tolerance: f64,
-    /// Tolerances are fractions of the first mesh's diagonal, and of an array's largest value
+    /// Take tolerances as fractions of the first mesh's diagonal, and of the largest value of an array
     #[arg(long)]
     relative: bool,
-    /// Which nodes and cells belong together
+    /// How the nodes and cells of both meshes are paired
     #[arg(
         long = "match",
         value_name = "HOW",
@@ -35,7 +35,7 @@ pub struct DiffArgs {
         default_value = "order"
     )]
     matching: Matching,
-    /// With --match position: largest distance of two nodes that belong together
+    /// With --match position: largest distance between nodes that are paired
     /// [default: the tolerance, and at least 1e-9 of the diagonal]
     #[arg(long, value_name = "T")]
     match_tolerance: Option<f64>,
@@ -44,9 +44,9 @@ pub struct DiffArgs {
 /// Which nodes and cells belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Matching {
-    /// Those with the same number
+    /// By their numbers
     Order,
-    /// Nodes at the same place, and cells with the same nodes, however they are numbered
+    /// Nodes by their positions, and cells by their nodes, whatever their numbers
     Position,
 }
 
@@ -65,8 +65,8 @@ pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
         (ours, _) => {
             let (many, one) = if ours.is_some() { (&a, &b) } else { (&b, &a) };
             return Err(Error::input(format!(
-                "is a sequence, and {} is one mesh; compare it with the file of one step, which \
-                 `azimesh convert --step I` writes",
+                "this is a sequence, and {} is one mesh; `azimesh convert --step I` writes one step of \
+                 a sequence to a file",
                 one.path().display()
             ))
             .file(many.path()));
@@ -114,12 +114,12 @@ impl DiffArgs {
         for (option, value) in tolerances {
             if let Some(value) = value.filter(|value| !(*value >= 0.0 && value.is_finite())) {
                 return Err(Error::input(format!(
-                    "{option} {value}: it must be a number from 0 on"
+                    "{option} {value}: it must be 0 or larger"
                 )));
             }
         }
         if self.match_tolerance.is_some() && self.matching == Matching::Order {
-            return Err(Error::input("--match-tolerance goes with --match position"));
+            return Err(Error::input("--match-tolerance needs --match position"));
         }
         Ok(())
     }

@@ -1,7 +1,8 @@
 //! Two sequences, step by step.
 
 use super::{Context, DiffArgs, Input, told};
-use crate::error::Result;
+use crate::diagnostic::short;
+use crate::error::{Result, counted, one_line};
 use crate::mesh::Difference;
 use serde_json::{Value, json};
 
@@ -39,7 +40,12 @@ pub fn compare(
     let mut text = String::new();
     if context.common.verbose > 0 {
         for (i, step) in different(&steps) {
-            text += &format!("  step {i}, time {}: {}\n", step.time, step.difference);
+            let what = step.difference.what_differs();
+            text += &format!(
+                "  step {i}, time {}: {}\n",
+                short(step.time),
+                one_line(&what)
+            );
             text += &told::details(&step.difference, "    ");
         }
     }
@@ -59,7 +65,7 @@ fn frame_differences(ours: &[f64], theirs: &[f64]) -> Vec<String> {
     let differs = |(x, y): (&f64, &f64)| (x - y).abs() > TIMES * largest;
     if let Some(step) = ours.iter().zip(theirs).position(differs) {
         let [x, y] = [ours, theirs].map(|times| times[step]);
-        found.push(format!("step {step} has times {x} and {y}"));
+        found.push(format!("step {step} is at times {x} and {y}"));
     }
     found
 }
@@ -73,8 +79,11 @@ fn summary(frame: &[String], steps: &[Compared]) -> String {
     let mut parts = frame.to_vec();
     if let Some((first, step)) = different(steps).next() {
         let (n, of) = (different(steps).count(), steps.len());
-        let what = step.difference.to_string();
-        parts.push(format!("{n} of {of} steps, step {first} first, {what}"));
+        let what = step.difference.what_differs();
+        parts.push(format!(
+            "{n} of {}, the first is step {first}: {what}",
+            counted(of, "step")
+        ));
     }
     if !parts.is_empty() {
         return format!("different: {}", parts.join("; "));
@@ -83,13 +92,15 @@ fn summary(frame: &[String], steps: &[Compared]) -> String {
     let furthest = furthest.fold(0.0, f64::max);
     let apart = match furthest {
         0.0 => String::new(),
-        furthest => format!(", nodes at most {furthest:e} apart"),
+        furthest => format!(", nodes at most {} apart", short(furthest)),
     };
     let first = steps.first().map(|step| &step.difference);
     let [nodes, cells] = first.map_or([0; 2], |first| [first.n_nodes[0], first.n_cells[0]]);
     format!(
-        "same: {} steps, {nodes} nodes, {cells} cells{apart}",
-        steps.len()
+        "same: {}, {}, {}{apart}",
+        counted(steps.len(), "step"),
+        counted(nodes, "node"),
+        counted(cells, "cell")
     )
 }
 

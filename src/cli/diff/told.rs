@@ -1,5 +1,6 @@
 //! A difference as lines and as JSON.
 
+use crate::diagnostic::short;
 use crate::error::one_line;
 use crate::mesh::Difference;
 use crate::mesh::difference::NodePair;
@@ -39,7 +40,10 @@ fn describe(pair: &NodePair) -> String {
         true => String::new(),
         false => format!(" and {partner}"),
     };
-    format!("{node}{partner}, {a:?} and {b:?}, {distance:e} apart")
+    format!(
+        "{node}{partner}, {a:?} and {b:?}, {} apart",
+        short(*distance)
+    )
 }
 
 /// All there is to know.

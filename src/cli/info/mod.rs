@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// Arguments of `azimesh info`.
 #[derive(Debug, clap::Args)]
 pub struct InfoArgs {
-    /// Mesh or sequence to look at; - is standard input
+    /// Mesh or sequence; - is standard input
     mesh: PathBuf,
 }
 
@@ -22,7 +22,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     let format = context.common.format.as_deref().map(formats::by_name);
     let input = Input::open(&args.mesh, format.transpose()?, context)?;
     let loaded = input.read(None, context)?;
-    let facts = context.stage("looking", || Ok(Facts::of(&input, &loaded)))?;
+    let facts = context.stage("inspecting", || Ok(Facts::of(&input, &loaded)))?;
     if context.common.json {
         context.print_json(json::of(&facts))?;
     } else {

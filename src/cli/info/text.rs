@@ -1,6 +1,7 @@
 //! The facts as lines of text.
 
 use super::facts::{Boundary, Facts};
+use crate::diagnostic::short;
 use crate::error::{counted, one_line};
 use crate::mesh::{DataArray, Group};
 
@@ -46,9 +47,9 @@ impl Rows {
                 "tagged face",
                 " between two cells",
             ),
-            ("loose", found.n_dangling, "boundary face", " on no cell"),
+            ("dangling", found.n_dangling, "boundary face", " on no cell"),
             (
-                "crowded",
+                "non-manifold",
                 found.n_non_manifold,
                 "face",
                 " of more than two cells",
@@ -83,14 +84,23 @@ pub fn of(facts: &Facts) -> String {
         let n = times.len();
         rows.push(
             "steps",
-            format!("{n}, times {from} to {to}; the last follows"),
+            format!(
+                "{n}, times {} to {}; the last follows",
+                short(from),
+                short(to)
+            ),
         );
     }
     rows.push("dimension", mesh.dimension());
     rows.push("nodes", mesh.points.len());
-    rows.push_some("in no cell", facts.n_orphan_nodes, facts.n_orphan_nodes);
+    let n = facts.n_orphan_nodes;
+    rows.push_some("unused", n, format!("{n} (in no cell)"));
     let n = facts.n_repeated_nodes;
-    rows.push_some("at the place of another", n, n);
+    rows.push_some(
+        "repeated",
+        n,
+        format!("{n} (at the position of another node)"),
+    );
     rows.push("cells", mesh.cells.len());
     for (kind, count) in &facts.cells {
         let curved = if kind.is_curved() { " (curved)" } else { "" };
@@ -104,7 +114,7 @@ pub fn of(facts: &Facts) -> String {
     }
     if let Some([low, high]) = mesh.bounds() {
         for (axis, i) in ["x", "y", "z"].into_iter().zip(0..) {
-            rows.push(axis, format!("{} to {}", low[i] + 0.0, high[i] + 0.0));
+            rows.push(axis, format!("{} to {}", short(low[i]), short(high[i])));
         }
     }
     for (place, array) in facts.arrays() {
@@ -129,8 +139,8 @@ fn told(array: &DataArray) -> String {
     let ranges: Vec<String> = ranges
         .iter()
         .map(|range| match range {
-            Some([low, high]) => format!("{} to {}", low + 0.0, high + 0.0),
-            None => "no number".to_owned(),
+            Some([low, high]) => format!("{} to {}", short(*low), short(*high)),
+            None => "no numbers".to_owned(),
         })
         .collect();
     format!("{what} {}", ranges.join(", "))

@@ -21,29 +21,27 @@ const MOST_NAMED: usize = 12;
 /// Arguments of `azimesh quality`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "A cell is inverted when it is valid in the reference mesh and a corner of it \
-has turned over or become flat. Without --reference a mesh is its own reference: nothing can be \
-inverted then, and cells that are bad as they are count as inverted_reference. The reference of a \
-sequence is its first mesh.\n\n\
-For one mesh there is also the smallest, mean and largest value of every metric; for a sequence a \
-row a step."
+    after_help = "A cell is inverted if it is valid in the reference mesh and one of its corners has turned over \
+or become flat. Without --reference one mesh is its own reference: no cell is inverted then, and cells that are \
+invalid count as inverted_reference. The reference of a sequence is its first mesh.\n\n\
+For one mesh the smallest, mean and largest value of every metric are printed too; for a sequence, one row per step."
 )]
 pub struct QualityArgs {
-    /// Mesh to judge, or a sequence: a .pvd, the folder that deform wrote, a .vtkhdf or .cgns with
-    /// several steps; - is standard input
+    /// Mesh, or a sequence: a .pvd, the folder that deform has written, a .vtkhdf or .cgns of several
+    /// steps; - is standard input
     mesh: PathBuf,
-    /// Mesh with the same cells that says how each is oriented
+    /// Undeformed mesh with the same cells
     #[arg(long, value_name = "MESH")]
     reference: Option<PathBuf>,
-    /// List the N cells with the smallest scaled Jacobian, of a sequence those over all steps
+    /// List the N cells with the smallest scaled Jacobian (of a sequence, over all steps)
     #[arg(long, value_name = "N", default_value_t = 0)]
     worst: usize,
-    /// Exit with 1 where this holds (at any step), as in "inverted>0" or "min_scaled_jacobian<0.1";
+    /// Exit with code 1 if this holds (at any step), such as "inverted>0" or "min_scaled_jacobian<0.1";
     /// repeatable
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Criterion>,
-    /// Write the mesh with every metric as a cell array; --format names its format where the ending
-    /// does not
+    /// Write the mesh with every metric as a cell array; --format gives its format if the ending does
+    /// not
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -87,8 +85,8 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     let input = Input::open(&args.mesh, format.input, context)?;
     let findings = match input.times() {
         Some(_) if args.output.is_some() => {
-            let message = "a sequence; -o writes one mesh (give one of its files, or set \
-                           output.quality = \"cells\" for deform)";
+            let message = "this is a sequence, and -o writes one mesh: give one of its files, or set \
+                           output.quality = \"cells\" for deform";
             return Err(Error::input(message).file(&args.mesh));
         }
         Some(times) => judge_sequence(args, context, &input, &times, format)?,
@@ -240,7 +238,7 @@ impl Given {
     /// Refuses a mesh with other cells.
     fn check(&self, mesh: &Mesh, path: &Path) -> Result<()> {
         if self.cells != mesh.cells {
-            let message = "its cells are not those of the reference: that has the same cells in \
+            let message = "its cells are not those of the reference mesh, which must have the same cells in \
                            the same order";
             return Err(Error::input(message).file(path));
         }

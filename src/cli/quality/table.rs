@@ -2,6 +2,7 @@
 
 use super::worst::WorstCell;
 use super::{Findings, Judged};
+use crate::diagnostic::{point, short};
 use crate::error::one_line;
 use crate::quality::{Assessment, Extreme, Statistic};
 use serde_json::{Map, Value, json};
@@ -44,10 +45,10 @@ fn of_mesh(quality: &Assessment) -> String {
     for (name, value) in quality.columns() {
         let at =
             extreme(quality, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));
-        let value = value.map_or_else(|| "-".into(), number);
+        let value = value.map_or_else(|| "-".into(), short);
         row(name, format!("{value}{at}"));
     }
-    row("total_volume", number(summary.total_volume));
+    row("total_volume", short(summary.total_volume));
     if !summary.inverted_cells.is_empty() {
         let named = summary.inverted_cells.iter().map(usize::to_string);
         row("inverted cells", named.collect::<Vec<_>>().join(" "));
@@ -119,16 +120,14 @@ fn aligned(rows: &[Vec<String>]) -> String {
 }
 
 fn of_cell(cell: &WorstCell) -> String {
-    let [x, y, z] = cell.position;
     let step = cell
         .step
         .map_or_else(String::new, |step| format!("step {}, ", step.index));
     let (kind, i) = (cell.kind, cell.found.cell);
-    // Without the sign of a zero.
-    let volume = cell.found.volume + 0.0;
+    let volume = short(cell.found.volume);
     let scaled = match cell.found.scaled_jacobian {
         none if none.is_nan() => String::new(),
-        scaled => format!("scaled Jacobian {:.6e}, ", scaled + 0.0),
+        scaled => format!("scaled Jacobian {}, ", short(scaled)),
     };
     let touching = match cell.tags.is_empty() {
         true => String::new(),
@@ -138,31 +137,10 @@ fn of_cell(cell: &WorstCell) -> String {
         .nearest
         .as_ref()
         .map_or_else(String::new, |(name, distance)| {
-            format!(", nearest tag {name} ({distance:.6e})")
+            format!(", nearest tag {name} at distance {}", short(*distance))
         });
-    format!(
-        "{step}{kind} {i} at ({x:.6e} {y:.6e} {z:.6e}): {scaled}volume {volume:.6e}{touching}{nearest}"
-    )
-}
-
-/// A count without a point, anything else with an exponent where it is very small or large.
-fn number(x: f64) -> String {
-    let x = x + 0.0; // without the sign of a zero
-    if x == x.trunc() && x.abs() < 1e15 {
-        format!("{x}")
-    } else {
-        format!("{x:?}")
-    }
-}
-
-/// The same in about six digits.
-fn short(x: f64) -> String {
-    let x = x + 0.0; // without the sign of a zero
-    match x.abs() {
-        size if x == x.trunc() && size < 1e7 => format!("{x}"),
-        size if (1e-2..1e5).contains(&size) => format!("{x:.5}"),
-        _ => format!("{x:.5e}"),
-    }
+    let position = point(&cell.position);
+    format!("{step}{kind} {i} at {position}: {scaled}volume {volume}{touching}{nearest}")
 }
 
 fn extreme(quality: &Assessment, column: &str) -> Option<Extreme> {
@@ -181,7 +159,7 @@ fn extreme(quality: &Assessment, column: &str) -> Option<Extreme> {
     }
 }
 
-/// The same for programs: the numbers of one mesh at the top, those of a sequence in `steps`.
+/// The values as JSON: the numbers of one mesh at the top, those of a sequence in `steps`.
 pub(super) fn as_json(findings: &Findings<'_>) -> Value {
     let mut object = Map::new();
     match &findings.meshes[..] {

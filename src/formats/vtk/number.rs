@@ -1,7 +1,12 @@
 //! Numbers in the bytes or the text of a file.
 
+use super::text::word_end;
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::mesh::{Values, arrays::with_numbers};
+use crate::parallel::for_blocks;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +55,23 @@ impl Element {
             Element::Float32 => "Float32",
             Element::Float64 => "Float64",
             Element::String => "String",
+        }
+    }
+
+    /// The type of the values of an array.
+    pub fn of(values: &Values) -> Self {
+        match values {
+            Values::I8(_) => Element::Int8,
+            Values::U8(_) => Element::UInt8,
+            Values::I16(_) => Element::Int16,
+            Values::U16(_) => Element::UInt16,
+            Values::I32(_) => Element::Int32,
+            Values::U32(_) => Element::UInt32,
+            Values::I64(_) => Element::Int64,
+            Values::U64(_) => Element::UInt64,
+            Values::F32(_) => Element::Float32,
+            Values::F64(_) => Element::Float64,
+            Values::Text(_) => Element::String,
         }
     }
 
@@ -211,86 +233,185 @@ float!(f32, f64);
 /// Values of a chunk that one task converts.
 const PER_TASK: usize = 1 << 16;
 
-/// Bytes of an array, a whole number of values.
+/// Bytes of an array, a whole number of values. Their type is looked at once for each task, so that what reads files
+/// is compiled once for all types.
 #[derive(Clone, Copy)]
 pub struct Chunk<'a> {
     pub bytes: &'a [u8],
-    /// Whether their order is the other one.
+    /// Type of the values.
+    pub element: Element,
+    /// Whether the bytes of each value are in the other order than on this machine.
     pub swap: bool,
 }
 
-impl Chunk<'_> {
-    /// Number of values of type `T`.
-    pub fn len<T>(&self) -> usize {
-        self.bytes.len() / size_of::<T>()
+impl<'a> Chunk<'a> {
+    /// The numbers of an array; `None` for text.
+    pub fn of(values: &'a Values) -> Option<Self> {
+        let bytes = with_numbers!(values, v => bytemuck::cast_slice(v), _text => return None);
+        let (element, swap) = (Element::of(values), false);
+        Some(Self {
+            bytes,
+            element,
+            swap,
+        })
     }
 
-    /// The value at `index`.
-    pub fn get<T: Number>(&self, index: usize) -> T {
-        let value = T::from_bytes(&self.bytes[index * size_of::<T>()..][..size_of::<T>()]);
-        if self.swap { value.swapped() } else { value }
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        self.bytes.len() / self.element.size()
     }
 
-    /// Converts every value into `out`, which has the same length.
-    pub fn convert<T: Number, U: Send>(&self, out: &mut [U], map: impl Fn(T) -> U + Sync) {
-        let tasks = self.bytes.par_chunks(PER_TASK * size_of::<T>());
-        out.par_chunks_mut(PER_TASK)
-            .zip(tasks)
-            .for_each(|(out, bytes)| {
-                let values = bytes.chunks_exact(size_of::<T>()).map(T::from_bytes);
-                if self.swap {
-                    out.iter_mut()
-                        .zip(values)
-                        .for_each(|(out, x)| *out = map(x.swapped()));
-                } else {
-                    out.iter_mut()
-                        .zip(values)
-                        .for_each(|(out, x)| *out = map(x));
-                }
-            });
+    /// Some of the values.
+    pub fn part(&self, values: Range<usize>) -> Self {
+        let size = self.element.size();
+        Self {
+            bytes: &self.bytes[values.start * size..values.end * size],
+            ..*self
+        }
     }
 
-    /// Converts indices below `limit`, adding `base`; fails with place and value of one that is not.
-    pub fn indices<T: Number>(
+    /// The value at `at` as an integer.
+    pub fn integer(&self, at: usize) -> i64 {
+        let mut value = [0];
+        self.part(at..at + 1).integers(&mut value);
+        value[0]
+    }
+
+    /// The values themselves, of a type of the same size.
+    pub fn copy_to<T: bytemuck::Pod>(&self, out: &mut [T]) {
+        let out: &mut [u8] = bytemuck::cast_slice_mut(out);
+        for_blocks(out, PER_TASK, &|first, out| {
+            out.copy_from_slice(&self.bytes[first..first + out.len()]);
+            if self.swap {
+                reverse_each(out, self.element.size());
+            }
+        });
+    }
+
+    /// The values as coordinates.
+    pub fn reals(&self, out: &mut [f64]) {
+        self.convert(
+            out,
+            &|part, out| with_type!(part.element, T => part.map(out, T::as_f64)),
+        );
+    }
+
+    /// The values as integers.
+    pub fn integers(&self, out: &mut [i64]) {
+        self.convert(
+            out,
+            &|part, out| with_type!(part.element, T => part.map(out, |x: T| x.as_index() as i64)),
+        );
+    }
+
+    /// The values as indices of 32 bits; one that is too large for them is too large for every mesh and becomes the
+    /// largest.
+    pub fn narrow(&self, out: &mut [u32]) {
+        let narrow = |index| u32::try_from(index).unwrap_or(u32::MAX);
+        self.convert(
+            out,
+            &|part, out| with_type!(part.element, T => part.map(out, |x: T| narrow(x.as_index()))),
+        );
+    }
+
+    /// The values as VTK's types of cells: none is larger than 255, and 255 is none.
+    pub fn types(&self, out: &mut [u8]) {
+        let narrow = |index| u8::try_from(index).unwrap_or(u8::MAX);
+        self.convert(
+            out,
+            &|part, out| with_type!(part.element, T => part.map(out, |x: T| narrow(x.as_index()))),
+        );
+    }
+
+    /// The values as coordinates, on this thread.
+    pub fn few_reals(&self, out: &mut [f64]) {
+        with_type!(self.element, T => self.map(out, T::as_f64));
+    }
+
+    /// Converts numbers of which there are `n`, from `first` on, into indices from `base` on; fails with place and value
+    /// of one that is no such number.
+    pub fn indices(
         &self,
         out: &mut [u32],
-        limit: u64,
+        (first, n): (u64, u64),
         base: u32,
     ) -> std::result::Result<(), (usize, String)> {
-        let tasks = self.bytes.par_chunks(PER_TASK * size_of::<T>());
-        let swap = self.swap;
-        let bad = out
-            .par_chunks_mut(PER_TASK)
-            .zip(tasks)
-            .map(|(out, bytes)| {
-                let mut bad = false;
-                for (out, bytes) in out.iter_mut().zip(bytes.chunks_exact(size_of::<T>())) {
-                    let value = T::from_bytes(bytes);
-                    let index = if swap { value.swapped() } else { value }.as_index();
-                    bad |= index >= limit;
-                    *out = (index as u32).wrapping_add(base);
-                }
-                bad
-            })
-            .reduce(|| false, |a, b| a | b);
-        if bad {
-            let found = (0..self.len::<T>())
-                .map(|i| (i, self.get::<T>(i)))
-                .find(|(_, value)| value.as_index() >= limit);
-            let (at, value) = found.expect("one was out of range");
-            let mut text = Vec::new();
-            value.format(&mut text);
-            return Err((at, String::from_utf8_lossy(&text).into_owned()));
+        let is_wrong = AtomicBool::new(false);
+        self.convert(out, &|part, out| {
+            let mut any = false;
+            with_type!(part.element, T => part.map(out, |x: T| {
+                let index = x.as_index().wrapping_sub(first);
+                any |= index >= n;
+                (index as u32).wrapping_add(base)
+            }));
+            if any {
+                is_wrong.store(true, Ordering::Relaxed);
+            }
+        });
+        if !is_wrong.into_inner() {
+            return Ok(());
         }
-        Ok(())
+        let (at, value) = (0..self.len())
+            .map(|at| (at, self.integer(at)))
+            .find(|(_, value)| (*value as u64).wrapping_sub(first) >= n)
+            .expect("one was out of range");
+        Err(match self.element {
+            Element::UInt64 => (at, (value as u64).to_string()),
+            _ => (at, value.to_string()),
+        })
+    }
+
+    /// Calls `fill` on all threads with parts of the values and their places in `out`, which has the same length.
+    fn convert<U: Send>(&self, out: &mut [U], fill: &(dyn Fn(Chunk, &mut [U]) + Sync)) {
+        for_blocks(out, PER_TASK, &|first, out| {
+            fill(self.part(first..first + out.len()), out);
+        });
+    }
+
+    fn map<T: Number, U>(&self, out: &mut [U], mut of: impl FnMut(T) -> U) {
+        let values = self.bytes.chunks_exact(size_of::<T>()).map(T::from_bytes);
+        let places = out.iter_mut().zip(values);
+        if self.swap {
+            places.for_each(|(place, x)| *place = of(x.swapped()));
+        } else {
+            places.for_each(|(place, x)| *place = of(x));
+        }
     }
 }
 
-/// The numbers in `text`, separated by white space.
-pub fn parse_words<T: Number>(
-    text: &[u8],
-    element: Element,
-) -> std::result::Result<Vec<T>, (usize, String)> {
+/// Reverses the bytes of each value of `size` bytes.
+pub fn reverse_each(bytes: &mut [u8], size: usize) {
+    fn reverse<const N: usize>(bytes: &mut [u8]) {
+        bytes
+            .as_chunks_mut::<N>()
+            .0
+            .iter_mut()
+            .for_each(|value| value.reverse());
+    }
+    match size {
+        2 => reverse::<2>(bytes),
+        4 => reverse::<4>(bytes),
+        8 => reverse::<8>(bytes),
+        _ => {}
+    }
+}
+
+/// The bytes of the numbers in `text`, which stand between white space; or where a word is no such number, and a
+/// sentence about it.
+pub fn parse_words(text: &[u8], element: Element) -> std::result::Result<Vec<u8>, (usize, String)> {
+    with_type!(element, T => parse_each::<T>(text)).map_err(|(at, word)| {
+        let shown = word[..word.len().min(40)].escape_ascii();
+        (
+            at,
+            format!("\"{shown}\" is not a number of type {}", element.name()),
+        )
+    })
+}
+
+/// Where a word is, and the word.
+type Word<'a> = (usize, &'a [u8]);
+
+fn parse_each<T: Number>(text: &[u8]) -> std::result::Result<Vec<u8>, Word<'_>> {
     let mut numbers = Vec::new();
     let mut at = 0;
     while at < text.len() {
@@ -298,18 +419,11 @@ pub fn parse_words<T: Number>(
             at += 1;
             continue;
         }
-        let rest = &text[at..];
-        let length = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len());
-        let word = &rest[..length];
-        let number = T::parse(word).ok_or_else(|| {
-            let shown = word[..length.min(40)].escape_ascii();
-            (at, format!("\"{shown}\" is no {}", element.name()))
-        })?;
-        numbers.push(number);
-        at += length;
+        let end = word_end(text, at);
+        let word = &text[at..end];
+        let number = T::parse(word).ok_or((at, word))?;
+        numbers.extend_from_slice(bytemuck::bytes_of(&number));
+        at = end;
     }
     Ok(numbers)
 }
@@ -324,8 +438,11 @@ pub fn points_are_finite(
     let Some(value) = value else {
         return Ok(());
     };
-    let (node, point) = (first + value / 3, points[value / 3]);
-    let message = format!("node {node} has coordinates {point:?}; they must be finite numbers");
+    let message = format!(
+        "node {} is at {}; coordinates must be finite",
+        first + value / 3,
+        point(&points[value / 3])
+    );
     Err((value, Error::input(message)))
 }
 
@@ -335,7 +452,7 @@ pub fn need_integers(name: &str, element: Element) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "it holds {}; it must hold integers",
+        "its values have type {}; they must be integers",
         element.name()
     ))
     .dataset(name))

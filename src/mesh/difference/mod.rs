@@ -13,7 +13,8 @@ mod partners;
 mod position;
 
 use super::Mesh;
-use crate::error::{Result, one_line};
+use crate::diagnostic::{short, with_verb};
+use crate::error::{Result, counted, one_line};
 use partners::Partners;
 use std::fmt;
 
@@ -207,26 +208,29 @@ impl Difference {
         self.furthest.map_or(0.0, |pair| pair.distance)
     }
 
-    fn what_differs(&self) -> Vec<String> {
+    /// What differs, in one line; empty where nothing does.
+    pub(crate) fn what_differs(&self) -> String {
         let mut parts = Vec::new();
         let [ours, theirs] = self.n_nodes;
         if ours != theirs {
             parts.push(format!("{ours} and {theirs} nodes"));
         }
         if let (true, Some(worst)) = (self.moved_nodes > 0, self.furthest) {
-            parts.push(format!(
-                "{} nodes differ, node {} most, by {:e}",
-                self.moved_nodes, worst.node, worst.distance
-            ));
+            let (node, by) = (worst.node, short(worst.distance));
+            parts.push(match self.moved_nodes {
+                1 => format!("1 node differs: node {node}, by {by}"),
+                n => format!("{n} nodes differ, node {node} by the most ({by})"),
+            });
         }
         if !self.nodes.is_empty() {
             let [ours, theirs] = self.unpaired_nodes;
             parts.push(format!(
-                "{ours} nodes of the first and {theirs} of the second have no partner"
+                "{} of the first mesh and {theirs} of the second have no partner",
+                counted(ours, "node")
             ));
         }
         if !self.cells.is_empty() {
-            parts.push(format!("{} cells differ", self.changed_cells));
+            parts.push(with_verb(self.changed_cells, "cell", "differs"));
         }
         for (what, sentences) in [("groups", &self.groups), ("arrays", &self.arrays)] {
             match &sentences[..] {
@@ -235,7 +239,7 @@ impl Difference {
                 many => parts.push(format!("{} {what} differ", many.len())),
             }
         }
-        parts
+        parts.join("; ")
     }
 }
 
@@ -243,14 +247,18 @@ impl Difference {
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.is_same() {
-            let what = self.what_differs().join("; ");
-            return write!(f, "different: {}", one_line(&what));
+            return write!(f, "different: {}", one_line(&self.what_differs()));
         }
         let [n_nodes, n_cells] = [self.n_nodes[0], self.n_cells[0]];
-        write!(f, "same: {n_nodes} nodes, {n_cells} cells")?;
+        write!(
+            f,
+            "same: {}, {}",
+            counted(n_nodes, "node"),
+            counted(n_cells, "cell")
+        )?;
         match self.max_distance() {
             0.0 => Ok(()),
-            furthest => write!(f, ", nodes at most {furthest:e} apart"),
+            furthest => write!(f, ", nodes at most {} apart", short(furthest)),
         }
     }
 }

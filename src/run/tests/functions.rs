@@ -53,7 +53,7 @@ fn a_run_is_resumed_with_a_function_of_the_same_name_alone() {
     let other = resume(folder.path(), sphere().displacements_named("bend 2", bend));
     let error = other.expect_err("the name is another").to_string();
     let told =
-        "its functions were \"bend 1\" of body \"ball\", they are \"bend 2\" of body \"ball\" now";
+        "its functions were \"bend 1\" of body \"ball\"; now they are \"bend 2\" of body \"ball\"";
     assert!(error.contains(told), "{error}");
 }
 

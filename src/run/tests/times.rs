@@ -43,13 +43,13 @@ fn only(notes: &[Diagnostic]) -> String {
 fn inverted_cells_are_told_with_the_time_of_their_step() {
     let warned = only(&deform(5.0, "output.on_inverted = \"warn\"").inverted);
     assert!(warned.starts_with("step 1 (0.5 s) has "), "{warned}");
-    let passed = only(&deform(5.0, "output.on_inverted = \"stop\"").passed_over);
+    let passed = only(&deform(5.0, "output.on_inverted = \"stop\"").skipped);
     assert!(passed.starts_with("step 1 (0.5 s) has "), "{passed}");
 }
 
 #[test]
 fn a_step_that_fails_is_told_with_its_time() {
     let keys = "selection = { method = \"real\", max_points = 1, tolerance = 1e-6 }\noutput.quality = \"none\"";
-    let passed = only(&deform(0.1, keys).passed_over);
+    let passed = only(&deform(0.1, keys).skipped);
     assert!(passed.starts_with("step 1 (0.5 s): "), "{passed}");
 }

@@ -20,8 +20,8 @@ use super::{Sample, tag};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
+use crate::parallel;
 use geometry::Geometry;
-use rayon::prelude::*;
 use shape::Shape;
 use tube::Tube;
 
@@ -129,23 +129,19 @@ impl BladeGrid {
     /// The rays from blade to cylinder, in node order.
     fn rays(&self, geometry: &Geometry, n_layers: usize) -> Vec<Ray> {
         let shape = Shape::new(geometry, self.tube);
-        (0..self.tube.n_nodes())
-            .into_par_iter()
-            .map(|node| {
-                let pair = shape.pair(node);
-                Ray::new(pair.wall, pair.normal, pair.outer, self.first, n_layers)
-            })
-            .collect()
+        parallel::map(self.tube.n_nodes(), &|node| {
+            let pair = shape.pair(node);
+            Ray::new(pair.wall, pair.normal, pair.outer, self.first, n_layers)
+        })
     }
 }
 
 /// Nodes of the layers outside the cylinder: on straight rays that go on with the height of the
 /// last layer inside.
 fn background_nodes(geometry: &Geometry, rays: &[Ray], n_around: usize) -> Vec<Vector> {
-    let onward: Vec<Ray> = rays
-        .par_iter()
-        .map(|ray| ray.onward(|node| geometry.cylinder.far(node), n_around))
-        .collect();
+    let onward: Vec<Ray> = parallel::map(rays.len(), &|i| {
+        rays[i].onward(|node| geometry.cylinder.far(node), n_around)
+    });
     let mut nodes = layer_nodes(&onward, n_around);
     nodes.drain(..rays.len());
     nodes

@@ -12,10 +12,10 @@ use crate::error::{Error, Result};
 use crate::geometry::transform::Transform;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Cells, Group, Mesh};
+use crate::parallel;
 use crate::sample::extrude::{Extrusion, layer_nodes};
 use crate::sample::ray::Ray;
 use crate::sample::{SizeOptions, tag};
-use rayon::prelude::*;
 
 /// Part of the distance to the sector's boundary that a ray starts with along the normal: rays bend
 /// early, since those of the trailing edge go to a plane that lies far behind it.
@@ -40,14 +40,11 @@ pub(super) fn mesh(options: &BladeOptions, n_blades: usize) -> Result<Mesh> {
     let (tube, n_layers) = (grid.tube, grid.n_layers);
     let order = mirrored_order(&tube);
     let shape = Shape::new(&geometry, tube);
-    let rays: Vec<Ray> = order
-        .par_iter()
-        .map(|&node| {
-            let pair = shape.pair_in(&sector, node);
-            let ends = [pair.wall, pair.normal, pair.outer];
-            Ray::bending(ends, START, grid.first, n_layers)
-        })
-        .collect();
+    let rays: Vec<Ray> = parallel::map(order.len(), &|at| {
+        let pair = shape.pair_in(&sector, order[at]);
+        let ends = [pair.wall, pair.normal, pair.outer];
+        Ray::bending(ends, START, grid.first, n_layers)
+    });
     let numbering = Numbering::new(&tube, &order, n_layers);
     let points = layer_nodes(&rays, n_layers);
     let mut place = vec![0u32; order.len()];

@@ -58,7 +58,7 @@ fn a_moved_node_is_named_and_a_tolerance_lets_it_pass() {
     let found = between(&a, &b);
     assert_eq!(found.moved_nodes, 1);
     assert_eq!(found.furthest.map(|pair| pair.node), Some(2));
-    assert!(!found.is_same() && found.to_string().contains("node 2 most"));
+    assert!(!found.is_same() && found.to_string().contains("node 2, by 0.001"));
     let relative = true;
     for (value, relative, same) in [
         (1.1e-3, false, true),
@@ -141,7 +141,7 @@ fn one_swapped_tag_is_found() {
     assert_eq!(found.groups.len(), 2);
     assert_eq!(
         found.groups[0],
-        "boundary tag \"wall\": 1 of 1 cells are not the same"
+        "boundary tag \"wall\": 1 of 1 cells differ"
     );
 }
 
