@@ -279,7 +279,11 @@ impl Values {
     fn all(&self, section: &str, places: &Places) -> Result<Vec<f64>> {
         let at = |key: &str| format!("{section}.{key}");
         let too_many = |key: &str, n: f64| {
-            let n = short(n.round());
+            let n = if n.is_finite() {
+                short(n.round())
+            } else {
+                "too many".to_owned()
+            };
             let message = format!("`{key}` gives {n} steps; at most {MAX_STEPS} are possible");
             places.error(&at(key), message)
         };

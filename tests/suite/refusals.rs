@@ -288,14 +288,11 @@ fn an_unreachable_tolerance_saves_the_base_points_and_writes_no_mesh() {
     let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "out"]);
     assert_eq!((run.code, run.out.as_str()), (1, ""), "{run:?}");
     assert_eq!(run.err.lines().count(), 1, "{}", run.err);
-    assert_says(
-        &run.err,
-        &["s.toml", "0.0001", "3 base points", "max_points"],
-    );
+    assert_says(&run.err, &["s.toml", "1e-4", "3 base points", "max_points"]);
     let left = ["base.toml", "base.vtp", "run.json"];
     assert_eq!(names(&folder.join("out")), left);
     let record = std::fs::read_to_string(folder.join("out/run.json")).unwrap();
-    assert_says(&record, &["0.0001", "3 base points"]);
+    assert_says(&record, &["1e-4", "3 base points"]);
 }
 
 #[test]
