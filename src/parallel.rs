@@ -13,6 +13,8 @@ use std::sync::{Mutex, PoisonError};
 
 /// Elements of a block where each costs a few nanoseconds.
 pub const BLOCK: usize = 4096;
+/// Elements of a block where each costs a microsecond.
+pub const SMALL_BLOCK: usize = 64;
 
 /// Calls `act(i)` for each `i` below `n`.
 pub fn for_each(n: usize, act: &(dyn Fn(usize) + Sync)) {
@@ -90,9 +92,41 @@ pub fn try_map<T: Send>(n: usize, of: &(dyn Fn(usize) -> Result<T> + Sync)) -> R
 
 /// `of(i)` for each `i` below `n`, in order, where each costs little: `of` is compiled into the loop over a block.
 pub fn collect<T: Copy + Default + Send>(n: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    collect_in_blocks(n, BLOCK, of)
+}
+
+/// [`collect`] with blocks of `size`: [`SMALL_BLOCK`] where each value costs a microsecond.
+pub fn collect_in_blocks<T: Copy + Default + Send>(
+    n: usize,
+    size: usize,
+    of: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
     let mut values = vec![T::default(); n];
-    update(&mut values, |i, value| *value = of(i));
+    for_blocks(&mut values, size, &|first, values| {
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = of(first + i);
+        }
+    });
     values
+}
+
+/// What `of(range)` gives for each block of `size` of the numbers below `n`, one after the other.
+pub fn concat_blocks<T: Send>(
+    n: usize,
+    size: usize,
+    of: &(dyn Fn(Range<usize>) -> Vec<T> + Sync),
+) -> Vec<T> {
+    let blocks = map_blocks(n, size, of);
+    let mut all = Vec::with_capacity(blocks.iter().map(Vec::len).sum());
+    for block in blocks {
+        all.extend(block);
+    }
+    all
+}
+
+/// What `of(i)` gives for the numbers below `n`, in order, where each costs little.
+pub fn filter_map<T: Send>(n: usize, of: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
+    concat_blocks(n, BLOCK, &|range| range.filter_map(&of).collect())
 }
 
 /// Calls `act(i, value)` for each value, where each costs little: `act` is compiled into the loop over a block.
@@ -111,9 +145,63 @@ pub fn largest(n: usize, of: impl Fn(usize) -> f64 + Sync) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Whether `of(i)` holds for any `i` below `n`.
+pub fn any(n: usize, of: impl Fn(usize) -> bool + Sync) -> bool {
+    map_blocks(n, BLOCK, &|mut range| range.any(&of)).contains(&true)
+}
+
+/// Sorts values, of which equal ones are alike: which of them comes first does not matter.
+pub fn sort<T: Ord + Send>(values: &mut [T]) {
+    values.par_sort_unstable();
+}
+
+/// Sorts values by a key, which no two of them share.
+pub fn sort_by_key<T: Send, K: Ord>(values: &mut [T], key: impl Fn(&T) -> K + Sync) {
+    values.par_sort_unstable_by_key(key);
+}
+
+/// Calls `act` on this thread and `beside` on others at the same time.
+pub fn with(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send)) {
+    rayon::in_place_scope(|scope| {
+        scope.spawn(|_| beside());
+        act();
+    });
+}
+
 /// Block `i` of `size` of the numbers below `n`.
 pub fn block(n: usize, size: usize, i: usize) -> Range<usize> {
     i * size..n.min((i + 1) * size)
+}
+
+/// Scratch memory of a loop: as many `T` as threads work at once, used again for one block after the other.
+pub struct Scratch<T> {
+    new: fn() -> T,
+    free: Mutex<Vec<T>>,
+}
+
+impl<T> Scratch<T> {
+    /// None yet; `new` makes them.
+    pub fn new(new: fn() -> T) -> Self {
+        let free = Mutex::new(Vec::new());
+        Self { new, free }
+    }
+
+    /// Calls `act` with one of them, as the last call left it.
+    pub fn with<R>(&self, act: impl FnOnce(&mut T) -> R) -> R {
+        let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = free().pop();
+        let mut scratch = found.unwrap_or_else(self.new);
+        let result = act(&mut scratch);
+        free().push(scratch);
+        result
+    }
+
+    /// All of them, in any order.
+    pub fn into_all(self) -> Vec<T> {
+        self.free
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[cfg(test)]
@@ -131,6 +219,25 @@ mod tests {
     }
 
     #[test]
+    fn results_of_blocks_follow_one_another() {
+        let even: Vec<usize> = (0..10_000).step_by(2).collect();
+        let found = filter_map(10_000, |i| i.is_multiple_of(2).then_some(i));
+        assert_eq!(found, even);
+        let all = concat_blocks(10_000, 7, &|range| range.collect());
+        assert_eq!(all, (0..10_000).collect::<Vec<_>>());
+        assert_eq!(collect_in_blocks(100, 7, |i| 2 * i), even[..100]);
+    }
+
+    #[test]
+    fn scratch_is_used_again_and_holds_all_that_was_counted() {
+        let counts = Scratch::new(|| 0);
+        for_each(1000, &|i| counts.with(|count| *count += i));
+        let counts = counts.into_all();
+        assert!(counts.len() <= rayon::current_num_threads());
+        assert_eq!(counts.iter().sum::<usize>(), 499_500);
+    }
+
+    #[test]
     fn each_value_is_worked_on_once_with_its_index() {
         let mut values = vec![1; 10_001];
         for_blocks(&mut values, 64, &|first, values| {
@@ -141,6 +248,22 @@ mod tests {
         assert!(values.iter().enumerate().all(|(i, value)| *value == i + 1));
         assert_eq!(largest(values.len(), |i| values[i] as f64), 10_001.0);
         assert_eq!(largest(0, |_| 1.0), 0.0);
+        assert!(any(10_000, |i| i == 9_999) && !any(9_999, |i| i == 9_999));
+    }
+
+    #[test]
+    fn values_are_sorted_and_two_things_done_at_once() {
+        let mut keys: Vec<(u64, u32)> = (0..10_000).map(|i| (u64::from(i) % 7, i)).collect();
+        let by_node = keys.clone();
+        let (mut sorted, mut is_sorted) = (keys.clone(), false);
+        with(&mut || sort(&mut keys), &mut || {
+            sorted.sort();
+            is_sorted = true;
+        });
+        assert!(is_sorted);
+        assert_eq!(keys, sorted);
+        sort_by_key(&mut keys, |key| key.1);
+        assert_eq!(keys, by_node);
     }
 
     #[test]

@@ -5,7 +5,8 @@ use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
-use crate::error::{Error, Result};
+use crate::diagnostic::{in_digits, short};
+use crate::error::{Error, Result, counted};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{distance, norm};
 use crate::mesh::Mesh;
@@ -24,20 +25,23 @@ pub(super) fn check_size(mesh: &Mesh) -> Result<()> {
         Ok(())
     } else {
         Err(Error::input(format!(
-            "the nodes of the mesh lie between {:e} and {:e}, too far apart for lengths to be squared; scale it",
+            "the coordinates of the mesh go from {:.1e} to {:.1e}, and squares of such lengths overflow; scale \
+             the mesh",
             bounds.low.into_iter().fold(f64::INFINITY, f64::min),
             bounds.high.into_iter().fold(f64::NEG_INFINITY, f64::max)
         )))
     }
 }
 
-/// Refuses another number of values than there are nodes; `what` the values are, in the plural.
+/// Refuses another number of values than there are nodes; `what` is one of the values.
 pub(super) fn check_length(what: &str, found: usize, n: usize) -> Result<()> {
     if found == n {
         return Ok(());
     }
     Err(Error::input(format!(
-        "there are {found} {what} for {n} nodes; one for each is needed"
+        "found {} for {}; there must be one for each node",
+        counted(found, what),
+        counted(n, "node")
     )))
 }
 
@@ -55,7 +59,7 @@ pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result
             let off = corners.map(|x| distance(pose.apply(x), x));
             if !off.iter().all(|off| off.is_finite()) {
                 return Err(Error::input(format!(
-                    "body \"{}\" has displacements at step {} that are not finite numbers, or too large to be squared",
+                    "body \"{}\" has displacements at step {} that are not finite or far too large",
                     motion.bodies[body].name, step.index
                 ))
                 .at(motion.bodies[body].place.clone()));
@@ -78,9 +82,10 @@ pub(super) fn check_radii(schedule: &Schedule, mesh: &Mesh) -> Result<()> {
     match given.clone().find(|(_, radius)| *radius < least) {
         None => Ok(()),
         Some((key, radius)) => Err(Error::input(format!(
-            "rbf.{key} = {radius:e} reaches no node of the mesh from another; lengths are in mesh units, and the mesh \
-             is {:.1e} across",
-            least / LEAST_RADIUS
+            "rbf.{key} = {} is smaller than the distance between any two nodes; lengths are in mesh \
+             units, and the mesh is {} across",
+            short(radius),
+            in_digits(least / LEAST_RADIUS, 3)
         ))),
     }
 }
@@ -89,8 +94,11 @@ pub(super) fn check_radii(schedule: &Schedule, mesh: &Mesh) -> Result<()> {
 pub(super) fn check_constant(schedule: &Schedule, tolerance: f64) -> Result<()> {
     match schedule.selection.constant.map(norm) {
         Some(size) if size <= tolerance => Err(Error::input(format!(
-            "selection.constant has the length {size:e}, which is not above the tolerance {tolerance:e}: no base \
-             points would be chosen; give a displacement as large as those of the motion, or leave the key out"
+            "selection.constant has the length {}, which is not larger than the tolerance {}, \
+             so no base points would be chosen; give a displacement as large as those of the motion, or leave \
+             the key out",
+            short(size),
+            short(tolerance)
         ))),
         _ => Ok(()),
     }
@@ -138,29 +146,29 @@ pub(super) fn check_combination(
         .find(|&body| twist && !motion.has_rotations(body))
     {
         return Err(Error::input(format!(
-            "interpolate = \"twist\" needs rotations, and body \"{}\" has displacements of its nodes alone; use \
-             \"displacement\", with substeps where it folds",
+            "interpolate = \"twist\" needs rotations, but body \"{}\" has only displacements of its nodes; use \
+             \"displacement\", with substeps if cells fold",
             motion.bodies[body].name
         )));
     }
     let substeps = schedule.rbf.substeps > 1 || schedule.output.on_inverted == OnInverted::Substeps;
     if twist && substeps && !bodies.all(|body| motion.is_rigid(body)) {
         return Err(Error::input(
-            "interpolate = \"twist\" goes with substeps for rigid bodies only, and a beam bends; leave `substeps` \
-             and `on_inverted` = \"substeps\" out",
+            "interpolate = \"twist\" with substeps is for rigid bodies only, and a beam bends; leave out \
+             `substeps` and `on_inverted` = \"substeps\"",
         ));
     }
     let coupled = surface.sliding.is_some() || !periodic.images.is_empty();
     if coupled && schedule.rbf.polynomial == Polynomial::Linear {
         return Err(Error::input(
-            "polynomial = \"linear\" does not go with sliding or periodic boundaries, which it would leave; \
-             use \"none\"",
+            "polynomial = \"linear\" cannot be used with sliding or periodic boundaries, because their nodes \
+             would leave them; use \"none\"",
         ));
     }
     if !periodic.images.is_empty() && schedule.rbf.interpolate == Interpolate::Twist {
         return Err(Error::input(
-            "interpolate = \"twist\" does not go with periodic boundaries, as the images turn about centres of \
-             their own; use \"displacement\", with substeps where it folds",
+            "interpolate = \"twist\" cannot be used with periodic boundaries, because the images turn about \
+             other centres; use \"displacement\", with substeps if cells fold",
         ));
     }
     Ok(())

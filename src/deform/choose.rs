@@ -162,7 +162,7 @@ fn in_rounds(
     let limits = limits(plan, layer);
     select::select(&layer.space, targets, limits, &mut |n, error| {
         progress.say(&format!(
-            "{n} base points, error {error:.2e} of {:.2e}",
+            "{n} base points, error {error:.2e} (tolerance {:.2e})",
             plan.tolerance
         ));
     })
@@ -186,7 +186,7 @@ fn by_constant(
         limits,
         &mut |n, error| {
             progress.say(&format!(
-                "{n} base points, error {error:.2e} of the constant"
+                "{n} base points, error {error:.2e} of the constant displacement"
             ));
         },
     )?;

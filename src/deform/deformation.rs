@@ -9,7 +9,7 @@ use super::measures::Measures;
 use super::plan::Plan;
 use super::repair::{self, Repair};
 use super::tolerance::check_tolerance;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
@@ -111,7 +111,7 @@ impl DeformationBuilder {
             deformation.interval(&deformation.plan.motion.steps[0])?;
         } else if deformation.base.is_some() {
             return Err(Error::input(
-                "method = \"real\" chooses base points again along the schedule; none can be given",
+                "method = \"real\" chooses new base points along the schedule, so none can be given",
             ));
         }
         Ok(deformation)
@@ -191,9 +191,8 @@ impl Deformation {
         match found.cells.filter(|cells| stops && cells.inverted > 0) {
             None => Ok(()),
             Some(cells) => Err(Error::check(format!(
-                "step {} has {} inverted cells, cell {} first",
-                step.index,
-                cells.inverted,
+                "{step} has {}, the first is cell {}",
+                counted(cells.inverted, "inverted cell"),
                 cells.inverted_cells.first().copied().unwrap_or_default()
             ))),
         }
@@ -206,7 +205,7 @@ impl Deformation {
     pub fn velocities_at(&self, step: &Step) -> Result<Vec<Vector>> {
         if self.plan.velocity.is_none() {
             return Err(Error::input(
-                "the schedule asks for no velocities; set `velocity` before the deformation is made",
+                "the schedule has no velocities; set `velocity` before the deformation is made",
             ));
         }
         let points = self.points_at(step)?;
@@ -245,16 +244,15 @@ impl Deformation {
     }
 
     fn check_length(&self, points: &[Vector]) -> Result<()> {
-        check_length("points", points.len(), self.plan.mesh.points.len())
+        check_length("point", points.len(), self.plan.mesh.points.len())
     }
 
     fn check_step(&self, step: &Step) -> Result<()> {
         match self.steps().get(step.index) {
             Some(own) if own == step => Ok(()),
             _ => Err(Error::input(format!(
-                "step {} is none of this schedule, which has {}",
-                step.index,
-                self.steps().len()
+                "{step} is not a step of this schedule, which has {}",
+                counted(self.steps().len(), "step")
             ))),
         }
     }

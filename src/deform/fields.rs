@@ -3,11 +3,11 @@
 
 use super::layer::{Layer, LayerKind};
 use crate::geometry::vector::{Vector, add};
+use crate::parallel;
 use crate::progress::Progress;
 use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR};
 use crate::rbf::field::{BLOCK, Field};
 use crate::rbf::select::Selection;
-use rayon::prelude::*;
 
 /// The state of the mesh that is deformed: the reference mesh, or the result of a substep.
 #[derive(Debug, Clone, Copy)]
@@ -132,21 +132,19 @@ fn rotate(layer: &Layer, field: &Field, step: usize, state: MeshState<'_>, out: 
     let r = field.n_modes;
     let turned = |x: Vector, row: &[f64]| layer.displacement(x, row, step);
     match &field.nodes {
-        None => out
-            .par_chunks_mut(BLOCK)
-            .zip(state.nodes.par_chunks(BLOCK))
-            .zip(field.values.par_chunks(BLOCK * r))
-            .for_each(|((out, nodes), values)| {
-                for ((out, x), row) in out.iter_mut().zip(nodes).zip(values.chunks_exact(r)) {
-                    *out = add(*out, turned(*x, row));
-                }
-            }),
+        None => parallel::for_blocks(out, BLOCK, &|first, out| {
+            let nodes = out.iter_mut().zip(&state.nodes[first..]);
+            for ((out, x), row) in nodes.zip(field.values[first * r..].chunks_exact(r)) {
+                *out = add(*out, turned(*x, row));
+            }
+        }),
         Some(nodes) => {
-            let moved: Vec<Vector> = nodes
-                .par_iter()
-                .zip(field.values.par_chunks(r))
-                .map(|(&node, row)| turned(state.nodes[node as usize], row))
-                .collect();
+            let moved = parallel::collect(nodes.len(), |at| {
+                turned(
+                    state.nodes[nodes[at] as usize],
+                    &field.values[at * r..][..r],
+                )
+            });
             for (&node, moved) in nodes.iter().zip(moved) {
                 out[node as usize] = add(out[node as usize], moved);
             }

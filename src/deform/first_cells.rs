@@ -3,7 +3,7 @@
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{CellRun, Mesh};
 use crate::motion::{Motion, Role};
-use rayon::prelude::*;
+use crate::parallel::{self, BLOCK};
 
 /// Cells of one task.
 const CELLS: usize = 1 << 14;
@@ -43,8 +43,8 @@ impl FirstCells {
                 shorten(edges(run.connectivity));
                 continue;
             }
-            let tasks = run.connectivity.par_chunks(CELLS * run.n_nodes);
-            let found: Vec<_> = tasks.map(edges).collect();
+            let (nodes, size) = (run.connectivity, CELLS * run.n_nodes);
+            let found = parallel::map_blocks(nodes.len(), size, &|range| edges(&nodes[range]));
             found.into_iter().for_each(&mut shorten);
         }
         let found = nodes.iter().zip(&shortest);
@@ -66,17 +66,20 @@ impl FirstCells {
             distance(points[on as usize], points[off as usize])
         };
         let ratio = |&edge: &(u32, u32)| length(points, edge) / length(reference, edge);
-        self.edges.par_iter().map(ratio).min_by(f64::total_cmp)
+        let least = parallel::map_blocks(self.edges.len(), BLOCK, &|range| {
+            self.edges[range].iter().map(ratio).min_by(f64::total_cmp)
+        });
+        least.into_iter().flatten().min_by(f64::total_cmp)
     }
 
     /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.
     pub fn change_in_f32(&self, points: &[Vector]) -> f64 {
         let rounded = |node: u32| points[node as usize].map(|x| f64::from(x as f32));
-        let change = |&(on, off): &(u32, u32)| {
+        parallel::largest(self.edges.len(), |at| {
+            let (on, off) = self.edges[at];
             let length = distance(points[on as usize], points[off as usize]);
             (distance(rounded(on), rounded(off)) / length - 1.0).abs()
-        };
-        self.edges.par_iter().map(change).reduce(|| 0.0, f64::max)
+        })
     }
 }
 

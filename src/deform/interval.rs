@@ -11,10 +11,10 @@ use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::motion::{BodyMap, Role, Step};
+use crate::parallel;
 use crate::progress::Progress;
 use crate::rbf::field::BLOCK;
 use crate::rbf::select::Selection;
-use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -194,7 +194,7 @@ impl Interval {
         let plan = &*self.plan;
         if let Some(to_inertial) = plan.motion.to_inertial(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
-            out.par_iter_mut().enumerate().for_each(|(node, x)| {
+            parallel::update(out, |node, x| {
                 if inside.is_none_or(|inside| inside[node]) {
                     *x = to_inertial.apply(*x);
                 }
@@ -208,8 +208,7 @@ impl Interval {
             .follow(&plan.motion, &plan.mesh.points, to_inertial.as_ref(), out);
         if plan.motion.rotor.in_plane {
             // Round-off lifts no node out of the plane.
-            let places = out.par_iter_mut().zip(&plan.mesh.points);
-            places.for_each(|(x, at_rest)| x[2] = at_rest[2]);
+            parallel::update(out, |node, x| x[2] = plan.mesh.points[node][2]);
         }
     }
 
@@ -266,16 +265,13 @@ impl Interval {
             Some(distance(points[*node as usize], exact))
         };
         let surface = &plan.motion.surface.nodes;
-        let chunks = surface.nodes.par_chunks(BLOCK);
-        let chunks = chunks.zip(surface.roles.par_chunks(BLOCK));
-        let errors: Vec<(f64, f64)> = chunks
-            .map(|(nodes, roles)| {
-                let errors = nodes.iter().zip(roles).filter_map(off);
-                errors.fold((0.0, 0.0), |sum, error| {
-                    combined(sum, (error, error * error))
-                })
+        let errors = parallel::map_blocks(surface.nodes.len(), BLOCK, &|range| {
+            let nodes = surface.nodes[range.clone()].iter();
+            let errors = nodes.zip(&surface.roles[range]).filter_map(off);
+            errors.fold((0.0, 0.0), |sum, error| {
+                combined(sum, (error, error * error))
             })
-            .collect();
+        });
         let sliding = sliding::off_boundary(&plan.motion, &plan.surface, to_inertial, points);
         errors.into_iter().fold(sliding, combined)
     }
@@ -302,9 +298,7 @@ fn place_nodes(
     place: impl Fn(Role, u32, Vector) -> Option<Vector> + Sync,
 ) {
     let surface = &plan.motion.surface.nodes;
-    let blocks = out.par_chunks_mut(BLOCK).enumerate();
-    blocks.for_each(|(block, out)| {
-        let first = block * BLOCK;
+    parallel::for_blocks(out, BLOCK, &|first, out| {
         let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
         for at in before(first)..before(first + out.len()) {
             let node = surface.nodes[at];
@@ -329,8 +323,8 @@ fn uncorrected(plan: &Plan, selections: &[Selection]) -> Vec<Vec<f64>> {
     let layers = plan.layers.iter().zip(selections);
     layers
         .map(|(layer, selection)| {
-            let values = layer.modes.values.par_iter().zip(&selection.residuals);
-            values.map(|(value, residual)| value - residual).collect()
+            let (values, residuals) = (&layer.modes.values, &selection.residuals);
+            parallel::collect(values.len(), |at| values[at] - residuals[at])
         })
         .collect()
 }
@@ -343,21 +337,20 @@ impl Errors {
         };
         let poses = plan.motion.poses(step, 1.0);
         let surface = &plan.surface;
-        let error = |(at, x): (usize, &Vector)| {
-            let exact = surface.body[at].map_or(*x, |body| {
-                poses[usize::from(body)].place(surface.nodes[at], *x)
+        parallel::largest(surface.points.len(), |at| {
+            let x = surface.points[at];
+            let exact = surface.body[at].map_or(x, |body| {
+                poses[usize::from(body)].place(surface.nodes[at], x)
             });
             let layers = plan.layers.iter().zip(values);
             let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
                 let r = layer.modes.n_modes;
                 add(
                     sum,
-                    layer.displacement(*x, &values[at * r..(at + 1) * r], step.index),
+                    layer.displacement(x, &values[at * r..(at + 1) * r], step.index),
                 )
             });
-            distance(sub(exact, *x), moved)
-        };
-        let points = plan.surface.points.par_iter().enumerate();
-        points.map(error).reduce(|| 0.0, f64::max)
+            distance(sub(exact, x), moved)
+        })
     }
 }

@@ -83,8 +83,8 @@ impl PeriodicNodes {
             let roles = [follower.leader, follower.node].map(|node| role(motion, node));
             if roles[0] != roles[1] {
                 return Err(Error::input(format!(
-                    "nodes {} and {} are a periodic pair, but one moves otherwise than the other; give the \
-                     tags at both sides one role",
+                    "nodes {} and {} are a periodic pair with different roles; give the tags on both sides the \
+                     same role",
                     follower.leader, follower.node
                 )));
             }
@@ -102,8 +102,8 @@ impl PeriodicNodes {
                 );
                 if distance(followed, pose.place(follower.node, node)) > limit {
                     return Err(Error::input(format!(
-                        "body \"{}\" is on both sides of a periodic pair, but at step {} its motion is not the \
-                         same on both",
+                        "body \"{}\" is on both sides of a periodic pair, but its motion at step {} differs \
+                         between them",
                         motion.bodies[body].name, step.index
                     )));
                 }

@@ -10,9 +10,9 @@ use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::Mesh;
 use crate::motion::{BodyMap, Motion, Schedule, SelectionMethod, Step};
+use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
-use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -111,12 +111,12 @@ impl Plan {
     pub fn largest_displacement(&self, step: usize) -> f64 {
         let poses = self.motion.poses(&self.motion.steps[step], 1.0);
         let surface = &self.surface;
-        let points = surface.points.par_iter().enumerate();
-        let moved = points.filter_map(|(at, x)| {
-            let pose = &poses[usize::from(surface.body[at]?)];
-            Some(distance(pose.place(surface.nodes[at], *x), *x))
-        });
-        moved.reduce(|| 0.0, f64::max)
+        parallel::largest(surface.points.len(), |at| {
+            let x = surface.points[at];
+            surface.body[at].map_or(0.0, |body| {
+                distance(poses[usize::from(body)].place(surface.nodes[at], x), x)
+            })
+        })
     }
 
     /// The nodes that deform, ascending; `None` for all.

@@ -14,6 +14,7 @@ use super::velocity;
 use super::zone;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
+use crate::diagnostic::in_digits;
 use crate::error::{Error, Result};
 use crate::formats::su2;
 use crate::geometry::Bounds;
@@ -123,14 +124,16 @@ impl Plan {
             let largest = largest.fold(0.0, f64::max);
             let remedy = if largest > FAR * diagonal {
                 format!(
-                    "the motion takes bodies {largest:.1e} away, and the mesh is {diagonal:.1e} across: give it in the \
-                     units of the mesh"
+                    "the motion moves bodies by {}, and the mesh is {} across: give the \
+                     motion in mesh units",
+                    in_digits(largest, 3),
+                    in_digits(diagonal, 3)
                 )
             } else {
                 "move the mesh near the origin or raise the tolerance".to_owned()
             };
             return Err(Error::input(format!(
-                "the modes of the motion are off by {:.1e}, which is more than 1% of the tolerance {:.1e} \
+                "the modes reproduce the motion only to {:.1e}, which is more than 1% of the tolerance {:.1e} \
                  or of the smallest first cell {cell:.1e}; {remedy}",
                 self.truncation(),
                 self.tolerance
@@ -202,12 +205,6 @@ fn basis(
     moving: &Bounds,
     choices: &mut Vec<Diagnostic>,
 ) -> Basis {
-    let kernel = match schedule.rbf.kernel {
-        KernelName::WendlandC0 => Kernel::WendlandC0,
-        KernelName::WendlandC2 => Kernel::WendlandC2,
-        KernelName::WendlandC4 => Kernel::WendlandC4,
-        KernelName::WendlandC6 => Kernel::WendlandC6,
-    };
     let radius = schedule.rbf.support_radius.unwrap_or_else(|| {
         let region = match &motion.zone {
             None => Bounds::around(&mesh.points),
@@ -224,7 +221,20 @@ fn basis(
         choices.push(DeformNote::SupportRadius { radius }.into());
         radius
     });
-    Basis { kernel, radius }
+    Basis {
+        kernel: kernel(schedule.rbf.kernel),
+        radius,
+    }
+}
+
+/// The kernel of a name.
+pub(super) fn kernel(name: KernelName) -> Kernel {
+    match name {
+        KernelName::WendlandC0 => Kernel::WendlandC0,
+        KernelName::WendlandC2 => Kernel::WendlandC2,
+        KernelName::WendlandC4 => Kernel::WendlandC4,
+        KernelName::WendlandC6 => Kernel::WendlandC6,
+    }
 }
 
 fn tolerance(

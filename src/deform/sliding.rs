@@ -7,21 +7,18 @@ use super::surface::SurfacePoints;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, norm, sub};
 use crate::motion::{Motion, Role};
+use crate::parallel::{self, SMALL_BLOCK, collect_in_blocks};
 use crate::rbf::correct::Correction;
 use crate::rbf::field::Field;
 use crate::rbf::slide::Sliding;
-use rayon::prelude::*;
 
 /// Mesh nodes that slide, with the surface point of each.
-fn sliding_nodes<'a>(
-    motion: &'a Motion,
-    surface: &'a SurfacePoints,
-) -> impl ParallelIterator<Item = (usize, usize)> + 'a {
+fn sliding_nodes(motion: &Motion, surface: &SurfacePoints) -> Vec<(usize, usize)> {
     let nodes = &motion.surface.nodes;
-    let all = nodes.nodes.par_iter().zip(&nodes.roles);
-    let all = all.zip(&surface.point_of);
-    all.filter(|((_, role), _)| **role == Role::Sliding)
-        .map(|((&node, _), &point)| (node as usize, point as usize))
+    parallel::filter_map(nodes.nodes.len(), |at| {
+        let pair = (nodes.nodes[at] as usize, surface.point_of[at] as usize);
+        (nodes.roles[at] == Role::Sliding).then_some(pair)
+    })
 }
 
 /// Puts the sliding nodes in `out` on their boundary. `state` is the mesh that has been deformed.
@@ -34,9 +31,11 @@ pub(super) fn place(
     let Some(sliding) = &surface.sliding else {
         return;
     };
-    let placed: Vec<(usize, usize, Vector)> = sliding_nodes(motion, surface)
-        .map(|(node, point)| (node, point, sliding.place(point, out[node])))
-        .collect();
+    let nodes = sliding_nodes(motion, surface);
+    let placed = collect_in_blocks(nodes.len(), SMALL_BLOCK, |i| {
+        let (node, point) = nodes[i];
+        (node, point, sliding.place(point, out[node]))
+    });
     if sliding.has_curved() {
         let mut changes = vec![0.0; 3 * surface.nodes.len()];
         let mut largest: f64 = 0.0;
@@ -65,10 +64,7 @@ fn fade_inward(state: MeshState<'_>, changes: &[f64], largest: f64, out: &mut [V
     correction.add_to(&mut field, state.nodes);
     let (rows, _) = field.values.as_chunks::<3>();
     match &field.nodes {
-        None => out
-            .par_iter_mut()
-            .zip(rows)
-            .for_each(|(x, row)| *x = add(*x, *row)),
+        None => parallel::update(out, |node, x| *x = add(*x, rows[node])),
         Some(nodes) => {
             for (&node, row) in nodes.iter().zip(rows) {
                 out[node as usize] = add(out[node as usize], *row);
@@ -89,11 +85,12 @@ pub(super) fn off_boundary(
         return (0.0, 0.0);
     };
     let back = to_inertial.map(Transform::inverse);
-    let errors = sliding_nodes(motion, surface).map(|(node, point)| {
+    let nodes = sliding_nodes(motion, surface);
+    let errors = collect_in_blocks(nodes.len(), SMALL_BLOCK, |i| {
+        let (node, point) = nodes[i];
         let x = back.map_or(points[node], |back| back.apply(points[node]));
         distance(x, sliding.place(point, x))
     });
-    let errors: Vec<f64> = errors.collect();
     errors
         .into_iter()
         .fold((0.0, 0.0), |(largest, squares): (f64, f64), error| {

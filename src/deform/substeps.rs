@@ -9,10 +9,10 @@ use crate::error::Result;
 use crate::geometry::vector::Vector;
 use crate::modes::RigidSurface;
 use crate::motion::Step;
+use crate::parallel;
 use crate::progress::Silent;
 use crate::rbf::select::{self, Measure};
 use crate::rbf::targets::Targets;
-use rayon::prelude::*;
 
 impl Interval {
     /// A step in `n` parts, each interpolated on the mesh left by the one before; gives the largest
@@ -50,12 +50,8 @@ impl Interval {
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
-        let surface: Vec<Vector> = plan
-            .surface
-            .nodes
-            .par_iter()
-            .map(|&node| nodes[node as usize])
-            .collect();
+        let of_points = &plan.surface.nodes;
+        let surface = parallel::collect(of_points.len(), |at| nodes[of_points[at] as usize]);
         let rigid = RigidSurface {
             points: &surface,
             body: &plan.surface.body,

@@ -7,9 +7,9 @@ use crate::mesh::facets::facets;
 use crate::mesh::{CellKind, CellRef, Cells, Mesh};
 use crate::modes::RigidSurface;
 use crate::motion::{Role, Surface, SurfaceNodes};
+use crate::parallel::{BLOCK, collect, concat_blocks, filter_map};
 use crate::rbf::constraint::Constraint;
 use crate::rbf::slide::Sliding;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -41,23 +41,24 @@ impl SurfacePoints {
     /// The points of a surface of a mesh; `interface` are faces of it that are no cells of the mesh.
     pub fn new(mesh: &Mesh, of: &Surface, interface: Option<&Cells>) -> Result<Self> {
         let SurfaceNodes { nodes, roles } = &of.nodes;
-        let place = |&node: &u32| mesh.points[node as usize];
-        let places: Vec<Vector> = nodes.par_iter().map(place).collect();
+        let places = collect(nodes.len(), |at| mesh.points[nodes[at] as usize]);
         let along = curve::along(&places);
         let same = first_at_each_place(&places, &along);
         check_roles(nodes, roles, &same)?;
-        let along = along.into_par_iter().map(|(_, at)| at);
-        let kept: Vec<u32> = along.filter(|&at| same[at as usize] == at).collect();
+        let kept = filter_map(along.len(), |i| {
+            let at = along[i].1;
+            (same[at as usize] == at).then_some(at)
+        });
+        drop(along);
         let mut point_of = vec![u32::MAX; nodes.len()];
         for (&at, point) in kept.iter().zip(0..) {
             point_of[at as usize] = point;
         }
-        let kept = kept.par_iter().map(|&at| at as usize);
         let mut surface = Self {
-            nodes: kept.clone().map(|at| nodes[at]).collect(),
-            points: kept.clone().map(|at| places[at]).collect(),
-            body: kept.map(|at| body_of(roles[at])).collect(),
-            point_of: same.par_iter().map(|&i| point_of[i as usize]).collect(),
+            nodes: collect(kept.len(), |i| nodes[kept[i] as usize]),
+            points: collect(kept.len(), |i| places[kept[i] as usize]),
+            body: collect(kept.len(), |i| body_of(roles[kept[i] as usize])),
+            point_of: collect(same.len(), |at| point_of[same[at] as usize]),
             ..Self::default()
         };
         surface.n_coincident = nodes.len() - surface.nodes.len();
@@ -96,9 +97,12 @@ impl SurfacePoints {
                 .filter(|facet| !facet.contains(&u32::MAX))
                 .collect::<Vec<_>>()
         };
-        let cells = faces.cells.par_iter();
-        let cells = cells.flat_map_iter(|&cell| facets(mesh.cells.get(cell as usize)));
-        self.facets = cells.collect();
+        self.facets = concat_blocks(faces.cells.len(), BLOCK, &|range| {
+            let cells = faces.cells[range].iter();
+            cells
+                .flat_map(|&cell| facets(mesh.cells.get(cell as usize)))
+                .collect()
+        });
         for ((&cell, role), &tag) in faces.cells.iter().zip(&faces.roles).zip(&faces.tags) {
             if *role == Role::Sliding {
                 for facet in facets(mesh.cells.get(cell as usize)) {
@@ -150,7 +154,7 @@ impl SurfacePoints {
                 .binary_search_by_key(node, |entry| entry.0)
                 .map_err(|_| {
                     Error::input(format!(
-                        "base point {node} is no surface node of this mesh and schedule"
+                        "base point {node} is not a surface node of this mesh and schedule"
                     ))
                 })?;
             Ok(sorted[at].1)
@@ -193,8 +197,8 @@ fn check_roles(nodes: &[u32], roles: &[Role], same: &[u32]) -> Result<()> {
         let first = first as usize;
         if roles[i] != roles[first] {
             return Err(Error::input(format!(
-                "nodes {} and {} lie at the same place, but one moves otherwise than the other; the \
-                 mesh would tear there: merge the nodes or give their tags one role",
+                "nodes {} and {} lie at the same place and have different roles, so the mesh would tear there; \
+                 merge the nodes or give their tags the same role",
                 nodes[first], nodes[i]
             )));
         }

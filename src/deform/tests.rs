@@ -221,7 +221,7 @@ fn a_motion_that_overflows_is_told_with_its_place() {
     ] {
         assert_eq!(
             told(&moved(motion, "")),
-            "s.toml:4: body \"a\" has displacements at step 0 that are not finite numbers, or too large to be squared",
+            "s.toml:4: body \"a\" has displacements at step 0 that are not finite or far too large",
         );
     }
     let fast = format!(
@@ -230,7 +230,7 @@ fn a_motion_that_overflows_is_told_with_its_place() {
     );
     assert_eq!(
         told(&fast),
-        "s.toml:1: `frequency` is so large that step 0 has no azimuth"
+        "s.toml:1: `frequency` is so large that the azimuth of step 0 is not finite"
     );
     let mut mesh = airfoil();
     mesh.points
@@ -239,7 +239,7 @@ fn a_motion_that_overflows_is_told_with_its_place() {
     let schedule = moved("rigid = { translate = [1, 0, 0] }", "");
     let error = plan_on(mesh, &schedule).err().expect("it is refused");
     assert!(
-        error.path.is_none() && error.message.contains("too far apart"),
+        error.path.is_none() && error.message.contains("overflow"),
         "{error}"
     );
 }
@@ -250,7 +250,7 @@ fn a_support_radius_far_below_the_mesh_is_refused() {
         let rbf = format!("rbf = {{ kernel = \"{kernel}\", support_radius = 1e-200 }}");
         let told = told(&moved("rigid = { translate = [0.1, 0, 0] }", &rbf));
         assert!(
-            told.starts_with("s.toml: rbf.support_radius = 1e-200 reaches no node of the mesh"),
+            told.starts_with("s.toml: rbf.support_radius = 1e-200 is smaller than the distance"),
             "{told}"
         );
     }
@@ -262,7 +262,7 @@ fn a_constant_below_the_tolerance_is_refused() {
         "selection = { tolerance = 1e-3, method = \"constant\", constant = [0, 0, 1e-5] }";
     let told = told(&moved("rigid = { translate = [0.1, 0, 0] }", selection));
     assert!(
-        told.starts_with("s.toml: selection.constant has the length 1e-5, which is not above"),
+        told.starts_with("s.toml: selection.constant has the length 1e-5, which is not larger than the tolerance 0.001"),
         "{told}"
     );
 }

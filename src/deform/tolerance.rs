@@ -3,6 +3,7 @@
 use super::layer::Layer;
 use super::plan::{Plan, SELECTED};
 use crate::diagnostic::deform::DeformNote;
+use crate::diagnostic::short;
 use crate::error::{Error, Result};
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
 use crate::rbf::select::Selection;
@@ -39,12 +40,12 @@ pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
         "no further surface node can be added"
     };
     Err(Error::check(format!(
-        "the tolerance {} is not met: {} base points leave {:.3e} ({reason}); the base points are saved, \
-         no mesh was written. A smaller support_radius than {}, another kernel or more max_points would help",
-        plan.tolerance,
+        "the tolerance {} is not met: {} base points leave an error of {:.3e} ({reason}). The base points are \
+         saved; no mesh was written. Try a support_radius below {}, another kernel or a larger max_points",
+        short(plan.tolerance),
         selection.base.len(),
         selection.measured,
-        layer.space.basis.radius
+        short(layer.space.basis.radius)
     ))
     .file(&plan.schedule.path))
 }

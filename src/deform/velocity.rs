@@ -15,10 +15,10 @@ use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{BodyVelocity, Role, Step};
+use crate::parallel;
 use crate::progress::Silent;
 use crate::rbf::select::{self, Limits, Measure, Selection};
 use crate::rbf::targets::Targets;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Part of the largest velocity that the modes of velocities may be off by.
@@ -41,12 +41,10 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
         }
         None => [0.0; 3],
     };
-    let points = (0..surface.nodes.len()).into_par_iter();
-    let largest = |at: usize| {
+    let largest = parallel::largest(surface.nodes.len(), |at| {
         let sizes = (0..steps.len()).map(|step| norm(velocity(step, at)));
         sizes.fold(0.0, f64::max)
-    };
-    let largest = points.map(largest).reduce(|| 0.0, f64::max);
+    });
     let fill = |step: usize, points: Range<usize>, out: &mut [Vector]| {
         for (at, out) in points.zip(out) {
             *out = velocity(step, at);
@@ -114,14 +112,14 @@ impl Velocities {
         }
         plan.periodic.follow_directions(&mut out);
         if plan.motion.rotor.in_plane {
-            out.par_iter_mut().for_each(|v| v[2] = 0.0);
+            parallel::update(&mut out, |_, v| v[2] = 0.0);
         }
         let Some(to_inertial) = plan.motion.to_inertial_moving(step) else {
             return out;
         };
         let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
         let back = to_inertial.map.inverse();
-        out.par_iter_mut().enumerate().for_each(|(node, v)| {
+        parallel::update(&mut out, |node, v| {
             if inside.is_none_or(|inside| inside[node]) {
                 *v = to_inertial.velocity(back.apply(points[node]), *v);
             }
@@ -172,16 +170,14 @@ fn select_for(
 fn set_surface_velocities(plan: &Plan, step: &Step, out: &mut [Vector]) {
     let of_bodies = plan.motion.velocities(step);
     let surface = &plan.motion.surface.nodes;
-    let nodes = surface.nodes.par_iter().zip(&surface.roles);
-    let exact = nodes.map(|(&node, role)| match role {
+    let exact = parallel::collect(surface.nodes.len(), |at| match surface.roles[at] {
         Role::Moving(body) => {
-            let of_body = &of_bodies[usize::from(*body)];
+            let (of_body, node) = (&of_bodies[usize::from(body)], surface.nodes[at]);
             Some(of_body.velocity(node, plan.mesh.points[node as usize]))
         }
         Role::Fixed => Some([0.0; 3]),
         Role::Sliding => None,
     });
-    let exact: Vec<Option<Vector>> = exact.collect();
     for (&node, exact) in surface.nodes.iter().zip(exact) {
         if let Some(v) = exact {
             out[node as usize] = v;

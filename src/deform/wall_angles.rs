@@ -3,7 +3,7 @@
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 use crate::mesh::sides::for_each_side;
 use crate::mesh::{Across, Adjacency, CellRef, Mesh};
-use rayon::prelude::*;
+use crate::parallel::{self, BLOCK};
 
 /// Faces of moving walls and the cells on them.
 #[derive(Debug, Clone, Default)]
@@ -35,10 +35,8 @@ impl WallAngles {
             }
             found
         };
-        let chunks = (0..adjacency.n_chunks()).into_par_iter();
-        let found: Vec<_> = chunks.map(of_chunk).collect();
         Self {
-            faces: found.concat(),
+            faces: parallel::map(adjacency.n_chunks(), &of_chunk).concat(),
         }
     }
 
@@ -64,7 +62,11 @@ impl WallAngles {
             let side = 1f64.copysign(before.along);
             (now.angle(side) - before.angle(side)).abs().to_degrees()
         };
-        self.faces.par_iter().map(change).max_by(f64::total_cmp)
+        let largest = parallel::map_blocks(self.faces.len(), BLOCK, &|range| {
+            let changes = self.faces[range].iter().map(change);
+            changes.max_by(f64::total_cmp)
+        });
+        largest.into_iter().flatten().max_by(f64::total_cmp)
     }
 }
 

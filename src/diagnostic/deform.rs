@@ -1,7 +1,8 @@
 //! Notes of `deform`: values that it chose, and errors that base points leave.
 
 use super::notes::notes;
-use super::{named_step, short};
+use super::{in_digits, named_step, point, short};
+use crate::error::counted;
 use std::fmt;
 
 notes! {
@@ -31,7 +32,7 @@ DeformNote as Deform {
         steps: [usize; 2],
         /// Their time.
         time: f64,
-    } => ("steps {} and {} have one time, {time}; ParaView does not tell them apart", steps[0], steps[1])
+    } => ("steps {} and {} have the same time, {}; ParaView cannot tell them apart", steps[0], steps[1], short(*time))
 
     /// The nodes of a periodic pair of sides.
     PeriodicPair {
@@ -43,7 +44,7 @@ DeformNote as Deform {
         map: PeriodicMap,
         /// How far the nodes of a pair are apart at most after that, in mesh units.
         distance: f64,
-    } => ("{} and {}: {pairs} pairs of nodes by {map}, {distance:.1e} apart at most", sides[0], sides[1])
+    } => ("{} and {}: {pairs} pairs of nodes by {map}, which match within {distance:.1e}", sides[0], sides[1])
 
     /// Two surfaces are so near each other that the correction fades out early.
     NarrowGap {
@@ -56,8 +57,10 @@ DeformNote as Deform {
         /// What the correction would fade out over elsewhere.
         fade_radius: f64,
     } => (
-        "two surfaces are {width:.3e} apart at node {node}, which is under {tolerances} tolerances; the correction fades \
-         out over half of that instead of {fade_radius:.3e}, so a smaller tolerance would serve the cells there"
+        "two surfaces are {} apart at node {node}, less than {} times the tolerance; the correction \
+         fades out over half of that instead of {}, and a smaller tolerance would give better \
+         cells there",
+        in_digits(*width, 3), short(*tolerances), in_digits(*fade_radius, 3)
     )
 
     /// Base points leave too large an error in the velocities.
@@ -69,8 +72,9 @@ DeformNote as Deform {
         /// The largest velocity of the surface.
         speed: f64,
     } => (
-        "{base_points} base points leave {error:.1e} of the velocities of the surface, which are up to {speed:.1e}, \
-         before the correction; those of the volume are as far off"
+        "{base_points} base points leave an error of {error:.1e} in the velocities of the surface, which are up \
+         to {}; the surface is corrected, but velocities in the volume have errors of that size",
+        in_digits(*speed, 3)
     )
 
     /// A step misses the tolerance that its base points were chosen by.
@@ -81,7 +85,7 @@ DeformNote as Deform {
         error: f64,
         /// The tolerance.
         tolerance: f64,
-    } => ("step {step}: the base points leave {error:.3e}, more than the tolerance {tolerance}")
+    } => ("step {step}: the base points leave an error of {error:.3e}, more than the tolerance {}", short(*tolerance))
 
     /// A step with inverted cells was repeated in substeps.
     Substeps {
@@ -98,8 +102,8 @@ DeformNote as Deform {
         /// Inverted cells with them.
         after: usize,
     } => (
-        "{} had {before} inverted cells: {}",
-        named_step(*step, *azimuth_deg, *time_s), outcome(*substeps, *after)
+        "{} had {}: {}",
+        named_step(*step, *azimuth_deg, *time_s), counted(*before, "inverted cell"), outcome(*substeps, *after)
     )
 }}
 
@@ -122,14 +126,17 @@ pub enum PeriodicMap {
 impl fmt::Display for PeriodicMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Translation(by) => write!(f, "a translation by {by:?}"),
+            Self::Translation(by) => write!(f, "a translation by {}", point(by)),
             Self::Rotation {
                 angle_deg,
                 direction,
                 origin,
             } => write!(
                 f,
-                "a rotation of {angle_deg} degrees about {direction:?} through {origin:?}"
+                "a rotation by {} degrees about the direction {} through {}",
+                short(*angle_deg),
+                point(direction),
+                point(origin)
             ),
         }
     }
@@ -138,7 +145,7 @@ impl fmt::Display for PeriodicMap {
 /// What substeps have done about inverted cells.
 fn outcome(substeps: Option<usize>, after: usize) -> String {
     match (substeps, after) {
-        (None, _) => "substeps leave no fewer".to_owned(),
+        (None, _) => "substeps do not reduce them".to_owned(),
         (Some(n), 0) => format!("{n} substeps leave none"),
         (Some(n), after) => format!("{n} substeps leave {after}"),
     }
@@ -165,7 +172,7 @@ mod tests {
         let by_azimuth = |substeps, after| told(Some(120.0), substeps, after);
         assert_eq!(
             by_azimuth(None, 43),
-            format!("{start}substeps leave no fewer")
+            format!("{start}substeps do not reduce them")
         );
         assert_eq!(
             by_azimuth(Some(4), 0),

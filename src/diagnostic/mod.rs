@@ -26,9 +26,9 @@ use std::path::{Path, PathBuf};
 /// A note or a warning with its place; `Display` is its sentence.
 ///
 /// ```
+/// # fn main() -> azimesh::Result<()> {
 /// # let folder = tempfile::tempdir().expect("a folder");
 /// # let path = folder.path().join("naca0012.su2");
-/// # fn main() -> azimesh::Result<()> {
 /// use azimesh::{DataArray, Diagnostic, Mesh, Values};
 ///
 /// let mut mesh = Mesh::read("testdata/naca0012.vtu")?;

@@ -1,11 +1,9 @@
 //! Notes of `motion`: input in a schedule or in the files of a motion that is probably a mistake.
 
-use super::named_step;
 use super::notes::notes;
+use super::{in_digits, named_step, short, with_verb};
+use crate::error::counted;
 use std::path::PathBuf;
-
-/// Numbers from here on are shown with an exponent.
-const LONG: f64 = 1e16;
 
 notes! {
 /// What the user should know of a motion.
@@ -19,8 +17,9 @@ MotionNote as Motion {
         /// From one step to the next.
         step: f64,
     } => (
-        "the last step is at {}: `stop` = {} is not a whole number of steps of {} from the first",
-        shown(*last), shown(*stop), shown(*step)
+        "the last step is at {}; `stop` = {} is not reached, since it is not a whole number of steps of {} from \
+         the first",
+        short(*last), short(*stop), short(*step)
     )
 
     /// Two bodies move the nodes that they share apart.
@@ -34,9 +33,9 @@ MotionNote as Motion {
         /// The step of that.
         step: usize,
     } => (
-        "{nodes} nodes are on tags of body \"{}\" and of body \"{}\"; they move with the first, and the other would put \
-         them up to {distance:.3e} elsewhere (step {step})",
-        bodies[0], bodies[1]
+        "{} on tags of both body \"{}\" and body \"{}\"; they move with the first, up to {} from \
+         where the second would put them (step {step})",
+        with_verb(*nodes, "node", "is"), bodies[0], bodies[1], in_digits(*distance, 3)
     )
 
     /// A body turns so far in a substep that `twist` folds cells.
@@ -58,8 +57,8 @@ MotionNote as Motion {
         /// Substeps that would be enough.
         needed: usize,
     } => (
-        "body \"{body}\" turns by {angle_deg:.0} degrees{} at {}; past about \
-         {folds_deg} degrees in one go interpolate = \"twist\" folds cells: set rbf.substeps = {needed}",
+        "body \"{body}\" turns by {angle_deg:.0} degrees{} at {}; above about {folds_deg} degrees at once \
+         interpolate = \"twist\" folds cells: set rbf.substeps = {needed}",
         if *substeps > 1 { format!(" in {substeps} substeps") } else { String::new() },
         named_step(*step, *azimuth_deg, *time_s)
     )
@@ -73,8 +72,8 @@ MotionNote as Motion {
         /// What mean and harmonics add up to, in degrees.
         sum_deg: f64,
     } => (
-        "body \"{body}\": mean and harmonics of its {angle} add up to {sum_deg:.0} degrees, more than a turn; is \
-         `angle_unit` right?"
+        "body \"{body}\": mean and harmonics of its {angle} add up to {sum_deg:.0} degrees, more than a full \
+         turn; check `angle_unit`"
     )
 
     /// Where the line is that the sections of a beam turn about.
@@ -105,9 +104,9 @@ MotionNote as Motion {
         /// The corners of the box around the blade, along the same axes.
         bounds: [[f64; 3]; 2],
     } => (
-        "body \"{body}\": the lifting line is at {point:?} at station {station}, {distance:.3e} beside the blade, which \
-         lies between {:?} and {:?}; its points are along the blade's axes from the hub",
-        bounds[0], bounds[1]
+        "body \"{body}\": the lifting line is at {} at station {}, {} from the blade, which lies \
+         between {} and {}; give its points along the blade's axes from the hub",
+        super::point(point), short(*station), in_digits(*distance, 3), super::point(&bounds[0]), super::point(&bounds[1])
     )
 
     /// A blade goes on far past the stations of its table.
@@ -121,8 +120,8 @@ MotionNote as Motion {
         /// Whether they come before its first one.
         is_before: bool,
     } => (
-        "body \"{body}\": {} has no stations between {} and {}; the values of its {} are held there",
-        table.display(), between[0], between[1], if *is_before { "first one" } else { "last one" }
+        "body \"{body}\": {} has no stations between {} and {}; the values of its {} are used there",
+        table.display(), short(between[0]), short(between[1]), if *is_before { "first station" } else { "last station" }
     )
 
     /// A station of a table lies far off the blade.
@@ -134,9 +133,9 @@ MotionNote as Motion {
         /// Where it begins and ends along its span.
         span: [f64; 2],
     } => (
-        "station {station} lies far off body \"{body}\", which goes from {} to {} along its span; stations are lengths in \
-         mesh units from the hub",
-        span[0], span[1]
+        "station {} lies far from body \"{body}\", which goes from {} to {} along its span; stations are \
+         lengths from the hub in mesh units",
+        short(*station), short(span[0]), short(span[1])
     )
 
     /// Rows of a table are for nodes that the body does not have.
@@ -145,17 +144,8 @@ MotionNote as Motion {
         rows: usize,
         /// Name of the body.
         body: String,
-    } => ("{rows} rows are for nodes that body \"{body}\" does not have, and are not used")
+    } => ("ignored {} of nodes that are not on body \"{body}\"", counted(*rows, "row"))
 }}
-
-/// A number without hundreds of digits.
-pub fn shown(x: f64) -> String {
-    if x.abs() < LONG {
-        x.to_string()
-    } else {
-        format!("{x:.1e}")
-    }
-}
 
 /// Digits after the point that tell the places along a line apart.
 fn digits_for([from, to]: &[[f64; 3]; 2]) -> usize {
@@ -189,7 +179,7 @@ mod tests {
         };
         assert_eq!(
             turns(339.9999, 1, 2).to_string(),
-            "body \"blade\" turns by 340 degrees at step 2 (azimuth 90 degrees); past about 300 degrees in one go \
+            "body \"blade\" turns by 340 degrees at step 2 (azimuth 90 degrees); above about 300 degrees at once \
              interpolate = \"twist\" folds cells: set rbf.substeps = 2"
         );
         let many = turns(1000.0, 3, 6).to_string();

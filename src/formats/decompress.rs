@@ -68,13 +68,28 @@ fn refusal(codec: Codec, n_bytes: usize, error: &io::Error) -> Error {
         Codec::Zstd => "zstd",
     };
     match error.kind() {
-        ErrorKind::FileTooLarge => Error::system(format!("the {name} data is unpacked to {error}")),
+        ErrorKind::FileTooLarge => {
+            Error::system(format!("the {name} data decompresses to {error}"))
+        }
         ErrorKind::OutOfMemory => Error::system(format!(
-            "no memory is left after {n_bytes} bytes of {name} data are unpacked"
+            "no memory is left after {n_bytes} decompressed bytes of {name} data"
         )),
         _ => Error::input(format!(
-            "the {name} data is damaged after {n_bytes} bytes that are unpacked: {error}"
+            "the {name} data is damaged after {n_bytes} decompressed bytes: {}",
+            reason(error)
         )),
+    }
+}
+
+/// What is wrong with compressed data, in the words of its decoder where these are plain ones.
+pub fn reason(error: &io::Error) -> String {
+    let text = error.to_string();
+    if error.kind() == ErrorKind::UnexpectedEof || text.contains("UnexpectedEof") {
+        return "it ends too early".to_owned();
+    }
+    match text.contains(['{', '(']) {
+        true => "a block cannot be decoded".to_owned(),
+        false => text,
     }
 }
 
@@ -187,7 +202,7 @@ mod tests {
             for n in [5_999_999, 3_000_000, 1000, 0] {
                 let error = with_limit(n).expect_err("it is too much");
                 assert_eq!(error.kind, ErrorKind::System);
-                let limit = format!("more than {n} bytes, what --max-memory allows");
+                let limit = format!("more than {n} bytes, the limit set by --max-memory");
                 assert!(error.message.contains(&limit), "{error}");
             }
         }

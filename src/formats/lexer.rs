@@ -4,7 +4,7 @@
 //! are cut at line ends and parsed on all threads, results and errors in the order of the file.
 
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::{map_items, try_map};
 use std::ops::Range;
 
 /// Lines that one task parses at a time.
@@ -310,16 +310,13 @@ impl<'a> Lines<'a> {
             rest = tail;
             first += n;
         }
-        let results: Vec<Result<()>> = tasks
-            .into_par_iter()
-            .map(|(range, first, part)| {
-                let mut entries = (first..).zip(part.chunks_exact_mut(per_line));
-                self.for_each_in(range, |line| {
-                    let (i, entry) = entries.next().expect("one entry for each line");
-                    parse(line, i, entry)
-                })
+        let results = map_items(tasks, &|_, (range, first, part)| {
+            let mut entries = (first..).zip(part.chunks_exact_mut(per_line));
+            self.for_each_in(range, |line| {
+                let (i, entry) = entries.next().expect("one entry for each line");
+                parse(line, i, entry)
             })
-            .collect();
+        });
         results.into_iter().collect()
     }
 
@@ -328,16 +325,11 @@ impl<'a> Lines<'a> {
         &self,
         parse: impl Fn(&mut Fields<'a>, &mut T) -> Result<()> + Sync,
     ) -> Result<Vec<T>> {
-        let results: Vec<Result<T>> = self
-            .chunks
-            .par_iter()
-            .map(|(range, _)| {
-                let mut part = T::default();
-                self.for_each_in(range.clone(), |line| parse(line, &mut part))?;
-                Ok(part)
-            })
-            .collect();
-        results.into_iter().collect()
+        try_map(self.chunks.len(), &|i| {
+            let mut part = T::default();
+            self.for_each_in(self.chunks[i].0.clone(), |line| parse(line, &mut part))?;
+            Ok(part)
+        })
     }
 
     fn for_each_in(

@@ -82,9 +82,9 @@ impl MemoryLimit {
 
     fn exceeded(&self) -> Error {
         let which = match self.reason {
-            Reason::Option => "what {} allows",
-            Reason::Free => "half of the memory that is free; {} allows more",
-            Reason::Ratio => "more than meshes have that are packed to so little; {} allows more",
+            Reason::Option => "the limit set by {}",
+            Reason::Free => "half of the free memory; {} allows more",
+            Reason::Ratio => "more than a mesh of this compressed size should have; {} allows more",
         };
         let which = which.replace("{}", &option("max-memory"));
         let message = format!("more than {} bytes, {which}", self.bytes);

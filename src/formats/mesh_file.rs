@@ -129,9 +129,9 @@ pub fn stage_sequence<T>(
     commit: Commit,
     write: impl FnOnce(&mut dyn SequenceFile) -> Result<T>,
 ) -> Result<(T, Staged)> {
-    let create = format
-        .sequence()
-        .ok_or_else(|| Error::input(format!("{} keeps no sequence", format.title())).file(path))?;
+    let create = format.sequence().ok_or_else(|| {
+        Error::input(format!("{} cannot hold a sequence", format.title())).file(path)
+    })?;
     let fill = |staged: &Path| write(&mut *create(staged, options, Begin::Fill, false)?);
     match format.is_folder() {
         true => stage_folder(path, commit, fill),

@@ -125,7 +125,10 @@ pub trait Format: Sync {
     }
     /// Reads a mesh from a file, for formats of one file.
     fn read_file(&self, source: &Source, _: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
-        Err(Error::input(format!("a file is no {}", self.title())).file(source.path()))
+        Err(
+            Error::input(format!("{} is not read from a single file", self.title()))
+                .file(source.path()),
+        )
     }
     /// Times of the steps of a sequence in one file or folder; empty where it holds one mesh.
     fn steps(&self, location: &Location) -> Result<Vec<f64>> {
@@ -142,8 +145,7 @@ pub trait Format: Sync {
         let companions = self.companion_files(mesh, out.path());
         if !companions.is_empty() && out.path().as_os_str() == "-" {
             return Err(Error::input(format!(
-                "{} keeps names and conditions of tags in a file beside it, for which standard output \
-                 has no place; write to a file",
+                "{} has a second file, for names and conditions of tags; standard output can hold only one, so write to a file",
                 self.name()
             )));
         }
@@ -159,7 +161,10 @@ pub trait Format: Sync {
     }
     /// Writes the mesh front to back, for formats of one file.
     fn write_file(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
-        Err(Error::input(format!("{} is no single file", self.title())))
+        Err(Error::input(format!(
+            "{} is not written as a single file",
+            self.title()
+        )))
     }
     /// Small files that belong next to a mesh written to `path`, with their content, which does not depend on the
     /// positions of the nodes.
@@ -305,7 +310,7 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
             let known = with_flavours().map(|format| format.name());
             let known = known.collect::<Vec<_>>().join(", ");
             Error::input(format!(
-                "format \"{name}\" is not known; there are: {known}"
+                "format \"{name}\" is not known; known formats: {known}"
             ))
         })
 }
@@ -314,7 +319,7 @@ pub fn by_name(name: &str) -> Result<&'static dyn Format> {
 pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     if path.as_os_str() == "-" {
         return Err(Error::input(format!(
-            "standard output has no name that says the format; give {}",
+            "standard output has no file name to tell the format; give {}",
             option("format")
         )));
     }
@@ -324,7 +329,7 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     format.ok_or_else(|| {
         if inside != name && with_extension(inside).is_some() {
             return Error::input(format!(
-                "packed files are read, not written; write {inside} and pack it"
+                "compressed files are read but not written; write {inside} and compress it"
             ))
             .file(path);
         }
@@ -334,7 +339,7 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
         known.dedup();
         let known = known.join(", ");
         Error::input(format!(
-            "the name does not say the format; known endings: {known}"
+            "the file name does not tell the format; known endings: {known}"
         ))
         .file(path)
     })
@@ -459,5 +464,8 @@ fn unknown_content(source: &Source) -> Error {
             format!("it starts with \"{}\"", head.escape_ascii())
         }
     };
-    Error::input(format!("no known mesh format ({found}); known: {titles}")).file(source.path())
+    Error::input(format!(
+        "the mesh format is not known: {found}; known formats: {titles}"
+    ))
+    .file(source.path())
 }

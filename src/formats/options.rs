@@ -1,6 +1,7 @@
 //! Options of readers and writers.
 
 use super::Format;
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::mesh::MeshView;
 use std::num::NonZeroUsize;
@@ -79,8 +80,8 @@ impl WriteOptions {
         let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
         match mesh.points.iter().position(too_large) {
             Some(node) => Err(Error::input(format!(
-                "node {node} has coordinates {:?}, too large for 32 bits; write 64",
-                mesh.points[node]
+                "node {node} is at {}, too large for 32 bits; write 64 bits",
+                point(&mesh.points[node])
             ))),
             None => Ok(()),
         }

@@ -7,7 +7,7 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, Written};
 use crate::error::{Error, Result};
 use crate::mesh::{Group, MeshView};
-use rayon::prelude::*;
+use crate::parallel;
 use std::io::Write;
 use std::ops::Range;
 
@@ -27,7 +27,7 @@ pub fn write_all(out: &mut dyn Write, bytes: &[u8]) -> Result<()> {
 pub fn write_records(
     out: &mut dyn Write,
     n: usize,
-    format: impl Fn(Range<usize>, &mut Vec<u8>) + Sync,
+    format: &(dyn Fn(Range<usize>, &mut Vec<u8>) + Sync),
 ) -> Result<()> {
     if n <= CHUNK {
         let mut buffer = Vec::new();
@@ -40,10 +40,9 @@ pub fn write_records(
         .collect();
     let fill = |batch: &[Range<usize>], buffers: &mut Vec<Vec<u8>>| {
         buffers.resize_with(batch.len(), Vec::new);
-        let tasks = batch.par_iter().zip(buffers.par_iter_mut());
-        tasks.for_each(|(range, buffer)| {
+        parallel::for_items(buffers, &|i, buffer| {
             buffer.clear();
-            format(range.clone(), buffer);
+            format(batch[i].clone(), buffer);
         });
     };
     let (mut ready, mut next) = (Vec::new(), Vec::new());
@@ -51,10 +50,12 @@ pub fn write_records(
     fill(batches.next().unwrap_or_default(), &mut ready);
     while !ready.is_empty() {
         let batch = batches.next().unwrap_or_default();
-        rayon::in_place_scope(|scope| {
-            scope.spawn(|_| fill(batch, &mut next));
-            ready.iter().try_for_each(|buffer| write_all(out, buffer))
-        })?;
+        let mut written = Ok(());
+        parallel::with(
+            &mut || written = ready.iter().try_for_each(|buffer| write_all(out, buffer)),
+            &mut || fill(batch, &mut next),
+        );
+        written?;
         std::mem::swap(&mut ready, &mut next);
     }
     Ok(())
@@ -153,7 +154,7 @@ mod tests {
     #[test]
     fn records_are_written_in_order() {
         let mut out = Vec::new();
-        write_records(&mut out, 600_000, |range, buffer| {
+        write_records(&mut out, 600_000, &|range, buffer| {
             for i in range {
                 push_integer(buffer, i as u64);
                 buffer.push(b'\n');

@@ -137,7 +137,7 @@ impl Commit {
         match std::fs::metadata(path) {
             Ok(found) if found.is_file() => Err(exists(path)),
             Err(_) if path.is_symlink() => Err(Error::input(format!(
-                "is a symbolic link that leads to no file; {} replaces it",
+                "is a symbolic link to a file that does not exist; {} replaces it",
                 option("force")
             ))
             .file(path)),

@@ -42,7 +42,7 @@ pub fn read_series(path: &Path) -> Result<Vec<Listed>> {
     };
     let mut entries = entries.map_err(|error| error.file(path))?;
     if entries.is_empty() {
-        return Err(Error::input("the list names no mesh").file(path));
+        return Err(Error::input("the list has no meshes").file(path));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
     for entry in &mut entries {
@@ -56,7 +56,7 @@ fn of_json(text: &str) -> Result<Vec<Listed>> {
         serde_json::from_str(text).map_err(|error| Error::input(error.to_string()))?;
     let files = list["files"]
         .as_array()
-        .ok_or_else(|| Error::input("there is no list \"files\", so this is no series"))?;
+        .ok_or_else(|| Error::input("there is no list \"files\", so this is not a series"))?;
     let entry = |file: &serde_json::Value| {
         Some(Listed {
             time: file["time"].as_f64()?,
@@ -101,18 +101,17 @@ fn of_pvd(text: &str) -> Result<Vec<Listed>> {
         };
         let time = value("timestep")?.unwrap_or_else(|| entries.len().to_string());
         let time: f64 = time.trim().parse().map_err(|_| {
-            Error::input(format!("timestep=\"{time}\" should be a number")).line(line())
+            Error::input(format!("timestep=\"{time}\" is not a number")).line(line())
         })?;
-        let file = value("file")?
-            .ok_or_else(|| Error::input("a DataSet must name its file").line(line()))?;
+        let file =
+            value("file")?.ok_or_else(|| Error::input("a DataSet has no file").line(line()))?;
         let part = [value("part")?, value("group")?, value("name")?];
         let is_part = part[0].is_none();
         // The two zeros are one time.
         let before = parts.insert((time + 0.0).to_bits(), part.clone());
         if before.is_some_and(|before| is_part || before != part) {
             return Err(Error::input(format!(
-                "several files have the time {time} and are parts of one mesh; a list with one mesh a time is \
-                 read"
+                "several files have the time {time} as parts of one mesh; only lists with one file for each time are read"
             ))
             .line(line()));
         }
@@ -129,7 +128,7 @@ pub fn check_listed(name: &str) -> Result<()> {
     match name.chars().find(|c| !is_xml(*c)) {
         None => Ok(()),
         Some(c) => Err(Error::input(format!(
-            "the name \"{name}\" has the character {}, which a list of files in XML cannot hold",
+            "the name \"{name}\" has the character {}, which an XML list of files cannot hold",
             c.escape_unicode()
         ))),
     }

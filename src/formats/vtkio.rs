@@ -224,7 +224,7 @@ fn grid_pieces(
     act: &mut dyn FnMut(&model::UnstructuredGridPiece) -> Result<()>,
 ) -> Result<()> {
     let model::DataSet::UnstructuredGrid { pieces, .. } = data else {
-        return Err(Error::input("the data set is no UnstructuredGrid"));
+        return Err(Error::input("the data set is not an UnstructuredGrid"));
     };
     for piece in pieces {
         match piece {
@@ -243,7 +243,7 @@ fn piece_mesh(piece: &model::UnstructuredGridPiece, notes: &mut Notes) -> Result
     let (points, []) = coordinates.as_chunks::<3>() else {
         let n = coordinates.len();
         return Err(Error::input(format!(
-            "{n} coordinates are not 3 for each point"
+            "there are {n} coordinates, not 3 for each point"
         )));
     };
     let points = points.to_vec();
@@ -275,14 +275,17 @@ fn mesh_cells(cells: &model::Cells, n_points: usize, notes: &mut Notes) -> Resul
         } => {
             // Legacy files of version 5 bring a zero at the start.
             let has_zero = offsets.first() == Some(&0) && offsets.len() > cells.types.len();
-            let ends = offsets[usize::from(has_zero)..].to_vec();
+            let ends = &offsets[usize::from(has_zero)..];
             let narrow = |node: &u64| u32::try_from(*node).unwrap_or(u32::MAX);
+            let ends = ends.iter().map(|end| *end as i64).collect();
             List::ending(ends, connectivity.iter().map(narrow).collect())
         }
     };
     if list.len() != cells.types.len() {
         let (found, n) = (cells.types.len(), list.len());
-        return Err(Error::input(format!("{found} types for {n} cells")));
+        return Err(Error::input(format!(
+            "there are {found} types for {n} cells"
+        )));
     }
     let nodes = PieceNodes {
         base: 0,
@@ -299,7 +302,7 @@ fn coordinates(buffer: &model::IOBuffer) -> Result<Vec<f64>> {
         model::IOBuffer::F32(values) => Ok(values.iter().map(|x| f64::from(*x)).collect()),
         other => {
             let integers = values(other).to_integers();
-            let integers = integers.ok_or_else(|| Error::input("points are no numbers"))?;
+            let integers = integers.ok_or_else(|| Error::input("points are not numbers"))?;
             Ok(integers.into_iter().map(|x| x as f64).collect())
         }
     }
@@ -335,7 +338,7 @@ fn check_tuples(arrays: &[DataArray], n: usize, what: &str) -> Result<()> {
         None => Ok(()),
         Some(array) => {
             let found = array.values.len();
-            let message = format!("{found} values for {n} {what}");
+            let message = format!("there are {found} values for {n} {what}");
             Err(Error::input(message).dataset(&array.name))
         }
     }

@@ -2,7 +2,7 @@
 
 use super::bounds::Bounds;
 use super::vector::Vector;
-use rayon::prelude::*;
+use crate::parallel;
 
 const BITS: u32 = 21;
 /// Bits an axis where the order may be rough.
@@ -12,19 +12,15 @@ const FEW_BITS: u32 = 10;
 /// index.
 pub fn order(points: &[Vector]) -> Vec<u32> {
     let along = along(points);
-    along.into_par_iter().map(|(_, i)| i).collect()
+    parallel::collect(along.len(), |at| along[at].1)
 }
 
 /// Position along the curve and index of each of `points`, in the order of [`order`]. Equal points
 /// have equal positions.
 pub fn along(points: &[Vector]) -> Vec<(u64, u32)> {
     let bounds = Bounds::around(points);
-    let mut keyed: Vec<(u64, u32)> = points
-        .par_iter()
-        .enumerate()
-        .map(|(i, point)| (key(point, &bounds), i as u32))
-        .collect();
-    keyed.par_sort_unstable();
+    let mut keyed = parallel::collect(points.len(), |i| (key(&points[i], &bounds), i as u32));
+    parallel::sort(&mut keyed);
     keyed
 }
 
@@ -36,9 +32,9 @@ pub fn rough_order(n: usize, point: impl Fn(usize) -> Vector + Sync, within: &Bo
         let inside = (0..3).all(|k| within.low[k] <= point[k] && point[k] <= within.high[k]);
         inside.then(|| (key(&point, within) >> (3 * (BITS - FEW_BITS))) << 32 | i as u64)
     };
-    let mut keyed: Vec<u64> = (0..n).into_par_iter().filter_map(keyed).collect();
-    keyed.par_sort_unstable();
-    keyed.into_par_iter().map(|key| key as u32).collect()
+    let mut keyed = parallel::filter_map(n, keyed);
+    parallel::sort(&mut keyed);
+    parallel::collect(keyed.len(), |at| keyed[at] as u32)
 }
 
 /// Position along the curve, 21 bits an axis.

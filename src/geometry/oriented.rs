@@ -12,7 +12,7 @@ const SWEEPS: usize = 8;
 const SLACK: f64 = 1e-14;
 
 /// A box with axes of its own.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct OrientedBox {
     /// Its middle.
     pub centre: Vector,
@@ -120,7 +120,7 @@ fn principal_axes(lower: [[f64; 3]; 3]) -> [Vector; 3] {
 }
 
 /// At most four boxes, side by side.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
 pub struct Group {
     centre: [[f64; LANES]; 3],

@@ -1,6 +1,7 @@
 //! Cholesky factor of a symmetric positive definite matrix, in parallel tiles.
 
 use super::Matrix;
+use crate::parallel;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
@@ -9,7 +10,6 @@ use faer::linalg::triangular_solve::{
 };
 use faer::reborrow::*;
 use faer::{Accum, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 /// Columns factored at a time, and rows or columns of a tile.
 const TILE: usize = 128;
@@ -71,7 +71,7 @@ fn factor_panel(panel: MatMut<'_, f64>, width: usize) -> Result<(), usize> {
     })?;
     let top = top.into_const();
     // X L^T = B by rows, as L X^T = B^T.
-    row_tiles(below).into_par_iter().for_each(|rows| {
+    parallel::for_items(row_tiles(below), &|_, rows| {
         solve_lower_triangular_in_place(top, rows.transpose_mut(), Par::Seq);
     });
     Ok(())
@@ -89,7 +89,7 @@ fn update(below: MatRef<'_, f64>, trailing: MatMut<'_, f64>) {
         rest = after;
         start += width;
     }
-    columns.into_par_iter().for_each(|(start, tile)| {
+    parallel::for_items(columns, &|_, (start, tile)| {
         let width = tile.ncols();
         let rows = below.get(start.., ..);
         let (top, bottom) = tile.split_at_row_mut(start).1.split_at_row_mut(width);

@@ -1,12 +1,12 @@
 //! A Cholesky factor that grows by one row at a time.
 
 use super::Matrix;
+use crate::parallel;
 use faer::Par;
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{MatMut, MatRef};
-use rayon::prelude::*;
 
 /// Columns of right-hand sides that one thread solves for at a time.
 const TILE: usize = 64;
@@ -59,13 +59,11 @@ impl GrowingCholesky {
         if n == 0 {
             return;
         }
-        rhs.values_mut()
-            .par_chunks_mut(n * TILE)
-            .for_each(|columns| {
-                let n_columns = columns.len() / n;
-                let columns = MatMut::from_column_major_slice_mut(columns, n, n_columns);
-                solve_lower_triangular_in_place(self.lower(), columns, Par::Seq);
-            });
+        parallel::for_blocks(rhs.values_mut(), n * TILE, &|_, columns| {
+            let n_columns = columns.len() / n;
+            let columns = MatMut::from_column_major_slice_mut(columns, n, n_columns);
+            solve_lower_triangular_in_place(self.lower(), columns, Par::Seq);
+        });
     }
 
     /// Overwrites `rhs (n, r)` with the solution of `L^T x = rhs`, on one thread.

@@ -2,9 +2,9 @@
 //! products of their blocks of rows.
 
 use super::Matrix;
+use crate::parallel;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 /// Rows that one task factors.
 const CHUNK_ROWS: usize = 8192;
@@ -14,17 +14,15 @@ const CHUNK_ROWS: usize = 8192;
 /// those before them leave directions of no meaning; with fewer rows than columns, the last columns
 /// are zero. O(m n_cols^2).
 pub fn orthonormalize(rows: &mut [f64], n_cols: usize) {
-    let factors: Vec<Mat<f64>> = rows
-        .par_chunks_mut(CHUNK_ROWS * n_cols)
-        .map(|chunk| {
-            let mut chunk = row_major_mut(chunk, n_cols);
-            let qr = chunk.as_ref().qr();
-            chunk.fill(0.0);
-            let n = chunk.nrows().min(n_cols);
-            chunk.subcols_mut(0, n).copy_from(qr.compute_thin_Q());
-            qr.thin_R().to_owned()
-        })
-        .collect();
+    let factor = |_, chunk: &mut [f64]| {
+        let mut chunk = row_major_mut(chunk, n_cols);
+        let qr = chunk.as_ref().qr();
+        chunk.fill(0.0);
+        let n = chunk.nrows().min(n_cols);
+        chunk.subcols_mut(0, n).copy_from(qr.compute_thin_Q());
+        qr.thin_R().to_owned()
+    };
+    let factors = parallel::map_items(rows.chunks_mut(CHUNK_ROWS * n_cols), &factor);
     let n_stacked = factors.iter().map(Mat::nrows).sum();
     let mut stacked = Mat::zeros(n_stacked, n_cols);
     let mut starts = Vec::with_capacity(factors.len());
@@ -36,22 +34,21 @@ pub fn orthonormalize(rows: &mut [f64], n_cols: usize) {
         start += factor.nrows();
     }
     let basis = stacked.qr().compute_thin_Q();
-    rows.par_chunks_mut(CHUNK_ROWS * n_cols)
-        .zip(starts)
-        .for_each(|(chunk, block)| {
-            let mut chunk = row_major_mut(chunk, n_cols);
-            let own = chunk.as_ref().subcols(0, block.len()).to_owned();
-            let block = basis.subrows(block.start, block.len());
-            chunk.fill(0.0);
-            let product = chunk.subcols_mut(0, basis.ncols());
-            matmul(product, Accum::Replace, own, block, 1.0, Par::Seq);
-        });
+    parallel::for_blocks(rows, CHUNK_ROWS * n_cols, &|first, chunk| {
+        let block = &starts[first / (CHUNK_ROWS * n_cols)];
+        let mut chunk = row_major_mut(chunk, n_cols);
+        let own = chunk.as_ref().subcols(0, block.len()).to_owned();
+        let block = basis.subrows(block.start, block.len());
+        chunk.fill(0.0);
+        let product = chunk.subcols_mut(0, basis.ncols());
+        matmul(product, Accum::Replace, own, block, 1.0, Par::Seq);
+    });
 }
 
 /// `rows (m, n) := rows . by (n, n)`, a chunk at a time.
 pub fn multiply(rows: &mut [f64], by: &Matrix) {
     let n = by.n_rows();
-    rows.par_chunks_mut(CHUNK_ROWS * n).for_each(|chunk| {
+    parallel::for_blocks(rows, CHUNK_ROWS * n, &|_, chunk| {
         let mut chunk = row_major_mut(chunk, n);
         let own = chunk.to_owned();
         matmul(

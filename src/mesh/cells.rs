@@ -192,7 +192,7 @@ impl Cells {
         for face in face_stream(stream) {
             if let Some(node) = face?.iter().find(|node| !listed.has(**node)) {
                 return Err(Error::input(format!(
-                    "a face of polyhedron {} has node {node}, which the polyhedron does not",
+                    "a face of polyhedron {} has node {node}, which is not a node of the polyhedron",
                     self.len()
                 )));
             }

@@ -68,8 +68,7 @@ impl Mesh {
         let cell = self.cells.get(cell);
         let Some((kind, nodes)) = side(&self.cells, &cell, face) else {
             return Err(Error::input(format!(
-                "cell {} is a {} with {} nodes, of whose faces not all nodes are known; linear cells \
-                 have boundary faces (--linearize)",
+                "cell {} is a {} with {} nodes, whose boundary faces cannot be made; make its cells linear first (convert --linearize)",
                 cell.index,
                 cell.kind.name(),
                 cell.nodes.len()

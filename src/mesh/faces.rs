@@ -5,7 +5,7 @@
 
 use super::sides::{for_each_side, side_corners};
 use super::{CellRef, Cells, Mesh};
-use rayon::prelude::*;
+use crate::parallel::{map_blocks, sort_by_key};
 
 /// Cells whose faces are compared among themselves first. Most neighbours of a cell are near it in
 /// the file, so that few faces are left for the comparison of all.
@@ -143,24 +143,19 @@ impl Faces {
         for entry in &entries {
             near_boundary[entry.corners[0] as usize] = true;
         }
-        let n_chunks = mesh.cells.len().div_ceil(CHUNK);
-        let left: Vec<Vec<Entry>> = (0..n_chunks)
-            .into_par_iter()
-            .map(|chunk| {
-                let cells = chunk * CHUNK..((chunk + 1) * CHUNK).min(mesh.cells.len());
-                unpaired(mesh, cells, dimension, &wanted, &near_boundary)
-            })
-            .collect();
+        let left = map_blocks(mesh.cells.len(), CHUNK, &|cells| {
+            unpaired(mesh, cells, dimension, &wanted, &near_boundary)
+        });
         entries.reserve_exact(left.iter().map(Vec::len).sum());
         for part in left {
             entries.extend(part);
         }
-        entries.par_sort_unstable_by_key(Entry::order);
+        sort_by_key(&mut entries, Entry::order);
         let mut faces = Self::default();
         for_each_face(&mesh.cells, &mut entries, |same| faces.add(same));
-        faces.outer.par_sort_unstable();
-        faces.inside.par_sort_unstable();
-        faces.dangling.par_sort_unstable();
+        faces.outer.sort_unstable();
+        faces.inside.sort_unstable();
+        faces.dangling.sort_unstable();
         faces
     }
 

@@ -29,10 +29,12 @@ pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
+pub(crate) use nodes::for_each_shared_place;
 pub use view::MeshView;
 
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::map_blocks;
 
 /// An unstructured mesh.
 ///
@@ -154,8 +156,8 @@ impl Mesh {
         let strange = |p: &[f64; 3]| !p.iter().all(|x| x.is_finite());
         if let Some(i) = first_where(&self.points, strange) {
             return Err(Error::input(format!(
-                "node {i} has coordinates {:?}; they must be finite numbers",
-                self.points[i]
+                "node {i} is at {}; coordinates must be finite",
+                point(&self.points[i])
             )));
         }
         for run in self.cells.runs() {
@@ -179,7 +181,7 @@ impl Mesh {
         for array in all.into_iter().flatten() {
             if array.n_components > array.values.len().max(MOST_COMPONENTS) {
                 return Err(Error::input(format!(
-                    "array \"{}\" has tuples of {} components, but {} values",
+                    "array \"{}\" has tuples of {} components but {} values",
                     array.name,
                     array.n_components,
                     array.values.len()
@@ -194,7 +196,7 @@ impl Mesh {
             for array in arrays {
                 if array.n_components == 0 || array.values.len() != n * array.n_components {
                     return Err(Error::input(format!(
-                        "array \"{}\" has {} values of {} components for {n} {of}",
+                        "array \"{}\" has {} values, not {} for each of {n} {of}",
                         array.name,
                         array.values.len(),
                         array.n_components
@@ -244,6 +246,12 @@ fn bounds(points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
     }))
 }
 
+/// Refuses more nodes or cells than indices of 32 bits can tell apart.
+pub(crate) fn too_many(what: &str) -> String {
+    let most = u32::MAX - 1;
+    format!("there are more than {most} {what}, the most that a mesh can have")
+}
+
 /// Extent in z, relative to the diagonal, above which nodes do not lie in a plane.
 const FLAT: f64 = 1e-6;
 
@@ -274,9 +282,11 @@ pub(crate) fn first_where<T: Sync>(
     if values.len() <= CHUNK {
         return values.iter().position(wanted);
     }
-    let chunks = values.par_chunks(CHUNK).enumerate();
-    let found = chunks.filter_map(|(i, chunk)| Some(i * CHUNK + chunk.iter().position(&wanted)?));
-    found.min()
+    let found = map_blocks(values.len(), CHUNK, &|range| {
+        let at = values[range.clone()].iter().position(&wanted)?;
+        Some(range.start + at)
+    });
+    found.into_iter().flatten().next()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::{Group, Mesh};
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::{collect, sort};
 
 impl Mesh {
     /// Nodes of the boundary tags of this name, ascending.
@@ -53,30 +53,37 @@ impl Mesh {
 
     /// Number of nodes at the very place of one before them.
     pub fn n_repeated_nodes(&self) -> usize {
-        // -0 is the same place as 0.
-        let place = |node: u32| self.points[node as usize].map(|x| (x + 0.0).to_bits());
-        let mixed = |node: u32| {
-            place(node).into_iter().fold(0u64, |hash, bits| {
-                let product =
-                    u128::from(hash ^ bits ^ 0xf39c_c060_5ced_c835) * 0x9e37_79b9_7f4a_7c15;
-                (product >> 64) as u64 ^ product as u64
-            })
-        };
-        let mut nodes: Vec<(u64, u32)> = (0..self.points.len() as u32)
-            .into_par_iter()
-            .map(|node| (mixed(node), node))
-            .collect();
-        nodes.par_sort_unstable();
-        let alike = nodes
-            .chunk_by(|a, b| a.0 == b.0)
-            .filter(|alike| alike.len() > 1);
-        let repeated = alike.map(|alike| {
-            let mut places: Vec<_> = alike.iter().map(|(_, node)| place(*node)).collect();
-            places.sort_unstable();
-            places.dedup();
-            alike.len() - places.len()
-        });
-        repeated.sum()
+        let mut n = 0;
+        for_each_shared_place(&self.points, &mut |nodes| n += nodes.len() - 1);
+        n
+    }
+}
+
+/// Calls `visit` with the nodes of each place where there are several, ascending.
+pub(crate) fn for_each_shared_place(points: &[[f64; 3]], visit: &mut dyn FnMut(&[u32])) {
+    // -0 is the same place as 0.
+    let place = |node: u32| points[node as usize].map(|x| (x + 0.0).to_bits());
+    let mixed = |node: u32| {
+        place(node).into_iter().fold(0u64, |hash, bits| {
+            let product = u128::from(hash ^ bits ^ 0xf39c_c060_5ced_c835) * 0x9e37_79b9_7f4a_7c15;
+            (product >> 64) as u64 ^ product as u64
+        })
+    };
+    let mut keys = collect(points.len(), |node| (mixed(node as u32), node as u32));
+    sort(&mut keys);
+    let mut alike: Vec<([u64; 3], u32)> = Vec::new();
+    for same_key in keys.chunk_by(|a, b| a.0 == b.0) {
+        if same_key.len() == 1 {
+            continue;
+        }
+        alike.clear();
+        alike.extend(same_key.iter().map(|(_, node)| (place(*node), *node)));
+        alike.sort_unstable();
+        for same in alike.chunk_by(|a, b| a.0 == b.0) {
+            if same.len() > 1 {
+                visit(&same.iter().map(|(_, node)| *node).collect::<Vec<_>>());
+            }
+        }
     }
 }
 

@@ -109,7 +109,7 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
             Ok(largest)
         } else {
             Err(Error::input(
-                "the motion has displacements that are not finite numbers, or too large to be squared",
+                "the motion has displacements that are not finite or far too large",
             ))
         }
     }

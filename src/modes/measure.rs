@@ -5,7 +5,7 @@ use super::sketch::Course;
 use super::{Form, Modes};
 use crate::geometry::vector::Vector;
 use crate::linear::{Matrix, add_product, subtract_product};
-use rayon::prelude::*;
+use crate::parallel::{self, Scratch};
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -51,30 +51,26 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
         let nodes_a_block = self.nodes_with_all_steps();
         // Modes that some block is known to need: errors with fewer are of no interest.
         let known = AtomicUsize::new(0);
-        let blocks = values.par_chunks_mut(nodes_a_block * self.rows_a_node() * n);
-        let measured = blocks
-            .enumerate()
-            .map_init(Block::default, |block, (at, u)| {
-                let start = at * nodes_a_block;
-                let n_nodes = u.len() / (self.rows_a_node() * n);
-                self.read(&(start..start + n_nodes), &(0..self.n_steps), block);
-                let mut measured = Measured::nothing(n);
-                add_product(u, &block.values, &first.rows, self.n_columns(), n);
-                for steps in self.steps() {
-                    let values =
-                        &mut block.values[3 * n_nodes * steps.start..3 * n_nodes * steps.end];
-                    let columns = self.columns(&steps);
-                    subtract_product(
-                        values,
-                        u,
-                        &first.rows[n * columns.start..n * columns.end],
-                        n,
-                    );
-                    self.take_away(values, u, (first, columns), limit, &known, &mut measured);
-                }
-                measured
-            });
-        let measured = measured.reduce(|| Measured::nothing(n), Measured::worse);
+        let measure = |at, u: &mut [f64], block: &mut Block| {
+            let start = at * nodes_a_block;
+            let n_nodes = u.len() / (self.rows_a_node() * n);
+            self.read(&(start..start + n_nodes), &(0..self.n_steps), block);
+            let mut measured = Measured::nothing(n);
+            add_product(u, &block.values, &first.rows, self.n_columns(), n);
+            for steps in self.steps() {
+                let values = &mut block.values[3 * n_nodes * steps.start..3 * n_nodes * steps.end];
+                let columns = self.columns(&steps);
+                let rows = &first.rows[n * columns.start..n * columns.end];
+                subtract_product(values, u, rows, n);
+                self.take_away(values, u, (first, columns), limit, &known, &mut measured);
+            }
+            measured
+        };
+        let scratch = Scratch::new(Block::default);
+        let blocks = values.chunks_mut(nodes_a_block * self.rows_a_node() * n);
+        let measured =
+            parallel::map_items(blocks, &|at, u| scratch.with(|block| measure(at, u, block)));
+        let measured = (measured.into_iter()).fold(Measured::nothing(n), Measured::worse);
         (values, measured)
     }
 

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use crate::linear::Matrix;
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 impl Modes {
@@ -80,17 +80,16 @@ impl Modes {
     /// The length of each mode over all nodes, summed in chunks of fixed size.
     fn lengths(&self, form: Form) -> Vec<f64> {
         let columns = Self::columns_a_mode(form);
-        let squares = |rows: &[f64]| {
+        let chunk = super::CHUNK * self.n_modes;
+        let parts = parallel::map_blocks(self.values.len(), chunk, &|rows| {
             let mut squares = vec![0.0; self.n_modes / columns];
-            for row in rows.chunks_exact(self.n_modes) {
+            for row in self.values[rows].chunks_exact(self.n_modes) {
                 for (square, values) in squares.iter_mut().zip(row.chunks_exact(columns)) {
                     *square += values.iter().map(|value| value * value).sum::<f64>();
                 }
             }
             squares
-        };
-        let chunks = self.values.par_chunks(super::CHUNK * self.n_modes);
-        let parts: Vec<Vec<f64>> = chunks.map(squares).collect();
+        });
         let n = self.n_modes / columns;
         let sum = |mode: usize| parts.iter().map(|part| part[mode]).sum::<f64>();
         (0..n).map(|mode| sum(mode).sqrt()).collect()
@@ -110,15 +109,17 @@ impl Modes {
         let columns = Self::columns_a_mode(form);
         let r = columns * to_modes.n_cols();
         let mut values = vec![0.0; self.values.len() / self.n_modes * r];
-        let rows = values.par_chunks_mut(r.max(1));
-        rows.zip(self.values.par_chunks(self.n_modes))
-            .for_each(|(out, row)| {
+        let block = super::CHUNK * r.max(1);
+        parallel::for_blocks(&mut values, block, &|first, values| {
+            let own = self.values[first / r * self.n_modes..].chunks_exact(self.n_modes);
+            for (out, row) in values.chunks_exact_mut(r).zip(own) {
                 for (at, out) in out.iter_mut().enumerate() {
                     let weights = to_modes.column(at / columns).iter();
                     let own = row.iter().skip(at % columns).step_by(columns);
                     *out = own.zip(weights).map(|(value, weight)| value * weight).sum();
                 }
-            });
+            }
+        });
         values
     }
 }

@@ -17,8 +17,8 @@ use crate::error::Result;
 use crate::geometry::vector::{Vector, scale, sub, weighted_sum};
 use crate::geometry::{Bounds, Transform};
 use crate::linear::{Matrix, qr_factor, svd};
+use crate::parallel;
 use multiversion::multiversion;
-use rayon::prelude::*;
 
 /// Fields of a rigid body: 1, x, y, z.
 const FIELDS: usize = 4;
@@ -176,10 +176,10 @@ impl Modes {
         };
         let larger = |a: Vector, b: Vector| std::array::from_fn(|axis| a[axis].max(b[axis]));
         let n_nodes = self.values.len() / self.n_modes;
-        (0..n_nodes)
-            .into_par_iter()
-            .map(at_node)
-            .reduce(|| [0.0; 3], larger)
+        let blocks = parallel::map_blocks(n_nodes, CHUNK, &|nodes| {
+            nodes.map(at_node).fold([0.0; 3], larger)
+        });
+        blocks.into_iter().fold([0.0; 3], larger)
     }
 
     /// Over nodes in chunks, each chunk by runs of nodes of one body; nodes that stay have no error.
@@ -188,23 +188,20 @@ impl Modes {
             return 0.0;
         }
         let r = self.n_modes;
-        let nodes = surface.points.par_chunks(CHUNK);
-        let nodes = nodes.zip(surface.body.par_chunks(CHUNK));
-        let chunks = nodes.zip(self.values.par_chunks(CHUNK * r));
-        let largest = chunks.map(|((points, body), values)| {
-            let mut first = 0;
-            body.chunk_by(|a, b| a == b).fold(0.0, |worst, run| {
+        let largest = parallel::map_blocks(surface.points.len(), CHUNK, &|nodes| {
+            let mut first = nodes.start;
+            let runs = surface.body[nodes].chunk_by(|a, b| a == b);
+            runs.fold(0.0, |worst, run| {
                 let of_run = first..first + run.len();
                 first = of_run.end;
                 let Some(body) = run[0] else { return worst };
-                let values = &values[of_run.start * r..of_run.end * r];
-                f64::max(
-                    worst,
-                    largest_square(self, &points[of_run], values, &poses[usize::from(body)]),
-                )
+                let values = &self.values[of_run.start * r..of_run.end * r];
+                let points = &surface.points[of_run];
+                let square = largest_square(self, points, values, &poses[usize::from(body)]);
+                f64::max(worst, square)
             })
         });
-        largest.reduce(|| 0.0, f64::max).sqrt()
+        largest.into_iter().fold(0.0, f64::max).sqrt()
     }
 }
 
@@ -365,20 +362,18 @@ fn mode_values(surface: RigidSurface<'_>, scalings: &[Scaling], to_modes: &Matri
     if r == 0 {
         return values;
     }
-    let nodes = surface.points.par_iter().zip(surface.body);
-    values
-        .par_chunks_mut(r)
-        .zip(nodes)
-        .for_each(|(row, (point, body))| {
-            let Some(body) = body.map(usize::from) else {
-                return;
+    parallel::for_blocks(&mut values, CHUNK * r, &|first, rows| {
+        for (node, row) in (first / r..).zip(rows.chunks_exact_mut(r)) {
+            let Some(body) = surface.body[node].map(usize::from) else {
+                continue;
             };
-            let fields = fields(point, &scalings[body]);
+            let fields = fields(&surface.points[node], &scalings[body]);
             for (mode, value) in row.iter_mut().enumerate() {
                 let column = &to_modes.column(mode)[FIELDS * body..][..FIELDS];
                 *value = fields.iter().zip(column).map(|(f, c)| f * c).sum();
             }
-        });
+        }
+    });
     values
 }
 

@@ -13,7 +13,7 @@ use super::{Form, Modes};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
 use crate::linear::{Matrix, add_product, add_transposed_product, multiply, orthonormalize, svd};
-use rayon::prelude::*;
+use crate::parallel::{self, Scratch};
 use std::ops::Range;
 
 /// Columns of the first `Omega`.
@@ -77,21 +77,22 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
     fn basis(&self, n: usize) -> Result<(Vec<f64>, f64)> {
         let omega = combinations(self.n_columns(), n);
         let mut basis = vec![0.0; self.n_rows() * n];
-        let blocks = basis.par_chunks_mut(NODES * self.rows_a_node() * n);
-        let largest: Vec<Result<f64>> = blocks
-            .enumerate()
-            .map_init(Block::default, |block, (at, rows)| {
-                let mut largest = 0.0f64;
-                for steps in self.steps() {
-                    self.read(&self.nodes(at), &steps, block);
-                    largest = largest.max(self.largest(block)?);
-                    let columns = self.columns(&steps);
-                    let weights = &omega[n * columns.start..n * columns.end];
-                    add_product(rows, &block.values, weights, columns.len(), n);
-                }
-                Ok(largest)
-            })
-            .collect();
+        let project = |at, rows: &mut [f64], block: &mut Block| {
+            let mut largest = 0.0f64;
+            for steps in self.steps() {
+                self.read(&self.nodes(at), &steps, block);
+                largest = largest.max(self.largest(block)?);
+                let columns = self.columns(&steps);
+                let weights = &omega[n * columns.start..n * columns.end];
+                add_product(rows, &block.values, weights, columns.len(), n);
+            }
+            Ok(largest)
+        };
+        let scratch = Scratch::new(Block::default);
+        let blocks = basis.chunks_mut(NODES * self.rows_a_node() * n);
+        let largest: Vec<Result<f64>> = parallel::map_items(blocks, &|at, rows| {
+            scratch.with(|block| project(at, rows, block))
+        });
         let largest = largest.into_iter().try_fold(0.0, |worst, largest| {
             largest.map(|largest| f64::max(worst, largest))
         })?;
@@ -130,7 +131,7 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
         let tasks: Vec<usize> = (0..self.n_blocks()).step_by(BLOCKS).collect();
         let at_once = (HELD / (n * self.n_columns())).max(1);
         for tasks in tasks.chunks(at_once) {
-            let of_task = |first: &usize| {
+            let of_task = |_, first: &usize| {
                 let mut part = vec![0.0; n * self.n_columns()];
                 let mut block = Block::default();
                 for at in *first..(first + BLOCKS).min(self.n_blocks()) {
@@ -145,7 +146,7 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
                 }
                 part
             };
-            let parts: Vec<Vec<f64>> = tasks.par_iter().map(of_task).collect();
+            let parts = parallel::map_items(tasks, &of_task);
             for part in parts {
                 for (sum, part) in projected.values_mut().iter_mut().zip(part) {
                     *sum += part;
@@ -164,9 +165,9 @@ fn tails(rows: &[f64], n: usize) -> Vec<f64> {
         }
         a
     };
-    let squares = rows.par_chunks(n * NODES).map(|rows| {
+    let squares = parallel::map_blocks(rows.len() / n, NODES, &|range| {
         let mut largest = vec![0.0; n];
-        for row in rows.chunks_exact(n) {
+        for row in rows[range.start * n..range.end * n].chunks_exact(n) {
             let mut square = 0.0;
             for (largest, value) in largest.iter_mut().zip(row).rev() {
                 square += value * value;
@@ -175,7 +176,7 @@ fn tails(rows: &[f64], n: usize) -> Vec<f64> {
         }
         largest
     });
-    let squares = squares.reduce(|| vec![0.0; n], larger);
+    let squares = squares.into_iter().fold(vec![0.0; n], larger);
     squares.into_iter().map(f64::sqrt).collect()
 }
 

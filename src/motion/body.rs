@@ -161,11 +161,11 @@ impl Body {
         if let Some(parent) = self.parent.as_ref().filter(|parent| !is_there(parent)) {
             let all = list(before.iter().map(|body| body.name.as_str()));
             let before = match before {
-                [] => "there is none before it".to_owned(),
-                _ => format!("before it: {all}"),
+                [] => "no body is defined before it".to_owned(),
+                _ => format!("defined before it: {all}"),
             };
             let message = format!(
-                "`parent` = \"{parent}\" is no body that stands before its child in the schedule; {before}"
+                "`parent` = \"{parent}\" is not a body that is defined before its child; {before}"
             );
             return Err(places.error("parent", message));
         }

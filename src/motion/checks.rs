@@ -52,7 +52,7 @@ impl Places {
         }
         let name = key.rsplit('.').next().unwrap_or(key);
         let message =
-            format!("`{name}` has no length; it must be a direction such as [0.0, 0.0, 1.0]");
+            format!("`{name}` has length zero; it must be a direction such as [0.0, 0.0, 1.0]");
         Err(self.error(key, message))
     }
 }

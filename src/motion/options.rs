@@ -300,8 +300,8 @@ impl SelectionOptions {
             if constant == [0.0; 3] {
                 return Err(places.error(
                     key,
-                    "`constant` is zero, which every choice of base points reproduces; give a displacement such as \
-                     [0.0, 0.0, 1.0], or leave the key out for that of the motion",
+                    "`constant` is zero, so no base points would be chosen; give a displacement such as [0.0, \
+                     0.0, 1.0], or leave the key out to use that of the motion",
                 ));
             }
         }

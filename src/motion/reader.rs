@@ -99,7 +99,7 @@ impl<'a> Section<'a> {
     pub(super) fn require(&self, key: &str, example: &str) -> Result<Entry<'a>> {
         self.get(key).ok_or_else(|| {
             self.error(format!(
-                "{} has no `{key}`; write for instance  {example}",
+                "{} has no `{key}`; add for example  {example}",
                 self.title
             ))
         })
@@ -253,8 +253,8 @@ impl<'a> Entry<'a> {
             Ok(angle)
         } else {
             Err(self.error(&format!(
-                "is {angle:e} radians, so many turns that where it ends is round-off; it must be {expected} of at most \
-                 {MOST_TURNED:e} radians"
+                "is {angle:e} radians, too many turns for an accurate position; it must be {expected} of at \
+                 most {MOST_TURNED:e} radians"
             )))
         }
     }

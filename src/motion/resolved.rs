@@ -152,8 +152,8 @@ impl Motion {
                     None => "`surface` or `modes`",
                 };
                 let message = format!(
-                    "body \"{}\" cannot move with \"{}\", whose {what} are known at its own nodes alone; give the \
-                     child a motion of its own",
+                    "body \"{}\" cannot move with \"{}\", whose {what} are known only at its own nodes; give \
+                     the child a motion of its own",
                     child.name, self.bodies[parent].name
                 );
                 return Err(declared.places.error("name", message));

@@ -70,7 +70,7 @@ impl Schedule {
                 .iter()
                 .filter(|b| **b == b'\n')
                 .count();
-            let message = "the schedule is no UTF-8 text here; save it as UTF-8";
+            let message = "the schedule is not UTF-8 text here; save it as UTF-8";
             Error::input(message).line(line as u64).file(path)
         })?;
         Self::parse(text, path)
@@ -132,7 +132,7 @@ impl Schedule {
         let steps = self.steps()?;
         if self.bodies.is_empty() {
             return Err(Error::input(
-                "the schedule has no [[body]]: nothing would move; give one with name, tags and a motion",
+                "the schedule has no [[body]], so nothing would move; add one with name, tags and a motion",
             ));
         }
         for (at, body) in self.bodies.iter().enumerate() {
@@ -156,7 +156,7 @@ impl Schedule {
             None => return Ok(()),
         };
         let message = format!(
-            "`time` has no `frequency`, and {what} the azimuth; write for instance  frequency = 2.0"
+            "`time` has no `frequency`, and {what} the azimuth; add for example  frequency = 2.0"
         );
         Err(self.places.error("time", message))
     }
@@ -170,13 +170,13 @@ impl Schedule {
                 "`velocity` = true needs the time of every step; give the schedule [time], or `rpm` in [rotor]"
             }
             (_, Interpolate::Twist) => {
-                "`velocity` = true does not go with interpolate = \"twist\"; use \"displacement\""
+                "`velocity` = true cannot be used with interpolate = \"twist\"; use \"displacement\""
             }
             _ if self.rbf.substeps > 1 => {
-                "`velocity` = true does not go with substeps; leave them out"
+                "`velocity` = true cannot be used with substeps; leave them out"
             }
             _ if self.output.on_inverted == OnInverted::Substeps => {
-                "`velocity` = true does not go with `on_inverted` = \"substeps\"; use \"warn\" or \"stop\""
+                "`velocity` = true cannot be used with `on_inverted` = \"substeps\"; use \"warn\" or \"stop\""
             }
             _ => return Ok(()),
         };

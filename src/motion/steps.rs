@@ -3,7 +3,8 @@
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
 use super::rotor::Rotor;
-use crate::diagnostic::motion::{MotionNote, shown};
+use crate::diagnostic::motion::MotionNote;
+use crate::diagnostic::short;
 use crate::diagnostic::{Diagnostic, named_step};
 use crate::error::{Error, Result};
 use std::f64::consts::TAU;
@@ -156,7 +157,7 @@ impl Steps {
                 })
             }
             (Some(_), Some(time)) => {
-                Err(time.error("and [azimuth] both say which steps there are; keep one of them"))
+                Err(time.error("and [azimuth] both define the steps; keep one of them"))
             }
             (None, None) => Err(Error::input(
                 "the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values",
@@ -190,11 +191,11 @@ impl Steps {
         let section = self.section();
         let values = self.values.all(section, places)?;
         if let (Of::Time, Some(_)) = (self.of, rotor.rpm) {
-            let message = "`rpm` and [time] both say when the steps are; keep one of them";
+            let message = "`rpm` and [time] both define the times of the steps; keep one of them";
             return Err(places.error("rotor.rpm", message));
         }
         if let (Of::Azimuth(_), Some(_)) = (self.of, self.frequency) {
-            let message = "a frequency goes with times; azimuths have theirs by `rpm` of the rotor";
+            let message = "`frequency` is for steps in time; for azimuths give `rpm` in [rotor]";
             return Err(places.error(section, message));
         }
         if let Some(frequency) = self.frequency {
@@ -205,14 +206,14 @@ impl Steps {
         let no_time = |step: &&Step| step.time_s.is_some_and(|time| !time.is_finite());
         if let Some(step) = steps.iter().find(no_time) {
             let message = format!(
-                "`{section}` with this `rpm` gives step {} no time",
+                "`{section}` with this `rpm` gives step {} a time that is not finite",
                 step.index
             );
             return Err(places.error(section, message));
         }
         if let Some(step) = steps.iter().find(|step| !step.azimuth.is_finite()) {
             let message = format!(
-                "`frequency` is so large that step {} has no azimuth",
+                "`frequency` is so large that the azimuth of step {} is not finite",
                 step.index
             );
             return Err(places.error("time.frequency", message));
@@ -264,9 +265,7 @@ impl Values {
         };
         for key in ["start", "stop", "step"] {
             if let Some(entry) = section.get(key) {
-                return Err(
-                    entry.error("and `values` both say which steps there are; keep one of them")
-                );
+                return Err(entry.error("and `values` both define the steps; keep one of them"));
             }
         }
         let elements = values.elements("numbers")?;
@@ -280,7 +279,7 @@ impl Values {
     fn all(&self, section: &str, places: &Places) -> Result<Vec<f64>> {
         let at = |key: &str| format!("{section}.{key}");
         let too_many = |key: &str, n: f64| {
-            let n = shown(n.round());
+            let n = short(n.round());
             let message = format!("`{key}` gives {n} steps; at most {MAX_STEPS} are possible");
             places.error(&at(key), message)
         };
@@ -315,9 +314,9 @@ impl Values {
         if intervals < -LANDING {
             let message = format!(
                 "`step` leads away from `stop` ({} from {} by {}): the schedule has no steps; reverse its sign",
-                shown(stop),
-                shown(start),
-                shown(step)
+                short(stop),
+                short(start),
+                short(step)
             );
             return Err(places.error(&at("step"), message));
         }

@@ -2,7 +2,7 @@
 
 use super::zones::DeformingZone;
 use crate::mesh::{Group, Mesh};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// What a surface node does. In the order of strength: a node on two tags takes the first of their
 /// roles in this order, and on two bodies that of the body named first, which is the parent of a
@@ -123,10 +123,10 @@ fn surface_nodes(
             *strongest = Some(strongest.map_or(role, |before| before.min(role)));
         }
     }
-    let roles = strongest.into_par_iter().enumerate();
-    let (nodes, roles) = roles
-        .filter_map(|(node, role)| Some((node as u32, role?)))
-        .unzip();
+    let all = parallel::filter_map(strongest.len(), |node| {
+        Some((node as u32, strongest[node]?))
+    });
+    let (nodes, roles) = all.into_iter().unzip();
     SurfaceNodes { nodes, roles }
 }
 

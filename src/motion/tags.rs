@@ -148,10 +148,10 @@ fn two_roles(tag: &str, before: Named, after: Named, bodies: &[Body]) -> Error {
             "tag \"{tag}\" is on both sides of a periodic pair; each side needs tags of its own"
         ),
         (Named::Periodic(..), Named::Periodic(..)) => {
-            format!("tag \"{tag}\" is in two periodic pairs; a tag is in one at most")
+            format!("tag \"{tag}\" is in two periodic pairs; it can be in one at most")
         }
         _ => format!(
-            "tag \"{tag}\" is {} and {}; a tag has one role",
+            "tag \"{tag}\" has two roles, {} and {}; give it one",
             name(before),
             name(after)
         ),
@@ -160,8 +160,8 @@ fn two_roles(tag: &str, before: Named, after: Named, bodies: &[Body]) -> Error {
 
 fn not_named(names: &[&str], unnamed: &[usize]) -> Error {
     Error::input(format!(
-        "the schedule does not say what these tags do: {}; name them under a body, `fixed`, `slide` or \
-         `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
+        "the schedule gives these tags no role: {}; name them under a body, `fixed`, `slide` or `periodic`, or \
+         set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         list(unnamed.iter().map(|&i| names[i]))
     ))
 }

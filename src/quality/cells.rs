@@ -4,7 +4,7 @@ use super::reference::Reference;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::{DataArray, Mesh, Values};
-use rayon::prelude::*;
+use crate::parallel::{self, block};
 
 /// One value a cell of the mesh, in cell order. Boundary faces, and cells whose kind does not have
 /// the metric, hold NaN.
@@ -50,30 +50,27 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
         skew: nothing,
         inverted: vec![false; n_cells],
     };
-    (
-        all.volume.par_chunks_mut(CHUNK),
-        all.scaled_jacobian.par_chunks_mut(CHUNK),
-        all.edge_ratio.par_chunks_mut(CHUNK),
-        all.skew.par_chunks_mut(CHUNK),
-        all.inverted.par_chunks_mut(CHUNK),
-    )
-        .into_par_iter()
-        .enumerate()
-        .for_each(|(chunk, (volume, scaled, edge_ratio, skew, inverted))| {
-            let range = visit::chunks(n_cells)(chunk);
-            let first = range.start;
-            visit::volume_cells(mesh, points, reference.facing(), range, |start, block| {
-                for i in 0..block.n {
-                    let metrics = block.get(i);
-                    let (cell, at) = (start + i, start + i - first);
-                    let sign = reference.sign(cell);
-                    volume[at] = metrics.volume(sign);
-                    scaled[at] = metrics.scaled_jacobian(sign);
-                    edge_ratio[at] = metrics.edge_ratio_squared().sqrt();
-                    skew[at] = metrics.angles.skew().unwrap_or(f64::NAN);
-                    inverted[at] = reference.is_valid(cell) && !metrics.is_valid(sign);
-                }
-            });
+    let columns = (all.volume.chunks_mut(CHUNK))
+        .zip(all.scaled_jacobian.chunks_mut(CHUNK))
+        .zip(all.edge_ratio.chunks_mut(CHUNK))
+        .zip(all.skew.chunks_mut(CHUNK))
+        .zip(all.inverted.chunks_mut(CHUNK));
+    parallel::for_items(columns, &|chunk, columns| {
+        let ((((volume, scaled), edge_ratio), skew), inverted) = columns;
+        let range = block(n_cells, CHUNK, chunk);
+        let first = range.start;
+        visit::volume_cells(mesh, points, reference.facing(), range, |start, block| {
+            for i in 0..block.n {
+                let metrics = block.get(i);
+                let (cell, at) = (start + i, start + i - first);
+                let sign = reference.sign(cell);
+                volume[at] = metrics.volume(sign);
+                scaled[at] = metrics.scaled_jacobian(sign);
+                edge_ratio[at] = metrics.edge_ratio_squared().sqrt();
+                skew[at] = metrics.angles.skew().unwrap_or(f64::NAN);
+                inverted[at] = reference.is_valid(cell) && !metrics.is_valid(sign);
+            }
         });
+    });
     all
 }

@@ -44,7 +44,7 @@ impl Criterion {
             .map_or_else(String::new, |name| format!(" (did you mean {name}?)"));
         let known: Vec<&str> = known.into_iter().collect();
         Err(Error::input(format!(
-            "\"{self}\": there is no column \"{}\"{hint}; there are: {}",
+            "\"{self}\": there is no column \"{}\"{hint}; the columns are: {}",
             self.column,
             known.join(", ")
         )))
@@ -61,7 +61,7 @@ impl Criterion {
             .filter(|value| !value.is_nan());
         let Some(found) = found else {
             return Err(Error::input(format!(
-                "\"{self}\" cannot be judged: {} has no value for the cells of this mesh",
+                "\"{self}\" cannot be evaluated: {} has no value for the cells of this mesh",
                 self.column
             )));
         };
@@ -94,8 +94,8 @@ impl FromStr for Criterion {
     fn from_str(text: &str) -> Result<Self> {
         let wrong = || {
             Error::input(format!(
-                "\"{text}\" is no condition; write column, <, <=, > or >=, and a number, \
-                 as in \"inverted>0\""
+                "\"{text}\" is not a condition; write a column, one of <, <=, >, >= and a number, as in \
+                 \"inverted>0\""
             ))
         };
         let (symbol, comparison) = SYMBOLS

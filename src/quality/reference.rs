@@ -5,7 +5,7 @@ use super::plane::vector_area;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::unit;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel::{self, block};
 
 /// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
 /// surface mesh that does not lie in a plane of constant z.
@@ -30,29 +30,26 @@ impl Reference {
         let n_cells = mesh.cells.len();
         let solid = mesh.dimension() == 3;
         let mut signs = vec![0i8; n_cells];
-        let n_inverted = signs
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .map(|(chunk, signs)| {
-                let range = visit::chunks(n_cells)(chunk);
-                let first = range.start;
-                let mut n_inverted = 0;
-                visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
-                    for i in 0..block.n {
-                        let valid = block.get(i).orientation();
-                        let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
-                        let known = if valid == 0 { INVALID * sign } else { valid };
-                        signs[start + i - first] = known;
-                        n_inverted += usize::from(valid == 0 || (solid && valid < 0));
-                    }
-                });
-                n_inverted
-            })
-            .sum();
+        let judge = |chunk, signs: &mut [i8]| {
+            let range = block(n_cells, CHUNK, chunk);
+            let first = range.start;
+            let mut n_inverted = 0;
+            visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
+                for i in 0..block.n {
+                    let valid = block.get(i).orientation();
+                    let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
+                    let known = if valid == 0 { INVALID * sign } else { valid };
+                    signs[start + i - first] = known;
+                    n_inverted += usize::from(valid == 0 || (solid && valid < 0));
+                }
+            });
+            n_inverted
+        };
+        let inverted = parallel::map_items(signs.chunks_mut(CHUNK), &judge);
         Self {
             signs,
             facing,
-            n_inverted,
+            n_inverted: inverted.into_iter().sum(),
         }
     }
 

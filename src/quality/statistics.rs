@@ -3,10 +3,10 @@
 use super::Extreme;
 use super::detail::{self, N_DETAILS};
 use super::reference::Reference;
-use super::visit::{self, CHUNK};
+use super::visit::CHUNK;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Names of the metrics that the summary has as well, before the further ones.
 const FIRST: [&str; 4] = ["volume", "scaled_jacobian", "edge_ratio", "equiangle_skew"];
@@ -36,9 +36,8 @@ pub struct Statistic {
 /// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
 pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<Statistic> {
     let n_cells = mesh.cells.len();
-    let of_chunk = |chunk| {
+    let chunks = parallel::map_blocks(n_cells, CHUNK, &|range| {
         let mut tallies = [Tally::EMPTY; N_METRICS];
-        let range = visit::chunks(n_cells)(chunk);
         detail::each(mesh, points, reference, range, |cell, metrics, detail| {
             let sign = reference.sign(cell);
             let first = [
@@ -53,9 +52,7 @@ pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<
             }
         });
         tallies
-    };
-    let chunks = (0..n_cells.div_ceil(CHUNK)).into_par_iter().map(of_chunk);
-    let chunks: Vec<[Tally; N_METRICS]> = chunks.collect();
+    });
     let mut whole = [Tally::EMPTY; N_METRICS];
     for (tally, next) in chunks.iter().flat_map(|chunk| (0..N_METRICS).zip(chunk)) {
         whole[tally].append(next);

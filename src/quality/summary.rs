@@ -9,7 +9,7 @@ use super::span::Span;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel::{self, Scratch};
 
 /// Inverted cells that are kept by index; all are counted.
 const N_NAMED: usize = 20;
@@ -78,30 +78,22 @@ impl Summary {
 /// # Panics
 /// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
 pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary {
-    let n_cells = mesh.cells.len();
-    let range = visit::chunks(n_cells);
-    let new = || (Vec::new(), Histogram::new());
-    let (parts, histogram) = (0..n_cells.div_ceil(CHUNK))
-        .into_par_iter()
-        .with_min_len(16)
-        .fold(
-            new,
-            |(mut parts, mut histogram): (Vec<CellTotals>, Histogram), chunk| {
-                let (mut part, mut folded) = (CellTotals::new(), Folded::EMPTY);
-                let facing = reference.facing();
-                visit::volume_cells(mesh, points, facing, range(chunk), |first, block| {
-                    fold(block, reference.signs_from(first), &mut folded);
-                    part.take(first, block, &folded, &mut histogram);
-                });
-                parts.push(part);
-                (parts, histogram)
-            },
-        )
-        .reduce(new, |(mut parts, mut histogram), (more, counts)| {
-            parts.extend(more);
-            histogram.merge(&counts);
-            (parts, histogram)
+    let histograms = Scratch::new(Histogram::new);
+    let of_chunk = |range, histogram: &mut Histogram| {
+        let (mut part, mut folded) = (CellTotals::new(), Folded::EMPTY);
+        visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
+            fold(block, reference.signs_from(first), &mut folded);
+            part.take(first, block, &folded, histogram);
         });
+        part
+    };
+    let parts = parallel::map_blocks(mesh.cells.len(), CHUNK, &|range| {
+        histograms.with(|histogram| of_chunk(range, histogram))
+    });
+    let mut histogram = Histogram::new();
+    for counts in histograms.into_all() {
+        histogram.merge(&counts);
+    }
     let mut whole = CellTotals::new();
     for part in &parts {
         whole.append(part);

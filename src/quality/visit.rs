@@ -11,11 +11,6 @@ use std::ops::Range;
 /// Cells in a chunk: sums are folded chunk by chunk, on any number of threads.
 pub(super) const CHUNK: usize = 4096;
 
-/// The chunks of a mesh's cells, in order.
-pub(super) fn chunks(n_cells: usize) -> impl Fn(usize) -> Range<usize> {
-    move |chunk| chunk * CHUNK..((chunk + 1) * CHUNK).min(n_cells)
-}
-
 macro_rules! shapes {
     ($($name:ident $corners:literal $faces:literal |$p:ident, $facing:ident| $metrics:expr;)*) => {
         $(

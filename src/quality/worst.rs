@@ -4,7 +4,7 @@ use super::reference::Reference;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 use std::cmp::Ordering;
 
 /// A cell that may be among the worst.
@@ -39,8 +39,7 @@ pub fn worst(mesh: &Mesh, points: &[Vector], reference: &Reference, n: usize) ->
         return Vec::new();
     }
     let n_cells = mesh.cells.len();
-    let of_chunk = |chunk| {
-        let range = visit::chunks(n_cells)(chunk);
+    let mut found = parallel::concat_blocks(n_cells, CHUNK, &|range| {
         let mut found = Vec::new();
         visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
             for i in 0..block.n {
@@ -55,9 +54,7 @@ pub fn worst(mesh: &Mesh, points: &[Vector], reference: &Reference, n: usize) ->
         });
         keep(&mut found, n);
         found
-    };
-    let chunks = (0..n_cells.div_ceil(CHUNK)).into_par_iter().map(of_chunk);
-    let mut found = chunks.collect::<Vec<_>>().concat();
+    });
     keep(&mut found, n);
     found
 }

@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, dot, scale};
 use crate::linear::{Cholesky, Matrix};
-use rayon::prelude::*;
+use crate::parallel;
 
 mod factored;
 
@@ -164,14 +164,14 @@ impl System {
         let mut group = vec![Transform::IDENTITY];
         group.extend_from_slice(images);
         let near = OWN_IMAGE * basis.radius;
-        let image_of = |(i, x): (usize, &Vector)| {
-            let places: Vec<Vector> = images.iter().map(|g| g.apply(*x)).collect();
+        let image_of = |i: usize| {
+            let places: Vec<Vector> = images.iter().map(|g| g.apply(base[i])).collect();
             let mut others = base[..i].iter();
             let meets = |other: &Vector| places.iter().any(|y| distance(*y, *other) <= near);
             others.position(meets).map(|other| (other, i))
         };
-        let found = base.par_iter().enumerate().find_map_first(image_of);
-        match found {
+        let found = parallel::map(base.len(), &image_of);
+        match found.into_iter().flatten().next() {
             Some((i, j)) => Err(Error::check(format!(
                 "the base points {i} and {j} are periodic images of each other; only one of them \
                  may be chosen"
@@ -328,7 +328,7 @@ impl System {
             columns.push((at, own));
             rest = after;
         }
-        columns.into_par_iter().for_each(|(at, columns)| {
+        parallel::for_items(columns, &|_, (at, columns)| {
             let x = self.base[block.points[at].0];
             let places: Vec<Vector> = self.group.iter().map(|g| g.apply(x)).collect();
             for below in at..block.points.len() {

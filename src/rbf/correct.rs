@@ -15,7 +15,8 @@ use super::field::Field;
 use super::kernel::Kernel;
 use crate::geometry::closest::{ClosestSurface, Foot};
 use crate::geometry::{curve, vector::Vector};
-use rayon::prelude::*;
+use crate::parallel::{self, SMALL_BLOCK, collect_in_blocks};
+use std::ops::Range;
 
 /// `rho` in units of the largest residual.
 pub const FADE_RADIUS_PER_ERROR: f64 = 30.0;
@@ -86,10 +87,10 @@ impl<'a> Fading<'a> {
     /// space-filling curve. `12 N` bytes on the way for the `N` points in the surface's box.
     pub fn faded(&self, points: &[Vector]) -> Vec<Faded> {
         let order = self.order(points.len(), |row| points[row]);
-        let blocks = order.par_chunks(BLOCK).flat_map_iter(|rows| {
+        parallel::concat_blocks(order.len(), BLOCK, &|rows| {
             let mut found = Vec::new();
             self.near(
-                rows,
+                &order[rows],
                 |row| points[row],
                 |point, foot, fade| {
                     found.push(Faded {
@@ -100,8 +101,7 @@ impl<'a> Fading<'a> {
                 },
             );
             found
-        });
-        blocks.collect()
+        })
     }
 
     /// The points in the box of the surface, grown by the fade radius, along a space-filling curve: points
@@ -168,10 +168,13 @@ impl<'a> Correction<'a> {
         let place = |row: usize| points[nodes.map_or(row, |nodes| nodes[row] as usize)];
         let order = self.fading.order(values.len() / self.n_modes, place);
         let mut found: Vec<Near> = Vec::new();
-        for blocks in order.chunks(BLOCK * BLOCKS) {
-            let blocks = blocks.par_chunks(BLOCK);
-            let next = || blocks.map(|rows| self.near(rows, place)).collect();
-            (_, found) = rayon::join(|| self.add(&found, values), next);
+        for order in order.chunks(BLOCK * BLOCKS) {
+            let mut next = Vec::new();
+            let near = |rows: Range<usize>| self.near(&order[rows], place);
+            parallel::with(&mut || self.add(&found, values), &mut || {
+                next = parallel::map_blocks(order.len(), BLOCK, &near);
+            });
+            found = next;
         }
         self.add(&found, values);
     }
@@ -222,11 +225,10 @@ fn interpolate(foot: &Foot, value: impl Fn(usize) -> f64) -> f64 {
 /// Distance from each surface node to the nearest facet of another connected surface; infinite where
 /// that is beyond twice its fade radius.
 fn gaps(surface: &ClosestSurface<'_>, fade_radius: &[f64]) -> Vec<f64> {
-    let gap = |(node, fade_radius): (usize, &f64)| {
-        let foot = surface.nearest_apart(node, 2.0 * fade_radius);
+    collect_in_blocks(fade_radius.len(), SMALL_BLOCK, |node| {
+        let foot = surface.nearest_apart(node, 2.0 * fade_radius[node]);
         foot.map_or(f64::INFINITY, |foot| foot.distance_squared.sqrt())
-    };
-    fade_radius.par_iter().enumerate().map(gap).collect()
+    })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 
 use crate::error::Result;
 use crate::linear::{Matrix, svd};
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// Steps sampled where an estimate is enough; errors vary smoothly over most schedules.
@@ -184,20 +184,17 @@ impl Criterion {
     pub fn largest_mean(&self, residuals: &[f64], lever_arms: &[f64]) -> f64 {
         let r = self.n_modes.max(1);
         let n_nodes = residuals.len() / r;
-        let sums = residuals
-            .par_chunks(r * MEAN_CHUNK)
-            .enumerate()
-            .map(|(chunk, nodes)| {
-                let mut sums = vec![0.0; self.n_steps];
-                for (i, residual) in nodes.chunks_exact(r).enumerate() {
-                    let lever_arms = self.arms_of(MEAN_CHUNK * chunk + i, lever_arms);
-                    for (step, sum) in sums.iter_mut().enumerate() {
-                        *sum += self.at_step(residual, lever_arms, step);
-                    }
+        let sums = parallel::map_blocks(n_nodes, MEAN_CHUNK, &|nodes| {
+            let mut sums = vec![0.0; self.n_steps];
+            for node in nodes {
+                let residual = &residuals[node * r..][..r];
+                let lever_arms = self.arms_of(node, lever_arms);
+                for (step, sum) in sums.iter_mut().enumerate() {
+                    *sum += self.at_step(residual, lever_arms, step);
                 }
-                sums
-            })
-            .collect::<Vec<_>>();
+            }
+            sums
+        });
         let mean = |step: usize| {
             let total: f64 = sums.iter().map(|sums| sums[step]).sum();
             total / n_nodes.max(1) as f64
@@ -211,24 +208,24 @@ impl Criterion {
         if self.n_modes == 0 {
             return vec![0.0; self.n_steps];
         }
-        let mut nodes: Vec<(f64, &[f64], &[f64])> = residuals
-            .par_chunks_exact(self.n_modes)
-            .enumerate()
-            .map(|(node, e)| {
-                let lever_arms = self.arms_of(node, lever_arms);
-                let length = self.sum(lever_arms, |_, modes| squared_norm(&e[modes]).sqrt());
-                (length, lever_arms, e)
-            })
-            .collect();
-        nodes.par_sort_by(|a, b| b.0.total_cmp(&a.0));
+        let residual = |node: usize| &residuals[node * self.n_modes..][..self.n_modes];
+        // The bits of numbers that are not negative are in the order of the numbers.
+        let mut falling = parallel::collect(residuals.len() / self.n_modes, |node| {
+            let (lever_arms, e) = (self.arms_of(node, lever_arms), residual(node));
+            let length = self.sum(lever_arms, |_, modes| squared_norm(&e[modes]).sqrt());
+            (!length.to_bits(), node as u32)
+        });
+        parallel::sort(&mut falling);
         (0..self.n_steps)
             .map(|k| {
                 let mut largest = 0.0;
-                for (length, lever_arms, residual) in &nodes {
-                    if length * self.norms[k] <= largest {
+                for &(bits, node) in &falling {
+                    if f64::from_bits(!bits) * self.norms[k] <= largest {
                         break;
                     }
-                    largest = f64::max(largest, self.at_step(residual, lever_arms, k));
+                    let node = node as usize;
+                    let error = self.at_step(residual(node), self.arms_of(node, lever_arms), k);
+                    largest = f64::max(largest, error);
                 }
                 largest
             })

@@ -9,8 +9,8 @@ use super::kernel::{C0, C2, C4, C6, Kernel, Radial};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, scale};
 use crate::linear;
+use crate::parallel::{self, Scratch};
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 use std::marker::PhantomData;
 
 /// Points that one task works on; their bounding box decides which base points they see.
@@ -57,15 +57,18 @@ impl WeightedBase<'_> {
     /// `add_at` with the instructions of `arch`, to compare their speed.
     pub fn add_at_with(&self, arch: Arch, points: &[Vector], out: &mut [f64]) {
         assert_eq!(out.len(), points.len() * self.n_columns);
-        if self.n_columns == 0 || self.points.is_empty() {
+        let r = self.n_columns;
+        if r == 0 || self.points.is_empty() {
             return;
         }
-        out.par_chunks_mut(BLOCK * self.n_columns)
-            .zip(points.par_chunks(BLOCK))
-            .for_each_init(NearbyBase::default, |nearby, (out, points)| {
+        let scratch = Scratch::new(NearbyBase::default);
+        parallel::for_blocks(out, BLOCK * r, &|first, out| {
+            let points = &points[first / r..][..out.len() / r];
+            scratch.with(|nearby| {
                 nearby.gather(self, points);
                 self.add_block(arch, nearby, points, out);
             });
+        });
     }
 
     fn add_block(&self, arch: Arch, nearby: &mut NearbyBase, points: &[Vector], out: &mut [f64]) {

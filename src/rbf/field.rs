@@ -3,7 +3,7 @@
 use super::interpolant::Interpolant;
 use crate::geometry::vector::{Vector, add, weighted_sum};
 use crate::geometry::{Bounds, curve};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Nodes that one task moves or places; sums over surface nodes are taken in blocks of it.
 pub const BLOCK: usize = 4096;
@@ -59,29 +59,22 @@ impl Field {
             return;
         }
         let (coefficients, _) = coefficients.as_chunks::<3>();
-        match &self.nodes {
-            None => out
-                .par_chunks_mut(BLOCK)
-                .zip(reference.par_chunks(BLOCK))
-                .zip(self.values.par_chunks(BLOCK * self.n_modes))
-                .for_each(|((out, reference), values)| {
-                    displace_block(values, coefficients, reference, out);
-                }),
-            Some(nodes) => {
-                let blocks = out.par_chunks_mut(BLOCK).zip(reference.par_chunks(BLOCK));
-                blocks.enumerate().for_each(|(block, (out, reference))| {
-                    out.copy_from_slice(reference);
-                    let first = block * BLOCK;
-                    let from = nodes.partition_point(|&node| (node as usize) < first);
-                    let to = nodes.partition_point(|&node| (node as usize) < first + out.len());
-                    for row in from..to {
-                        let at = nodes[row] as usize - first;
-                        let values = &self.values[row * self.n_modes..][..self.n_modes];
-                        out[at] = add(reference[at], weighted_sum(values, coefficients));
-                    }
-                });
+        let r = self.n_modes;
+        parallel::for_blocks(out, BLOCK, &|first, out| {
+            let reference = &reference[first..][..out.len()];
+            let Some(nodes) = &self.nodes else {
+                let values = &self.values[first * r..][..out.len() * r];
+                return displace_block(values, coefficients, reference, out);
+            };
+            out.copy_from_slice(reference);
+            let from = nodes.partition_point(|&node| (node as usize) < first);
+            let to = nodes.partition_point(|&node| (node as usize) < first + out.len());
+            for row in from..to {
+                let at = nodes[row] as usize - first;
+                let values = &self.values[row * r..][..r];
+                out[at] = add(reference[at], weighted_sum(values, coefficients));
             }
-        }
+        });
     }
 }
 

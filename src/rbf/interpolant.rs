@@ -8,7 +8,7 @@ use super::Basis;
 use super::evaluate::WeightedBase;
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, scale, sub};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Terms of a linear polynomial.
 pub const LINEAR: usize = 4;
@@ -99,15 +99,15 @@ impl Polynomial {
         if r == 0 {
             return;
         }
-        out.par_chunks_exact_mut(r)
-            .zip(points)
-            .for_each(|(row, point)| {
+        parallel::for_blocks(out, parallel::BLOCK * r, &|first, rows| {
+            for (row, point) in rows.chunks_exact_mut(r).zip(&points[first / r..]) {
                 let terms = self.frame.terms(point);
                 for (term, beta) in terms.iter().zip(self.coefficients.chunks_exact(r)) {
                     for (value, b) in row.iter_mut().zip(beta) {
                         *value += term * b;
                     }
                 }
-            });
+            }
+        });
     }
 }

@@ -10,8 +10,8 @@ use super::space::Space;
 use super::targets::{Chosen, LEAST_POWER, Targets};
 use crate::geometry::vector::Vector;
 use crate::linear::{GrowingCholesky, Matrix};
+use crate::parallel;
 use multiversion::multiversion;
-use rayon::prelude::*;
 
 /// Candidates that one task keeps up to date.
 const CHUNK: usize = 256;
@@ -71,20 +71,18 @@ impl<'a> Candidates<'a> {
         let criterion = targets.criterion;
         let r = criterion.n_modes();
         let base: Vec<Vector> = chosen.base.iter().map(|&i| targets.points[i]).collect();
-        let chunks = nodes
-            .par_chunks(CHUNK)
-            .map(|nodes| {
-                let residuals = nodes
-                    .iter()
-                    .flat_map(|&i| &residuals[i * r..(i + 1) * r])
-                    .copied()
-                    .collect();
-                let mut chunk = Chunk::new(space, nodes, &targets, residuals);
-                chunk.start(space, &base, &chosen.factor);
-                chunk.find_worst(criterion);
-                chunk
-            })
-            .collect();
+        let chunks = parallel::map_blocks(nodes.len(), CHUNK, &|range| {
+            let nodes = &nodes[range];
+            let residuals = nodes
+                .iter()
+                .flat_map(|&i| &residuals[i * r..(i + 1) * r])
+                .copied()
+                .collect();
+            let mut chunk = Chunk::new(space, nodes, &targets, residuals);
+            chunk.start(space, &base, &chosen.factor);
+            chunk.find_worst(criterion);
+            chunk
+        });
         Self {
             space,
             criterion,
@@ -114,7 +112,7 @@ impl<'a> Candidates<'a> {
             chosen.base.push(self.chunks[chunk].nodes[worst.at]);
             chosen.factor.push(&new.row, new.diagonal);
             let (space, criterion) = (self.space, self.criterion);
-            self.chunks.par_iter_mut().for_each(|chunk| {
+            parallel::for_items(&mut self.chunks, &|_, chunk| {
                 chunk.add(space, &new);
                 chunk.find_worst(criterion);
             });

@@ -16,7 +16,7 @@ use super::newton::subtract_rows;
 use super::space::Space;
 use super::targets::LEAST_POWER;
 use crate::geometry::vector::Vector;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Candidates that one task keeps up to date.
 const CHUNK: usize = 256;
@@ -33,11 +33,9 @@ pub fn by_power(
     least: f64,
     max_points: usize,
 ) -> Vec<usize> {
-    let mut chunks: Vec<Chunk<'_>> = points
-        .par_chunks(CHUNK)
-        .zip(weights.par_chunks(CHUNK))
-        .map(|(points, weights)| Chunk::new(space, points, weights))
-        .collect();
+    let mut chunks = parallel::map_blocks(points.len(), CHUNK, &|range| {
+        Chunk::new(space, &points[range.clone()], &weights[range])
+    });
     let mut base = Vec::new();
     while base.len() < max_points {
         let largest = chunks.iter().enumerate().fold(None, larger);
@@ -46,9 +44,7 @@ pub fn by_power(
         };
         base.push(CHUNK * at + worst.at);
         let new = chunks[at].take(worst.at);
-        chunks
-            .par_iter_mut()
-            .for_each(|chunk| chunk.add(space, &new));
+        parallel::for_items(&mut chunks, &|_, chunk| chunk.add(space, &new));
     }
     base
 }

@@ -15,7 +15,7 @@ use super::newton::Candidates;
 use super::space::Space;
 use super::targets::{Chosen, Targets};
 use crate::error::Result;
-use rayon::prelude::*;
+use crate::parallel::{self, BLOCK};
 
 /// Which error has to come below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -231,10 +231,12 @@ fn residuals(space: &Space, interpolant: &Interpolant, targets: Targets<'_>) -> 
         interpolant.negated().add_at(targets.points, &mut residuals);
     }
     if space.constraints.is_some() && interpolant.n_columns > 0 {
-        residuals
-            .par_chunks_mut(interpolant.n_columns)
-            .enumerate()
-            .for_each(|(point, residual)| space.project(point, residual));
+        let r = interpolant.n_columns;
+        parallel::for_blocks(&mut residuals, BLOCK * r, &|first, rows| {
+            for (i, residual) in rows.chunks_exact_mut(r).enumerate() {
+                space.project(first / r + i, residual);
+            }
+        });
     }
     residuals
 }
@@ -262,21 +264,18 @@ fn largest_error(targets: &Targets<'_>, residuals: &[f64], tolerance: f64) -> f6
     let criterion = targets.criterion;
     let r = criterion.n_modes().max(1);
     let largest = |error: fn(&Criterion, &[f64], &[f64]) -> f64, floor: f64| {
-        residuals
-            .par_chunks(r * NODES)
-            .enumerate()
-            .map(|(chunk, nodes)| {
-                let errors = nodes.chunks_exact(r).enumerate();
-                errors.fold(floor, |worst, (i, e)| {
-                    let lever_arms = criterion.arms_of(NODES * chunk + i, targets.lever_arms);
-                    if criterion.bound(e, lever_arms) <= worst {
-                        worst
-                    } else {
-                        f64::max(worst, error(criterion, e, lever_arms))
-                    }
-                })
+        let blocks = parallel::map_blocks(residuals.len() / r, NODES, &|nodes| {
+            nodes.fold(floor, |worst, node| {
+                let e = &residuals[node * r..][..r];
+                let lever_arms = criterion.arms_of(node, targets.lever_arms);
+                if criterion.bound(e, lever_arms) <= worst {
+                    worst
+                } else {
+                    f64::max(worst, error(criterion, e, lever_arms))
+                }
             })
-            .reduce(|| floor, f64::max)
+        });
+        blocks.into_iter().fold(floor, f64::max)
     };
     let estimate = largest(Criterion::sampled, 0.0);
     if estimate > tolerance && tolerance > 0.0 {
@@ -291,22 +290,20 @@ fn worst_of_runs(targets: &Targets<'_>, residuals: &[f64], runs: usize) -> Vec<u
     let r = criterion.n_modes();
     let n = residuals.len() / r;
     let length = n.div_ceil(runs).max(1);
-    residuals
-        .par_chunks(length * r)
-        .enumerate()
-        .filter_map(|(run, residuals)| {
-            let mut worst = (usize::MAX, -1.0);
-            for (i, e) in residuals.chunks_exact(r).enumerate() {
-                let image = !targets.images.is_empty() && targets.images[run * length + i];
-                let lever_arms = criterion.arms_of(run * length + i, targets.lever_arms);
-                if !image && criterion.bound(e, lever_arms) > worst.1 {
-                    let error = criterion.sampled(e, lever_arms);
-                    if error > worst.1 {
-                        worst = (i, error);
-                    }
+    let worst = parallel::map_blocks(n, length, &|nodes| {
+        let mut worst = (usize::MAX, -1.0);
+        for node in nodes {
+            let e = &residuals[node * r..][..r];
+            let image = !targets.images.is_empty() && targets.images[node];
+            let lever_arms = criterion.arms_of(node, targets.lever_arms);
+            if !image && criterion.bound(e, lever_arms) > worst.1 {
+                let error = criterion.sampled(e, lever_arms);
+                if error > worst.1 {
+                    worst = (node, error);
                 }
             }
-            (worst.1 >= 0.0).then(|| run * length + worst.0)
-        })
-        .collect()
+        }
+        (worst.1 >= 0.0).then_some(worst.0)
+    });
+    worst.into_iter().flatten().collect()
 }

@@ -5,7 +5,7 @@ use super::interpolant::{Interpolant, LINEAR, Polynomial, PolynomialFrame};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::linear::{Cholesky, Matrix, svd};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Singular values of the polynomial's system below this part of the largest are left out: base
 /// points in one plane, or fewer than four of them.
@@ -122,14 +122,14 @@ fn by_rows(matrix: &Matrix) -> Vec<f64> {
 fn kernel_matrix(basis: Basis, base: &[Vector]) -> Matrix {
     let n = base.len();
     let mut phi = Matrix::zeros(n, n);
-    phi.values_mut()
-        .par_chunks_mut(n)
-        .zip(base.par_iter())
-        .for_each(|(column, b)| {
+    parallel::for_items(
+        phi.values_mut().chunks_mut(n).zip(base),
+        &|_, (column, b)| {
             for (value, a) in column.iter_mut().zip(base) {
                 *value = basis.between(a, b);
             }
-        });
+        },
+    );
     phi
 }
 

@@ -4,7 +4,7 @@ use super::Basis;
 use super::evaluate::WeightedBase;
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, add};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Points whose values one task sums up.
 const CHUNK: usize = 4096;
@@ -28,11 +28,10 @@ pub fn transposed(
     values: &[Vector],
 ) -> Vec<Vector> {
     let mut sums = vec![[0.0; 3]; base.len()];
-    for chunks in order.chunks(CHUNK * CHUNKS) {
-        let chunks = chunks.par_chunks(CHUNK);
-        let parts: Vec<ChunkSums> = chunks
-            .map(|nodes| ChunkSums::of(basis, base, points, nodes, values))
-            .collect();
+    for order in order.chunks(CHUNK * CHUNKS) {
+        let parts = parallel::map_blocks(order.len(), CHUNK, &|nodes| {
+            ChunkSums::of(basis, base, points, &order[nodes], values)
+        });
         for part in &parts {
             for (&j, sum) in part.base.iter().zip(&part.sums) {
                 sums[j as usize] = add(sums[j as usize], *sum);

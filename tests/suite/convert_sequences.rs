@@ -137,7 +137,7 @@ fn a_schedule_that_comes_back_to_an_azimuth_leaves_a_sequence_that_is_read() {
         let args = ["deform", "n.vtu", "again.toml", "-o", format];
         let run = succeed(path, &[&args[..], &["--format", format]].concat());
         assert!(
-            run.err.contains("steps 0 and 1 have one time, 0"),
+            run.err.contains("steps 0 and 1 have the same time, 0"),
             "{run:?}"
         );
         let times = &json(path, &["info", format])["times"];

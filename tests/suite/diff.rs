@@ -90,7 +90,7 @@ fn a_renumbered_mesh_is_matched_by_position() {
     let run = azimesh(folder.path(), &far);
     assert!(
         run.out
-            .contains("1 node of the first and 1 of the second have no partner"),
+            .contains("1 node of the first mesh and 1 of the second have no partner"),
         "{run:?}"
     );
 }

@@ -1,5 +1,6 @@
 //! `info`, `convert`, `quality` and `diff` from outside, on a mesh of two triangles.
 
+use crate::support::assert_says;
 use assert_cmd::Command;
 use std::path::Path;
 use tempfile::TempDir;
@@ -105,7 +106,7 @@ fn convert_scales_and_renames() {
     let wrong = ["convert", "square.su2", "x.su2", "--rename-tag", "wal=w"];
     let (code, _, error) = azimesh(folder.path(), &wrong);
     assert_eq!(code, 2);
-    assert!(error.contains("did you mean \"wall\"?"), "{error}");
+    assert_says(&error, &["wal", "\"wall\""]);
     assert!(!folder.path().join("x.su2").exists());
 }
 
@@ -116,7 +117,7 @@ fn a_factor_that_would_turn_cells_inside_out_is_refused() {
         let convert = ["convert", "square.su2", "x.su2", "--scale", factor];
         let (code, _, error) = azimesh(folder.path(), &convert);
         assert_eq!(code, 2, "{error}");
-        assert!(error.contains("finite number above 0"), "{error}");
+        assert_says(&error, &["--scale", "0"]);
     }
 }
 
@@ -132,8 +133,7 @@ fn tags_of_one_name_are_renamed_together_and_merged_with_a_note() {
     let convert = ["convert", "twins.msh", "x.su2", "--rename-tag", "wall=hub"];
     let (code, _, notes) = azimesh(folder.path(), &convert);
     assert_eq!(code, 0, "{notes}");
-    let note = "2 tags are called \"hub\" and become one";
-    assert!(notes.contains(note), "{notes}");
+    assert_says(&notes, &["2 tags", "\"hub\""]);
     let found = json(folder.path(), &["info", "x.su2"]);
     assert_eq!(found["boundary_tags"][0]["faces"], 2);
     let (_, text, _) = azimesh(folder.path(), &["info", "twins.msh"]);
@@ -182,19 +182,19 @@ fn quality_writes_to_standard_output_in_the_format_that_is_named() {
 fn an_unknown_sample_is_answered_with_those_there_are() {
     let folder = folder();
     for (sample, told) in [
-        (&["cylinder"][..], "naca0012, blade, rotor, block"),
+        (&["cylinder"][..], &["naca0012, blade, rotor, block"][..]),
         (
             &["naca0012", "-o", "x.vtu", "--first-cell", "-1"],
-            "from 1e-9 to 0.02, found -1",
+            &["1e-9", "0.02", "-1"],
         ),
         (
             &["rotor", "-o", "x.vtu", "--blades", "4", "--nodes", "900"],
-            "for each of 4 blades",
+            &["4 blades"],
         ),
     ] {
         let (code, _, error) = azimesh(folder.path(), &[&["sample"], sample].concat());
         assert_eq!(code, 2, "{error}");
-        assert!(error.contains(told), "{error}");
+        assert_says(&error, told);
     }
 }
 
@@ -226,9 +226,9 @@ fn quality_names_inverted_cells_and_fails_on_request() {
     let unknown = ["quality", "square.su2", "--fail-on", "invertd>0"];
     let (code, _, error) = azimesh(folder.path(), &unknown);
     assert_eq!(code, 2);
-    assert!(
-        error.contains("there are: inverted, inverted_reference, min_volume"),
-        "{error}"
+    assert_says(
+        &error,
+        &["invertd", "inverted, inverted_reference, min_volume"],
     );
 }
 
@@ -284,10 +284,10 @@ fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells(
     assert_eq!(worst[0]["nearest_tag"], "far");
     let (code, text, error) = azimesh(folder.path(), &judge);
     assert_eq!((code, text.lines().count()), (1, 1 + 3 + 3));
-    assert!(error.contains("inverted>0 holds at step 1"), "{error}");
+    assert_says(&error, &["inverted>0", "step 1"]);
     let (code, _, error) = azimesh(folder.path(), &["quality", "run", "-o", "x.vtu"]);
     assert_eq!(code, 2);
-    assert!(error.contains("-o writes one mesh"), "{error}");
+    assert_says(&error, &["-o"]);
 }
 
 #[test]
@@ -296,5 +296,5 @@ fn quality_of_a_folder_without_a_sequence_says_what_is_missing() {
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let (code, _, error) = azimesh(folder.path(), &["quality", "empty"]);
     assert_eq!(code, 2);
-    assert!(error.contains("it holds no sequence (no .pvd"), "{error}");
+    assert_says(&error, &["empty: ", ".pvd"]);
 }

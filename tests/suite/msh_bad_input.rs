@@ -112,7 +112,7 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
     let error = read(file.replace("1 1 1 2\r", "1 1 1 2 7\r").as_bytes());
     assert_eq!(
         error.expect_err("there is no node 7").to_string(),
-        "line 12: a triangle has node 7, which is not among $Nodes"
+        "line 12: a triangle has node 7, which is not in $Nodes"
     );
 }
 

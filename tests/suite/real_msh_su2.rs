@@ -32,7 +32,7 @@ fn real_meshes() -> Vec<(PathBuf, Mesh)> {
             Ok(loaded) => meshes.push((path, loaded.mesh)),
             Err(error) => assert!(
                 error.position.is_some()
-                    || error.message.contains("no known mesh format")
+                    || error.message.contains("the mesh format is not known")
                     || error.message.contains("the file is empty"),
                 "no place: {error}"
             ),

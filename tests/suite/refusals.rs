@@ -1,7 +1,7 @@
-//! Bad input and failed checks from outside: one clear sentence, the right exit code, and no output
-//! file left behind.
+//! Bad input and failed checks from outside: one sentence with the place, the numbers and the names, the right exit
+//! code, and no output file left behind.
 
-use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
+use crate::support::{airfoil, assert_says, azimesh, json, names, rewrite, succeed};
 use azimesh::formats::{self, Commit, WriteOptions};
 use azimesh::mesh::{CellKind, Group, Mesh};
 use std::path::Path;
@@ -14,9 +14,7 @@ fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
     assert_eq!(run.out, "", "{args:?}");
     assert!(run.err.starts_with("error: "), "{}", run.err);
     assert_eq!(run.err.lines().count(), 1, "{}", run.err);
-    for part in parts {
-        assert!(run.err.contains(part), "{part:?} is not in {}", run.err);
-    }
+    assert_says(&run.err, parts);
     assert_eq!(names(folder), before, "{args:?}");
 }
 
@@ -44,7 +42,7 @@ fn a_wrong_schedule_is_refused_at_its_line() {
         folder,
         "kernel =",
         "kernal =",
-        &["s.toml:23: ", "`kernal`", "did you mean `kernel`?"],
+        &["s.toml:23: ", "`kernal`", "`kernel`"],
     );
     schedule_refused(
         folder,
@@ -56,9 +54,9 @@ fn a_wrong_schedule_is_refused_at_its_line() {
         folder,
         "step = 10.0",
         "step = 0.0",
-        &["s.toml:8: ", "`step` is 0", "other than 0"],
+        &["s.toml:8: ", "`step`", "0"],
     );
-    schedule_refused(folder, "[rbf]", "[rbf", &["s.toml:22: ", "not TOML"]);
+    schedule_refused(folder, "[rbf]", "[rbf", &["s.toml:22: ", "TOML"]);
     schedule_refused(
         folder,
         "fixed = [\"farfield\"]",
@@ -80,10 +78,10 @@ fn a_tag_with_two_roles_is_refused() {
     let folder = airfoil();
     let old = "fixed = [\"farfield\"]";
     let slide = "fixed = [\"farfield\"]\nslide = [\"farfield\"]";
-    let parts = ["s.toml:21: ", "\"farfield\" is fixed and sliding"];
+    let parts = ["s.toml:21: ", "\"farfield\"", "fixed", "slid"];
     schedule_refused(folder.path(), old, slide, &parts);
     let periodic = "others = \"slide\"\nperiodic = [ { pair = [\"far*\", \"farfield\"] } ]";
-    let parts = ["s.toml:21: ", "both sides of a periodic pair"];
+    let parts = ["s.toml:21: ", "periodic"];
     schedule_refused(folder.path(), old, periodic, &parts);
 }
 
@@ -93,7 +91,7 @@ fn a_mesh_without_tags_is_refused() {
     let triangle = "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 0\n";
     std::fs::write(folder.path().join("bare.su2"), triangle).unwrap();
     let args = ["deform", "bare.su2", "n.toml", "-o", "out"];
-    refused(folder.path(), &args, &["no boundary tags", "tag its"]);
+    refused(folder.path(), &args, &["boundary tags"]);
 }
 
 #[test]
@@ -105,8 +103,8 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     std::fs::write(folder.join("empty.xyz"), "").unwrap();
     std::fs::write(folder.join("note.dat"), "hello\n").unwrap();
     for (mesh, parts) in [
-        ("no.vtu", ["no.vtu: ", "no such file"]),
-        ("folder", ["folder: ", "a folder, not a mesh"]),
+        ("no.vtu", ["no.vtu: ", "file"]),
+        ("folder", ["folder: ", "mesh"]),
         ("empty.vtu", ["empty.vtu: ", "empty"]),
         ("empty.xyz", ["empty.xyz: ", "empty"]),
         ("note.dat", ["\"hello\\n\"", "SU2 mesh (.su2)"]),
@@ -118,15 +116,12 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
         refused(folder, &["diff", "n.vtu", mesh], &parts);
     }
     let deform = |schedule| ["deform", "n.vtu", schedule, "-o", "out"];
-    refused(folder, &deform("no.toml"), &["no.toml: ", "no such file"]);
+    refused(folder, &deform("no.toml"), &["no.toml: ", "file"]);
     refused(folder, &deform("folder"), &["folder: ", "directory"]);
     refused(
         folder,
         &["convert", "n.vtu", "out.xyz"],
-        &[
-            "out.xyz: ",
-            "known endings: .pvtu, .vtu, .vtkhdf, .vtk, .msh,",
-        ],
+        &["out.xyz: ", ".pvtu, .vtu, .vtkhdf, .vtk, .msh,"],
     );
     refused(
         folder,
@@ -164,7 +159,7 @@ fn a_folder_of_an_earlier_run_is_kept_unless_forced() {
     let deform = ["deform", "n.vtu", "n.toml", "-q", "-o", "out"];
     succeed(folder, &deform);
     std::fs::write(folder.join("out/notes.txt"), "mine").unwrap();
-    refused(folder, &deform, &["out: ", "earlier run", "--force"]);
+    refused(folder, &deform, &["out: ", "--force"]);
     assert!(folder.join("out/n_0036.vtu").is_file());
     rewrite(
         folder,
@@ -197,7 +192,7 @@ fn outputs_are_kept_unless_forced() {
         &["convert", "n.vtu", "n.vtu"],
         &["sample", "block", "-o", "n.vtu"],
     ] {
-        refused(folder, args, &["exists", "--force"]);
+        refused(folder, args, &[args[args.len() - 1], "--force"]);
         succeed(folder, &[args, &["--force"]].concat());
     }
 }
@@ -280,11 +275,7 @@ fn f32_is_refused_where_it_would_change_a_first_cell() {
     )
     .unwrap();
     let args = ["deform", "fine.vtu", "s.toml", "-q", "-o", "out"];
-    refused(
-        folder,
-        &args,
-        &["\"f32\"", "height of a first cell", "\"f64\""],
-    );
+    refused(folder, &args, &["\"f32\"", "first-cell", "\"f64\""]);
     succeed(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "coarse"]);
 }
 
@@ -297,13 +288,14 @@ fn an_unreachable_tolerance_saves_the_base_points_and_writes_no_mesh() {
     let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "out"]);
     assert_eq!((run.code, run.out.as_str()), (1, ""), "{run:?}");
     assert_eq!(run.err.lines().count(), 1, "{}", run.err);
-    for part in ["s.toml", "0.0001 is not met", "3 base points", "max_points"] {
-        assert!(run.err.contains(part), "{part:?} is not in {}", run.err);
-    }
+    assert_says(
+        &run.err,
+        &["s.toml", "0.0001", "3 base points", "max_points"],
+    );
     let left = ["base.toml", "base.vtp", "run.json"];
     assert_eq!(names(&folder.join("out")), left);
     let record = std::fs::read_to_string(folder.join("out/run.json")).unwrap();
-    assert!(record.contains("is not met"), "{record}");
+    assert_says(&record, &["0.0001", "3 base points"]);
 }
 
 #[test]
@@ -313,13 +305,9 @@ fn inverted_cells_give_exit_code_1_and_stop_where_asked() {
     rewrite(folder, "n.toml", "s.toml", &[("sin = 10.0", "sin = 170.0")]);
     let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-o", "out"]);
     assert_eq!(run.code, 1, "{run:?}");
-    assert!(run.err.contains("azimuth 30 degrees) has "), "{}", run.err);
-    assert!(
-        run.err.contains("more like these; -v shows them"),
-        "{}",
-        run.err
-    );
-    assert!(run.out.contains("steps with inverted cells"), "{}", run.out);
+    assert_says(&run.err, &["step 3", "30 degrees"]);
+    assert_says(&run.err, &["-v"]);
+    assert_says(&run.out, &["inverted cells"]);
     assert!(folder.join("out/n_0036.vtu").is_file());
     let stop = ("[rbf]", "[output]\non_inverted = \"stop\"\n[rbf]");
     rewrite(folder, "s.toml", "s.toml", &[stop]);
@@ -328,7 +316,7 @@ fn inverted_cells_give_exit_code_1_and_stop_where_asked() {
         &["deform", "n.vtu", "s.toml", "-q", "-o", "stopped"],
     );
     assert_eq!((run.code, run.err.lines().count()), (1, 1), "{run:?}");
-    assert!(run.err.contains("stopped before writing it"), "{}", run.err);
+    assert_says(&run.err, &["step"]);
     let rows = std::fs::read_to_string(folder.join("stopped/steps.csv")).unwrap();
     let meshes = names(&folder.join("stopped"));
     let meshes = meshes.iter().filter(|name| name.ends_with(".vtu")).count();
@@ -342,11 +330,11 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let folder = folder.path();
     let deform = ["deform", "n.vtu", "n.toml", "-q", "--fail-on"];
     let unknown = [&deform[..], &["invertd>0", "-o", "out"]].concat();
-    refused(folder, &unknown, &["\"invertd\"", "did you mean inverted?"]);
+    refused(folder, &unknown, &["\"invertd\"", "inverted"]);
     let none = ("[rbf]", "[output]\nquality = \"none\"\n[rbf]");
     rewrite(folder, "n.toml", "none.toml", &[none]);
     for (schedule, condition, reason) in [
-        ("n.toml", "time_s>0", "has neither [time] nor rotor.rpm"),
+        ("n.toml", "time_s>0", "rotor.rpm"),
         ("none.toml", "inverted>0", "output.quality = \"none\""),
         (
             "none.toml",
@@ -364,7 +352,7 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
             "--fail-on",
             condition,
         ];
-        refused(folder, &args, &["has no values in this run, since", reason]);
+        refused(folder, &args, &[&condition[..condition.len() - 2], reason]);
     }
     let met = [&deform[..], &["min_scaled_jacobian<0.9", "-o", "met"]].concat();
     assert_eq!(azimesh(folder, &met).code, 1);
@@ -383,7 +371,7 @@ fn what_is_no_file_of_base_points_is_refused_with_what_it_should_be() {
         let args = [
             "deform", "n.vtu", "n.toml", "-q", "-o", "out", "--base", file,
         ];
-        refused(folder, &args, &[file, "this is no file of base points"]);
+        refused(folder, &args, &[file, "base points"]);
     }
 }
 
@@ -392,7 +380,7 @@ fn an_output_folder_that_cannot_be_is_refused_in_a_sentence() {
     let folder = airfoil();
     let folder = folder.path();
     let deform = |out| ["deform", "n.vtu", "n.toml", "-q", "-o", out];
-    refused(folder, &deform("n.vtu"), &["n.vtu: ", "not a folder"]);
+    refused(folder, &deform("n.vtu"), &["n.vtu: ", "folder"]);
     refused(folder, &deform("n.vtu/out"), &["n.vtu/out: "]);
     refused(folder, &["convert", "n.vtu", "n.vtu/o.vtu"], &["o.vtu: "]);
     refused(folder, &["convert", "n.vtu", "no/o.vtu"], &["no/o.vtu: "]);

@@ -1,4 +1,4 @@
-//! Standard input and output, packed files, and pipes whose reader leaves.
+//! Standard input and output, compressed files, and pipes whose reader leaves.
 
 use crate::support::{azimesh, short, succeed};
 use std::fs::{self, File};
@@ -79,7 +79,7 @@ fn what_needs_a_file_beside_it_is_refused_on_standard_output() {
     assert!(run.stdout.is_empty());
     let message = String::from_utf8(run.stderr).unwrap();
     assert!(
-        message.contains("standard output has no place"),
+        message.contains("standard output can hold only one"),
         "{message}"
     );
     let run = piped(&["convert", "-", "-"], PLANE.as_bytes());
@@ -126,7 +126,7 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
 }
 
 #[test]
-fn a_packed_file_is_read_whatever_it_is_called() {
+fn a_compressed_file_is_read_whatever_it_is_called() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let gzip = |text: &str| {
@@ -144,7 +144,7 @@ fn a_packed_file_is_read_whatever_it_is_called() {
     assert!(info.out.contains("wing"), "{info:?}");
     let run = azimesh(folder, &["convert", "plane", "out.su2.gz"]);
     assert_eq!(run.code, 2);
-    assert!(run.err.contains("write out.su2 and pack it"), "{run:?}");
+    assert!(run.err.contains("write out.su2 and compress it"), "{run:?}");
 }
 
 #[test]

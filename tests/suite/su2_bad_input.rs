@@ -62,12 +62,14 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
         "IZONE= 1\n{GOOD}IZONE= 2\n{}",
         GOOD.replace("NDIME= 2", "NDIME= 3")
     );
-    assert!(refusal(&zones).starts_with("line 22: zones of 2 and of 3"));
-    assert!(refusal(&GOOD.replace("NDIME= 2", "NZONE= 3")).contains("zones in the file: 1"));
-    assert!(refusal(&GOOD.replace("NDIME= 2", "IZONE= 1\nIZONE= 1")).contains("a second IZONE"));
+    assert!(refusal(&zones).starts_with("line 22: the zones have dimensions 2 and 3"));
+    assert!(refusal(&GOOD.replace("NDIME= 2", "NZONE= 3")).contains("the file has 1 zone"));
+    assert!(
+        refusal(&GOOD.replace("NDIME= 2", "IZONE= 1\nIZONE= 1")).contains("IZONE= 1 appears twice")
+    );
     assert_eq!(
         refusal(&GOOD.replace("5 0 1 2 0", "2012 0 1 2 0")),
-        "line 4: element type 2012 is a hexahedron of degree 21; those up to 10 are read"
+        "line 4: element type 2012 is a hexahedron of degree 21; degrees up to 10 are read"
     );
     assert!(refusal(&GOOD.replace("5 0 1 2 0", "206 0 1 2 0")).contains("206"));
     assert!(refusal(&GOOD.replace("NPOIN= 5 5", "NPOIN= -5")).contains("negative"));
@@ -79,37 +81,37 @@ fn a_wrong_count_is_named_where_it_stands() {
         (
             "NELEM= 2",
             "NELEM= 1",
-            "line 3: NELEM= 1, but more lines before the next keyword: \"9 1 3 4 2 1\"",
+            "line 3: NELEM= 1, but there are more lines before the next keyword: \"9 1 3 4 2 1\"",
         ),
         (
             "NELEM= 2",
             "NELEM= 3",
-            "line 3: NELEM= 3, but 2 lines before \"NPOIN= 5 5\"",
+            "line 3: NELEM= 3, but only 2 lines before \"NPOIN= 5 5\"",
         ),
         (
             "NELEM= 2",
             "NELEM= 9",
-            "line 3: NELEM= 9, but 2 lines before \"NPOIN= 5 5\"",
+            "line 3: NELEM= 9, but only 2 lines before \"NPOIN= 5 5\"",
         ),
         (
             "NPOIN= 5 5",
             "NPOIN= 6",
-            "line 6: NPOIN= 6, but 5 lines before \"NMARK= 2\"",
+            "line 6: NPOIN= 6, but only 5 lines before \"NMARK= 2\"",
         ),
         (
             "ELEMS= 2",
             "ELEMS= 1",
-            "line 14: MARKER_ELEMS= 1, but more lines before the next keyword: \"3 1 3\"",
+            "line 14: MARKER_ELEMS= 1, but there are more lines before the next keyword: \"3 1 3\"",
         ),
         (
             "ELEMS= 2",
             "ELEMS= 3",
-            "line 14: MARKER_ELEMS= 3, but 2 lines before \"MARKER_TAG= far\"",
+            "line 14: MARKER_ELEMS= 3, but only 2 lines before \"MARKER_TAG= far\"",
         ),
         (
             "ELEMS= 2",
             "ELEMS= 70",
-            "line 14: MARKER_ELEMS= 70, but 2 lines before \"MARKER_TAG= far\"",
+            "line 14: MARKER_ELEMS= 70, but only 2 lines before \"MARKER_TAG= far\"",
         ),
     ] {
         assert_eq!(refusal(&GOOD.replace(right, wrong)), refused);

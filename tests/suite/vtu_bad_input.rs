@@ -181,7 +181,7 @@ fn what_is_wrong_in_text_is_named_with_its_place() {
         (
             "0 1 0<",
             "0 1 0 5<",
-            "Points: it has 10 values, no whole number of tuples of 3",
+            "Points: it has 10 values, which is not a whole number of tuples of 3",
         ),
         (
             "0 1 0<",
@@ -189,11 +189,7 @@ fn what_is_wrong_in_text_is_named_with_its_place() {
             "Points: it has 12 values; it must have 3 tuples",
         ),
         ("7 8", "7 8 9", "i: it has 3 values; it must have 2 tuples"),
-        (
-            "1 0 0",
-            "1 nan 0",
-            "line 6: node 1 has coordinates [1.0, NaN, 0.0]",
-        ),
+        ("1 0 0", "1 nan 0", "line 6: node 1 is at [1, NaN, 0]"),
         (
             ">5<",
             ">99<",

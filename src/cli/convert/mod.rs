@@ -37,7 +37,7 @@ pub struct ConvertArgs {
     #[arg(long, value_name = "I")]
     step: Option<usize>,
     /// Write N pieces and a .pvtu that lists them
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number_of_pieces)]
     pieces: Option<NonZeroUsize>,
     #[command(flatten)]
     changes: Changes,
@@ -251,4 +251,10 @@ impl Run<'_> {
             (None, None) => Err(Error::input("-o DIR needs --format")),
         }
     }
+}
+
+/// Reads `--pieces`.
+fn number_of_pieces(text: &str) -> std::result::Result<NonZeroUsize, String> {
+    let number = text.parse().ok().and_then(NonZeroUsize::new);
+    number.ok_or_else(|| "it must be a whole number from 1 on".to_owned())
 }

@@ -2,18 +2,19 @@
 
 use super::options::MorphOptions;
 use super::surface::MorphSurface;
+use crate::deform::prepare::kernel;
 use crate::deform::surface::SurfacePoints;
 use crate::error::{Error, Result};
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, norm};
 use crate::geometry::{Bounds, Transform};
+use crate::parallel::{SMALL_BLOCK, collect_in_blocks};
 use crate::rbf::criterion::Criterion;
 use crate::rbf::power::by_power;
 use crate::rbf::select::{Limits, select};
 use crate::rbf::space::Space;
 use crate::rbf::targets::Targets;
 use crate::rbf::{Basis, Kernel};
-use rayon::prelude::*;
 
 /// The support radius left out, at most this many diagonals of the moving surface.
 const DEFAULT_RADIUS: f64 = 10.0;
@@ -38,7 +39,7 @@ pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) 
     };
     match options.support_radius.unwrap_or(chosen) {
         radius if radius > 0.0 => Ok(Basis {
-            kernel: options.kernel,
+            kernel: kernel(options.kernel),
             radius,
         }),
         _ => Err(Error::input(
@@ -84,7 +85,9 @@ fn by_samples(
         let field = surface.values(sample).map_err(named)?;
         let largest = field.iter().map(|d| norm(*d)).fold(0.0, f64::max);
         if largest == 0.0 {
-            return Err(Error::input(format!("sample {at} displaces nothing")));
+            return Err(Error::input(format!(
+                "sample {at} has only zero displacements"
+            )));
         }
         for (row, d) in values.chunks_exact_mut(r).zip(&field) {
             for axis in 0..3 {
@@ -181,5 +184,6 @@ fn weights(space: &Space, points: &SurfacePoints) -> Vec<f64> {
             (1.0 + away / graded).powf(-beta)
         })
     };
-    points.points.par_iter().map(weight).collect()
+    let points = &points.points;
+    collect_in_blocks(points.len(), SMALL_BLOCK, |at| weight(&points[at]))
 }

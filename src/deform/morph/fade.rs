@@ -3,8 +3,8 @@
 
 use super::surface::MorphSurface;
 use crate::geometry::vector::{Vector, dot, sub};
+use crate::parallel::{SMALL_BLOCK, collect_in_blocks};
 use crate::rbf::correct::{Faded, Fading};
-use rayon::prelude::*;
 
 /// The fade radius in distances between base points.
 const FADE_RADIUS_PER_SPACING: f64 = 1.0;
@@ -33,17 +33,18 @@ pub fn fade_rows(
     let places = &surface.points.points;
     let nearest = if surface.in_plane { 3 } else { 4 };
     let is_moving = surface.is_moving();
-    let fade_radius = places.par_iter().zip(&is_moving).map(|(point, moves)| {
-        let apart = apart(point, base, nearest);
-        match *moves || apart.nearest < radius {
-            true => FADE_RADIUS_PER_SPACING * apart.among,
-            false => 0.0,
+    let fade_radius = collect_in_blocks(places.len(), SMALL_BLOCK, |at| {
+        let apart = apart(&places[at], base, nearest);
+        if is_moving[at] || apart.nearest < radius {
+            FADE_RADIUS_PER_SPACING * apart.among
+        } else {
+            0.0
         }
     });
-    let fading = Fading::new(places, &surface.points.facets, fade_radius.collect());
+    let fading = Fading::new(places, &surface.points.facets, fade_radius);
     let mut rows = fading.faded(nodes);
     rows.retain(|row| !skipped[row.point as usize]);
-    rows.par_sort_unstable_by_key(|row| row.point);
+    rows.sort_unstable_by_key(|row| row.point);
     rows.shrink_to_fit();
     FadeRows {
         fade_radius: fading.fade_radius,

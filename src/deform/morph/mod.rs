@@ -22,6 +22,7 @@ use crate::error::Result;
 use crate::geometry::vector::{Vector, add, norm, scale, sub};
 use crate::geometry::{Bounds, curve};
 use crate::mesh::Mesh;
+use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::constrained::FactoredSystem;
 use crate::rbf::constraint::Constraint;
@@ -32,7 +33,6 @@ use crate::rbf::space::Space;
 use crate::rbf::transposed::transposed;
 use fade::{FadeRows, fade_rows};
 use pairs::Pairs;
-use rayon::prelude::*;
 use std::sync::Arc;
 use surface::{MorphSurface, check_finite};
 
@@ -216,14 +216,7 @@ impl Morph {
     pub fn points(&self, displacements: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
         let mut points = self.displacements_of(displacements)?;
         let reference = &self.mesh.points;
-        points
-            .par_chunks_mut(BLOCK)
-            .zip(reference.par_chunks(BLOCK))
-            .for_each(|(points, reference)| {
-                for (point, x) in points.iter_mut().zip(reference) {
-                    *point = add(*x, *point);
-                }
-            });
+        parallel::update(&mut points, |node, x| *x = add(reference[node], *x));
         for &node in &self.surface.fixed {
             points[node as usize] = reference[node as usize];
         }
@@ -273,7 +266,7 @@ impl Morph {
     /// # Errors
     /// A wrong number of derivatives, and one that is not finite.
     pub fn pull_back(&self, gradient: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
-        check_length("derivatives", gradient.len(), self.mesh.points.len())?;
+        check_length("derivative", gradient.len(), self.mesh.points.len())?;
         for (g, node) in gradient.iter().zip(0..) {
             check_finite("derivative", g, node)?;
         }
@@ -368,9 +361,7 @@ impl Morph {
 
     /// Adds the residuals, fading out.
     fn correct(&self, residuals: &[Vector], out: &mut [Vector]) {
-        let blocks = out.par_chunks_mut(BLOCK).enumerate();
-        blocks.for_each(|(block, out)| {
-            let first = block * BLOCK;
+        parallel::for_blocks(out, BLOCK, &|first, out| {
             let before = |end: usize| self.rows.partition_point(|row| (row.point as usize) < end);
             for row in &self.rows[before(first)..before(first + out.len())] {
                 let out = &mut out[row.point as usize - first];

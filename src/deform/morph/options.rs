@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
-use crate::rbf::Kernel;
+use crate::motion::KernelName;
 
 /// Nodes of a mesh, by the boundary tags that have them or by their numbers.
 ///
@@ -102,12 +102,13 @@ fn check_numbers(numbers: &[u32], option: &str, n_nodes: usize) -> Result<()> {
 /// Options of a [`Morph`](super::Morph): which nodes move, stay and slide, and how base points are chosen.
 ///
 /// ```
-/// use azimesh::MorphOptions;
+/// use azimesh::{Kernel, MorphOptions};
 ///
 /// let options = MorphOptions {
 ///     moving: ["wing", "flap"].into(),
 ///     fixed: "farfield".into(),
 ///     slide: "symmetry".into(),
+///     kernel: Kernel::WendlandC4,
 ///     support_radius: Some(4.0),
 ///     ..Default::default()
 /// };
@@ -134,8 +135,8 @@ pub struct MorphOptions {
     /// of the sample. Without, what the weighted power function may be: the error over the norm of the
     /// displacements in the kernel's space.
     pub tolerance: f64,
-    /// The kernel.
-    pub kernel: Kernel,
+    /// The kernel of the interpolation.
+    pub kernel: KernelName,
     /// Distance at which the kernel has fallen to zero, in mesh units. Left out: the smaller of the
     /// diagonal of the mesh and ten of the moving surface.
     pub support_radius: Option<f64>,
@@ -152,7 +153,7 @@ impl Default for MorphOptions {
             samples: Vec::new(),
             max_points: 1000,
             tolerance: 1e-4,
-            kernel: Kernel::WendlandC2,
+            kernel: KernelName::default(),
             support_radius: None,
         }
     }

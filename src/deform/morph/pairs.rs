@@ -55,8 +55,8 @@ impl Pairs {
         let differs = |of: &&Follower| role(of.node) != role(of.leader);
         if let Some(follower) = followers.iter().find(differs) {
             return Err(Error::input(format!(
-                "nodes {} and {} are a periodic pair, but one moves otherwise than the other; let both move, be \
-                 fixed, slide or be free",
+                "nodes {} and {} are a periodic pair with different roles; let both move, be fixed, slide or be \
+                 free",
                 follower.leader, follower.node
             )));
         }

@@ -53,7 +53,7 @@ impl MorphSurface {
     pub fn new(mesh: &Mesh, options: &MorphOptions) -> Result<(Self, Pairs)> {
         let moving = options.moving.find("moving", mesh)?;
         if moving.is_empty() {
-            return Err(Error::input("`moving` has no nodes; nothing would move"));
+            return Err(Error::input("`moving` has no nodes, so nothing would move"));
         }
         let roles = roles(mesh, options, &moving)?;
         let (surface, bare) = surface(mesh, options, &roles)?;
@@ -104,8 +104,8 @@ impl MorphSurface {
         {
             if distance(self.in_mesh(*d), values[point as usize]) > ALIKE * self.diagonal {
                 return Err(Error::input(format!(
-                    "node {node} has displacement {d:?}, but it must be {:?}, as another node lies at the same \
-                     place or is its periodic image",
+                    "node {node} has the displacement {d:?}, but it must be {:?}, that of a node at the same \
+                     place or of its periodic image",
                     values[point as usize]
                 )));
             }
@@ -160,12 +160,13 @@ impl MorphSurface {
     }
 
     fn check(&self, displacements: &[Vector]) -> Result<()> {
-        check_length("displacements", displacements.len(), self.moving.len())?;
+        check_length("displacement", displacements.len(), self.moving.len())?;
         for (d, node) in displacements.iter().zip(&self.moving) {
             check_finite("displacement", d, *node)?;
             if self.in_plane && d[2].abs() > ALIKE * self.diagonal {
                 return Err(Error::input(format!(
-                    "node {node} has displacement {d:?}, which leaves the plane of the mesh; its third component must be 0"
+                    "node {node} has the displacement {d:?}, which leaves the plane of the mesh; its third \
+                     component must be 0"
                 )));
             }
         }
@@ -204,7 +205,7 @@ fn roles(mesh: &Mesh, options: &MorphOptions, moving: &[u32]) -> Result<Vec<Opti
         let role = &mut roles[node as usize];
         if role.is_some() && !may_meet {
             return Err(Error::input(format!(
-                "node {node} is in `moving` and in `fixed`; take it out of one of them"
+                "node {node} is in `moving` and in `fixed`; remove it from one of them"
             )));
         }
         role.get_or_insert(Role::Fixed);
@@ -337,14 +338,14 @@ fn check_sliding(points: &SurfacePoints, nodes: &SurfaceNodes, in_plane: bool) -
         known.find(|((_, role), point)| **role == Role::Sliding && !on_face[**point as usize]);
     if let Some(((node, _), _)) = stuck {
         return Err(Error::input(format!(
-            "node {node} has nothing to slide on: no boundary face between nodes that slide has it"
+            "node {node} cannot slide: it is on no boundary face between sliding nodes"
         )));
     }
     match sliding.first_curved() {
         None => Ok(()),
         Some(point) => Err(Error::input(format!(
-            "node {} slides on a curved boundary, which is not linear in the displacements; only planes and \
-             straight edges slide here: fix the boundary or leave it free",
+            "node {} slides on a curved boundary; a morph is linear in the displacements, so only planes and \
+             straight edges can slide: fix the boundary or leave it free",
             points.nodes[point]
         ))),
     }

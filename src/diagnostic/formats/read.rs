@@ -14,24 +14,24 @@ ArrayRead {
     )
     /// Its type or number of components differs between pieces.
     NotAlike { what: &'static str, name: String } => (
-        "the {what} array \"{name}\" is left out: the pieces do not all have it alike"
+        "the {what} array \"{name}\" is left out: its type or number of components differs between pieces"
     )
     /// It does not have one tuple for each node or cell.
     Misfit { what: &'static str, name: String, n_tuples: usize, n_components: usize, n_items: usize } => (
-        "the {what} array \"{name}\" is left out: it has {n_tuples} tuples of {n_components} components for {n_items} \
-         {what}s"
+        "the {what} array \"{name}\" is left out: it has {} of {} for {}",
+        counted(*n_tuples, "tuple"), counted(*n_components, "component"), counted(*n_items, what)
     )
     /// Several arrays have its name; it got another.
     Renamed { what: &'static str, name: String, here: String } => (
-        "several {what} arrays are called \"{name}\"; one of them is \"{here}\" here"
+        "several {what} arrays are called \"{name}\"; one of them is read as \"{here}\""
     )
     /// Several arrays have the name of an array of a CGNS solution; it got another.
     OfSolutionRenamed { solution: String, name: String, here: String } => (
-        "several arrays are called \"{name}\"; that of \"{solution}\" is \"{here}\" here"
+        "several arrays are called \"{name}\"; that of \"{solution}\" is read as \"{here}\""
     )
     /// Its values differ between pieces.
     OfFirstPiece { name: String } => (
-        "the field array \"{name}\" is that of the first piece; others differ"
+        "the field array \"{name}\" differs between pieces; that of the first is kept"
     )
     /// Its elements are not known.
     WithoutElements { name: String, error: String } => (
@@ -63,13 +63,13 @@ NotKept {
     /// A keyword of SU2 and its lines.
     Keyword { name: String, n_lines: usize } => ("{name}= is not kept ({})", counted(*n_lines, "line"))
     /// Keywords beyond those that are named.
-    Keywords { n: usize } => ("{n} more keywords are not kept")
+    Keywords { n: usize } => ("{} not kept", are(*n, "more keyword"))
     /// Further data (`what`) of `n` items.
     Of { what: &'static str, n: usize, item: &'static str } => (
         "{what} of {} are not kept", counted(*n, item)
     )
     /// Values at other times.
-    Times { n: usize } => ("values of {} of the data are not kept", counted(*n, "other time"))
+    Times { n: usize } => ("the data of {} are not kept", counted(*n, "other time"))
     /// Nodes of a CGNS file, by their label or in words.
     Nodes { what: String, n: usize } => ("{}", nodes_not_kept(what, *n))
     /// Nodes of a CGNS file, by their names.
@@ -80,16 +80,16 @@ NotKept {
     Section { name: String } => ("{} not kept", section(name))
     /// Data after the last cell of a UGRID file: bytes or numbers.
     Rest { n: usize, what: &'static str } => (
-        "{n} {what} behind the last cell, such as volume numbers, are not kept"
+        "{what} after the last cell ({n}), such as volume numbers, are not kept"
     )
     /// Blanking of nodes.
-    Blanking => ("blanking is not kept: cells at blanked nodes are like others")
+    Blanking => ("blanking is not kept: cells at blanked nodes are read like others")
 }
 }
 
 fn nodes_not_kept(what: &str, n: usize) -> String {
     match (what.contains(' '), n) {
-        (true, _) => format!("{n} {what} are not kept"),
+        (true, _) => format!("{what} are not kept ({n})"),
         (false, 1) => format!("a node of type {what} is not kept"),
         (false, _) => format!("{n} nodes of type {what} are not kept"),
     }
@@ -111,17 +111,17 @@ notes! {
 Read {
     /// Texts that are not UTF-8 were read as Latin-1.
     Latin1 { texts: Vec<String> } => (
-        "not UTF-8; read as Latin-1: {}{}", quoted(&texts[..texts.len().min(LISTED)]), more(texts.len(), LISTED)
+        "texts that are not UTF-8 are read as Latin-1: {}{}", quoted(&texts[..texts.len().min(LISTED)]), more(texts.len(), LISTED)
     )
     /// An XML file that is not UTF-8 was read as Latin-1.
-    XmlLatin1 => ("the XML is not UTF-8; read as Latin-1")
+    XmlLatin1 => ("the XML is not UTF-8; it is read as Latin-1")
     /// Groups share names: each with the number of groups.
     SharedNames { what: &'static str, names: Vec<(String, usize)> } => (
-        "of the {what}, {}; by its name all of them are meant", shared(names)
+        "of the {what}, {}; the name stands for all of them", shared(names)
     )
     /// `NMARK=` is not the number of markers.
     MarkerCount { said: usize, found: usize } => (
-        "NMARK= {said}, but there are {found} markers; all are read"
+        "NMARK= {said}, but the file has {}; all are read", counted(*found, "marker")
     )
     /// Markers of one name become one tag.
     MarkersJoined { name: String, n: usize } => (
@@ -131,17 +131,17 @@ Read {
     ConditionsUnused { error: String } => ("names and conditions of tags are not used: {error}")
     /// The companion file of a UGRID file has a wrong number of patches.
     PatchCount { said: usize, found: usize } => (
-        "the .mapbc promises {said} patches and has {found}; all are read"
+        "the number of patches in the .mapbc is given as {said}, but there are {found}; all are read"
     )
     /// Marks of Fortran's records are wrong.
-    WrongRecordMarks => ("the marks of Fortran's records are wrong; the length fits")
+    WrongRecordMarks => ("the Fortran record marks are wrong; the file is read by its counts, which fit its length")
     /// Elements of several partitions.
     SeveralPartitions { n: usize } => (
-        "{n} elements are in several partitions; the first of them is kept"
+        "{} in several partitions; the first of these is kept", are(*n, "element")
     )
     /// Physical groups are named, but there is no `$Entities` with their content.
     GroupsWithoutEntities { n: usize } => (
-        "{} without elements: there is no $Entities, which says what is in them", counted(*n, "physical group")
+        "{} left without elements: the file has no $Entities to say which they are", are(*n, "physical group")
     )
     /// A physical group has two names.
     SecondName { number: i32, dimension: u8, used: String, other: String } => (
@@ -149,7 +149,7 @@ Read {
     )
     /// Hexahedra of high order whose degrees are not known.
     OldOrder { n: usize } => (
-        "{n} hexahedra of high order are left in the order of nodes before VTK 9: their degrees are not given"
+        "hexahedra of high order ({n}) keep the node order of VTK before version 9: their degrees are not given"
     )
     /// Cells were split into simpler ones.
     Split { from: &'static str, n: u64, into: &'static str, n_into: u64 } => (
@@ -163,11 +163,11 @@ Read {
     )
     /// Elements with nodes between the corners that no cell has.
     OnlyCorners { element: &'static str, n: usize } => (
-        "of {n} elements of type {element} only the corner nodes are kept: no cell has their others"
+        "only the corner nodes of {} of type {element} are kept: no kind of cell has the other nodes", counted(*n, "element")
     )
     /// The number of cells in a zone of a CGNS file is wrong.
     CellCount { zone: String, said: usize, dimension: u8, found: usize } => (
-        "{zone}: it should have {said} cells of dimension {dimension}; its sections have {found}"
+        "{zone}: the number of cells of dimension {dimension} is given as {said}, but its sections have {found}"
     )
 }
 }
@@ -191,6 +191,11 @@ fn split_cells(from: &str, n: u64) -> String {
     }
 }
 
+/// "1 node is", "2 nodes are".
+fn are(n: usize, noun: &str) -> String {
+    format!("{} {}", counted(n, noun), if n == 1 { "is" } else { "are" })
+}
+
 /// What an "s" makes the plural of a kind of cell.
 fn plural_stem(kind: &str) -> String {
     kind.replace("vertex", "vertice")
@@ -200,14 +205,14 @@ notes! {
 /// How the pieces of a mesh were joined.
 Pieces {
     /// Nodes of one global number lie apart.
-    NumbersUnused => ("global numbers of nodes are not used: they join nodes at different places")
+    NumbersUnused => ("global node numbers are not used: nodes with the same number are at different places")
     /// Cells share no nodes within a piece.
-    NotJoined => ("the pieces are not joined: their cells have nodes of their own")
+    NotJoined => ("the pieces are not joined: their cells share no nodes even within a piece")
     /// A piece has several nodes at one place.
     KeptApart {
         /// Number of such places.
         n: usize,
-    } => ("nodes at {n} places are kept apart: a piece has several of them there")
+    } => ("nodes at {} are not joined: a piece has several nodes there", counted(*n, "place"))
     /// Pieces are joined at nodes of one number or one place.
     Joined {
         /// Number of pieces.
@@ -216,10 +221,10 @@ Pieces {
         n_nodes: usize,
         /// What these nodes have in common.
         by: &'static str,
-    } => ("{n} pieces are joined at {n_nodes} nodes that have the same {by}")
+    } => ("{} joined at {} with the same {by}", are(*n, "piece"), counted(*n_nodes, "node"))
     /// Copies of a neighbour's cells are left out.
     GhostsLeftOut => ("ghost cells of the pieces are left out")
     /// Cells are marked as hidden.
-    Hidden => ("cells marked as hidden are like others")
+    Hidden => ("cells marked as hidden are read like others")
 }
 }

@@ -2,6 +2,7 @@
 
 use super::quoted;
 use crate::diagnostic::notes::notes;
+use crate::error::counted;
 
 notes! {
 /// An array that a file does not hold, or holds in another way.
@@ -19,11 +20,11 @@ ArrayWritten {
     WithoutValues { name: String } => ("field array \"{name}\" is not written: it has no values")
     /// It has more components than the format allows.
     TooManyComponents { name: String, n: usize, most: usize } => (
-        "array \"{name}\" is left out: it has {n} components, and MSH holds fields of {most} at most"
+        "array \"{name}\" is left out: it has {n} components; MSH holds at most {most}"
     )
     /// Each component becomes an array.
     ComponentsApart { name: String, n: usize } => (
-        "array \"{name}\" of {n} components is written as so many arrays"
+        "array \"{name}\" of {n} components is written as {n} arrays"
     )
     /// Its components lose their names.
     ComponentNames { name: String } => ("names of the components of \"{name}\" are not written")
@@ -36,14 +37,14 @@ ArrayWritten {
         "array \"{name}\" has integers above 2^53, which MSH holds as the nearest 64-bit real"
     )
     /// Its text has zero bytes.
-    ZerosInText { name: String } => ("bytes of zero in the text of \"{name}\" are written as \"_\"")
+    ZerosInText { name: String } => ("zero bytes in the text of \"{name}\" are written as \"_\"")
     /// Its values on faces are left out.
     FaceValues { name: String } => (
-        "values of the array \"{name}\" on faces are not kept: CGNS has values of cells"
+        "values of the array \"{name}\" on boundary faces are not written: CGNS holds values of cells"
     )
     /// Its name is that of global numbers.
     ReplacedByNumbers { name: String } => (
-        "the array \"{name}\" is replaced by numbers that count through"
+        "the array \"{name}\" is replaced by consecutive numbers"
     )
 }
 }
@@ -70,12 +71,12 @@ GroupWritten {
     )
     /// It is written with another number.
     Renumbered { name: String, number: i32, own: i32 } => (
-        "group \"{name}\" has number {number} instead of {own}, which is taken or none of MSH"
+        "group \"{name}\" gets number {number}: its own, {own}, is taken or not allowed in MSH"
     )
     /// Tags of one name become one.
     Joined { name: String, n: usize } => ("{n} tags are called \"{name}\" and become one")
     /// It has no cells.
-    Empty { name: String } => ("group \"{name}\" has no cells; CGNS keeps its family alone")
+    Empty { name: String } => ("group \"{name}\" has no cells; only its family is written to CGNS")
     /// Zones, in a format that has none or only some.
     ZonesLeftOut { format: &'static str, names: Vec<String> } => (
         "{format} holds {}; left out: {}", zones_held(format), quoted(names)
@@ -90,20 +91,20 @@ GroupWritten {
     )
     /// Further tags of faces that are in several.
     FaceTagsLeftOut { n: usize } => (
-        "UGRID holds one number for a face; {n} more tags of faces in several are left out"
+        "UGRID holds one tag for each face; further tags of faces that have several are left out ({n})"
     )
     /// Cells in several groups, of which an array holds the first.
     OfSeveral { n: usize, array: &'static str, cell: usize } => (
-        "{n} cells are in more than one group; the array {array} holds the first (cell {cell})"
+        "cells are in more than one group ({n}, the first is cell {cell}); the array {array} holds the first group of each"
     )
     /// Boundary faces in no tag are left out.
-    UntaggedLeftOut { n: usize } => ("{n} boundary elements without a tag are left out")
+    UntaggedLeftOut { n: usize } => ("boundary elements without a tag are left out ({n})")
     /// Boundary faces in no tag get a number.
     UntaggedNumbered { n: usize, number: i32, name: String } => (
-        "{n} boundary faces without a tag have number {number}, \"{name}\""
+        "boundary faces without a tag ({n}) get number {number}, \"{name}\""
     )
     /// Names of tags were not wanted.
-    NamesNotWritten => ("names of tags are not written, as was asked")
+    NamesNotWritten => ("names of tags are not written, as requested")
 }
 }
 
@@ -134,7 +135,7 @@ Condition {
     )
     /// CGNS does not know it.
     Unknown { condition: String, group: String } => (
-        "the condition \"{condition}\" of \"{group}\" is none of CGNS"
+        "the condition \"{condition}\" of \"{group}\" is not known to CGNS"
     )
 }
 }
@@ -145,7 +146,10 @@ fn conditions_left_out(format: &str, n: usize) -> String {
             "types of boundary conditions are not written: SU2 has them in its configuration".into()
         }
         "MSH" => {
-            format!("MSH holds no types of boundary conditions; those of {n} tags are left out")
+            format!(
+                "MSH holds no types of boundary conditions; those of {} are left out",
+                counted(n, "tag")
+            )
         }
         _ => "types of boundary conditions are not written".into(),
     }
@@ -160,23 +164,22 @@ Written {
     /// Coordinates lose digits.
     CoordinatesRounded => ("coordinates are rounded to 32 bits")
     /// The height of a plane mesh.
-    HeightLeftOut { z: f64 } => ("SU2 holds no z of a plane mesh; left out: z = {z}")
+    HeightLeftOut { z: f64 } => ("SU2 holds no z coordinate for a plane mesh; z = {z} is left out")
     /// Cells of lower dimension.
-    LowerCellsLeftOut { n: usize } => ("{n} cells of lower dimension are left out")
+    LowerCellsLeftOut { n: usize } => ("cells of lower dimension are left out ({n})")
     /// Nodes are written zone by zone.
-    NodesByZone => ("nodes are written zone by zone, in another order")
+    NodesByZone => ("nodes are written zone by zone, so their order changes")
     /// Cells are written type by type.
     CellsByType => (
-        "cells are in the order of their types: as they were, they would be too many sections"
+        "cells are written in the order of their types: in their own order there would be too many sections"
     )
     /// A device or a pipe can have no companion file.
     CompanionLeftOut => (
-        "names and conditions of tags are not written: they are in a file beside the mesh, for which a device or a pipe \
-         has no place"
+        "names and conditions of tags are not written: they need a second file, which a device or a pipe cannot hold"
     )
     /// Nodes or elements are counted from 1.
     CountedFromOne { what: &'static str } => (
-        "{what} are counted from 1: data of MSH refer to numbers up to {}, and theirs are higher", i32::MAX
+        "{what} are counted from 1: their own numbers are above {}, the largest that data in MSH can refer to", i32::MAX
     )
 }
 }
@@ -184,6 +187,6 @@ Written {
 fn coordinates_in_64(format: &str) -> String {
     match format {
         "UGRID" => "coordinates are written in 64 bits; ugrid-b4 has 32".into(),
-        format => format!("{format} holds coordinates in f64 only"),
+        format => format!("{format} holds coordinates in 64 bits only"),
     }
 }

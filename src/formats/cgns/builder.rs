@@ -6,6 +6,7 @@ use super::tags::Tags;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result};
+use crate::mesh::too_many;
 use crate::mesh::{Cells, DataArray};
 use std::collections::BTreeMap;
 
@@ -44,7 +45,7 @@ impl MeshBuilder {
     pub fn check_room(&self, n: usize) -> Result<()> {
         match self.cells.len().checked_add(n) {
             Some(total) if total < u32::MAX as usize => Ok(()),
-            _ => Err(Error::input("the file has more than 4294967294 cells")),
+            _ => Err(Error::input(too_many("cells"))),
         }
     }
 

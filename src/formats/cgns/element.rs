@@ -2,7 +2,7 @@
 
 use super::lattice::vtk_from_cgns;
 use crate::mesh::CellKind;
-use rayon::prelude::*;
+use crate::parallel::for_blocks;
 
 /// Number of the type of sections whose elements name their own type.
 pub(super) const MIXED: i64 = 20;
@@ -196,7 +196,7 @@ pub(super) fn old_polygon(number: i64, version: f64) -> Option<usize> {
 /// `order[i]`.
 pub(super) fn permute(connectivity: &mut [u32], order: &[usize]) {
     let n = order.len();
-    connectivity.par_chunks_mut(n * 4096).for_each(|elements| {
+    for_blocks(connectivity, n * 4096, &|_, elements| {
         let mut before = vec![0; n];
         for element in elements.chunks_exact_mut(n) {
             before.copy_from_slice(element);

@@ -31,8 +31,7 @@ impl Node {
     pub fn root(source: &Source) -> Result<Self> {
         if is_adf(source.bytes()) {
             return Err(Error::input(
-                "this is a CGNS file in the old ADF format; convert it with \"adf2hdf\", a tool of CGNS, \
-                 and read the result",
+                "this CGNS file is in the old ADF format, which is not read; convert it with adf2hdf, a tool of CGNS",
             )
             .byte(4));
         }
@@ -56,7 +55,7 @@ impl Node {
             links += 1;
             let next = match links {
                 0..=MOST_LINKS => target.group(" link"),
-                _ => return Err(Error::input("its links lead in a circle").dataset(&path)),
+                _ => return Err(Error::input("its links form a loop").dataset(&path)),
             };
             target = match next {
                 Ok(Some(next)) => next,
@@ -251,10 +250,9 @@ fn to_zero(bytes: &[u8]) -> &[u8] {
 fn broken_link(group: &Group, path: &str) -> Error {
     let message = match target_of(group) {
         (to, Some(file)) => format!(
-            "this is a link to \"{to}\" of the file \"{file}\", which was not found beside this one or \
-             does not have it"
+            "this links to \"{to}\" in the file \"{file}\"; that file is not in the folder of this one, or has no such node"
         ),
-        (to, None) => format!("this is a link to \"{to}\", which the file does not have"),
+        (to, None) => format!("this links to \"{to}\", which is not in the file"),
     };
     Error::input(message).dataset(path)
 }
@@ -263,11 +261,11 @@ fn broken_link(group: &Group, path: &str) -> Error {
 fn refused_link(group: &Group, path: &str, why: &Error) -> Error {
     let message = match target_of(group) {
         (to, Some(file)) => format!(
-            "this is a link to \"{to}\" of the file \"{file}\", which could not be followed: {}",
+            "this links to \"{to}\" in the file \"{file}\", and the link could not be followed: {}",
             why.message
         ),
         (to, None) => format!(
-            "this is a link to \"{to}\", which could not be followed: {}",
+            "this links to \"{to}\", and the link could not be followed: {}",
             why.message
         ),
     };

@@ -77,7 +77,7 @@ impl Polyhedra {
                 let Some(face) = self.faces.find(number.unsigned_abs()) else {
                     let of = solids.starts.partition_point(|start| *start <= i) as i64;
                     return Err(zone.refuse(format!(
-                        "polyhedron {} has the face {number}, which is in no NGON_n section",
+                        "polyhedron {} has face {number}, which is in no NGON_n section",
                         solids.first.saturating_add(of - 1)
                     )));
                 };
@@ -276,9 +276,9 @@ impl Faces {
         }
         if let Some(face) = (before..self.len()).find(|&face| self.get(face).len() < 3) {
             return Err(node.refuse(format!(
-                "polygon {} has {} nodes; it needs 3",
+                "polygon {} has {}; it must have at least 3",
                 section.first + (face - before) as i64,
-                self.get(face).len()
+                crate::error::counted(self.get(face).len(), "node")
             )));
         }
         self.sections.push(FaceSection {
@@ -324,9 +324,9 @@ impl Solids {
             let parents = node.integers()?;
             if parents.len() != 2 * section.n_elements {
                 return Err(node.refuse(format!(
-                    "it has {} entries; {} faces have two parents each",
+                    "it has {} entries; it must have {}, two parents for each face",
                     parents.len(),
-                    section.n_elements
+                    2 * section.n_elements
                 )));
             }
             let (left, right) = parents.split_at(section.n_elements);
@@ -368,7 +368,7 @@ fn starts(node: &Node, n: usize, n_entries: usize) -> Result<Vec<usize>> {
             .is_some_and(|last| usize::try_from(*last) == Ok(n_entries));
     if offsets.len() != n + 1 || !ascending || !fits {
         return Err(node.refuse(format!(
-            "the {} offsets must be {} ascending ones from 0 to {n_entries}",
+            "it has {} offsets; it must have {}, ascending from 0 to {n_entries}",
             offsets.len(),
             n + 1
         )));
@@ -386,11 +386,7 @@ fn counted<'s>(
     (0..n).map(move |i| {
         let count = rest.first().and_then(|&count| usize::try_from(count).ok());
         let Some(count) = count.filter(|count| *count < rest.len()) else {
-            return Err(node.refuse(format!(
-                "element {} of {n} is cut off: {} entries are left",
-                i + 1,
-                rest.len()
-            )));
+            return Err(node.refuse(format!("the list ends inside element {} of {n}", i + 1)));
         };
         let (part, others) = rest[1..].split_at(count);
         rest = others;

@@ -20,7 +20,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
     if bases.is_empty() {
         return Err(
-            Error::input("this HDF5 file holds no CGNSBase_t: it is no CGNS file").dataset("/"),
+            Error::input("this HDF5 file is not a CGNS file: it has no CGNSBase_t").dataset("/"),
         );
     }
     let mut zones = Vec::new();
@@ -66,11 +66,12 @@ fn zones_of<'a>(
 ) -> Result<Vec<ZoneOfBase<'a>>> {
     let dimension = match base.integers()?.first() {
         Some(&dimension @ 1..=3) => dimension as u8,
-        other => {
+        Some(other) => {
             return Err(base.refuse(format!(
-                "the dimension of its cells is {other:?}, not 1 to 3"
+                "its cells have dimension {other}; it must be 1, 2 or 3"
             )));
         }
+        None => return Err(base.refuse("it does not give the dimension of its cells")),
     };
     let families = std::rc::Rc::new(Families::read(base)?);
     let present = step.zones(base)?;

@@ -143,7 +143,7 @@ fn place(location: &Node) -> Result<Option<GridLocation>> {
         "KFaceCenter" => GridLocation::FacesAcross(2),
         other => {
             return Err(location.refuse(format!(
-                "\"{other}\" is no place; CGNS has Vertex, CellCenter, FaceCenter, IFaceCenter, JFaceCenter, \
+                "the location \"{other}\" is not known; CGNS has Vertex, CellCenter, FaceCenter, IFaceCenter, JFaceCenter, \
                  KFaceCenter and EdgeCenter"
             )));
         }

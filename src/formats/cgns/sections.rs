@@ -1,22 +1,20 @@
 //! Sections of elements of an unstructured zone, and which element is which cell.
 
 use super::super::hdf5::Dataset;
+use super::super::vtk::chunk::Chunk;
 use super::builder::MeshBuilder;
 use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
 };
 use super::node::Node;
 use super::zone::Zone;
-use crate::error::Result;
+use crate::error::{Result, counted};
 use crate::mesh::{CellKind, Values};
-use rayon::prelude::*;
+use std::fmt::Display;
 use std::ops::Range;
 
 /// Node indices taken from the file at a time: what stays near the processor.
 const BLOCK: u64 = 1 << 18;
-
-/// Node indices that one task converts at a time.
-const CHUNK: usize = 1 << 14;
 
 /// A section before its elements are read.
 pub(super) struct Section<'a> {
@@ -53,13 +51,15 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
         let range = node.need("ElementRange")?.integers()?;
         let element_type = data.first().map(|&n| current_number(n, zone.version));
         let (Some(element_type), &[first, last]) = (element_type, &range[..]) else {
-            return Err(node.refuse("its data must be a type, its ElementRange two numbers"));
+            return Err(
+                node.refuse("it must have an element type and an ElementRange of two numbers")
+            );
         };
         let n = last.checked_sub(first).and_then(|n| n.checked_add(1));
         let n = n.filter(|n| first >= 1 && (0..i64::from(u32::MAX)).contains(n));
         let Some(n) = n else {
             return Err(node.refuse(format!(
-                "its ElementRange is {first} to {last}; elements are counted from 1"
+                "its ElementRange is {first} to {last}; it must start at 1 or higher and must not end before it starts"
             )));
         };
         let n_boundary = data.get(1).map_or(0, |&n| usize::try_from(n).unwrap_or(0));
@@ -76,7 +76,7 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
         let (before, after) = (two[0].range(), two[1].range());
         if after.start < before.end && !after.is_empty() {
             return Err(two[1].node.refuse(format!(
-                "its elements are {} to {}, but those of \"{}\" are {} to {}; each number is for one",
+                "its elements have numbers {} to {}, those of \"{}\" have {} to {}; no two elements may share a number",
                 after.start,
                 after.end - 1,
                 two[0].node.name(),
@@ -137,9 +137,9 @@ impl Section<'_> {
         let expected = self.n_elements as u64 * element.n_nodes as u64;
         if n_entries != Some(expected) {
             return Err(node.refuse(format!(
-                "it has {} entries; {} elements of {} have {expected}",
+                "it has {} entries; it must have {expected} for {} of type {}",
                 n_entries.unwrap_or(u64::MAX),
-                self.n_elements,
+                counted(self.n_elements, "element"),
                 element.name
             )));
         }
@@ -179,7 +179,7 @@ impl Section<'_> {
         let nodes = node_indices(&node.values()?, node, zone)?;
         if Some(nodes.len()) != n.checked_mul(self.n_elements) {
             return Err(node.refuse(format!(
-                "it has {} entries; {} polygons of {n} nodes have others",
+                "it has {} entries, which are not {n} nodes for each of {} polygons",
                 nodes.len(),
                 self.n_elements
             )));
@@ -209,7 +209,7 @@ impl Section<'_> {
             let numbers = n.map_or(Ok(None), |n| stream.next(n))?;
             let Some(numbers) = numbers else {
                 return Err(node.refuse(format!(
-                    "element {} of {} is of {} where {left} entries are left",
+                    "element {} of {} has type {}, which is not known or needs more than the {left} entries that are left",
                     i + 1,
                     self.n_elements,
                     type_name(number),
@@ -315,42 +315,14 @@ fn push(element: ElementType, nodes: &[u32], found: &mut MeshBuilder) {
 pub(super) fn node_indices(values: &Values, node: &Node, zone: &Zone) -> Result<Vec<u32>> {
     let n = zone.n_nodes.iter().product::<usize>();
     let first = zone.first_node as u32;
-    macro_rules! indices {
-        ($numbers:expr, $type:ty) => {{
-            let limit = <$type>::try_from(n).unwrap_or(<$type>::MAX);
-            let is_wrong = |number: &$type| *number < 1 || *number > limit;
-            let mut indices = vec![0; $numbers.len()];
-            let chunks = indices
-                .par_chunks_mut(CHUNK)
-                .zip($numbers.par_chunks(CHUNK));
-            let any_is_wrong = chunks
-                .map(|(indices, numbers)| {
-                    let mut any = false;
-                    for (index, number) in indices.iter_mut().zip(numbers) {
-                        any |= is_wrong(number);
-                        *index = (*number as u32).wrapping_sub(1).wrapping_add(first);
-                    }
-                    any
-                })
-                .reduce(|| false, |a, b| a | b);
-            match any_is_wrong {
-                false => Ok(indices),
-                true => {
-                    let wrong = $numbers.iter().find(|number| is_wrong(number));
-                    let number = *wrong.expect("one was wrong");
-                    Err(i64::try_from(number).unwrap_or(i64::MAX))
-                }
-            }
-        }};
-    }
-    let indices = match values {
-        Values::I32(numbers) => indices!(numbers, i32),
-        Values::I64(numbers) => indices!(numbers, i64),
-        Values::U32(numbers) => indices!(numbers, u32),
-        Values::U64(numbers) => indices!(numbers, u64),
-        _ => return Err(node.refuse("node numbers must be integers of 4 or 8 bytes")),
-    };
-    indices.map_err(|number| outside(number, node, n))
+    let is_number = |chunk: &Chunk| chunk.element.is_integer() && chunk.element.size() >= 4;
+    let numbers = Chunk::of(values).filter(is_number);
+    let numbers =
+        numbers.ok_or_else(|| node.refuse("node numbers must be integers of 4 or 8 bytes"))?;
+    let mut indices = vec![0; numbers.len()];
+    let found = numbers.indices(&mut indices, (1, n as u64), first);
+    found.map_err(|(_, number)| outside(number, node, n))?;
+    Ok(indices)
 }
 
 /// The node index of the mesh for one node number of a zone.
@@ -362,10 +334,8 @@ pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
     }
 }
 
-pub(super) fn outside(number: i64, node: &Node, n: usize) -> crate::error::Error {
-    node.refuse(format!(
-        "it names node {number}; the zone has the nodes 1 to {n}"
-    ))
+pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> crate::error::Error {
+    node.refuse(format!("it has node {number}; the zone has nodes 1 to {n}"))
 }
 
 /// Whether a section's name only says what its elements are: an element type, or of cells their

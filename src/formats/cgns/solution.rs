@@ -78,7 +78,7 @@ fn read_solution(
             found.leave_named("solution arrays of text", array.name());
         } else if values.len() != n {
             return Err(array.refuse(format!(
-                "it has {} values for {n} {}",
+                "it has {} values; the zone has {n} {}",
                 values.len(),
                 if location.as_deref() == Some("CellCenter") {
                     "cells"

@@ -53,6 +53,12 @@ struct Grid {
     first_node: usize,
 }
 
+/// Numbers of nodes or cells along the indices, in a sentence.
+fn sizes(along: &[usize]) -> String {
+    let along: Vec<String> = along.iter().map(usize::to_string).collect();
+    along.join(" x ")
+}
+
 impl Grid {
     fn of(zone: &Zone) -> Result<Self> {
         let size = |i: usize| zone.n_nodes.get(i).copied().unwrap_or(1);
@@ -60,8 +66,8 @@ impl Grid {
         zone.total_nodes()?;
         if zone.n_nodes.iter().any(|&n| n < 2) {
             return Err(zone.node.refuse(format!(
-                "it has {:?} nodes along its indices; there must be 2 along each",
-                zone.n_nodes
+                "it has {} nodes; it must have at least 2 along each index",
+                sizes(&zone.n_nodes)
             )));
         }
         Ok(Self {
@@ -102,7 +108,7 @@ impl Grid {
         let n = self.n_indices;
         if region.numbers.len() != 2 * n {
             return Err(region.node.refuse(format!(
-                "its range has {} numbers; in a zone of {n} indices it has {}",
+                "its range has {} numbers; in a zone with {n} indices it must have {}",
                 region.numbers.len(),
                 2 * n
             )));
@@ -114,9 +120,9 @@ impl Grid {
             (low[i], high[i]) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
             if low[i] < 1 || high[i] > self.nodes[i] {
                 return Err(region.node.refuse(format!(
-                    "its range {:?} leaves the zone of {:?} nodes",
+                    "its range {:?} is not within the zone of {} nodes",
                     region.numbers,
-                    &self.nodes[..n]
+                    sizes(&self.nodes[..n])
                 )));
             }
         }
@@ -224,9 +230,9 @@ impl Grid {
     fn outside(&self, region: &Region, numbers: &[i64]) -> Error {
         let n = self.n_indices;
         let message = format!(
-            "its list names {numbers:?}, which is not in the zone of {:?} nodes and {:?} cells",
-            &self.nodes[..n],
-            &self.cells[..n]
+            "its list has {numbers:?}, which is not in the zone of {} nodes and {} cells",
+            sizes(&self.nodes[..n]),
+            sizes(&self.cells[..n])
         );
         region.node.refuse(message)
     }

@@ -107,7 +107,7 @@ fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
     let ranges = region.ranges();
     if region.is_range && region.numbers.len() != 2 {
         return Err(region.node.refuse(format!(
-            "its range has {} numbers; in an unstructured zone it has 2",
+            "its range has {} numbers; in an unstructured zone it must have 2",
             region.numbers.len()
         )));
     }
@@ -128,7 +128,7 @@ fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
             let first = spans.first().map_or(0, |span| span.first);
             let last = spans.iter().map(|span| span.end() - 1).max().unwrap_or(0);
             Err(region.node.refuse(format!(
-                "it names element {number}, which no section has; they have {first} to {last}"
+                "it has element {number}, which is in no section; the sections have elements {first} to {last}"
             )))
         }
     }

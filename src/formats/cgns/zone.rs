@@ -1,11 +1,13 @@
 //! One zone: its kind, its sizes, its nodes.
 
-use super::arrays::to_f64;
+use super::super::vtk::chunk::Chunk;
 use super::node::Node;
 use super::time::Step;
 use crate::error::{Error, Result};
 use crate::mesh::Values;
-use rayon::prelude::*;
+use crate::mesh::too_many;
+use crate::parallel::{BLOCK, for_blocks};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A zone of the file and what is read of it first.
 pub(super) struct Zone<'a> {
@@ -50,12 +52,12 @@ impl<'a> Zone<'a> {
             usize::try_from(n)
                 .ok()
                 .filter(|n| *n < u32::MAX as usize)
-                .ok_or_else(|| node.refuse(format!("its size {n} is not one of a mesh")))
+                .ok_or_else(|| node.refuse(format!("its size {n} is out of range")))
         };
         let sizes: Vec<usize> = sizes.iter().map(count).collect::<Result<_>>()?;
         if sizes.len() < 2 * n_indices {
             return Err(node.refuse(format!(
-                "its data has {} sizes; a zone of {n_indices} indices has {}",
+                "it has {} sizes; a zone with {n_indices} indices must have {}",
                 sizes.len(),
                 3 * n_indices
             )));
@@ -81,7 +83,7 @@ impl<'a> Zone<'a> {
             .try_fold(1_usize, |p, n| p.checked_mul(*n));
         product
             .filter(|n| *n < u32::MAX as usize)
-            .ok_or_else(|| self.node.refuse("it has more than 4294967294 nodes"))
+            .ok_or_else(|| self.node.refuse(too_many("nodes")))
     }
 
     /// Appends its nodes at this step to `points`.
@@ -108,14 +110,14 @@ impl<'a> Zone<'a> {
                 .ok_or_else(|| node.refuse("coordinates must be numbers"))?;
             if let (false, Some(at)) = (all_finite, first_odd(points, axis)) {
                 return Err(node.refuse(format!(
-                    "node {} has {}; coordinates must be finite numbers",
+                    "node {} has the coordinate {}; coordinates must be finite",
                     at + 1,
                     points[at][axis]
                 )));
             }
         }
         if points.len() + 1 >= u32::MAX as usize {
-            return Err(Error::input("the file has more than 4294967294 nodes"));
+            return Err(Error::input(too_many("nodes")));
         }
         Ok(())
     }
@@ -152,7 +154,7 @@ impl<'a> Zone<'a> {
             .and_then(|whole| whole.iter().try_fold(1_usize, |p, n| p.checked_mul(*n)));
         let Some(whole) = whole.filter(|_| n == Some(values.len())) else {
             return Err(node.refuse(format!(
-                "it has {} values, which do not fit the zone and its rind {rind:?}",
+                "it has {} values, which do not fit the zone with its rind planes {rind:?}",
                 values.len()
             )));
         };
@@ -175,7 +177,9 @@ pub(super) fn rind(node: &Node) -> Result<Vec<usize>> {
         return Ok(Vec::new());
     };
     let planes = rind.integers()?;
-    let count = |&n: &i64| usize::try_from(n).map_err(|_| rind.refuse("rind planes below zero"));
+    let count = |&n: &i64| {
+        usize::try_from(n).map_err(|_| rind.refuse("a number of rind planes is negative"))
+    };
     planes.iter().map(count).collect()
 }
 
@@ -192,7 +196,7 @@ fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
         let found = coordinates.labelled("DataArray_t")?;
         let found: Vec<&str> = found.map(Node::name).collect();
         return Err(coordinates.refuse(format!(
-            "it has the coordinates {}; those that are read are CoordinateX, CoordinateY, CoordinateZ",
+            "it has the coordinates {}; only CoordinateX, CoordinateY and CoordinateZ are read",
             found.join(", ")
         )));
     }
@@ -201,28 +205,20 @@ fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
 
 /// Sets one coordinate of every point; returns whether all are finite, `None` for text.
 fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
-    const CHUNK: usize = 1 << 16;
-    macro_rules! each {
-        ($values:expr) => {
-            points
-                .par_chunks_mut(CHUNK)
-                .zip($values.par_chunks(CHUNK))
-                .map(|(points, values)| {
-                    let mut all_finite = true;
-                    for (point, value) in points.iter_mut().zip(values) {
-                        point[axis] = (*value).into();
-                        all_finite &= point[axis].is_finite();
-                    }
-                    all_finite
-                })
-                .reduce(|| true, |a, b| a && b)
-        };
-    }
-    Some(match values {
-        Values::F64(values) => each!(values),
-        Values::F32(values) => each!(values),
-        other => each!(to_f64(other)?),
-    })
+    let values = Chunk::of(values)?;
+    let all_finite = AtomicBool::new(true);
+    for_blocks(points, BLOCK, &|first, points| {
+        let mut reals = [0.0; BLOCK];
+        let reals = &mut reals[..points.len()];
+        values.part(first..first + points.len()).few_reals(reals);
+        for (point, real) in points.iter_mut().zip(&*reals) {
+            point[axis] = *real;
+        }
+        if !reals.iter().all(|x| x.is_finite()) {
+            all_finite.store(false, Ordering::Relaxed);
+        }
+    });
+    Some(all_finite.into_inner())
 }
 
 /// The first point of which a coordinate is not finite.

@@ -209,7 +209,7 @@ struct Known {
 fn refused(run: CellRun) -> Error {
     let name = run.kind.name();
     let remedy = match run.kind.is_curved() {
-        true => format!("; {} writes corner nodes only", option("linearize")),
+        true => format!("; {} keeps only corner nodes", option("linearize")),
         false => String::new(),
     };
     Error::input(format!(

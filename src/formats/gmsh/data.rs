@@ -85,8 +85,7 @@ impl<'a> Data<'a> {
         let n_components = n_components.filter(|n| (1..=MOST_COMPONENTS).contains(n));
         let (Some(n_components), Some(n_rows), 3..) = (n_components, n_rows, n_integers) else {
             return Err(stream.error(format!(
-                "data \"{name}\" with integer tags {integers:?}; there are three at least: step, \
-                 components from 1 to {MOST_COMPONENTS}, and number of values"
+                "data \"{name}\" have the integer tags {integers:?}; they must have a time step, a number of components from 1 to {MOST_COMPONENTS}, and a number of values"
             )));
         };
         let rows = match stream.binary {
@@ -258,10 +257,9 @@ fn last_time(times: &[f64], step: Option<usize>) -> Result<f64> {
         return Ok(f64::INFINITY);
     };
     times.get(step).copied().ok_or_else(|| {
-        let n = times.len();
+        let last = times.len() - 1;
         Error::input(format!(
-            "step {step} is asked for, but the data have {n} (0 to {})",
-            n - 1
+            "there is no step {step}: the data have steps 0 to {last}"
         ))
     })
 }

@@ -7,8 +7,9 @@ use super::kinds::{self, Type};
 use super::nodes::CHUNK;
 use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
+use crate::mesh::too_many;
 use crate::mesh::{CellKind, Cells};
-use rayon::prelude::*;
+use crate::parallel::map_items;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Elements of one type in one entity.
@@ -78,8 +79,9 @@ fn read_blocks<'a>(
         let of = kinds::element_type(number.into()).map_err(|why| stream.error(why))?;
         if dimension != i32::from(of.kind.dimension()) {
             return Err(stream.error(format!(
-                "an entity of dimension {dimension} holds elements of type {number}, a {}",
-                of.kind.name()
+                "an entity of dimension {dimension} has elements of type {number}, {}s of dimension {}",
+                of.kind.name(),
+                of.kind.dimension()
             )));
         }
         let block = read_block(stream, version, of, n_cells)?;
@@ -90,13 +92,13 @@ fn read_blocks<'a>(
         );
         n_cells += block.n_cells;
         if n_cells >= u32::MAX as usize {
-            return Err(stream.error("at most 4294967294 elements are possible"));
+            return Err(stream.error(too_many("elements")));
         }
         blocks.push(block);
     }
     if n_cells != n_elements {
         return Err(stream.error(format!(
-            "the blocks hold {n_cells} elements, but $Elements promises {n_elements}"
+            "the blocks hold {n_cells} elements, but $Elements says {n_elements}"
         )));
     }
     Ok(blocks)
@@ -162,23 +164,20 @@ impl Block<'_> {
             }),
             Body::Binary(binary, start, body) => {
                 let each = binary.size_bytes * (1 + self.of.n_nodes);
-                let results: Vec<Result<()>> = out
-                    .par_chunks_mut(CHUNK * self.of.n_nodes)
-                    .zip(body.par_chunks(CHUNK * each))
-                    .enumerate()
-                    .map(|(i, (out, body))| {
-                        let first = self.first_cell + i * CHUNK;
-                        let counts = self.decode(*binary, body, nodes, out, first);
-                        let counts = counts.map_err(|(at, tag)| {
-                            let place = start + i * CHUNK * each + at;
-                            unknown_node(self.of.kind, tag).byte(place as u64)
-                        })?;
-                        if !counts {
-                            counts_up.store(false, Ordering::Relaxed);
-                        }
-                        Ok(())
-                    })
-                    .collect();
+                let blocks = out.chunks_mut(CHUNK * self.of.n_nodes);
+                let tasks = blocks.zip(body.chunks(CHUNK * each));
+                let results = map_items(tasks, &|i, (out, body)| {
+                    let first = self.first_cell + i * CHUNK;
+                    let counts = self.decode(*binary, body, nodes, out, first);
+                    let counts = counts.map_err(|(at, tag)| {
+                        let place = start + i * CHUNK * each + at;
+                        unknown_node(self.of.kind, tag).byte(place as u64)
+                    })?;
+                    if !counts {
+                        counts_up.store(false, Ordering::Relaxed);
+                    }
+                    Ok(())
+                });
                 results.into_iter().collect()
             }
         }
@@ -266,7 +265,7 @@ pub(super) fn read_nodes(
 /// The refusal of a node that `$Nodes` does not have.
 pub(super) fn unknown_node(kind: CellKind, tag: i64) -> Error {
     Error::input(format!(
-        "a {} has node {tag}, which is not among $Nodes",
+        "a {} has node {tag}, which is not in $Nodes",
         kind.name()
     ))
 }

@@ -8,8 +8,9 @@ use super::kinds::{self, Type};
 use super::nodes::{CHUNK, count};
 use super::stream::{Binary, Stream, Version};
 use crate::error::{Error, Result};
+use crate::mesh::too_many;
 use crate::mesh::{CellKind, Cells};
-use rayon::prelude::*;
+use crate::parallel::{block, try_map};
 
 /// Groups, entities, partitions and numbers of the elements.
 #[derive(Debug, Default)]
@@ -80,7 +81,7 @@ pub(super) fn read(
 ) -> Result<Cells> {
     let n = count(stream, "the number of elements")?;
     if n >= u32::MAX as usize {
-        return Err(stream.error("at most 4294967294 elements are possible"));
+        return Err(stream.error(too_many("elements")));
     }
     let mut cells = Cells::new();
     match (stream.binary, version) {
@@ -219,9 +220,7 @@ fn check_count(kind: CellKind, n_nodes: usize, found: i64) -> std::result::Resul
         return Ok(());
     }
     let name = kind.name();
-    Err(format!(
-        "a {name} needs {n_nodes} nodes, this element has {found}"
-    ))
+    Err(format!("a {name} needs {n_nodes} nodes, found {found}"))
 }
 
 /// Binary elements of version 3, integers one after another as in its text.
@@ -280,13 +279,17 @@ impl<'a> Block<'a> {
             .filter(|n| (1..=left).contains(n));
         let n_cells = n_cells.ok_or_else(|| {
             stream.error(format!(
-                "a block of elements with a wrong length; {left} elements are left"
+                "the number of elements in a block is wrong: it must be 1 to {left}, those that are left"
             ))
         })?;
         let each = usize::try_from(n_tags)
             .ok()
             .and_then(|n| n.checked_add(1 + of.n_nodes)?.checked_mul(4))
-            .ok_or_else(|| stream.error(format!("a block of elements with {n_tags} tags")))?;
+            .ok_or_else(|| {
+                stream.error(format!(
+                    "a block of elements has {n_tags} tags, which is out of range"
+                ))
+            })?;
         let start = stream.text.position();
         Ok(Self {
             binary,
@@ -300,23 +303,17 @@ impl<'a> Block<'a> {
 
     fn parts(&self, nodes: &Index) -> Result<Vec<ElementBatch>> {
         let each = 4 * (1 + self.n_tags + self.of.n_nodes);
-        let results: Vec<Result<ElementBatch>> = self
-            .body
-            .par_chunks(CHUNK * each)
-            .enumerate()
-            .map(|(i, body)| {
-                let mut part = ElementBatch::default();
-                part.connectivity
-                    .reserve(body.len() / each * self.of.n_nodes);
-                for (j, element) in body.chunks_exact(each).enumerate() {
-                    self.decode(element, nodes, &mut part).map_err(|error| {
-                        error.byte((self.start + (i * CHUNK + j) * each) as u64)
-                    })?;
-                }
-                Ok(part)
-            })
-            .collect();
-        results.into_iter().collect()
+        try_map(self.n_cells.div_ceil(CHUNK), &|i| {
+            let cells = block(self.n_cells, CHUNK, i);
+            let mut part = ElementBatch::default();
+            part.connectivity.reserve(cells.len() * self.of.n_nodes);
+            for cell in cells {
+                let element = &self.body[cell * each..(cell + 1) * each];
+                let decoded = self.decode(element, nodes, &mut part);
+                decoded.map_err(|error| error.byte((self.start + cell * each) as u64))?;
+            }
+            Ok(part)
+        })
     }
 
     fn decode(&self, element: &[u8], nodes: &Index, part: &mut ElementBatch) -> Result<()> {

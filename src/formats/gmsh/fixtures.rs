@@ -231,7 +231,7 @@ fn values_at_nodes_and_elements_are_read_at_each_time() {
         error
             .expect_err("two steps")
             .to_string()
-            .contains("2 (0 to 1)")
+            .contains("steps 0 to 1")
     );
 }
 

@@ -14,22 +14,22 @@ pub(super) fn refusal(bytes: &[u8]) -> Error {
     let found = if head.is_empty() {
         "it is empty".to_owned()
     } else if starts("(") {
-        "it is a mesh of Fluent, which OpenFOAM's fluent3DMeshToFoam and ParaView read".to_owned()
+        "it is a Fluent mesh, which OpenFOAM's fluent3DMeshToFoam and ParaView read".to_owned()
     } else if starts("*") {
-        "it is a mesh of Abaqus or CalculiX (.inp), which gmsh and meshio convert".to_owned()
+        "it is an Abaqus or CalculiX mesh (.inp), which gmsh and meshio convert".to_owned()
     } else if starts("MESH") {
-        "it is a mesh of GiD".to_owned()
+        "it is a GiD mesh".to_owned()
     } else if starts("$PostFormat") {
-        "it holds views of Gmsh (.pos) and no mesh".to_owned()
+        "it holds Gmsh views (.pos) and no mesh".to_owned()
     } else if starts("MeshVersionFormatted") {
-        "it is a mesh of Medit (.mesh), which gmsh and meshio convert".to_owned()
+        "it is a Medit mesh (.mesh), which gmsh and meshio convert".to_owned()
     } else if is_format_line(head) {
-        "it has lines as of a mesh of Gmsh, but not their section names".to_owned()
+        "it looks like a Gmsh mesh without section names".to_owned()
     } else {
         format!("it starts with {}", shown(&head[..head.len().min(24)]))
     };
     Error::input(format!(
-        "no $MeshFormat, so this is no mesh of Gmsh: {found}"
+        "there is no $MeshFormat, so this is not a Gmsh mesh: {found}"
     ))
     .line(1)
 }

@@ -138,7 +138,7 @@ pub(super) fn read_names(stream: &mut Stream, notes: &mut Notes) -> Result<Vec<P
             Some(d @ 0..=3) => Some(d as u8),
             Some(d) => {
                 return Err(line.error(format!(
-                    "a physical group of dimension {d}; they are 0 to 3"
+                    "a physical group has dimension {d}; it must be 0 to 3"
                 )));
             }
         };

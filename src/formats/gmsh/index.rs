@@ -1,6 +1,7 @@
 //! Maps tags of nodes or elements to indices; decides which tags are kept as an array.
 
 use crate::error::{Error, Result};
+use crate::mesh::too_many;
 
 /// Finds the index of a node or an element by its tag.
 #[derive(Debug)]
@@ -25,11 +26,7 @@ impl Index {
             return Ok(Self::Consecutive { first: 0, n: 0 });
         };
         if tags.len() >= NONE as usize {
-            return Err(Error::input(format!(
-                "{} {what}s, at most {} are possible",
-                tags.len(),
-                NONE - 1
-            )));
+            return Err(Error::input(too_many(&format!("{what}s"))));
         }
         let n = tags.len() as u64;
         if tags

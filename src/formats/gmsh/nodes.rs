@@ -3,8 +3,9 @@
 use super::super::lexer::Fields;
 use super::index::Index;
 use super::stream::{Binary, Stream, Version};
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::for_blocks;
 
 /// Records that one task converts at a time.
 pub(super) const CHUNK: usize = 1 << 16;
@@ -61,7 +62,7 @@ fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
         let n = stream.size("the number of nodes in a block")?;
         if !(0..=3).contains(&dimension) {
             return Err(stream.error(format!(
-                "a node block of dimension {dimension}; dimensions are 0 to 3"
+                "a block of nodes has dimension {dimension}; it must be 0 to 3"
             )));
         }
         let n_parameters = if parametric { dimension as usize } else { 0 };
@@ -87,7 +88,7 @@ fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
     }
     if points.len() != n_nodes {
         return Err(stream.error(format!(
-            "the blocks hold {} nodes, but $Nodes promises {n_nodes}",
+            "the blocks hold {} nodes, but $Nodes says {n_nodes}",
             points.len()
         )));
     }
@@ -255,22 +256,20 @@ fn read_binary<'a>(
     let body = stream.take(n, each, "the nodes")?;
     let known = points.len();
     points.resize(known + n, [0.0; 3]);
-    points[known..]
-        .par_chunks_mut(CHUNK)
-        .zip(body.par_chunks(CHUNK * each))
-        .for_each(|(points, body)| {
-            for (point, node) in points.iter_mut().zip(body.chunks_exact(each)) {
-                for (i, x) in point.iter_mut().enumerate() {
-                    *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
-                }
+    for_blocks(&mut points[known..], CHUNK, &|first, points| {
+        let nodes = body[first * each..].chunks_exact(each);
+        for (point, node) in points.iter_mut().zip(nodes) {
+            for (i, x) in point.iter_mut().enumerate() {
+                *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
             }
-        });
+        }
+    });
     let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
     match points[known..].iter().position(|point| !finite(point)) {
         None => Ok(body),
         Some(i) => Err(Error::input(format!(
-            "a node at {:?}; coordinates must be finite numbers",
-            points[known + i]
+            "a node is at {}; coordinates must be finite",
+            point(&points[known + i])
         ))
         .byte((start + i * each) as u64)),
     }

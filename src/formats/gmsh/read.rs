@@ -65,7 +65,7 @@ fn sections<'a>(
             // Version 1 has no other header.
             (b"NOD" | b"ELM", None) => *version.insert(Version::V1),
             (b"Nodes" | b"Elements" | b"PhysicalNames" | b"Entities", None) => {
-                return Err(stream.error(format!("${} before $MeshFormat", show(name))));
+                return Err(stream.error(format!("${} comes before $MeshFormat", show(name))));
             }
             (_, Some(version)) => version,
             (_, None) => {
@@ -173,8 +173,7 @@ fn read_format(stream: &mut Stream) -> Result<Version> {
     };
     if !matches!((is_binary, size), (0, _) | (1, 4 | 8)) {
         return Err(line.error(format!(
-            "file type {is_binary} with data size {size}; \
-             they are 0 for text or 1 for binary, and 4 or 8"
+            "the file type is {is_binary} and the data size {size}; they must be 0 (text) or 1 (binary), and 4 or 8"
         )));
     }
     if is_binary == 1 {
@@ -186,7 +185,7 @@ fn read_format(stream: &mut Stream) -> Result<Version> {
         let big_endian = match one {
             [1, 0, 0, 0] => false,
             [0, 0, 0, 1] => true,
-            _ => return Err(stream.error("the integer 1 that tells the byte order is not there")),
+            _ => return Err(stream.error("the integer 1, which tells the byte order, is missing")),
         };
         stream.binary = Some(Binary {
             big_endian,
@@ -215,7 +214,7 @@ impl<'a> FileContent<'a> {
             }
             (b"Nodes" | b"ParametricNodes" | b"NOD", _) => {
                 if self.nodes.is_some() {
-                    return Err(stream.error("a second section of nodes"));
+                    return Err(stream.error("there is a second section of nodes"));
                 }
                 self.nodes = Some(nodes::read(stream, version, name == b"ParametricNodes")?);
             }
@@ -235,10 +234,10 @@ impl<'a> FileContent<'a> {
 
     fn read_elements(&mut self, version: Version, stream: &mut Stream) -> Result<()> {
         let Some(Nodes { index, .. }) = &self.nodes else {
-            return Err(stream.error("$Elements before $Nodes"));
+            return Err(stream.error("$Elements comes before $Nodes"));
         };
         if self.cells.is_some() {
-            return Err(stream.error("a second section $Elements"));
+            return Err(stream.error("there is a second $Elements"));
         }
         self.needs_entities = matches!(version, Version::V3 | Version::V40 | Version::V41);
         let tags = &mut self.tags;
@@ -254,7 +253,7 @@ impl<'a> FileContent<'a> {
 
     fn mesh(self, stream: &Stream, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         let Some(nodes) = self.nodes else {
-            return Err(stream.error("no $Nodes in the file"));
+            return Err(stream.error("the file has no $Nodes"));
         };
         if nodes.n_parametric > 0 {
             notes.push(NotKept::Of {

@@ -99,7 +99,7 @@ impl<'a> Sink<'a> {
     ) -> Result<()> {
         let text = self.text;
         let record_bytes = n_values * width;
-        write_records(self.out, n, |range, buffer| {
+        write_records(self.out, n, &|range, buffer| {
             let mut values = [0; MOST_VALUES];
             let values = &mut values[..n_values];
             if text {
@@ -153,14 +153,14 @@ pub(super) fn push_point_binary(buffer: &mut Vec<u8>, point: &[f64; 3]) {
 pub(super) const NAME: Rule = Rule {
     longest: 127,
     fit: |name, longest| cut(&plain(name), longest),
-    why: "names in MSH have no quotes or line ends and 127 bytes at most",
+    why: "names in MSH have at most 127 bytes, no quotes and no line ends",
 };
 
 /// Names of arrays.
 pub(super) const ARRAY: Rule = Rule {
     longest: usize::MAX,
     fit: |name, _| plain(name),
-    why: "names in MSH have no quotes or line ends",
+    why: "names in MSH have no quotes and no line ends",
 };
 
 fn plain(name: &str) -> String {

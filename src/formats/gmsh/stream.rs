@@ -115,7 +115,7 @@ impl<'a> Stream<'a> {
         let wanted = n.checked_mul(each).filter(|wanted| *wanted <= rest.len());
         let Some(wanted) = wanted else {
             return Err(self.error(format!(
-                "the file ends within {what}: {n} of {each} bytes each, but {} bytes are left",
+                "the file ends within {what}: {n} times {each} bytes are needed, {} are left",
                 rest.len()
             )));
         };

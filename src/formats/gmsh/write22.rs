@@ -20,8 +20,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     let highest = numbers.highest(&plan).max(n_elements);
     if highest.max(mesh.points.len()) > i32::MAX as usize {
         return Err(Error::input(format!(
-            "{} nodes and elements up to number {highest}; MSH 2.2 has numbers up to {}, MSH 4.1 higher \
-             ones",
+            "there are {} nodes and element numbers up to {highest}; MSH 2.2 holds numbers up to {}, MSH 4.1 larger ones",
             mesh.points.len(),
             i32::MAX
         )));
@@ -45,7 +44,7 @@ fn write_nodes(mesh: &MeshView, plan: &MshContent, sink: &mut Sink) -> Result<()
     let n = mesh.points.len();
     sink.line(&format!("$Nodes\n{n}"))?;
     let text = sink.text;
-    write_records(sink.out, n, |range, buffer| {
+    write_records(sink.out, n, &|range, buffer| {
         for i in range {
             if text {
                 push_integer(buffer, plan.node_tag(i as u32));

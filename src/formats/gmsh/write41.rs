@@ -8,7 +8,7 @@ use super::write_data;
 use crate::error::Result;
 use crate::formats::Notes;
 use crate::mesh::MeshView;
-use rayon::prelude::*;
+use crate::parallel::map_blocks;
 use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is left out.
@@ -127,12 +127,11 @@ fn bounds(mesh: &MeshView, plan: &MshContent) -> Vec<[[f64; 3]; 2]> {
         }
         let known = &mut boxes[block.entity];
         for run in mesh.cells.runs_in(block.cells.clone()) {
-            let chunks = run.connectivity.par_chunks(1 << 16);
-            let of_chunk = |nodes: &[u32]| {
-                let points = nodes.iter().map(|node| mesh.points[*node as usize]);
+            let parts = map_blocks(run.connectivity.len(), 1 << 16, &|entries| {
+                let nodes = run.connectivity[entries].iter();
+                let points = nodes.map(|node| mesh.points[*node as usize]);
                 points.fold(NOWHERE, |all, point| joined(all, [point, point]))
-            };
-            let parts: Vec<_> = chunks.map(of_chunk).collect();
+            });
             *known = parts.into_iter().fold(*known, joined);
         }
     }
@@ -166,7 +165,7 @@ fn write_nodes(mesh: &MeshView, plan: &MshContent, sink: &mut Sink) -> Result<()
     } else {
         push_point_binary
     };
-    write_records(sink.out, n, |range, buffer| {
+    write_records(sink.out, n, &|range, buffer| {
         for point in &mesh.points[range] {
             push(buffer, point);
         }

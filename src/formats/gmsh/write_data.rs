@@ -2,13 +2,13 @@
 
 use super::super::names::Given;
 use super::super::records::{conditions_left_out, push_integer, push_real, write_records};
+use super::super::vtk::chunk::Chunk;
 use super::super::{Notes, Precision, WriteOptions};
 use super::content::MshContent;
 use super::data::MOST_COMPONENTS;
 use super::sink::{ARRAY, Sink};
 use crate::diagnostic::formats::{ArrayWritten, Written};
 use crate::error::Result;
-use crate::mesh::arrays::with_numbers;
 use crate::mesh::{DataArray, MeshView, Values};
 
 /// The format in a sentence.
@@ -41,7 +41,6 @@ fn named(arrays: Vec<&DataArray>) -> impl Iterator<Item = (&DataArray, String)> 
     arrays.into_iter().zip(names)
 }
 
-#[allow(clippy::unnecessary_cast)] // one text for numbers of every type
 fn write_array(
     section: &str,
     (array, name): (&DataArray, &str),
@@ -49,11 +48,11 @@ fn write_array(
     sink: &mut Sink,
     notes: &mut Notes,
 ) -> Result<()> {
-    if let Values::Text(_) = array.values {
+    let Some(values) = Chunk::of(&array.values) else {
         let name = array.name.clone();
         notes.push(ArrayWritten::TextLeftOut { format: MSH, name });
         return Ok(());
-    }
+    };
     if array.n_components > MOST_COMPONENTS {
         notes.push(ArrayWritten::TooManyComponents {
             name: array.name.clone(),
@@ -68,35 +67,40 @@ fn write_array(
         notes.push(ArrayWritten::IntegersRounded { name });
     }
     let n = array.n_components;
-    let rows = with_numbers!(&array.values, v => rows_of_numbers(v, n), _t => Vec::new());
+    let rows = match &array.values {
+        Values::F32(values) => rows_of_numbers(values, n),
+        Values::F64(values) => rows_of_numbers(values, n),
+        _ => (0..array.n_tuples() as u32).collect(),
+    };
     sink.line(&format!(
         "${section}\n1\n\"{name}\"\n1\n0.0\n3\n0\n{n}\n{}",
         rows.len()
     ))?;
     let text = sink.text;
-    with_numbers!(&array.values, values => write_records(sink.out, rows.len(), |range, buffer| {
+    write_records(sink.out, rows.len(), &|range, buffer| {
+        let mut own = vec![0.0; n];
         for &row in &rows[range] {
             let row = row as usize;
-            let own = values[row * n..(row + 1) * n].iter().map(|value| *value as f64);
+            values.part(row * n..(row + 1) * n).few_reals(&mut own);
             if text {
                 push_integer(buffer, tag(row));
-                own.for_each(|value| {
+                for value in &own {
                     buffer.push(b' ');
-                    push_real(buffer, value);
-                });
+                    push_real(buffer, *value);
+                }
                 buffer.push(b'\n');
             } else {
                 buffer.extend_from_slice(&(tag(row) as i32).to_le_bytes());
-                own.for_each(|value| buffer.extend_from_slice(&value.to_le_bytes()));
+                buffer.extend(own.iter().flat_map(|value| value.to_le_bytes()));
             }
         }
-    })?, _t => ());
+    })?;
     sink.end_binary()?;
     sink.line(&format!("$End{section}"))
 }
 
 /// Rows with a number in them: those that are NaN throughout have no value in the file.
-#[allow(clippy::eq_op)] // only NaN differs from itself, and integers never do
+#[allow(clippy::eq_op)] // only NaN differs from itself
 fn rows_of_numbers<T: PartialEq>(values: &[T], n_components: usize) -> Vec<u32> {
     let rows = (0..).zip(values.chunks_exact(n_components));
     let numbers = rows.filter(|(_, row)| row.iter().any(|value| value == value));

@@ -60,7 +60,7 @@ pub(super) fn object(node: &Node, place: &Storage, addresses: &[u64]) -> Result<
     }
     let mut header = b"OHDR\x02\x02".to_vec();
     let size = u32::try_from(messages.0.len());
-    let size = size.map_err(|_| Error::input("a group of more than 4 GB of names"))?;
+    let size = size.map_err(|_| Error::input("a group has more than 4 GB of names"))?;
     header.extend(size.to_le_bytes());
     header.extend(messages.0);
     Ok(with_checksum(header))

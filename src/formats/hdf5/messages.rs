@@ -13,7 +13,7 @@ impl Messages {
     pub fn push(&mut self, kind: u8, flags: u8, body: &[u8]) -> Result<()> {
         let size = u16::try_from(body.len()).map_err(|_| {
             Error::input(format!(
-                "{} bytes in the header of an HDF5 object; there can be 65535",
+                "the header of an HDF5 object has {} bytes; it can have 65535",
                 body.len()
             ))
         })?;
@@ -30,8 +30,12 @@ pub(super) fn link(order: usize, name: &str, address: u64) -> Result<Vec<u8>> {
     const WITH_ORDER_AND_CHARSET: u8 = 0x14;
     const LENGTH_OF_2_BYTES: u8 = 0x01;
     const UTF8: u8 = 1;
-    let length = u16::try_from(name.len())
-        .map_err(|_| Error::input(format!("a name of {} bytes; HDF5 has 65535", name.len())))?;
+    let length = u16::try_from(name.len()).map_err(|_| {
+        Error::input(format!(
+            "a name has {} bytes; HDF5 allows 65535",
+            name.len()
+        ))
+    })?;
     let mut message = vec![1, WITH_ORDER_AND_CHARSET | LENGTH_OF_2_BYTES];
     message.extend((order as u64).to_le_bytes());
     message.push(UTF8);

@@ -45,6 +45,7 @@
 //! ```
 
 mod address;
+mod bits;
 mod checksum;
 mod column;
 mod element;

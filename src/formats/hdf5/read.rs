@@ -2,8 +2,10 @@
 
 use super::super::names::decoded;
 use super::super::{Notes, Source};
+use super::bits::Bits;
 use crate::error::{Error, Result};
 use crate::mesh::Values;
+use bytemuck::allocation::cast_vec;
 use hdf5_reader::error::Error as Refused;
 use hdf5_reader::{
     Attribute, Datatype, ExternalLinkResolver, H5Type, Hdf5File, OpenOptions, SliceInfo,
@@ -170,31 +172,31 @@ impl Group {
     }
 }
 
-/// Runs `$body` with `$T` standing for the Rust type of numbers of this datatype and `$variant`
-/// for the variant of [`Values`]; `$other` for anything that is no such number.
+/// Runs `$body` with `$T` standing for the bits of numbers of this datatype and `$variant` for the variant of [`Values`];
+/// `$other` for anything that is no such number.
 macro_rules! with_number {
     ($datatype:expr, $T:ident, $variant:ident => $body:expr, $other:expr) => {
         with_number!(@match $datatype, $T, $variant, $body, $other;
-            (FixedPoint 1 true i8 I8) (FixedPoint 1 false u8 U8)
-            (FixedPoint 2 true i16 I16) (FixedPoint 2 false u16 U16)
-            (FixedPoint 4 true i32 I32) (FixedPoint 4 false u32 U32)
-            (FixedPoint 8 true i64 I64) (FixedPoint 8 false u64 U64))
+            (FixedPoint 1 true u8 I8) (FixedPoint 1 false u8 U8)
+            (FixedPoint 2 true u16 I16) (FixedPoint 2 false u16 U16)
+            (FixedPoint 4 true u32 I32) (FixedPoint 4 false u32 U32)
+            (FixedPoint 8 true u64 I64) (FixedPoint 8 false u64 U64))
     };
     (@match $datatype:expr, $T:ident, $variant:ident, $body:expr, $other:expr;
         $((FixedPoint $size:literal $signed:literal $type:ident $name:ident))*) => {
         match $datatype {
             $(Datatype::FixedPoint { size: $size, signed: $signed, .. } => {
-                type $T = $type;
+                type $T = Bits<$type>;
                 use Values::$name as $variant;
                 $body
             })*
             Datatype::FloatingPoint { size: 4, .. } => {
-                type $T = f32;
+                type $T = Bits<u32>;
                 use Values::F32 as $variant;
                 $body
             }
             Datatype::FloatingPoint { size: 8, .. } => {
-                type $T = f64;
+                type $T = Bits<u64>;
                 use Values::F64 as $variant;
                 $body
             }
@@ -243,7 +245,7 @@ impl Dataset {
     pub fn values(&self) -> Result<Values> {
         with_number!(
             self.inner.dtype(),
-            T, Variant => self.numbers::<T>().map(Variant),
+            T, Variant => self.numbers::<T>().map(|bits| Variant(cast_vec(bits))),
             |other: &Datatype| self.others(other)
         )
         .map_err(|error| error.dataset(self.name()))
@@ -256,13 +258,13 @@ impl Dataset {
         let n = self.n_rows();
         if rows.start > rows.end || rows.end > n {
             let (start, end) = (rows.start, rows.end);
-            return wrong(format!("rows {start} to {end} are asked for; it has {n}"));
+            return wrong(format!("rows {start} to {end} are needed; it has {n}"));
         }
         let row = self.row()?.saturating_mul(self.value_size().max(1)) as u64;
         let n_bytes = (rows.end - rows.start).saturating_mul(row);
         if n_bytes > self.limit {
             return wrong(format!(
-                "{n_bytes} bytes, more than a file of this size holds"
+                "its rows have {n_bytes} bytes, more than a file of this size can hold"
             ));
         }
         Ok(())
@@ -276,7 +278,7 @@ impl Dataset {
         }
         with_number!(
             self.inner.dtype(),
-            T, Variant => self.some_numbers::<T>(&rows).map(Variant),
+            T, Variant => self.some_numbers::<T>(&rows).map(|bits| Variant(cast_vec(bits))),
             |other: &Datatype| {
                 let Values::Text(text) = self.others(other)? else {
                     return Err(unknown(other));
@@ -365,7 +367,10 @@ fn is_byte(base: &Datatype) -> bool {
 fn attribute_values(attribute: &Attribute) -> Result<Values> {
     with_number!(
         &attribute.datatype,
-        T, Variant => attribute.read_1d::<T>().map(Variant).map_err(refused),
+        T, Variant => attribute
+            .read_1d::<T>()
+            .map(|bits| Variant(cast_vec(bits)))
+            .map_err(refused),
         |other: &Datatype| match other {
             Datatype::String { .. } | Datatype::VarLen { .. } => {
                 attribute.read_strings().map(Values::Text).map_err(refused)
@@ -379,7 +384,7 @@ fn unknown(datatype: &Datatype) -> Error {
     let found = match datatype {
         Datatype::FixedPoint { size, .. } => format!("integers of {size} bytes"),
         Datatype::FloatingPoint { size, .. } => format!("floating-point numbers of {size} bytes"),
-        Datatype::Compound { .. } => "compounds".to_owned(),
+        Datatype::Compound { .. } => "compound types".to_owned(),
         Datatype::Array { .. } => "arrays".to_owned(),
         Datatype::Enum { .. } => "enumerations".to_owned(),
         Datatype::Opaque { .. } => "opaque bytes".to_owned(),
@@ -387,15 +392,15 @@ fn unknown(datatype: &Datatype) -> Error {
         Datatype::Bitfield { .. } => "bit fields".to_owned(),
         Datatype::String { .. } | Datatype::VarLen { .. } => "text".to_owned(),
     };
-    Error::input(format!("it holds {found}, which are not read"))
+    Error::input(format!("its values are {found}, which cannot be read"))
 }
 
 fn refused(error: Refused) -> Error {
     match error {
         Refused::Io(error) => Error::system(error.to_string()),
-        other if other.to_string().contains("invalid UTF-8 string") => Error::input(format!(
-            "HDF5: the name of a group, of a dataset or of an attribute is not UTF-8, as it must be ({other})"
-        )),
+        other if other.to_string().contains("invalid UTF-8 string") => Error::input(
+            "the name of a group, a dataset or an attribute is not UTF-8, which HDF5 requires",
+        ),
         other => Error::input(format!("HDF5: {other}")),
     }
 }

@@ -127,7 +127,7 @@ impl Section<'_> {
             let n_tuples = cursor.count("a number of tuples")?;
             let kind = Type::read(cursor)?;
             let n = n_components.checked_mul(n_tuples).ok_or_else(|| {
-                cursor.error(format!("{n_tuples} tuples of {n_components} components"))
+                cursor.error(format!("an array has {n_tuples} tuples of {n_components} components, which is out of range"))
             })?;
             let values =
                 values::read(cursor, kind, n, notes).map_err(|error| in_array(error, &name))?;
@@ -165,7 +165,7 @@ fn lookup_table(cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
     };
     let n = n
         .checked_mul(4)
-        .ok_or_else(|| cursor.error("the size overflows"))?;
+        .ok_or_else(|| cursor.error("the size of a lookup table is out of range"))?;
     values::read(cursor, Type::Number(element), n, notes)?;
     notes.push(NotKept::Named {
         what: "lookup table",

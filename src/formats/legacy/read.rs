@@ -63,7 +63,7 @@ fn grid(cursor: &mut Cursor) -> Result<Grid> {
     match cursor.keyword().as_deref() {
         Some("dataset") => {}
         Some("field") => {
-            let message = "the file holds a field without a grid; what can be read is a DATASET";
+            let message = "the file has a field but no grid; it must have a DATASET";
             return Err(cursor.error(message));
         }
         _ => return Err(cursor.error("DATASET must follow the header")),
@@ -78,7 +78,7 @@ fn grid(cursor: &mut Cursor) -> Result<Grid> {
         _ => {
             let found = shown(name);
             return Err(cursor.error(format!(
-                "the dataset {found} is no mesh; what can be read: UNSTRUCTURED_GRID, POLYDATA, \
+                "the dataset {found} is not read; those that are: UNSTRUCTURED_GRID, POLYDATA, \
                  STRUCTURED_GRID, RECTILINEAR_GRID, STRUCTURED_POINTS"
             )));
         }
@@ -246,7 +246,9 @@ impl File {
         };
         if n != self.n_tuples {
             let found = self.n_tuples;
-            return Err(cursor.error(format!("data of {found} {what}, but there are {n}")));
+            return Err(cursor.error(format!(
+                "the data are for {found} {what}, but there are {n}"
+            )));
         }
         Ok(())
     }
@@ -315,7 +317,7 @@ impl File {
         let dimensions = self.needed_dimensions()?;
         let (n, found) = (structured::n_points(dimensions)?, self.points.len());
         if n != found {
-            let message = format!("the dimensions are those of {n} points, but there are {found}");
+            let message = format!("the DIMENSIONS give {n} points, but there are {found}");
             return Err(Error::input(message));
         }
         Ok(Mesh {

@@ -273,18 +273,22 @@ fn errors_say_where_and_what() {
         (
             "UNSTRUCTURED_GRID",
             "TABLE",
-            "line 4: the dataset \"TABLE\" is no mesh",
+            "line 4: the dataset \"TABLE\" is not read",
         ),
         (
             "4 float",
             "5 float",
-            "line 8: \"CELLS\" is no Float32 (after 12 of 15 values)",
+            "line 8: \"CELLS\" is not a number of type Float32 (after 12 of 15 values)",
         ),
-        ("1 1 0\n", "1 1 x\n", "line 7: \"x\" is no Float32"),
+        (
+            "1 1 0\n",
+            "1 1 x\n",
+            "line 7: \"x\" is not a number of type Float32",
+        ),
         (
             "4 float",
             "4 complex",
-            "line 5: \"complex\" is no type of values",
+            "line 5: \"complex\" is not a type of values",
         ),
         ("3 11", "3 10", "line 8: CELLS has more values than"),
         (
@@ -292,16 +296,16 @@ fn errors_say_where_and_what() {
             "POINTS 3",
             "line 5: POINTS has more values than",
         ),
-        ("3 11", "3 99999999999", "values are announced"),
+        ("3 11", "3 99999999999", "values are needed"),
         (
             "2 1 3",
             "2 1 4",
-            "line 8: a node index of a cell is 4; the file has 4 nodes",
+            "line 8: a cell has node 4; the file has 4 nodes",
         ),
         (
             "2 1 3",
             "9 1 3",
-            "line 8: cell 2 reaches beyond the 11 entries",
+            "line 8: cell 2 goes beyond the 11 entries",
         ),
         (
             "CELL_TYPES 3\n8 3 3",
@@ -311,13 +315,13 @@ fn errors_say_where_and_what() {
         (
             "8 3 3",
             "8 3 5",
-            "line 8: cell 2 is a triangle of 2 nodes; it must have 3",
+            "line 8: cell 2 is a triangle with 2 nodes; it must have 3",
         ),
         ("8 3 3", "8 3 44", "line 12: cell 2 has the VTK type 44"),
         (
             "CELL_TYPES",
             "CELL_DATA 4\nCELL_TYPES",
-            "line 12: data of 4 cells, but there are 3",
+            "line 12: the data are for 4 cells, but there are 3",
         ),
     ];
     for (from, to, expected) in cases {

@@ -2,14 +2,14 @@
 
 use super::super::Notes;
 use super::super::names::text_of;
-use super::super::vtk::number::{
-    Chunk, Element, Number, parse_words, points_are_finite, with_type,
-};
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::{Element, parse_words, points_are_finite};
 use super::super::vtk::text::{cuts, word_end, word_start};
 use super::cursor::{Cursor, decoded};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
-use rayon::prelude::*;
+use crate::mesh::too_many;
+use crate::parallel::map;
 
 /// Bytes of text that one task parses.
 const PER_TASK: usize = 1 << 18;
@@ -57,7 +57,7 @@ impl Type {
         Self::from_name(word).ok_or_else(|| {
             let name = super::super::lexer::shown(word);
             cursor.error(format!(
-                "{name} is no type of values; there are: bit, char, unsigned_char, short, \
+                "{name} is not a type of values; known types: bit, char, unsigned_char, short, \
                  unsigned_short, int, unsigned_int, long, unsigned_long, vtktypeint64, \
                  vtktypeuint64, vtkIdType, float, double, string"
             ))
@@ -69,16 +69,10 @@ impl Type {
 pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize, notes: &mut Notes) -> Result<Values> {
     let element = match kind {
         Type::Number(element) => element,
-        Type::Id if cursor.binary => {
-            let mut ids = Vec::new();
-            binary(cursor, Element::Int32, n, &mut |chunk| {
-                ids = vec![0i64; chunk.len::<i32>()];
-                chunk.convert::<i32, i64>(&mut ids, i64::from);
-                Ok(())
-            })?;
+        Type::Id => {
+            let ids = converted(cursor, id(cursor), n, &|chunk, out| chunk.integers(out))?;
             return Ok(Values::I64(ids));
         }
-        Type::Id => Element::Int64,
         Type::Bit => return bits(cursor, n).map(Values::U8),
         Type::Text => return strings(cursor, n, notes).map(Values::Text),
     };
@@ -96,22 +90,32 @@ pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize, notes: &mut Notes)
     })
 }
 
+/// How ids are stored.
+pub(super) fn id(cursor: &Cursor) -> Element {
+    if cursor.binary {
+        Element::Int32
+    } else {
+        Element::Int64
+    }
+}
+
 /// Reads `n` coordinates of whatever type.
 pub(super) fn coordinates(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<f64>> {
-    let element = coordinate_type(cursor, kind, n)?;
-    let mut out = vec![0.0; n];
-    fill(cursor, element, &mut out)?;
-    Ok(out)
+    let element = coordinate_type(cursor, kind)?;
+    converted(cursor, element, n, &|chunk, out| chunk.reals(out))
 }
 
 /// Reads the coordinates of `n` points.
 pub(super) fn points(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<[f64; 3]>> {
     let n_values = n.checked_mul(3);
     let n_values = n_values.ok_or_else(|| cursor.error("there are too many points"))?;
-    let element = coordinate_type(cursor, kind, n_values)?;
+    let element = coordinate_type(cursor, kind)?;
+    check_room(cursor, element, n_values)?;
     let mut out = vec![[0.0; 3]; n];
     let start = cursor.at;
-    fill(cursor, element, out.as_flattened_mut())?;
+    fill(cursor, element, out.as_flattened_mut(), &|chunk, out| {
+        chunk.reals(out)
+    })?;
     if !cursor.binary {
         points_are_finite(0, &out).map_err(|(value, error)| {
             let at = start + word_start(&cursor.bytes[start..], value);
@@ -121,76 +125,86 @@ pub(super) fn points(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<[f
     Ok(out)
 }
 
-/// The type of `n` coordinates; refuses more than the file can hold.
-fn coordinate_type(cursor: &Cursor, kind: Type, n: usize) -> Result<Element> {
-    let element = match kind {
-        Type::Number(element) => element,
-        Type::Id if cursor.binary => Element::Int32,
-        Type::Id => Element::Int64,
-        Type::Bit | Type::Text => return Err(cursor.error("coordinates must be numbers")),
-    };
-    match cursor.binary {
-        true => take(&mut cursor.clone(), n.checked_mul(element.size()), n).map(drop)?,
-        false => check_text(cursor, n)?,
+/// The type of coordinates. As text, a float is rounded to one, as VTK does.
+fn coordinate_type(cursor: &Cursor, kind: Type) -> Result<Element> {
+    match kind {
+        Type::Number(element) => Ok(element),
+        Type::Id => Ok(id(cursor)),
+        Type::Bit | Type::Text => Err(cursor.error("coordinates must be numbers")),
     }
-    Ok(element)
 }
 
-/// Reads as many coordinates as `out` has. As text, a float is rounded to one, as VTK does.
-fn fill(cursor: &mut Cursor, element: Element, out: &mut [f64]) -> Result<()> {
-    let n = out.len();
-    with_type!(element, T => {
-        if cursor.binary {
-            return binary(cursor, element, n, &mut |chunk| {
-                chunk.convert::<T, f64>(out, T::as_f64);
-                Ok(())
-            });
-        }
-        let mut at = 0;
-        text::<T>(cursor, element, n, &mut |some| {
-            let part = out[at..at + some.len()].iter_mut();
-            part.zip(some).for_each(|(out, x)| *out = x.as_f64());
-            at += some.len();
-        })
-    })
-}
-
-/// Reads `n` numbers of the type `element`.
-pub(super) fn numbers<T: Number>(
+/// Reads `n` numbers of the type `element`, which has the size of `T`.
+pub(super) fn numbers<T: bytemuck::Pod + Default>(
     cursor: &mut Cursor,
     element: Element,
     n: usize,
 ) -> Result<Vec<T>> {
-    let mut values: Vec<T> = Vec::new();
-    if !cursor.binary {
-        check_text(cursor, n)?;
-        values.reserve_exact(n);
-        text(cursor, element, n, &mut |some| {
-            values.extend_from_slice(some)
-        })?;
-        return Ok(values);
-    }
-    binary(cursor, element, n, &mut |chunk| {
-        values = vec![T::zeroed(); n];
-        chunk.convert::<T, T>(&mut values, |x| x);
-        Ok(())
-    })?;
-    Ok(values)
+    converted(cursor, element, n, &|chunk, out| chunk.copy_to(out))
 }
 
-/// Hands the bytes of `n` values that start on the next line to `sink`.
-pub(super) fn binary<'a>(
-    cursor: &mut Cursor<'a>,
+/// Reads `n` numbers of the type `element`, which `convert` puts into the type that is wanted.
+pub(super) fn converted<U: Copy + Default>(
+    cursor: &mut Cursor,
     element: Element,
     n: usize,
-    sink: &mut dyn FnMut(Chunk<'a>) -> Result<()>,
+    convert: &dyn Fn(Chunk, &mut [U]),
+) -> Result<Vec<U>> {
+    check_room(cursor, element, n)?;
+    let mut out = vec![U::default(); n];
+    fill(cursor, element, &mut out, convert)?;
+    Ok(out)
+}
+
+/// Reads as many numbers as `out` has.
+fn fill<U>(
+    cursor: &mut Cursor,
+    element: Element,
+    out: &mut [U],
+    convert: &dyn Fn(Chunk, &mut [U]),
 ) -> Result<()> {
+    let (n, mut done) = (out.len(), 0);
+    for_each_chunk(cursor, element, n, &mut |chunk| {
+        let start = done;
+        done += chunk.len();
+        convert(chunk, &mut out[start..done]);
+    })
+}
+
+/// Hands `n` values that start on the next line, or are the next words, to `sink`.
+fn for_each_chunk(
+    cursor: &mut Cursor,
+    element: Element,
+    n: usize,
+    sink: &mut dyn FnMut(Chunk),
+) -> Result<()> {
+    if !cursor.binary {
+        return text(cursor, element, n, sink);
+    }
     cursor.line();
     let bytes = take(cursor, n.checked_mul(element.size()), n)?;
     sink(Chunk {
         bytes,
+        element,
         swap: cfg!(target_endian = "little"),
-    })
+    });
+    Ok(())
+}
+
+/// Refuses more values than the rest of the file can hold.
+fn check_room(cursor: &Cursor, element: Element, n: usize) -> Result<()> {
+    if cursor.binary {
+        let mut ahead = cursor.clone();
+        ahead.line();
+        return take(&mut ahead, n.checked_mul(element.size()), n).map(drop);
+    }
+    let left = cursor.rest().len();
+    if n > left.div_ceil(2) {
+        let message =
+            format!("{n} values are needed, but only {left} characters are left in the file");
+        return Err(cursor.error_at(cursor.at, message));
+    }
+    Ok(())
 }
 
 /// The next `n_bytes` bytes, of `n` values.
@@ -199,53 +213,38 @@ fn take<'a>(cursor: &mut Cursor<'a>, n_bytes: Option<usize>, n: usize) -> Result
     let bytes = n_bytes.and_then(|n_bytes| rest.get(..n_bytes));
     let bytes = bytes.ok_or_else(|| {
         let left = rest.len();
-        let message = format!("{n} values are announced, but {left} bytes are left in the file");
+        let message = format!("{n} values are needed, but only {left} bytes are left in the file");
         cursor.error_at(cursor.at, message)
     })?;
     cursor.at += bytes.len();
     Ok(bytes)
 }
 
-/// Refuses more values than the rest of a text can hold.
-fn check_text(cursor: &Cursor, n: usize) -> Result<()> {
-    let left = cursor.rest().len();
-    if n > left.div_ceil(2) {
-        let message = format!("{n} values are announced, but {left} characters are left");
-        return Err(cursor.error_at(cursor.at, message));
-    }
-    Ok(())
-}
-
 /// Reads `n` words as numbers. Some text behind them may be parsed in vain.
-fn text<T: Number>(
+fn text(
     cursor: &mut Cursor,
     element: Element,
     n: usize,
-    sink: &mut dyn FnMut(&[T]),
+    sink: &mut dyn FnMut(Chunk),
 ) -> Result<()> {
     let mut done = 0;
     while done < n {
         let guess = (n - done).saturating_mul(24).max(256);
         let end = cursor.at.saturating_add(guess.min(PER_TASK * BATCH));
-        let cuts = cuts(
-            cursor.bytes,
-            cursor.at,
-            word_end(cursor.bytes, end),
-            PER_TASK,
-        );
-        let parts: Vec<ParsedText<T>> = cuts
-            .par_windows(2)
-            .map(|cut| ParsedText::parse(cursor.bytes, cut[0], cut[1], element))
-            .collect();
+        let end = word_end(cursor.bytes, end);
+        let cuts = cuts(cursor.bytes, cursor.at, end, PER_TASK);
+        let parts = map(cuts.len() - 1, &|i| {
+            ParsedText::parse(cursor.bytes, cuts[i], cuts[i + 1], element)
+        });
         for part in parts {
-            let missing = n - done;
-            if part.numbers.len() >= missing {
-                sink(&part.numbers[..missing]);
+            let (missing, found) = (n - done, part.numbers().len());
+            if found >= missing {
+                sink(part.numbers().part(0..missing));
                 cursor.at = part.after(cursor.bytes, missing);
                 return Ok(());
             }
-            sink(&part.numbers);
-            done += part.numbers.len();
+            sink(part.numbers());
+            done += found;
             cursor.at = part.end;
             if let Some((at, message)) = part.wrong {
                 let message = format!("{message} (after {done} of {n} values)");
@@ -261,30 +260,40 @@ fn text<T: Number>(
 }
 
 /// The numbers parsed from one part of a text.
-struct ParsedText<T> {
-    numbers: Vec<T>,
+struct ParsedText {
+    bytes: Vec<u8>,
+    element: Element,
     start: usize,
     end: usize,
     wrong: Option<(usize, String)>,
 }
 
-impl<T: Number> ParsedText<T> {
-    fn parse(bytes: &[u8], start: usize, end: usize, element: Element) -> Self {
+impl ParsedText {
+    fn parse(text: &[u8], start: usize, end: usize, element: Element) -> Self {
         let mut part = Self {
-            numbers: Vec::new(),
+            bytes: Vec::new(),
+            element,
             start,
             end,
             wrong: None,
         };
-        match parse_words::<T>(&bytes[start..end], element) {
-            Ok(numbers) => part.numbers = numbers,
+        match parse_words(&text[start..end], element) {
+            Ok(bytes) => part.bytes = bytes,
             Err((at, message)) => {
-                let before = parse_words::<T>(&bytes[start..start + at], element);
-                part.numbers = before.unwrap_or_default();
+                let before = parse_words(&text[start..start + at], element);
+                part.bytes = before.unwrap_or_default();
                 part.wrong = Some((start + at, message));
             }
         }
         part
+    }
+
+    fn numbers(&self) -> Chunk<'_> {
+        Chunk {
+            bytes: &self.bytes,
+            element: self.element,
+            swap: false,
+        }
     }
 
     /// Where the number with this one-based index ends.
@@ -338,8 +347,7 @@ fn strings(cursor: &mut Cursor, n: usize, notes: &mut Notes) -> Result<Vec<Strin
 /// Refuses a count that the rest of the file cannot hold.
 pub(super) fn check_count(cursor: &Cursor, n: usize, what: &str) -> Result<()> {
     if n >= u32::MAX as usize {
-        let message = format!("{n} {what} are more than the 4294967294 that can be held");
-        return Err(Error::input(message).byte(cursor.at as u64));
+        return Err(Error::input(too_many(what)).byte(cursor.at as u64));
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::super::names::{Rule, decoded};
 use super::super::vtk::arrays::VtkArrays;
+use super::super::vtk::chunk::reverse_each;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::order;
@@ -37,7 +38,8 @@ pub(super) fn write(
     options.check_coordinates(mesh)?;
     if version == Version::V42 && mesh.points.len() > i32::MAX as usize {
         let n = mesh.points.len();
-        let message = format!("{n} nodes are too many for 32-bit indices; write version 5.1");
+        let message =
+            format!("{n} nodes are too many for the 32-bit indices of VTK 4.2; write VTK 5.1");
         return Err(Error::input(message));
     }
     let plan = VtkArrays::new(mesh, options, &NAMES);
@@ -257,7 +259,7 @@ const NAMES: Rule = Rule {
         "" => "unnamed".to_owned(),
         name => name.replace('\0', "_"),
     },
-    why: "names in legacy files have one character at least and no zero",
+    why: "names in legacy VTK files have at least one character and no zero byte",
 };
 
 /// The name of an array; what readers take for something else is encoded.
@@ -350,19 +352,8 @@ impl<'o> Integers<'o> {
 }
 
 fn to_big_endian(bytes: &mut [u8], size: usize) {
-    if cfg!(target_endian = "big") {
-        return;
-    }
-    macro_rules! swap {
-        ($n:literal) => {
-            bytes.chunks_exact_mut($n).for_each(<[u8]>::reverse)
-        };
-    }
-    match size {
-        2 => swap!(2),
-        4 => swap!(4),
-        8 => swap!(8),
-        _ => {}
+    if cfg!(target_endian = "little") {
+        reverse_each(bytes, size);
     }
 }
 

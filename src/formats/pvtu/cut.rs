@@ -1,5 +1,6 @@
 //! Assigns cells to pieces: intervals of about equal length along a space-filling curve.
 
+use crate::error::counted;
 use crate::error::{Error, Result};
 use crate::geometry::curve;
 use crate::mesh::MeshView;
@@ -14,7 +15,8 @@ pub(super) fn pieces(mesh: &MeshView, n: usize) -> Result<Vec<u32>> {
     let n_volume = volume.len();
     if n == 0 || n > n_volume {
         return Err(Error::input(format!(
-            "{n_volume} cells cannot be cut into {n} pieces"
+            "a mesh of {} cannot be cut into {n} pieces",
+            counted(n_volume, "cell")
         )));
     }
     let center = |cell: &usize| {

@@ -8,8 +8,9 @@ use super::subset::push;
 use crate::diagnostic::formats::{ArrayRead, Pieces};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
-use crate::mesh::{Cells, DataArray, Mesh, Values};
-use rayon::prelude::*;
+use crate::mesh::too_many;
+use crate::mesh::{Cells, DataArray, Mesh, Values, for_each_shared_place};
+use crate::parallel::{any, collect, largest, sort};
 
 /// One piece, with the names of the arrays that hold its global numbers.
 pub(in crate::formats) struct Piece {
@@ -40,8 +41,7 @@ pub(in crate::formats) fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Re
     pieces.retain(|piece| !is_empty(piece));
     let n_nodes: usize = pieces.iter().map(|piece| piece.mesh.points.len()).sum();
     if n_nodes >= u32::MAX as usize {
-        let message = format!("the pieces have {n_nodes} nodes, more than can be held");
-        return Err(mismatch(message));
+        return Err(mismatch(too_many("nodes")));
     }
     let points: Vec<[f64; 3]> = pieces
         .iter()
@@ -91,16 +91,17 @@ fn all_numbers(pieces: &[Piece], numbers: impl Fn(&Piece) -> Option<Vec<i64>>) -
 
 /// Nodes of one number as one; `None` when the numbers are not good for that.
 fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<Joined> {
-    let mut sorted: Vec<(i64, usize)> = ids.iter().copied().zip(0..).collect();
-    sorted.par_sort_unstable();
-    let magnitude = |point: &[f64; 3]| point.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let largest = points.par_iter().map(magnitude).reduce(|| 0.0, f64::max);
-    let elsewhere = |pair: &[(i64, usize)]| {
-        let [a, b] = [pair[0].1, pair[1].1].map(|node| points[node]);
+    let sorted = sorted(ids);
+    let magnitude = |point: [f64; 3]| point.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let largest = largest(points.len(), |node| magnitude(points[node]));
+    let elsewhere = |pair: &[(u64, u32)]| {
+        let [a, b] = [pair[0].1, pair[1].1].map(|node| points[node as usize]);
         let near = |i: usize| (a[i] - b[i]).abs() <= SAME_PLACE * largest;
         pair[0].0 == pair[1].0 && !(0..3).all(near)
     };
-    if sorted.par_windows(2).any(elsewhere) {
+    if any(sorted.len().saturating_sub(1), |i| {
+        elsewhere(&sorted[i..i + 2])
+    }) {
         notes.push(Pieces::NumbersUnused);
         return None;
     }
@@ -110,16 +111,19 @@ fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<
     };
     for group in sorted.chunk_by(|a, b| a.0 == b.0) {
         for (_, node) in group {
-            joined.new_index[*node] = joined.origin.len() as u32;
+            joined.new_index[*node as usize] = joined.origin.len() as u32;
         }
-        joined.origin.push(group[0].1);
+        joined.origin.push(group[0].1 as usize);
     }
     Some(joined)
 }
 
-/// Sort key of a position, in which -0 equals 0.
-fn bits(point: [f64; 3]) -> [u64; 3] {
-    point.map(|x| (x + 0.0).to_bits())
+/// Keys that are in the order of the global numbers, and what has these numbers.
+fn sorted(ids: &[i64]) -> Vec<(u64, u32)> {
+    let key = |id: i64| id as u64 ^ (1 << 63);
+    let mut sorted = collect(ids.len(), |i| (key(ids[i]), i as u32));
+    sort(&mut sorted);
+    sorted
 }
 
 /// Nodes at one place as one, where no piece has several there.
@@ -129,25 +133,23 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
         .zip(0..)
         .flat_map(|(piece, i)| std::iter::repeat_n(i, piece.mesh.points.len()))
         .collect();
-    let mut sorted: Vec<([u64; 3], usize)> =
-        points.iter().map(|point| bits(*point)).zip(0..).collect();
-    if pieces.len() > 1 {
-        sorted.par_sort_unstable();
-    }
     // The first node at each place stands for those of the other pieces.
     let mut first: Vec<usize> = (0..points.len()).collect();
     let (mut n_apart, mut n_joined) = (0, 0);
-    for group in sorted.chunk_by(|a, b| a.0 == b.0) {
-        let of_pieces = || group.iter().map(|(_, node)| piece_of[*node]);
+    let mut visit = |group: &[u32]| {
+        let of_pieces = || group.iter().map(|node| piece_of[*node as usize]);
         if of_pieces().zip(of_pieces().skip(1)).any(|(a, b)| a == b) {
-            let several = of_pieces().any(|piece| piece != piece_of[group[0].1]);
+            let several = of_pieces().any(|piece| piece != piece_of[group[0] as usize]);
             n_apart += usize::from(several);
-            continue;
+            return;
         }
-        n_joined += usize::from(group.len() > 1);
-        for (_, node) in group {
-            first[*node] = group[0].1;
+        n_joined += 1;
+        for node in group {
+            first[*node as usize] = group[0] as usize;
         }
+    };
+    if pieces.len() > 1 {
+        for_each_shared_place(points, &mut visit);
     }
     if n_apart > n_joined {
         // Cells that share no nodes within a piece share none with other pieces.
@@ -191,11 +193,10 @@ fn note_joined(
 /// Cells of the whole, counted through all pieces.
 fn cell_order(pieces: &[Piece], ids: Option<&[i64]>) -> Vec<usize> {
     let n: usize = pieces.iter().map(|piece| piece.mesh.cells.len()).sum();
-    let mut order: Vec<usize> = (0..n).collect();
-    if let Some(ids) = ids {
-        order.par_sort_by_key(|cell| ids[*cell]);
+    match ids {
+        Some(ids) => sorted(ids).iter().map(|(_, cell)| *cell as usize).collect(),
+        None => (0..n).collect(),
     }
-    order
 }
 
 fn cells(pieces: &[Piece], order: &[usize], new_index: &[u32]) -> Cells {

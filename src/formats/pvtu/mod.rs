@@ -72,8 +72,9 @@ impl Format for Pvtu {
         let n = options.pieces.ok_or_else(|| {
             let pieces = option("pieces");
             Error::input(format!(
-                "a .pvtu is a list of files; write it with convert {pieces} N"
+                "a .pvtu lists several files; write it with convert {pieces} N"
             ))
+            .file(out.path())
         })?;
         write::write(mesh, n.get(), out, options)
     }

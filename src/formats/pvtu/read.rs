@@ -34,7 +34,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
 fn open(path: &Path) -> Result<Source> {
     let found = std::fs::metadata(path).map_err(|error| Error::io(path, &error))?;
     if !found.is_file() || path.as_os_str() == "-" {
-        return Err(Error::input("a piece must be a file with a name"));
+        return Err(Error::input("a piece must be a regular file"));
     }
     Source::open(path)
 }
@@ -46,7 +46,9 @@ fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
     let root = parser.root()?;
     let kind = parser.attribute(&root, "type")?.unwrap_or_default();
     if kind != GRID {
-        return Err(parser.error(format!("the file holds a VTK {kind}, not a {GRID}")));
+        return Err(parser.error(format!(
+            "the file has the VTK type {kind}; it must be {GRID}"
+        )));
     }
     let mut names = Vec::new();
     while let Some(child) = parser.child("VTKFile")? {
@@ -57,7 +59,7 @@ fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
                         && piece.name().as_ref() == "Piece"
                     {
                         let name = parser.attribute(piece, "Source")?;
-                        let missing = || parser.error("a Piece needs a Source");
+                        let missing = || parser.error("a Piece has no Source");
                         names.push(name.ok_or_else(missing)?);
                     }
                     parser.skip(child)?;
@@ -67,7 +69,7 @@ fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
         }
     }
     if names.is_empty() {
-        return Err(parser.error("there is no Piece"));
+        return Err(parser.error("the file has no Piece"));
     }
     Ok(names)
 }

@@ -27,7 +27,7 @@ pub(super) fn write(
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let stem = stem
         .filter(|stem| *stem != "-")
-        .ok_or_else(|| Error::input("pieces need a file name that ends in .pvtu").file(&path))?;
+        .ok_or_else(|| Error::input("pieces need an output name that ends in .pvtu").file(&path))?;
     check_listed(stem).map_err(|error| error.file(&path))?;
     let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(&path))?;
     let names: Vec<String> = (0..n).map(|i| format!("{stem}_{i}.vtu")).collect();

@@ -40,7 +40,7 @@ impl Element {
         }
         if degree > MAX_DEGREE {
             return Err(format!(
-                "element type {number} is a {} of degree {degree}; those up to {MAX_DEGREE} are read",
+                "element type {number} is a {} of degree {degree}; degrees up to {MAX_DEGREE} are read",
                 linear.name()
             ));
         }

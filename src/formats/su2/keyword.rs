@@ -51,7 +51,7 @@ impl<'a> Keyword<'a> {
         let value = self.integer(line)?;
         usize::try_from(value).map_err(|_| {
             line.error(format!(
-                "{}= {value}, a count cannot be negative",
+                "{}= {value}: a count cannot be negative",
                 self.name()
             ))
         })

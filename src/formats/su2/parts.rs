@@ -161,7 +161,7 @@ pub(super) const RULE: Rule = Rule {
             name => name.replace(is_odd, "_"),
         }
     },
-    why: "SU2's names have no spaces, % or =",
+    why: "names in SU2 have no spaces, % or =",
 };
 
 /// The zone of each node, where every cell of the mesh's dimension is in a zone and no node, by

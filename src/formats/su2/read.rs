@@ -63,7 +63,7 @@ impl Counted {
             let keyword = Keyword::of(&line);
             if keyword.is_some_and(|keyword| !keyword.name.starts_with(b"SEND_")) {
                 let (next, found) = (shown(line.rest()), counted(found, "line"));
-                return Some(self.wrong(format!("but {found} before {next}"), bytes));
+                return Some(self.wrong(format!("but only {found} before {next}"), bytes));
             }
             found += usize::from(keyword.is_none());
         }
@@ -74,7 +74,7 @@ impl Counted {
     fn too_small(&self, line: &Fields, bytes: &[u8]) -> Error {
         let found = shown(line.rest());
         self.wrong(
-            format!("but more lines before the next keyword: {found}"),
+            format!("but there are more lines before the next keyword: {found}"),
             bytes,
         )
     }
@@ -151,14 +151,14 @@ impl<'a> File<'a> {
             b"NZONE" => {
                 let n = keyword.count(line)?;
                 if n == 0 {
-                    return Err(line.error("NZONE= 0; a mesh has one zone or more"));
+                    return Err(line.error("NZONE= 0; there must be at least one zone"));
                 }
                 self.n_zones = Some(n);
             }
             b"IZONE" => {
                 let number = zone_number(keyword, line)?;
                 if self.zones.iter().any(|zone| zone.number == Some(number)) {
-                    return Err(line.error(format!("a second IZONE= {number}")));
+                    return Err(line.error(format!("IZONE= {number} appears twice")));
                 }
                 if self.zone().has_begun() || self.zone().number.is_some() {
                     self.zones.push(Zone::default());
@@ -228,7 +228,8 @@ impl<'a> File<'a> {
         let n_zones = self.zones.len();
         if let Some(n) = self.n_zones.filter(|n| *n != n_zones) {
             return Err(lexer.error(format!(
-                "NZONE= {n}, but zones in the file: {n_zones}; each starts with IZONE="
+                "NZONE= {n}, but the file has {}; each starts with IZONE=",
+                counted(n_zones, "zone")
             )));
         }
         for zone in &mut self.zones {
@@ -237,7 +238,7 @@ impl<'a> File<'a> {
         }
         let dimension = self.zones[0].dimension;
         if let Some(other) = self.zones.iter().find(|zone| zone.dimension != dimension) {
-            let message = "zones of 2 and of 3 dimensions; a mesh has one dimension";
+            let message = "the zones have dimensions 2 and 3; all must have the same";
             return Err(Error::input(message).line(line_of(lexer.bytes(), other.dimension_at)));
         }
         let mut mesh = Mesh::default();

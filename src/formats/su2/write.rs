@@ -123,8 +123,7 @@ fn write_marker(
 fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
     if !matches!(dimension, 2 | 3) {
         return Err(Error::input(format!(
-            "SU2 holds meshes of triangles and quadrilaterals or of solid cells; \
-             this one's cells have dimension {dimension}"
+            "SU2 holds meshes of dimension 2 or 3; this one has dimension {dimension}"
         )));
     }
     let boundary = mesh.boundary_tags().flat_map(|tag| tag.cells.ranges());
@@ -135,7 +134,7 @@ fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
         .find(|run| !holds(run.kind))
     {
         let remedy = match run.kind.is_curved() {
-            true => format!("; {} writes its corners alone", option("linearize")),
+            true => format!("; {} keeps only corner nodes", option("linearize")),
             false => String::new(),
         };
         return Err(Error::input(format!(
@@ -156,7 +155,7 @@ fn height(mesh: &MeshView) -> Result<Option<Written>> {
     let size = (high[0] - low[0]).max(high[1] - low[1]);
     if high[2] - low[2] > 1e-12 * size {
         return Err(Error::input(format!(
-            "z goes from {} to {}; SU2 holds surface meshes only in a plane of constant z",
+            "z goes from {} to {}; SU2 holds meshes of dimension 2 only in a plane of constant z",
             low[2], high[2]
         )));
     }
@@ -242,7 +241,7 @@ fn write_cells(
     out: &mut dyn Write,
 ) -> Result<()> {
     let kind = u64::from(run.kind.vtk());
-    write_records(out, run.n_cells(), |range, buffer| {
+    write_records(out, run.n_cells(), &|range, buffer| {
         for i in range {
             push_integer(buffer, kind);
             for node in &run.connectivity[i * run.n_nodes..(i + 1) * run.n_nodes] {
@@ -270,7 +269,7 @@ fn write_points(
     let own = own.filter(|own| *own >= 0);
     let own = own.map_or_else(String::new, |own| format!(" {own}"));
     write_all(out, format!("NPOIN= {n}{own}\n").as_bytes())?;
-    write_records(out, n, |range, buffer| {
+    write_records(out, n, &|range, buffer| {
         for i in range {
             let node = nodes.map_or(i, |nodes| nodes[i] as usize);
             for x in &mesh.points[node][..dimension] {

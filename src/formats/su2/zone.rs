@@ -8,6 +8,7 @@ use super::extra::{EXCHANGE, Extra};
 use super::keyword::Keyword;
 use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result};
+use crate::mesh::too_many;
 use crate::mesh::{Cells, Group, Mesh};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -78,7 +79,7 @@ impl<'a> Zone<'a> {
             }
             b"NPOIN" => {
                 if self.points.is_some() {
-                    return Err(line.error("a second NPOIN"));
+                    return Err(line.error("NPOIN appears twice"));
                 }
                 let n = keyword.count(line)?;
                 self.own_nodes = keyword.integers()[1].filter(|own| *own != n as i64);
@@ -86,7 +87,7 @@ impl<'a> Zone<'a> {
             }
             b"NELEM" => {
                 if self.has_volume {
-                    return Err(line.error("a second NELEM"));
+                    return Err(line.error("NELEM appears twice"));
                 }
                 self.has_volume = true;
                 let n = keyword.count(line)?;
@@ -95,7 +96,7 @@ impl<'a> Zone<'a> {
             b"NMARK" => self.n_markers = Some(keyword.count(line)?),
             b"MARKER_TAG" => {
                 if keyword.value.is_empty() {
-                    return Err(line.error("MARKER_TAG= without a name"));
+                    return Err(line.error("MARKER_TAG= has no name"));
                 }
                 self.marker = Some(text_of(keyword.value, notes));
             }
@@ -115,7 +116,7 @@ impl<'a> Zone<'a> {
     ) -> Result<()> {
         let n = keyword.count(line)?;
         let name = self.marker.take();
-        let name = name.ok_or_else(|| line.error("MARKER_ELEMS before its MARKER_TAG"))?;
+        let name = name.ok_or_else(|| line.error("MARKER_ELEMS comes before its MARKER_TAG"))?;
         self.n_found += 1;
         if name != EXCHANGE {
             let elements = lexer.take_lines(n, "boundary elements")?;
@@ -145,8 +146,8 @@ impl<'a> Zone<'a> {
     /// Refuses a zone without its parts, and notes markers that do not fit their number.
     pub fn check(&self, lexer: &Lexer, notes: &mut Notes) -> Result<()> {
         let missing = |what: &str| match self.number {
-            Some(zone) => lexer.error(format!("no {what}= in zone {zone}")),
-            None => lexer.error(format!("no {what}= in the file")),
+            Some(zone) => lexer.error(format!("zone {zone} has no {what}=")),
+            None => lexer.error(format!("the file has no {what}=")),
         };
         if self.dimension.is_none() {
             return Err(missing("NDIME"));
@@ -158,7 +159,7 @@ impl<'a> Zone<'a> {
             return Err(missing("NELEM"));
         }
         if let Some(name) = &self.marker {
-            return Err(lexer.error(format!("MARKER_TAG= {name} without MARKER_ELEMS")));
+            return Err(lexer.error(format!("MARKER_TAG= {name} has no MARKER_ELEMS")));
         }
         self.note_repeated(notes);
         if let Some(n) = self.n_markers.filter(|n| *n != self.n_found) {
@@ -188,7 +189,7 @@ impl<'a> Zone<'a> {
         let points = self.points.as_ref().expect("it was checked");
         let first_node = mesh.points.len();
         if first_node.saturating_add(points.len()) >= u32::MAX as usize {
-            return Err(Error::input("at most 4294967294 nodes are possible"));
+            return Err(Error::input(too_many("nodes")));
         }
         mesh.points.resize(first_node + points.len(), [0.0; 3]);
         read_points(points, dimension, &mut mesh.points[first_node..])?;
@@ -197,7 +198,7 @@ impl<'a> Zone<'a> {
         for (name, lines) in &self.cells {
             let first = mesh.cells.len();
             if first.saturating_add(lines.len()) >= u32::MAX as usize {
-                return Err(Error::input("at most 4294967294 cells are possible"));
+                return Err(Error::input(too_many("cells")));
             }
             let limit = Limit {
                 dimension,

@@ -7,7 +7,7 @@ use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
 use crate::mesh::first_where;
-use rayon::prelude::*;
+use crate::parallel::for_blocks;
 use std::borrow::Cow;
 
 /// Numbers that one task converts at a time.
@@ -35,7 +35,7 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
     let counts = binary.counts(header).ok_or_else(|| {
         let n = binary.header();
         wrong(format!(
-            "the file has {} bytes; the seven counts at its start have {n}",
+            "the file has {} bytes; the seven counts at its start alone need {n}",
             bytes.len()
         ))
     })?;
@@ -43,8 +43,7 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
     let needed = binary.body(&counts);
     if (body.len() as u128) < needed {
         return Err(wrong(format!(
-            "the counts at the start ask for {needed} bytes of coordinates and cells, the file \
-             has {}",
+            "the counts at the start need {needed} bytes of coordinates and cells, the file has {}",
             body.len()
         )));
     }
@@ -102,13 +101,10 @@ impl<'a> Section<'a> {
 fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
     match Ugrid::that_fits(bytes) {
         Some(name) if name != flavour.name => {
-            format!(
-                "; as {name} ({} {name}) it fits, not as {}",
-                option("format"),
-                flavour.name
-            )
+            let format = option("format");
+            format!(" (read as {}; it would fit {format} {name})", flavour.name)
         }
-        _ => format!("; it is read as {}", flavour.name),
+        _ => format!(" (read as {})", flavour.name),
     }
 }
 
@@ -119,9 +115,9 @@ fn with_hint(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
 
 /// Converts `N` bytes at a time.
 fn convert<T: Send, const N: usize>(bytes: &[u8], out: &mut [T], f: impl Fn([u8; N]) -> T + Sync) {
-    let chunks = out.par_chunks_mut(CHUNK).zip(bytes.par_chunks(CHUNK * N));
-    chunks.for_each(|(out, bytes)| {
-        for (out, bytes) in out.iter_mut().zip(bytes.chunks_exact(N)) {
+    for_blocks(out, CHUNK, &|first, out| {
+        let bytes = bytes[first * N..].chunks_exact(N);
+        for (out, bytes) in out.iter_mut().zip(bytes) {
             *out = f(bytes.try_into().expect("chunks of N bytes"));
         }
     });

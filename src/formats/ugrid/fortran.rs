@@ -52,7 +52,7 @@ pub(super) fn data<'a>(
     while at < bytes.len() {
         let damaged = |found: i64| {
             Error::input(format!(
-                "a record mark of {found} does not fit the file; the records of Fortran are damaged"
+                "a record mark is {found}, which does not fit the file: its Fortran records are damaged"
             ))
             .byte(at as u64)
         };

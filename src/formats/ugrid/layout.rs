@@ -86,12 +86,17 @@ impl Counts {
     pub fn of(numbers: [i64; 7]) -> Result<Self, String> {
         let mut counts = [0; 7];
         for ((count, &number), what) in counts.iter_mut().zip(&numbers).zip(COUNTED) {
-            *count = usize::try_from(number)
-                .map_err(|_| format!("a count of {number} {what} cannot be"))?;
+            *count = usize::try_from(number).map_err(|_| {
+                format!("the number of {what} is {number}; it must be zero or more")
+            })?;
         }
         let total = counts[1..].iter().fold(0usize, |a, b| a.saturating_add(*b));
         if counts[0].max(total) >= u32::MAX as usize {
-            return Err("at most 4294967294 nodes and cells are possible".into());
+            return Err(format!(
+                "the counts at the start are {} nodes and {total} cells; a mesh can have at most {} of each",
+                counts[0],
+                u32::MAX - 1
+            ));
         }
         let [n_nodes, n_cells @ ..] = counts;
         Ok(Self { n_nodes, n_cells })

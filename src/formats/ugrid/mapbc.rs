@@ -41,9 +41,9 @@ pub(super) fn companion(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
 /// The patches in a file.
 fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
     let mut lexer = Lexer::new(bytes, Some(b'#'));
-    let mut first = lexer
-        .line()
-        .ok_or_else(|| lexer.error("the file is empty; it should hold a count of patches"))?;
+    let mut first = lexer.line().ok_or_else(|| {
+        lexer.error("the file is empty; it should start with the number of patches")
+    })?;
     let n: usize = first.narrow("the number of patches")?;
     let mut patches: Vec<Patch> = Vec::new();
     while let Some(mut line) = lexer.line() {
@@ -51,7 +51,7 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
         let condition = line.narrow("the number of a boundary condition")?;
         let name = text_of(line.rest(), notes);
         if patches.iter().any(|patch| patch.number == number) {
-            return Err(line.error(format!("face number {number} comes twice")));
+            return Err(line.error(format!("face number {number} appears twice")));
         }
         patches.push(Patch {
             number,
@@ -137,7 +137,7 @@ const RULE: Rule = Rule {
         "" => "_".to_owned(),
         name => name.replace(|c: char| c.is_whitespace() || c.is_control(), "_"),
     },
-    why: "names in the .mapbc have no spaces",
+    why: "names in a .mapbc have no spaces",
 };
 
 /// The name of each tag in the file.
@@ -180,7 +180,7 @@ mod tests {
                 "1\n1 wall\n",
                 "line 2: expected an integer as the number of a boundary",
             ),
-            ("2\n1 4000\n1 5000\n", "line 3: face number 1 comes twice"),
+            ("2\n1 4000\n1 5000\n", "line 3: face number 1 appears twice"),
         ] {
             let error = parse(file.as_bytes(), &mut Notes::default()).expect_err("it is damaged");
             assert!(error.to_string().contains(expected), "{error}");

@@ -8,7 +8,7 @@ use super::layout::{Content, KINDS, Layout, N_FACE_KINDS, PYRAMID, n_nodes};
 use super::{binary, text};
 use crate::error::Result;
 use crate::mesh::{CellKind, Cells, Mesh};
-use rayon::prelude::*;
+use crate::parallel::{BLOCK, for_blocks};
 
 /// The mesh in these bytes, with the names and conditions of `patches`.
 pub(super) fn read(
@@ -42,12 +42,12 @@ fn turn_pyramids(content: &mut Content) {
     let start: usize = (0..n_before).map(entries).sum();
     debug_assert!(n_before > N_FACE_KINDS);
     let pyramids = &mut content.connectivity[start..start + entries(n_before)];
-    pyramids
-        .par_chunks_exact_mut(PYRAMID.len())
-        .for_each(|nodes| {
+    for_blocks(pyramids, PYRAMID.len() * BLOCK, &|_, pyramids| {
+        for nodes in pyramids.chunks_exact_mut(PYRAMID.len()) {
             let old: [u32; 5] = std::array::from_fn(|i| nodes[i]);
             for (node, from) in nodes.iter_mut().zip(PYRAMID) {
                 *node = old[from];
             }
-        });
+        }
+    });
 }

@@ -149,7 +149,7 @@ fn names_and_conditions_are_beside_the_mesh() {
         what: "tag",
         name: "far field".into(),
         written: "far_field".into(),
-        why: "names in the .mapbc have no spaces",
+        why: "names in a .mapbc have no spaces",
         is_taken: false,
     };
     let tags = vec!["spare".into()];
@@ -272,24 +272,27 @@ fn a_file_under_a_wrong_name_is_told_apart() {
         .expect_err("the bytes are swapped")
         .to_string();
     assert!(
-        message.contains("as ugrid-b8 (--format ugrid-b8) it fits, not as ugrid-lb8"),
+        message.contains("(read as ugrid-lb8; it would fit --format ugrid-b8)"),
         "{message}"
     );
     let message = read(&TEXT, &big).expect_err("it is binary").to_string();
     assert!(
-        message.contains("as ugrid-b8 (--format ugrid-b8) the file fits, not as text"),
+        message.contains("(read as text; it would fit --format ugrid-b8)"),
         "{message}"
     );
     let (text, _) = written(&TEXT, &solid());
     let message = read(&LR8, &text).expect_err("it is text").to_string();
     assert!(
-        message.contains("as ugrid (--format ugrid) it fits"),
+        message.contains("it would fit --format ugrid)"),
         "{message}"
     );
     let message = read(&TEXT, &big[..200])
         .expect_err("it is cut off")
         .to_string();
-    assert!(message.contains("expected text, found bytes"), "{message}");
+    assert!(
+        message.contains("expected text, found binary data"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::layout::{Content, Counts, KINDS, N_FACE_KINDS, n_nodes};
 use crate::diagnostic::formats::NotKept;
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
-use rayon::prelude::*;
+use crate::parallel::{map, map_items};
 use std::ops::Range;
 
 /// Bytes of one piece.
@@ -37,7 +37,8 @@ fn counts(bytes: &[u8]) -> Result<(Counts, usize)> {
     let mut numbers = [0; 7];
     for number in &mut numbers {
         let word = lexer.word();
-        let mut word = word.ok_or_else(|| lexer.error("the file ends inside its seven counts"))?;
+        let mut word =
+            word.ok_or_else(|| lexer.error("the file ends within the seven counts at its start"))?;
         *number = word.integer("one of the seven counts")?;
     }
     let counts = Counts::of(numbers).map_err(|refusal| lexer.error(refusal))?;
@@ -48,17 +49,14 @@ fn counts(bytes: &[u8]) -> Result<(Counts, usize)> {
 pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let (counts, start) = counts(bytes).map_err(|error| binary_instead(error, bytes, flavour))?;
     let pieces = pieces(bytes, start);
-    let sizes: Vec<usize> = pieces
-        .par_iter()
-        .map(|piece| n_words(&bytes[piece.clone()]))
-        .collect();
+    let sizes = map(pieces.len(), &|i| n_words(&bytes[pieces[i].clone()]));
     let n_found: usize = sizes.iter().sum();
     let n_needed = 3 * counts.n_nodes + counts.n_integers();
     if n_found < n_needed {
         let mut end = Lexer::new(bytes, None);
         end.set_position(bytes.len());
         return Err(end.error(format!(
-            "the counts at the start ask for {n_needed} numbers, the file ends after {n_found}"
+            "the counts at the start need {n_needed} numbers, the file ends after {n_found}"
         )));
     }
     let (points, mut integers) = parse(bytes, &counts, pieces, &sizes)?;
@@ -103,16 +101,13 @@ fn parse(
         tasks.push((piece, reals, first_integer, own));
         first_integer += n_integers;
     }
-    let results: Vec<Result<()>> = tasks
-        .into_par_iter()
-        .map(|(piece, reals, first, integers)| {
-            let mut words = Fields::between(bytes, piece);
-            for x in reals {
-                *x = words.real("a coordinate")?;
-            }
-            sections.parse(&mut words, first, integers)
-        })
-        .collect();
+    let results = map_items(tasks, &|_, (piece, reals, first, integers)| {
+        let mut words = Fields::between(bytes, piece);
+        for x in reals {
+            *x = words.real("a coordinate")?;
+        }
+        sections.parse(&mut words, first, integers)
+    });
     results.into_iter().collect::<Result<()>>()?;
     Ok((points, integers))
 }
@@ -121,14 +116,11 @@ fn parse(
 fn binary_instead(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
     match Ugrid::that_fits(bytes) {
         Some(name) if name != flavour.name => {
-            error.message += &format!(
-                "; as {name} ({} {name}) the file fits, not as text",
-                option("format")
-            );
+            error.message += &format!(" (read as text; it would fit {} {name})", option("format"));
         }
         _ if bytes.iter().take(64).any(|byte| *byte == 0) => {
             let start = shown(&bytes[..bytes.len().min(16)]);
-            error.message = format!("expected text, found bytes: {start}");
+            error.message = format!("expected text, found binary data: {start}");
         }
         _ => {}
     }

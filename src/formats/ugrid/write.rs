@@ -10,7 +10,6 @@ use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result, option};
 use crate::formats::Notes;
 use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
-use rayon::prelude::*;
 use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is left out.
@@ -73,7 +72,7 @@ fn write_binary(
 fn check(mesh: &MeshView) -> Result<()> {
     if mesh.dimension() != 3 {
         return Err(Error::input(format!(
-            "UGRID holds meshes of solid cells; this one's cells have dimension {}",
+            "UGRID holds meshes of dimension 3; this one has dimension {}",
             mesh.dimension()
         )));
     }
@@ -83,7 +82,7 @@ fn check(mesh: &MeshView) -> Result<()> {
         return Ok(());
     };
     let remedy = match run.kind.is_curved() {
-        true => format!("; {} writes its corners alone", option("linearize")),
+        true => format!("; {} keeps only corner nodes", option("linearize")),
         false => String::new(),
     };
     Err(Error::input(format!(
@@ -103,7 +102,7 @@ fn counts(mesh: &MeshView, layout: &Layout) -> Result<Counts> {
     let is_narrow = matches!(layout, Layout::Binary(binary) if binary.integer == 4);
     if is_narrow && largest > i32::MAX as u64 {
         return Err(Error::input(format!(
-            "a count of {largest} does not fit 32 bits; ugrid-b8l and ugrid-lb8l have 64"
+            "the count {largest} does not fit 32 bits; ugrid-b8l and ugrid-lb8l have 64"
         )));
     }
     Ok(counts)
@@ -124,11 +123,11 @@ fn rounding(mesh: &MeshView, layout: &Layout) -> Result<Option<Written>> {
     if let Some(at) = first_where(values, too_large) {
         let x = values[at];
         return Err(Error::input(format!(
-            "a coordinate of {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
+            "the coordinate {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
         )));
     }
-    let is_exact = values.par_iter().all(|x| f64::from(*x as f32) == *x);
-    Ok((!is_exact).then_some(Written::CoordinatesRounded))
+    let is_rounded = |x: &f64| f64::from(*x as f32) != *x;
+    Ok(first_where(values, is_rounded).map(|_| Written::CoordinatesRounded))
 }
 
 /// Notes on cells and groups that are not written.
@@ -181,7 +180,7 @@ fn write_body(
     layout: &Layout,
     out: &mut dyn Write,
 ) -> Result<()> {
-    write_records(out, mesh.points.len(), |range, buffer| {
+    write_records(out, mesh.points.len(), &|range, buffer| {
         for point in &mesh.points[range] {
             push_point(layout, point, buffer);
         }
@@ -192,7 +191,7 @@ fn write_body(
     for kind in &KINDS[..N_FACE_KINDS] {
         for run in runs(mesh, *kind) {
             let numbers = numbers.of_run(&run);
-            write_records(out, numbers.len(), |range, buffer| {
+            write_records(out, numbers.len(), &|range, buffer| {
                 for number in &numbers[range] {
                     push_integers(layout, [*number as u64], buffer);
                 }
@@ -213,7 +212,7 @@ fn write_cells(
 ) -> Result<()> {
     for run in runs(mesh, kind) {
         let n = run.n_nodes;
-        write_records(out, run.n_cells(), |range, buffer| {
+        write_records(out, run.n_cells(), &|range, buffer| {
             for cell in run.connectivity[range.start * n..range.end * n].chunks_exact(n) {
                 if kind == CellKind::Pyramid {
                     let mut nodes = [0; 5];

@@ -304,7 +304,7 @@ const TEXT: Rule = Rule {
         "" => "_".to_owned(),
         name => name.replace('\0', "_"),
     },
-    why: "names of tags in files of VTK have one byte at least and no zero",
+    why: "names of tags in VTK files have at least one byte and no zero byte",
 };
 
 fn content<'a>(array: &'a DataArray, name: &'a str) -> Content<'a> {

@@ -3,13 +3,14 @@
 //! Ends are checked window by window as they are read and never held as an array. Cells that a mesh
 //! does not have are put into its kinds at the end: see `split`.
 
-use super::number::{Chunk, Number};
+use super::chunk::Chunk;
 use super::polyhedra::Streams;
 use super::split::{self, TypeRun, kind, type_name};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
+use crate::mesh::too_many;
 use crate::mesh::{CellKind, Cells, DataArray};
-use rayon::prelude::*;
+use crate::parallel::{block, try_map};
 
 /// Cells of one task.
 const WINDOW: usize = 1 << 15;
@@ -58,7 +59,7 @@ impl CellTable {
 
     /// Appends cells of these types; `ends` has where the nodes of each end, the cell before them
     /// ending at `last`.
-    pub fn append_ends<T: Number>(&mut self, types: &[u8], ends: Chunk, last: u64) -> Result<()> {
+    pub fn append_ends(&mut self, types: &[u8], ends: Chunk, last: u64) -> Result<()> {
         let window = Window {
             chunk: ends,
             types,
@@ -66,12 +67,10 @@ impl CellTable {
             first_cell: self.n_cells,
             last,
         };
-        let starts: Vec<usize> = (0..types.len()).step_by(WINDOW).collect();
-        let parts: Result<Vec<Vec<TypeRun>>> = starts
-            .into_par_iter()
-            .map(|start| window.runs::<T>(start..types.len().min(start + WINDOW)))
-            .collect();
-        for run in parts?.into_iter().flatten() {
+        let parts = try_map(types.len().div_ceil(WINDOW), &|i| {
+            window.runs(block(types.len(), WINDOW, i))
+        })?;
+        for run in parts.into_iter().flatten() {
             extend(&mut self.runs, run);
         }
         self.n_cells += types.len();
@@ -85,8 +84,7 @@ impl CellTable {
         let fitting = fitting.filter(|n| fits_after(before, vtk, *n));
         let n_nodes =
             fitting.ok_or_else(|| misfit(self.n_cells, vtk, n_nodes as u64, self.types_array))?;
-        let n_cells = u32::try_from(n_cells)
-            .map_err(|_| Error::input(format!("{n_cells} cells are more than can be held")))?;
+        let n_cells = u32::try_from(n_cells).map_err(|_| Error::input(too_many("cells")))?;
         self.n_cells += n_cells as usize;
         extend(
             &mut self.runs,
@@ -123,14 +121,16 @@ struct Window<'a> {
 }
 
 impl Window<'_> {
-    fn runs<T: Number>(&self, cells: std::ops::Range<usize>) -> Result<Vec<TypeRun>> {
+    fn runs(&self, cells: std::ops::Range<usize>) -> Result<Vec<TypeRun>> {
         let mut runs = Vec::new();
         let mut before = match cells.start {
             0 => self.last,
-            start => self.chunk.get::<T>(start - 1).as_index(),
+            start => self.chunk.integer(start - 1) as u64,
         };
-        for cell in cells {
-            let end = self.chunk.get::<T>(cell).as_index();
+        let mut ends = vec![0; cells.len()];
+        self.chunk.part(cells.clone()).integers(&mut ends);
+        for (cell, end) in cells.zip(ends) {
+            let end = end as u64;
             let n_nodes = end.checked_sub(before).and_then(|n| u32::try_from(n).ok());
             let vtk = self.types[cell];
             let last = runs.last().copied();
@@ -156,7 +156,7 @@ impl Window<'_> {
         match end.checked_sub(before).filter(|n| *n >= 0) {
             Some(n) => misfit(cell, vtk, n as u64, self.types_array),
             None => Error::input(format!(
-                "cell {cell} ends at {end}, but the one before it at {before}"
+                "cell {cell} ends at {end}, before the cell before it, which ends at {before}"
             )),
         }
     }
@@ -175,10 +175,10 @@ fn misfit(cell: usize, vtk: u8, n: u64, types_array: &'static str) -> Error {
     let name = type_name(vtk);
     match CellKind::from_vtk(vtk).map(CellKind::n_nodes) {
         Some(Some(expected)) => Error::input(format!(
-            "cell {cell} is a {name} of {n} nodes; it must have {expected}"
+            "cell {cell} is a {name} with {n} nodes; it must have {expected}"
         )),
         _ => Error::input(format!(
-            "cell {cell} is a {name} of {n} nodes (VTK type {vtk}), which cannot be used"
+            "cell {cell} is a {name} with {n} nodes (VTK type {vtk}), which cannot be used"
         )),
     }
 }

@@ -113,21 +113,8 @@ pub fn owned<T: bytemuck::NoUninit>(values: &[T]) -> ContentPart<'static> {
 
 /// VTK's type of the values and their bytes.
 pub fn of_values(values: &Values) -> (Element, ContentPart<'_>) {
-    let element = match values {
-        Values::I8(_) => Element::Int8,
-        Values::U8(_) => Element::UInt8,
-        Values::I16(_) => Element::Int16,
-        Values::U16(_) => Element::UInt16,
-        Values::I32(_) => Element::Int32,
-        Values::U32(_) => Element::UInt32,
-        Values::I64(_) => Element::Int64,
-        Values::U64(_) => Element::UInt64,
-        Values::F32(_) => Element::Float32,
-        Values::F64(_) => Element::Float64,
-        Values::Text(_) => Element::String,
-    };
     let part = with_numbers!(values, v => slice(v), strings => string_bytes(strings).into());
-    (element, part)
+    (Element::of(values), part)
 }
 
 /// A zero within a string would end it.

@@ -4,8 +4,7 @@
 use super::cells::CellTable;
 use super::polyhedra::PieceNodes;
 use crate::error::{Error, Result};
-use crate::mesh::CellKind;
-use rayon::prelude::*;
+use crate::mesh::{CellKind, first_where};
 
 /// Cells without their types.
 #[derive(Default)]
@@ -13,7 +12,7 @@ pub struct List {
     n_cells: usize,
     entries: Vec<u32>,
     /// Where each cell ends; without them `entries` has a count before each cell.
-    ends: Option<Vec<u64>>,
+    ends: Option<Vec<i64>>,
 }
 
 impl List {
@@ -27,7 +26,7 @@ impl List {
     }
 
     /// Adds cells by the offsets `ends`.
-    pub fn ending(ends: Vec<u64>, entries: Vec<u32>) -> Self {
+    pub fn ending(ends: Vec<i64>, entries: Vec<u32>) -> Self {
         Self {
             n_cells: ends.len(),
             entries,
@@ -55,7 +54,9 @@ impl List {
         let mut unique: Vec<u32> = Vec::new();
         for cell in 0..self.n_cells {
             let length = match &self.ends {
-                Some(ends) => ends[cell].checked_sub(from as u64).map(|n| n as usize),
+                Some(ends) => (ends[cell] as u64)
+                    .checked_sub(from as u64)
+                    .map(|n| n as usize),
                 None => {
                     let length = entries.get(from).map(|n| *n as usize);
                     from += 1;
@@ -66,7 +67,7 @@ impl List {
             let end = end.filter(|end| *end <= entries.len()).ok_or_else(|| {
                 let n = entries.len();
                 Error::input(format!(
-                    "cell {cell} reaches beyond the {n} entries of the list"
+                    "cell {cell} goes beyond the {n} entries of the list"
                 ))
             })?;
             let vtk = kind(cell, end - from);
@@ -87,7 +88,7 @@ impl List {
         if from != entries.len() {
             let (left, n) = (entries.len() - from, entries.len());
             return Err(Error::input(format!(
-                "the list of cells has {n} entries, {left} more than its cells"
+                "the list of cells has {n} entries, {left} more than its cells need"
             )));
         }
         entries.truncate(to);
@@ -114,16 +115,15 @@ fn distinct(stream: &[u32], unique: &mut Vec<u32>) {
 }
 
 fn check_nodes(entries: &[u32], nodes: PieceNodes) -> Result<()> {
-    let outside = |node: &&u32| u64::from(**node) >= nodes.limit;
-    if entries.par_iter().any(|node| outside(&node)) {
-        let node = entries.iter().find(outside).expect("one is outside");
-        let shown = match *node {
-            u32::MAX => "out of range".into(),
-            node => node.to_string(),
+    let outside = |node: &u32| u64::from(*node) >= nodes.limit;
+    if let Some(at) = first_where(entries, outside) {
+        let shown = match entries[at] {
+            u32::MAX => "an index that is out of range".into(),
+            node => format!("node {node}"),
         };
         let n = nodes.limit;
         return Err(Error::input(format!(
-            "a node index of a cell is {shown}; the file has {n} nodes, counted from 0"
+            "a cell has {shown}; the file has {n} nodes, counted from 0"
         )));
     }
     Ok(())

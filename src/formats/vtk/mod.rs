@@ -3,17 +3,18 @@
 //! Knows VTK's cells, numbers and names of arrays; nothing of how a file is laid out.
 //!
 //! ```text
-//! number     bytes -> numbers
+//! number     types of numbers, words -> numbers; chunk: bytes -> numbers, many at a time
 //! cells      types, ends and node indices -> runs; split: collections of cells; polyhedra: faces
 //! order      hexahedra of high order in files before VTK 9
 //! structured cells of blocks that list none
 //! list       cells as legacy files list them
 //! tags       integer cell arrays <-> groups
-//! plan       mesh -> list of arrays to be written; content: bytes of one array; text: as text
+//! arrays     mesh -> list of arrays to be written; content: bytes of one array; text: as text
 //! ```
 
 pub mod arrays;
 pub mod cells;
+pub mod chunk;
 pub mod content;
 pub mod list;
 pub mod number;

@@ -1,7 +1,9 @@
 //! Numbers in the bytes or the text of a file.
 
+use super::text::word_end;
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::mesh::Values;
 
 /// Type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +52,23 @@ impl Element {
             Element::Float32 => "Float32",
             Element::Float64 => "Float64",
             Element::String => "String",
+        }
+    }
+
+    /// The type of the values of an array.
+    pub fn of(values: &Values) -> Self {
+        match values {
+            Values::I8(_) => Element::Int8,
+            Values::U8(_) => Element::UInt8,
+            Values::I16(_) => Element::Int16,
+            Values::U16(_) => Element::UInt16,
+            Values::I32(_) => Element::Int32,
+            Values::U32(_) => Element::UInt32,
+            Values::I64(_) => Element::Int64,
+            Values::U64(_) => Element::UInt64,
+            Values::F32(_) => Element::Float32,
+            Values::F64(_) => Element::Float64,
+            Values::Text(_) => Element::String,
         }
     }
 
@@ -208,89 +227,22 @@ macro_rules! float {
 }
 float!(f32, f64);
 
-/// Values of a chunk that one task converts.
-const PER_TASK: usize = 1 << 16;
-
-/// Bytes of an array, a whole number of values.
-#[derive(Clone, Copy)]
-pub struct Chunk<'a> {
-    pub bytes: &'a [u8],
-    /// Whether their order is the other one.
-    pub swap: bool,
+/// The bytes of the numbers in `text`, which stand between white space; or where a word is no such number, and a
+/// sentence about it.
+pub fn parse_words(text: &[u8], element: Element) -> std::result::Result<Vec<u8>, (usize, String)> {
+    with_type!(element, T => parse_each::<T>(text)).map_err(|(at, word)| {
+        let shown = word[..word.len().min(40)].escape_ascii();
+        (
+            at,
+            format!("\"{shown}\" is not a number of type {}", element.name()),
+        )
+    })
 }
 
-impl Chunk<'_> {
-    /// Number of values of type `T`.
-    pub fn len<T>(&self) -> usize {
-        self.bytes.len() / size_of::<T>()
-    }
+/// Where a word is, and the word.
+type Word<'a> = (usize, &'a [u8]);
 
-    /// The value at `index`.
-    pub fn get<T: Number>(&self, index: usize) -> T {
-        let value = T::from_bytes(&self.bytes[index * size_of::<T>()..][..size_of::<T>()]);
-        if self.swap { value.swapped() } else { value }
-    }
-
-    /// Converts every value into `out`, which has the same length.
-    pub fn convert<T: Number, U: Send>(&self, out: &mut [U], map: impl Fn(T) -> U + Sync) {
-        let tasks = self.bytes.par_chunks(PER_TASK * size_of::<T>());
-        out.par_chunks_mut(PER_TASK)
-            .zip(tasks)
-            .for_each(|(out, bytes)| {
-                let values = bytes.chunks_exact(size_of::<T>()).map(T::from_bytes);
-                if self.swap {
-                    out.iter_mut()
-                        .zip(values)
-                        .for_each(|(out, x)| *out = map(x.swapped()));
-                } else {
-                    out.iter_mut()
-                        .zip(values)
-                        .for_each(|(out, x)| *out = map(x));
-                }
-            });
-    }
-
-    /// Converts indices below `limit`, adding `base`; fails with place and value of one that is not.
-    pub fn indices<T: Number>(
-        &self,
-        out: &mut [u32],
-        limit: u64,
-        base: u32,
-    ) -> std::result::Result<(), (usize, String)> {
-        let tasks = self.bytes.par_chunks(PER_TASK * size_of::<T>());
-        let swap = self.swap;
-        let bad = out
-            .par_chunks_mut(PER_TASK)
-            .zip(tasks)
-            .map(|(out, bytes)| {
-                let mut bad = false;
-                for (out, bytes) in out.iter_mut().zip(bytes.chunks_exact(size_of::<T>())) {
-                    let value = T::from_bytes(bytes);
-                    let index = if swap { value.swapped() } else { value }.as_index();
-                    bad |= index >= limit;
-                    *out = (index as u32).wrapping_add(base);
-                }
-                bad
-            })
-            .reduce(|| false, |a, b| a | b);
-        if bad {
-            let found = (0..self.len::<T>())
-                .map(|i| (i, self.get::<T>(i)))
-                .find(|(_, value)| value.as_index() >= limit);
-            let (at, value) = found.expect("one was out of range");
-            let mut text = Vec::new();
-            value.format(&mut text);
-            return Err((at, String::from_utf8_lossy(&text).into_owned()));
-        }
-        Ok(())
-    }
-}
-
-/// The numbers in `text`, separated by white space.
-pub fn parse_words<T: Number>(
-    text: &[u8],
-    element: Element,
-) -> std::result::Result<Vec<T>, (usize, String)> {
+fn parse_each<T: Number>(text: &[u8]) -> std::result::Result<Vec<u8>, Word<'_>> {
     let mut numbers = Vec::new();
     let mut at = 0;
     while at < text.len() {
@@ -298,18 +250,11 @@ pub fn parse_words<T: Number>(
             at += 1;
             continue;
         }
-        let rest = &text[at..];
-        let length = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len());
-        let word = &rest[..length];
-        let number = T::parse(word).ok_or_else(|| {
-            let shown = word[..length.min(40)].escape_ascii();
-            (at, format!("\"{shown}\" is no {}", element.name()))
-        })?;
-        numbers.push(number);
-        at += length;
+        let end = word_end(text, at);
+        let word = &text[at..end];
+        let number = T::parse(word).ok_or((at, word))?;
+        numbers.extend_from_slice(bytemuck::bytes_of(&number));
+        at = end;
     }
     Ok(numbers)
 }
@@ -324,8 +269,11 @@ pub fn points_are_finite(
     let Some(value) = value else {
         return Ok(());
     };
-    let (node, point) = (first + value / 3, points[value / 3]);
-    let message = format!("node {node} has coordinates {point:?}; they must be finite numbers");
+    let message = format!(
+        "node {} is at {}; coordinates must be finite",
+        first + value / 3,
+        point(&points[value / 3])
+    );
     Err((value, Error::input(message)))
 }
 
@@ -335,7 +283,7 @@ pub fn need_integers(name: &str, element: Element) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "it holds {}; it must hold integers",
+        "its values have type {}; they must be integers",
         element.name()
     ))
     .dataset(name))

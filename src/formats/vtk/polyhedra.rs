@@ -68,7 +68,7 @@ impl Streams {
             let stream = stream.ok_or_else(|| {
                 let (found, n) = (ends[cell], faces.len());
                 let message = format!(
-                    "faces of cell {cell} end at {found}; they start at {start} of {n} entries"
+                    "the faces of cell {cell} start at {start} and end at {found} of {n} entries"
                 );
                 Error::input(message).dataset("faceoffsets")
             })?;
@@ -96,7 +96,9 @@ impl Streams {
         for &node in face {
             if u64::from(node) >= nodes.limit {
                 let n = nodes.limit;
-                return Err(Error::input(format!("a face has node {node} of {n} nodes")));
+                return Err(Error::input(format!(
+                    "a face has node {node}; there are {n} nodes, counted from 0"
+                )));
             }
             self.entries.push(node + nodes.base);
         }
@@ -150,7 +152,8 @@ fn ends_within(offsets: &[i64], n: usize, name: &str) -> Result<Vec<usize>> {
             .ok()
             .filter(|end| (before..=n).contains(end));
         before = end.ok_or_else(|| {
-            let message = format!("offset {offset} after {before}; the last may be {n}");
+            let message =
+                format!("offset {offset} follows {before}; offsets must ascend to at most {n}");
             Error::input(message).dataset(name)
         })?;
         Ok(before)

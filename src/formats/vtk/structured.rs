@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells};
-use rayon::prelude::*;
+use crate::parallel::for_blocks;
 
 /// Number of nodes of a block with these dimensions.
 pub fn n_points(dimensions: [usize; 3]) -> Result<usize> {
@@ -14,7 +14,7 @@ pub fn n_points(dimensions: [usize; 3]) -> Result<usize> {
     n.ok_or_else(|| {
         let [x, y, z] = dimensions;
         Error::input(format!(
-            "{x} x {y} x {z} nodes are more than the 4294967294 that can be held"
+            "{x} x {y} x {z} nodes are more than the 4294967294 that a mesh can have"
         ))
     })
 }
@@ -61,17 +61,16 @@ pub fn append(cells: &mut Cells, dimensions: [usize; 3], first_node: u32) {
     };
     let along = dimensions.map(|n| n.saturating_sub(1).max(1));
     let mut nodes = vec![0u32; n_cells(dimensions) * corners.len()];
-    nodes
-        .par_chunks_mut(along[0] * corners.len())
-        .enumerate()
-        .for_each(|(row, nodes)| {
-            let start = row % along[1] * strides[1] + row / along[1] * strides[2];
-            for (i, cell) in nodes.chunks_exact_mut(corners.len()).enumerate() {
-                for (node, corner) in cell.iter_mut().zip(&corners) {
-                    *node = first_node + (start + i + corner) as u32;
-                }
+    let row_length = along[0] * corners.len();
+    for_blocks(&mut nodes, row_length, &|first, nodes| {
+        let row = first / row_length;
+        let start = row % along[1] * strides[1] + row / along[1] * strides[2];
+        for (i, cell) in nodes.chunks_exact_mut(corners.len()).enumerate() {
+            for (node, corner) in cell.iter_mut().zip(&corners) {
+                *node = first_node + (start + i + corner) as u32;
             }
-        });
+        }
+    });
     cells.push_run(kind, corners.len(), &nodes);
 }
 

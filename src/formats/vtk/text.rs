@@ -3,7 +3,7 @@
 use super::content::Content;
 use super::number::{Element, Number, with_type};
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::map_blocks;
 use std::io::{self, Write};
 
 /// Values that one task turns into text; a multiple of every line length.
@@ -57,19 +57,20 @@ pub fn ascii(array: &Content, out: &mut dyn Write) -> Result<()> {
         1 => 10,
         n => n.min(10),
     };
-    with_type!(element, T => array.for_each(&mut |bytes| {
-        let per_task = PER_TASK / per_line * per_line * size_of::<T>();
+    let per_task = PER_TASK / per_line * per_line * element.size();
+    array.for_each(&mut |bytes| {
         for group in bytes.chunks(per_task * 64) {
-            let texts: Vec<Vec<u8>> = group
-                .par_chunks(per_task)
-                .map(|bytes| lines::<T>(bytes, per_line))
-                .collect();
+            let texts = map_blocks(
+                group.len(),
+                per_task,
+                &|range| with_type!(element, T => lines::<T>(&group[range], per_line)),
+            );
             for text in texts {
                 out.write_all(&text).map_err(failed)?;
             }
         }
         Ok(())
-    }))
+    })
 }
 
 fn lines<T: Number>(bytes: &[u8], per_line: usize) -> Vec<u8> {

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::formats::Notes;
 use crate::formats::names::{Rule, decoded};
 use crate::mesh::{DataArray, MeshView};
-use rayon::prelude::*;
+use crate::parallel::collect;
 
 /// Indices converted at a time.
 const CHUNK: usize = 1 << 19;
@@ -267,7 +267,7 @@ fn made<'a>(
 
 fn widened(nodes: &[u32], sink: Sink) -> Result<()> {
     for some in nodes.chunks(CHUNK) {
-        let wide: Vec<i64> = some.par_iter().map(|node| i64::from(*node)).collect();
+        let wide = collect(some.len(), |i| i64::from(some[i]));
         sink(bytemuck::cast_slice(&wide))?;
     }
     Ok(())

@@ -3,12 +3,13 @@
 use super::super::Notes;
 use super::super::hdf5::Group;
 use super::super::vtk::cells::{Built, CellTable};
-use super::super::vtk::number::{Chunk, Number};
+use super::super::vtk::chunk::Chunk;
 use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::extent::{FaceRows, PartRows};
 use super::rows::{column, count, windows};
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Values, arrays::with_numbers};
+use crate::mesh::too_many;
+use crate::mesh::{CellKind, Values};
 use std::ops::Range;
 
 /// Reads the cells of all parts, with nodes counted through.
@@ -30,9 +31,7 @@ pub(super) fn read(
         base += u32::try_from(n_points)
             .ok()
             .filter(|n| base.checked_add(*n).is_some())
-            .ok_or_else(|| {
-                Error::input("there are more nodes than the 4294967294 that can be held")
-            })?;
+            .ok_or_else(|| Error::input(too_many("nodes")))?;
         if part.cells.is_empty() {
             continue;
         }
@@ -51,10 +50,9 @@ pub(super) fn read(
 fn types(grid: &Group, part: &PartRows) -> Result<Vec<u8>> {
     let mut types = Vec::new();
     windows(&column(grid, "Types")?, &part.cells, |values| {
-        // No type is larger than 255, and 255 is none.
-        let narrow = |vtk: u64| u8::try_from(vtk).unwrap_or(u8::MAX);
-        with_numbers!(&values, v => types.extend(v.iter().map(|x| narrow(x.as_index()))),
-            _text => return Err(no_integers("Types")));
+        let start = types.len();
+        types.resize(start + values.len(), 0);
+        integers(&values, "Types")?.types(&mut types[start..]);
         Ok(())
     })?;
     Ok(types)
@@ -72,19 +70,19 @@ fn append(
     let mut first = 0;
     let mut done = 0;
     windows(&ends, &part.offsets, |values| {
-        with_numbers!(&values, v => {
-            let (before, ends) = match (last, v.split_first()) {
-                (None, Some((start, ends))) => {
-                    first = start.as_index();
-                    (first, ends)
-                }
-                (before, _) => (before.unwrap_or(0), &v[..]),
-            };
-            last = Some(ends.last().map_or(before, |end| end.as_index()));
-            let chunk = Chunk { bytes: bytemuck::cast_slice(ends), swap: false };
-            append_typed(ends, &types[done..done + ends.len()], chunk, before, table)?;
-            done += ends.len();
-        }, _text => return Err(no_integers("Offsets")));
+        let mut ends = integers(&values, "Offsets")?;
+        let before = last.unwrap_or_else(|| {
+            first = ends.integer(0) as u64;
+            ends = ends.part(1..ends.len());
+            first
+        });
+        let n = ends.len();
+        table.append_ends(&types[done..done + n], ends, before)?;
+        last = Some(
+            n.checked_sub(1)
+                .map_or(before, |at| ends.integer(at) as u64),
+        );
+        done += n;
         Ok(())
     })
     .map_err(|error| error.dataset("Offsets"))?;
@@ -93,7 +91,7 @@ fn append(
     if end != Some(n_entries) {
         let found = last.unwrap_or(0) as i64;
         return Err(Error::input(format!(
-            "the nodes of the last cell end at {found}, but there are {n_entries} from {first} on"
+            "the last cell ends at {found}, but {n_entries} node indices start at {first}"
         ))
         .dataset("Offsets"));
     }
@@ -104,17 +102,6 @@ fn append(
         nodes,
         &mut table.connectivity,
     )
-}
-
-/// Appends cells whose ends have the type of `_ends`.
-fn append_typed<T: Number>(
-    _ends: &[T],
-    types: &[u8],
-    ends: Chunk,
-    before: u64,
-    table: &mut CellTable,
-) -> Result<()> {
-    table.append_ends::<T>(types, ends, before)
 }
 
 /// Appends some indices of a dataset, which must be below the limit, plus the base.
@@ -132,8 +119,8 @@ fn indices(
     windows(&dataset, rows, |values| {
         let start = out.len();
         out.resize(start + values.len(), 0);
-        let found = with_numbers!(&values, v => convert(v, &mut out[start..], nodes),
-            _text => return Err(no_integers(name)));
+        let found =
+            integers(&values, name)?.indices(&mut out[start..], (0, nodes.limit), nodes.base);
         found.map_err(|(at, value)| {
             let (at, highest) = (done + at as u64, nodes.limit as i64 - 1);
             Error::input(format!(
@@ -146,16 +133,10 @@ fn indices(
     })
 }
 
-fn convert<T: Number>(
-    values: &[T],
-    out: &mut [u32],
-    nodes: PieceNodes,
-) -> std::result::Result<(), (usize, String)> {
-    let chunk = Chunk {
-        bytes: bytemuck::cast_slice(values),
-        swap: false,
-    };
-    chunk.indices::<T>(out, nodes.limit, nodes.base)
+/// The values of a dataset that must hold integers.
+fn integers<'a>(values: &'a Values, name: &str) -> Result<Chunk<'a>> {
+    let chunk = Chunk::of(values).filter(|chunk| chunk.element.is_integer());
+    chunk.ok_or_else(|| no_integers(name))
 }
 
 fn append_faces(
@@ -177,7 +158,7 @@ fn append_faces(
         let values = values.ok_or_else(|| no_integers(name))?;
         match values.split_first() {
             Some((0, ends)) => Ok(ends.to_vec()),
-            _ => Err(Error::input("the offsets of a part start at 0").dataset(name)),
+            _ => Err(Error::input("the offsets of a part must start at 0").dataset(name)),
         }
     };
     let n_faces = (faces.offsets.end - faces.offsets.start) - 1;

@@ -53,7 +53,7 @@ fn indices_of_several_columns_are_refused_without_a_panic() {
         let error = two_vertices(&[0, 1], &shape).expect_err("two columns");
         let error = error.to_string();
         assert!(error.contains("Connectivity"), "{error}");
-        assert!(error.contains("values instead of 1"), "{error}");
+        assert!(error.contains("values; they must have 1"), "{error}");
     }
 }
 

@@ -59,8 +59,10 @@ impl Extent {
             (Some(_), Some(step)) if step < n_steps => Some((step, n_steps)),
             (None, None | Some(0)) => None,
             (_, Some(step)) => {
-                let n = n_steps.max(1);
-                let message = format!("step {step} of {n}; steps count from 0");
+                let message = match n_steps {
+                    0 | 1 => format!("there is no step {step}: the file holds one mesh"),
+                    n => format!("there is no step {step}; the file has steps 0 to {}", n - 1),
+                };
                 return Err(Error::input(message).dataset("Steps"));
             }
         };
@@ -122,7 +124,7 @@ impl Extent {
         let end = start.checked_add(n).filter(|end| *end <= n_parts as u64);
         let end = end.ok_or_else(|| {
             Error::input(format!(
-                "step {step} has {n} parts from {start} on, of {n_parts}"
+                "step {step} has {n} parts, from part {start} on; the file has {n_parts}"
             ))
             .dataset("Steps")
         })?;
@@ -277,7 +279,7 @@ fn sum(counts: &[u64]) -> Result<u64> {
 }
 
 fn too_large() -> Error {
-    Error::input("the counts of its parts are too large")
+    Error::input("the sum of its counts is out of range")
 }
 
 /// Counts that must be there.

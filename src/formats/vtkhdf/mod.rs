@@ -109,19 +109,19 @@ fn unstructured(source: &Source) -> Result<Group> {
     let group = grid(source)?;
     let group = group.ok_or_else(|| {
         Error::input(format!(
-            "this HDF5 file has no group {ROOT}, so it is none of VTK's"
+            "this HDF5 file has no group {ROOT}, so it is not a VTKHDF file"
         ))
     })?;
     let version = group.attribute("Version")?.and_then(|v| v.to_integers());
     let newest = version.and_then(|version| version.first().copied());
     if let Some(newest) = newest.filter(|newest| *newest > 2) {
-        let message = format!("it is VTKHDF of version {newest}; 1 and 2 are read");
+        let message = format!("it has VTKHDF version {newest}; versions 1 and 2 are read");
         return Err(Error::input(message));
     }
     match group.text("Type")? {
         Some(found) if found == "UnstructuredGrid" => Ok(group),
         Some(found) => Err(Error::input(format!(
-            "it holds VTK data of type {found}; only UnstructuredGrid is read"
+            "it has VTK data of type {found}; only UnstructuredGrid is read"
         ))),
         None => Err(Error::input("the group has no attribute Type")),
     }

@@ -45,7 +45,7 @@ fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
     let dataset = grid.need("Points")?;
     let n = count(rows)?;
     let wrong = |found: &str| {
-        let message = format!("it holds {found}; points are real numbers, 3 each");
+        let message = format!("it has {found}; it must have 3 real numbers for each point");
         Error::input(message).dataset("Points")
     };
     if dataset.shape().len() != 2 || dataset.row()? != 3 {

@@ -13,7 +13,7 @@ pub(super) fn count(rows: &Range<u64>) -> Result<usize> {
     match rows.end - rows.start {
         n if n < u64::from(u32::MAX) => Ok(n as usize),
         n => Err(Error::input(format!(
-            "{n} is more than the 4294967294 that can be held"
+            "{n} rows are more than the 4294967294 nodes or cells that a mesh can have"
         ))),
     }
 }
@@ -23,7 +23,7 @@ pub(super) fn column(grid: &Group, name: &str) -> Result<Dataset> {
     let dataset = grid.need(name)?;
     match dataset.row()? {
         1 => Ok(dataset),
-        n => Err(Error::input(format!("its rows have {n} values instead of 1")).dataset(name)),
+        n => Err(Error::input(format!("its rows have {n} values; they must have 1")).dataset(name)),
     }
 }
 

@@ -113,8 +113,7 @@ impl Sequence {
             return match same {
                 true => Ok(()),
                 false => Err(Error::input(format!(
-                    "step {} has other nodes, cells or shared boundary faces than the first; a \
-                     sequence in one VTKHDF file has the same at every step",
+                    "step {} has other nodes, cells or shared boundary faces than the first step; all steps in one VTKHDF file must have the same",
                     self.n_steps
                 ))),
             };
@@ -213,8 +212,7 @@ impl Sequence {
         match self.series.iter().find(is_short) {
             None => Ok(()),
             Some(series) => Err(Error::input(format!(
-                "the array \"{}\" is missing in step {}; a sequence in one VTKHDF file has the \
-                 arrays of its first step",
+                "step {1} has no array \"{0}\"; all steps in one VTKHDF file must have the arrays of the first step",
                 series.name,
                 n - 1
             ))),
@@ -225,8 +223,7 @@ impl Sequence {
 fn changed(step: usize, block: &Block, how: &str) -> Error {
     let name = &block.name;
     Error::input(format!(
-        "step {step}: the array \"{name}\" {how}; a sequence in one VTKHDF file has the same arrays at \
-         every step"
+        "step {step}: the array \"{name}\" {how}; all steps in one VTKHDF file must have the same arrays"
     ))
 }
 

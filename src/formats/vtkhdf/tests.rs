@@ -227,7 +227,10 @@ fn the_steps_of_vtk_are_read_one_by_one() {
     let error = VtkHdf
         .read_file(&source, &options, &mut Notes::default())
         .expect_err("there are three");
-    assert_eq!(error.to_string(), " Steps: step 3 of 3; steps count from 0");
+    assert_eq!(
+        error.to_string(),
+        " Steps: there is no step 3; the file has steps 0 to 2"
+    );
 }
 
 #[test]

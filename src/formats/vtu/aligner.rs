@@ -1,6 +1,7 @@
 //! Passes decoded bytes on in whole tuples.
 
-use super::super::vtk::number::Chunk;
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::Element;
 use crate::error::Result;
 
 /// Bytes decoded before they are passed on.
@@ -8,7 +9,9 @@ pub(super) const CHUNK: usize = 8 << 20;
 
 /// Passes bytes on in whole tuples.
 pub(super) struct Aligner<'s> {
+    /// Bytes of a tuple.
     pub tuple: usize,
+    pub element: Element,
     pub swap: bool,
     pub pending: Vec<u8>,
     pub sink: &'s mut dyn FnMut(Chunk) -> Result<()>,
@@ -22,6 +25,7 @@ impl Aligner<'_> {
         if whole > 0 {
             let chunk = Chunk {
                 bytes: &self.pending[..whole],
+                element: self.element,
                 swap: self.swap,
             };
             (self.sink)(chunk)?;

@@ -6,6 +6,7 @@ use super::document::Piece;
 use super::stored::{Stored, n_words};
 use super::xml::{Array, DataEncoding, Layout};
 use crate::diagnostic::formats::ArrayRead;
+use crate::error::counted;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::formats::names::text_of;
@@ -163,10 +164,7 @@ fn append(
                 Values::U8(out) if array.is_bits => bits(array, layout, n, out),
                 $(Values::$variant(out) => {
                     let values = n.map(|n| n.checked_mul(array.n_components).unwrap_or(usize::MAX));
-                    collect(array, layout, 1, values, out, |chunk, out| {
-                        chunk.convert(out, |x| x);
-                        Ok(())
-                    })
+                    copied(array, layout, values, out)
                 })*
                 Values::Text(out) => strings(array, layout, n, out, notes),
             }
@@ -175,10 +173,24 @@ fn append(
     numbers!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64)?;
     if !values.len().is_multiple_of(array.n_components) {
         let (found, n) = (values.len(), array.n_components);
-        let message = format!("{found} values are no whole number of tuples of {n}");
+        let message =
+            format!("it has {found} values, which is not a whole number of tuples of {n}");
         return Err(Error::input(message).dataset(&array.name));
     }
     Ok(())
+}
+
+/// Appends the values of an array as they are; their number must be `expected`.
+fn copied<T: bytemuck::Pod + Default + Send>(
+    array: &Array,
+    layout: &Layout,
+    expected: Option<usize>,
+    out: &mut Vec<T>,
+) -> Result<()> {
+    collect(array, layout, 1, expected, out, &|chunk, out| {
+        chunk.copy_to(out);
+        Ok(())
+    })
 }
 
 /// Bits, the first of a byte its highest; as text, a word each.
@@ -187,10 +199,7 @@ fn bits(array: &Array, layout: &Layout, n: Option<usize>, out: &mut Vec<u8>) -> 
     let is_text = array.encoding == DataEncoding::Ascii;
     let expected = n.map(|n| if is_text { n } else { n.div_ceil(8) });
     let mut bytes: Vec<u8> = Vec::new();
-    collect(array, layout, 1, expected, &mut bytes, |chunk, out| {
-        chunk.convert::<u8, u8>(out, |x| x);
-        Ok(())
-    })?;
+    copied(array, layout, expected, &mut bytes)?;
     if is_text {
         out.append(&mut bytes);
         return Ok(());
@@ -216,24 +225,18 @@ fn strings(
             ..array.clone()
         };
         let mut wide: Vec<i16> = Vec::new();
-        collect(&codes, layout, 1, None, &mut wide, |chunk, out| {
-            chunk.convert(out, |x| x);
-            Ok(())
-        })?;
+        copied(&codes, layout, None, &mut wide)?;
         for code in wide {
             bytes.push(
                 u8::try_from(code)
                     .or_else(|_| i8::try_from(code).map(|c| c as u8))
                     .map_err(|_| {
-                        Error::input(format!("{code} is no character")).dataset(&array.name)
+                        Error::input(format!("{code} is not a character")).dataset(&array.name)
                     })?,
             );
         }
     } else {
-        collect(array, layout, 1, None, &mut bytes, |chunk, out| {
-            chunk.convert::<u8, u8>(out, |x| x);
-            Ok(())
-        })?;
+        copied(array, layout, None, &mut bytes)?;
     }
     let before = out.len();
     let mut words = bytes.split(|byte| *byte == 0).collect::<Vec<_>>();
@@ -244,7 +247,8 @@ fn strings(
     let found = out.len() - before;
     match n.map(|n| n.checked_mul(array.n_components)) {
         Some(expected) if expected != Some(found) => {
-            let message = format!("{found} strings found, not as many as announced");
+            let needed = expected.map_or("more".to_owned(), |n| n.to_string());
+            let message = format!("it has {}; it must have {needed}", counted(found, "string"));
             Err(Error::input(message).dataset(&array.name))
         }
         _ => Ok(()),

@@ -1,9 +1,10 @@
 //! Decompresses blocks in parallel.
 
 use super::super::Compression;
+use super::super::decompress::reason;
 use super::aligner::{Aligner, CHUNK};
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::map_items;
 use std::borrow::Cow;
 use std::io::Read;
 
@@ -34,8 +35,7 @@ pub(super) fn check_ratio(
     };
     if block_size == 0 || last > block_size || n_bytes / ratio > n_compressed {
         return Err(Error::input(format!(
-            "blocks of {block_size} bytes, {n_bytes} in all, cannot come from {n_compressed} \
-             compressed bytes"
+            "{n_compressed} compressed bytes cannot hold {n_bytes} bytes in blocks of {block_size}"
         )));
     }
     Ok(())
@@ -66,28 +66,25 @@ impl Blocks<'_> {
                 }
                 let start = bytes.len();
                 bytes.resize(start + n_bytes, 0);
-                bytes[start..]
-                    .par_chunks_mut(self.block_size)
-                    .zip(compressed)
-                    .enumerate()
-                    .try_for_each(|(block, (out, compressed))| {
-                        decompress(self.compression, compressed, out)
-                            .map_err(|what| damaged(block, what))
-                    })
+                let blocks = bytes[start..].chunks_mut(self.block_size);
+                let results = map_items(blocks.zip(compressed), &|i, (out, compressed)| {
+                    decompress(self.compression, compressed, out).map_err(|what| damaged(i, what))
+                });
+                results.into_iter().collect()
             })?;
         }
         Ok(())
     }
 }
 
-/// Unpacks one block, which must fill `out` exactly.
+/// Decompresses one block, which must fill `out` exactly.
 fn decompress(
     compression: Compression,
     compressed: &[u8],
     out: &mut [u8],
 ) -> std::result::Result<(), String> {
     let expected = out.len();
-    let wrong = |n| format!("it unpacks to {n} bytes, not {expected}");
+    let wrong = |n| format!("it decompresses to {n} bytes instead of {expected}");
     match compression {
         Compression::Lz4 => match lz4_flex::block::decompress_into(compressed, out) {
             Ok(n) if n == expected => Ok(()),
@@ -144,15 +141,15 @@ fn lzma(compressed: &[u8]) -> lzma_rust2::XzReader<&[u8]> {
 }
 
 fn fill(reader: &mut impl Read, out: &mut [u8]) -> std::result::Result<(), String> {
-    reader.read_exact(out).map_err(|error| error.to_string())
+    reader.read_exact(out).map_err(|error| reason(&error))
 }
 
 /// Reading on makes the decoder compare its checksum.
 fn finish(reader: &mut impl Read, n_bytes: usize) -> std::result::Result<(), String> {
     match reader.read(&mut [0]) {
         Ok(0) => Ok(()),
-        Ok(_) => Err(format!("it unpacks to more than {n_bytes} bytes")),
-        Err(error) => Err(error.to_string()),
+        Ok(_) => Err(format!("it decompresses to more than {n_bytes} bytes")),
+        Err(error) => Err(reason(&error)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Cells of all pieces of a file: which arrays hold them.
 
 use super::super::vtk::cells::{Built, CellTable};
-use super::super::vtk::number::{Element, Number, need_integers, with_type};
+use super::super::vtk::number::need_integers;
 use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::super::vtk::split::polygonal;
 use super::collect::{collect, count};
@@ -77,7 +77,7 @@ fn list_cells(
             .and_then(|n| usize::try_from(n).ok());
         let n_nodes = n_nodes.ok_or_else(|| {
             Error::input(format!(
-                "a cell ends at {end}, the one before it at {before}"
+                "a cell ends at {end}, before the cell before it, which ends at {before}"
             ))
             .dataset("offsets")
         })?;
@@ -128,12 +128,17 @@ fn read_piece(
 fn types(arrays: &[Array], layout: &Layout, n_cells: usize) -> Result<Vec<u8>> {
     let array = named(arrays, "types")?;
     let mut types = Vec::new();
-    // No type is larger than 255, and 255 is none.
-    let narrow = |vtk| u8::try_from(vtk).unwrap_or(u8::MAX);
-    with_type!(array.element, T => collect(array, layout, 1, Some(n_cells), &mut types, |chunk, out| {
-        chunk.convert::<T, u8>(out, |x| narrow(x.as_index()));
-        Ok(())
-    })?);
+    collect(
+        array,
+        layout,
+        1,
+        Some(n_cells),
+        &mut types,
+        &|chunk, out| {
+            chunk.types(out);
+            Ok(())
+        },
+    )?;
     Ok(types)
 }
 
@@ -154,17 +159,20 @@ pub(super) fn indices(
     expected: Option<usize>,
     out: &mut Vec<u32>,
 ) -> Result<()> {
-    let mut done = 0;
-    let done = std::cell::Cell::from_mut(&mut done);
-    with_type!(array.element, T => collect(array, layout, 1, expected, out, |chunk, out| {
-        chunk.indices::<T>(out, limit, base).map_err(|(at, value)| {
-            let at = done.get() + at;
-            let highest = limit as i64 - 1;
-            Error::input(format!("entry {at} is {value}; it must be from 0 to {highest}"))
-        })?;
+    let done = std::cell::Cell::new(0);
+    collect(array, layout, 1, expected, out, &|chunk, out| {
+        chunk
+            .indices(out, (0, limit), base)
+            .map_err(|(at, value)| {
+                let at = done.get() + at;
+                let highest = limit as i64 - 1;
+                Error::input(format!(
+                    "entry {at} is {value}; it must be from 0 to {highest}"
+                ))
+            })?;
         done.set(done.get() + out.len());
         Ok(())
-    }))
+    })
 }
 
 /// Appends the cells of a piece; gives the last offset.
@@ -175,17 +183,17 @@ fn offsets(arrays: &[Array], layout: &Layout, types: &[u8], table: &mut CellTabl
     let wrong = |found: usize| {
         let n = types.len();
         Error::input(format!(
-            "{found} values found; there must be one for each of {n} cells"
+            "it has {found} values; it must have one for each of {n} cells"
         ))
     };
-    let result = with_type!(array.element, T => stored.for_each(size_of::<T>(), &mut |chunk| {
-        let n = chunk.len::<T>();
+    let result = stored.for_each(array.element.size(), &mut |chunk| {
+        let n = chunk.len();
         let types = types.get(done..done + n).ok_or_else(|| wrong(done + n))?;
-        table.append_ends::<T>(types, chunk, last)?;
-        last = chunk.get::<T>(n - 1).as_index();
+        table.append_ends(types, chunk, last)?;
+        last = chunk.integer(n - 1) as u64;
         done += n;
         Ok(())
-    }));
+    });
     result
         .and_then(|()| {
             if done == types.len() {
@@ -232,9 +240,9 @@ fn faces(
 
 fn integers(array: &Array, layout: &Layout, expected: Option<usize>) -> Result<Vec<i64>> {
     let mut out = Vec::new();
-    with_type!(array.element, T => collect(array, layout, 1, expected, &mut out, |chunk, out| {
-        chunk.convert::<T, i64>(out, |x| x.as_index() as i64);
+    collect(array, layout, 1, expected, &mut out, &|chunk, out| {
+        chunk.integers(out);
         Ok(())
-    })?);
+    })?;
     Ok(out)
 }

@@ -1,6 +1,7 @@
 //! Values of arrays of all pieces, converted and appended: coordinates, indices, data.
 
-use super::super::vtk::number::{Chunk, Element, Number, points_are_finite, with_type};
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::{Element, points_are_finite};
 use super::super::vtk::text::word_start;
 use super::document::Piece;
 use super::stored::Stored;
@@ -16,13 +17,13 @@ pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>>
             [] if piece.n_points == 0 => continue,
             arrays => {
                 let found = arrays.len();
-                let message = format!("a piece needs one array of points, found {found}");
+                let message = format!("a piece must have one array of points, found {found}");
                 return Err(Error::input(message).dataset("Points"));
             }
         };
         if array.n_components != 3 || array.element == Element::String {
             return Err(Error::input(format!(
-                "points are {} of {} components; they must be numbers, 3 a point",
+                "points are {} with {} components; they must be numbers with 3 components",
                 array.element.name(),
                 array.n_components
             ))
@@ -30,10 +31,10 @@ pub(super) fn points(pieces: &[Piece], layout: &Layout) -> Result<Vec<[f64; 3]>>
         }
         let n = count(piece.n_points).map_err(|error| error.dataset("Points"))?;
         let first = points.len();
-        with_type!(array.element, T => collect(
-            array, layout, 3, Some(n), &mut points,
-            |chunk, out| { chunk.convert::<T, f64>(out.as_flattened_mut(), T::as_f64); Ok(()) },
-        )?);
+        collect(array, layout, 3, Some(n), &mut points, &|chunk, out| {
+            chunk.reals(out.as_flattened_mut());
+            Ok(())
+        })?;
         if array.encoding == DataEncoding::Ascii {
             check_finite(array, first, &points[first..])?;
         }
@@ -53,7 +54,7 @@ fn check_finite(array: &Array, first: usize, points: &[[f64; 3]]) -> Result<()> 
 pub(super) fn count(n: u64) -> Result<usize> {
     if n >= u64::from(u32::MAX) {
         return Err(Error::input(format!(
-            "{n} is more than the 4294967294 that can be held"
+            "{n} is more than 4294967294, the most nodes or cells that a mesh can have"
         )));
     }
     Ok(n as usize)
@@ -66,23 +67,33 @@ pub(super) fn collect<U: Copy + Default + Send>(
     tuple: usize,
     expected: Option<usize>,
     out: &mut Vec<U>,
-    fill: impl Fn(Chunk, &mut [U]) -> Result<()>,
+    fill: &dyn Fn(Chunk, &mut [U]) -> Result<()>,
 ) -> Result<()> {
-    let stored = Stored::open(array, layout)?;
-    let result = collect_stored(&stored, array, tuple, expected, out, fill);
-    result.map_err(|error| error.dataset(&array.name))
+    let mut append = |chunk: Chunk, n: usize, total: usize| {
+        let start = out.len();
+        grow(out, n, total);
+        fill(chunk, &mut out[start..])
+    };
+    Stored::open(array, layout).and_then(|stored| {
+        let result = for_each_chunk(&stored, array, tuple, expected, &mut append);
+        result.map_err(|error| error.dataset(&array.name))
+    })
 }
 
-fn collect_stored<U: Copy + Default + Send>(
+/// Hands the tuples of an array to `append`, chunk by chunk, with their number and that of all (0 where it is not known).
+fn for_each_chunk(
     stored: &Stored,
     array: &Array,
     tuple: usize,
     expected: Option<usize>,
-    out: &mut Vec<U>,
-    fill: impl Fn(Chunk, &mut [U]) -> Result<()>,
+    append: &mut dyn FnMut(Chunk, usize, usize) -> Result<()>,
 ) -> Result<()> {
     let width = array.element.size().checked_mul(tuple);
-    let width = width.ok_or_else(|| Error::input(format!("tuples of {tuple} components")))?;
+    let width = width.ok_or_else(|| {
+        Error::input(format!(
+            "its tuples have {tuple} components, which is out of range"
+        ))
+    })?;
     let wrong = |found: String| {
         let element = array.element.name();
         let needed = match expected {
@@ -104,19 +115,18 @@ fn collect_stored<U: Copy + Default + Send>(
     } else if expected.is_some_and(|n| n > stored.most_values() / tuple) {
         return wrong(counted(stored.n_values(), "value"));
     }
-    let before = out.len();
     let n_tuples = expected.or(stored.n_bytes().map(|n| n / width));
+    let mut done = 0;
     stored.for_each(width, &mut |chunk| {
         let n = chunk.bytes.len() / width;
-        let start = out.len();
-        if n_tuples.is_some_and(|n_tuples| start - before + n > n_tuples) {
+        done += n;
+        if n_tuples.is_some_and(|n_tuples| done > n_tuples) {
             return wrong(counted(stored.n_values(), "value"));
         }
-        grow(out, n, n_tuples.unwrap_or(0));
-        fill(chunk, &mut out[start..])
+        append(chunk, n, n_tuples.unwrap_or(0))
     })?;
     match n_tuples {
-        Some(n) if out.len() - before != n => wrong(counted(out.len() - before, "tuple")),
+        Some(n) if done != n => wrong(counted(done, "tuple")),
         _ => Ok(()),
     }
 }

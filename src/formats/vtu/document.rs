@@ -89,7 +89,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
     let kind = parser.attribute(&root, "type")?.unwrap_or_default();
     let Some((name, grid)) = Grid::ALL.into_iter().find(|(name, _)| *name == kind) else {
         return Err(parser.error(format!(
-            "the file holds a VTK {kind}; what can be read: UnstructuredGrid, PolyData, \
+            "the file has the VTK type {kind}; those that are read: UnstructuredGrid, PolyData, \
              StructuredGrid, RectilinearGrid, ImageData, and PUnstructuredGrid (.pvtu)"
         )));
     };
@@ -235,7 +235,7 @@ impl<'a> Parser<'a> {
         for number in &mut numbers {
             let word = words.next().and_then(|word| word.parse().ok());
             *number = word.ok_or_else(|| {
-                self.error(format!("{name}=\"{text}\" is no list of {N} numbers"))
+                self.error(format!("{name}=\"{text}\" is not a list of {N} numbers"))
             })?;
         }
         Ok(Some(numbers))

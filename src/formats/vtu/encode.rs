@@ -4,7 +4,7 @@ use super::super::Compression;
 use super::super::vtk::content::Content;
 pub(super) use super::super::vtk::text::{ascii, failed};
 use crate::error::Result;
-use rayon::prelude::*;
+use crate::parallel::{block, try_map};
 use std::io::Write;
 
 /// Bytes of a block that is compressed on its own.
@@ -93,11 +93,9 @@ impl CompressedBlocks {
                 pending.clear();
             }
             let whole = rest.len() / BLOCK * BLOCK;
-            let compressed: Result<Vec<_>> = rest[..whole]
-                .par_chunks(BLOCK)
-                .map(|block| pack(compression, block))
-                .collect();
-            blocks.extend(compressed?);
+            blocks.extend(try_map(whole / BLOCK, &|i| {
+                pack(compression, &rest[block(whole, BLOCK, i)])
+            })?);
             pending.extend_from_slice(&rest[whole..]);
             Ok(())
         })?;

@@ -1,16 +1,17 @@
 //! The stored values of one array, turned into chunks of bytes: text, base64, raw, blocks.
 //!
 //! Sizes given by a file are checked against the bytes it has before any memory is allocated,
-//! and values pass through in chunks, so that unpacking needs little more than its result.
+//! and values pass through in chunks, so that decompression needs little more than its result.
 
 use super::super::Compression;
-use super::super::vtk::number::{Chunk, Element, Number, parse_words, with_type};
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::{Element, parse_words};
 use super::super::vtk::text::{cuts, word_end};
 use super::aligner::{Aligner, CHUNK};
 use super::blocks::{Blocks, check_ratio};
 use super::xml::{Array, DataEncoding, Layout, line_after};
 use crate::error::{Error, Result, counted};
-use rayon::prelude::*;
+use crate::parallel::map;
 use std::borrow::Cow;
 
 /// The stored values of one array, their sizes checked.
@@ -79,6 +80,7 @@ impl<'a> Stored<'a> {
     pub fn for_each(&self, tuple: usize, sink: &mut dyn FnMut(Chunk) -> Result<()>) -> Result<()> {
         let mut aligner = Aligner {
             tuple,
+            element: self.element,
             swap: self.swap,
             pending: Vec::new(),
             sink,
@@ -87,6 +89,7 @@ impl<'a> Stored<'a> {
             Data::Plain(bytes) => {
                 let chunk = Chunk {
                     bytes,
+                    element: self.element,
                     swap: self.swap,
                 };
                 if !bytes.is_empty() {
@@ -96,7 +99,7 @@ impl<'a> Stored<'a> {
             }
             Data::Text(text, before) => {
                 aligner.swap = false;
-                with_type!(self.element, T => text_chunks::<T>(text, before, self.element, &mut aligner)?);
+                text_chunks(text, before, &mut aligner)?;
             }
             Data::Base64 { text, skip, .. } => base64_chunks(text, *skip, &mut aligner)?,
             Data::Blocks(blocks) => blocks.chunks(&mut aligner)?,
@@ -104,7 +107,7 @@ impl<'a> Stored<'a> {
         match aligner.pending.is_empty() {
             true => Ok(()),
             false => Err(Error::input(format!(
-                "it has {}, no whole number of tuples of {}",
+                "it has {}, which is not a whole number of tuples of {}",
                 counted(self.n_values(), "value"),
                 tuple / self.element.size()
             ))),
@@ -118,26 +121,22 @@ pub(super) fn n_words(text: &[u8]) -> usize {
     words.filter(|word| !word.is_empty()).count()
 }
 
-fn text_chunks<T: Number>(
-    text: &[u8],
-    before: &[u8],
-    element: Element,
-    aligner: &mut Aligner,
-) -> Result<()> {
+fn text_chunks(text: &[u8], before: &[u8], aligner: &mut Aligner) -> Result<()> {
     let mut start = 0;
     while start < text.len() {
         let end = word_end(text, start.saturating_add(CHUNK));
-        let parts: Vec<_> = cuts(text, start, end, CHUNK / 32)
-            .par_windows(2)
-            .map(|cut| (cut[0], parse_words::<T>(&text[cut[0]..cut[1]], element)))
-            .collect();
-        for (first, part) in parts {
+        let cuts = cuts(text, start, end, CHUNK / 32);
+        let element = aligner.element;
+        let parts = map(cuts.len() - 1, &|i| {
+            parse_words(&text[cuts[i]..cuts[i + 1]], element)
+        });
+        for (first, part) in cuts.into_iter().zip(parts) {
             let numbers = part.map_err(|(at, message)| {
                 let line = line_after(before) - 1 + line_after(&text[..first + at]);
                 Error::input(message).line(line)
             })?;
             aligner.push(|bytes| {
-                bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
+                bytes.extend_from_slice(&numbers);
                 Ok(())
             })?;
         }
@@ -168,7 +167,7 @@ fn base64_run(text: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, usize)> {
     let short = || {
         let found = text.len();
         Error::input(format!(
-            "{n_bytes} bytes in base64 are needed, found {found} characters"
+            "{n_bytes} bytes in base64 are needed, but only {found} characters are left"
         ))
     };
     let n = n_bytes
@@ -209,7 +208,7 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
         let bytes = stored[width..].get(..n_bytes).ok_or_else(|| {
             let left = stored.len() - width;
             Error::input(format!(
-                "{n_bytes} bytes are announced, but {left} are left in the file"
+                "its size is {n_bytes} bytes, but only {left} are left in the file"
             ))
         })?;
         return Ok(Data::Plain(bytes));
@@ -230,7 +229,7 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
     };
     let total = n_bytes
         .checked_add(skip)
-        .ok_or_else(|| Error::input("the size overflows"))?;
+        .ok_or_else(|| Error::input("its size is out of range"))?;
     let (text, _) = base64_run(text.trim_ascii_start(), total)?;
     Ok(Data::Base64 {
         text,
@@ -313,7 +312,7 @@ fn block_header<'a>(
     let n_header = n_blocks.checked_add(3).and_then(|n| n.checked_mul(width));
     let n_header = n_header.filter(|n| *n <= stored.len()).ok_or_else(|| {
         Error::input(format!(
-            "{n_blocks} compressed blocks are announced, more than the file has"
+            "its header says {n_blocks} compressed blocks, more than the file can hold"
         ))
     })?;
     first(n_header).map(Some)
@@ -344,7 +343,7 @@ impl BlockSizes {
         let n_bytes = (compressed.len() - 1)
             .checked_mul(block)
             .and_then(|n| n.checked_add(last))
-            .ok_or_else(|| Error::input("the size of the blocks overflows"))?;
+            .ok_or_else(|| Error::input("the size of its blocks is out of range"))?;
         Ok(Self {
             block,
             last,

@@ -1,6 +1,6 @@
 //! Structured grids, rectilinear grids and images in XML, as the cells that they imply.
 
-use super::super::vtk::number::{Element, Number, with_type};
+use super::super::vtk::number::Element;
 use super::super::vtk::structured;
 use super::collect::{collect, points};
 use super::document::{Document, Grid, Piece};
@@ -13,7 +13,7 @@ pub(super) fn read(document: &mut Document, n_bytes: usize) -> Result<Mesh> {
     let [piece] = document.pieces.as_mut_slice() else {
         let n = document.pieces.len();
         return Err(Error::input(format!(
-            "the structured grid is in {n} pieces; one is what can be read"
+            "the structured grid has {n} pieces; only grids of one piece are read"
         )));
     };
     let extent = piece.extent;
@@ -47,7 +47,7 @@ fn dimensions(extent: [i64; 6]) -> Result<[usize; 3]> {
         let along = along.and_then(|n| usize::try_from(n).ok());
         *n = along.ok_or_else(|| {
             Error::input(format!(
-                "the Extent goes from {first} to {last} along axis {i}"
+                "the Extent along axis {i} goes from {first} to {last}; it must not end before it starts"
             ))
         })?;
     }
@@ -57,7 +57,7 @@ fn dimensions(extent: [i64; 6]) -> Result<[usize; 3]> {
 fn axes(piece: &Piece, dimensions: [usize; 3], layout: &Layout) -> Result<[Vec<f64>; 3]> {
     let [x, y, z] = piece.cells.as_slice() else {
         let found = piece.cells.len();
-        let message = format!("3 arrays of coordinates are needed, found {found}");
+        let message = format!("there must be 3 arrays of coordinates, found {found}");
         return Err(Error::input(message).dataset("Coordinates"));
     };
     let read = |array: &Array, n| -> Result<Vec<f64>> {
@@ -65,10 +65,10 @@ fn axes(piece: &Piece, dimensions: [usize; 3], layout: &Layout) -> Result<[Vec<f
             return Err(Error::input("coordinates must be numbers").dataset("Coordinates"));
         }
         let mut out = Vec::new();
-        with_type!(array.element, T => collect(array, layout, 1, Some(n), &mut out, |chunk, out| {
-            chunk.convert::<T, f64>(out, T::as_f64);
+        collect(array, layout, 1, Some(n), &mut out, &|chunk, out| {
+            chunk.reals(out);
             Ok(())
-        })?);
+        })?;
         Ok(out)
     };
     let [n_x, n_y, n_z] = dimensions;

@@ -274,7 +274,11 @@ fn the_users_tag_array_is_taken_and_a_missing_one_is_named() {
 fn errors_say_where_and_what() {
     let good = square("");
     let cases = [
-        ("0 1 2 3 0 1", "0 1 2 x 0 1", "line 5: \"x\" is no Int32"),
+        (
+            "0 1 2 3 0 1",
+            "0 1 2 x 0 1",
+            "line 5: \"x\" is not a number of type Int32",
+        ),
         (
             "0 1 2 3 0 1",
             "0 1 2 4 0 1",
@@ -283,12 +287,12 @@ fn errors_say_where_and_what() {
         (
             "4 6 8",
             "4 6 9",
-            "cell 2 is a line of 3 nodes; it must have 2",
+            "cell 2 is a line with 3 nodes; it must have 2",
         ),
         (
             "4 6 8",
             "4 3 8",
-            " offsets: cell 1 ends at 3, but the one before it at 4",
+            " offsets: cell 1 ends at 3, before the cell before it, which ends at 4",
         ),
         ("8 3 3", "8 3 44", "VTK type 44"),
         ("8 3 3", "8 3", " types: "),
@@ -296,7 +300,7 @@ fn errors_say_where_and_what() {
         (
             "type=\"UnstructuredGrid\"",
             "type=\"Table\"",
-            "line 2: the file holds a VTK Table",
+            "line 2: the file has the VTK type Table",
         ),
         ("</Cells>", "", "line 8"),
     ];

@@ -209,7 +209,7 @@ impl<'a> Parser<'a> {
             ))
         })?;
         let n_components = match self.count(element, "NumberOfComponents")?.unwrap_or(1) {
-            0 => return Err(self.error(format!("array \"{name}\" has tuples of 0 components"))),
+            0 => return Err(self.error(format!("array \"{name}\" has 0 components"))),
             n => usize::try_from(n).map_err(|_| self.error("too many components"))?,
         };
         let component_names = self.component_names(element, n_components)?;

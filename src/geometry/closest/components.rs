@@ -2,7 +2,7 @@
 
 use super::super::oriented::LANES;
 use super::LEAF;
-use rayon::prelude::*;
+use crate::parallel::{self, block};
 
 /// The component of a tree node that holds facets of several.
 const MIXED: u32 = u32::MAX;
@@ -35,7 +35,8 @@ pub(super) fn owners(facets: &[[u32; 3]], components: &[u32]) -> Vec<Vec<u32>> {
     let of_facet = |facet: &[u32; 3]| components[facet[0] as usize];
     let join = |a: u32, b: u32| if a == b { a } else { MIXED };
     let leaf = |leaf: &[[u32; 3]]| leaf.iter().map(of_facet).reduce(join).unwrap_or(MIXED);
-    let mut levels: Vec<Vec<u32>> = vec![facets.par_chunks(LEAF).map(leaf).collect()];
+    let leaf = |i: usize| leaf(&facets[block(facets.len(), LEAF, i)]);
+    let mut levels = vec![parallel::collect(facets.len().div_ceil(LEAF), leaf)];
     while levels[levels.len() - 1].len() > LANES {
         let below = levels[levels.len() - 1].chunks(LANES);
         let group = |group: &[u32]| group.iter().copied().reduce(join).unwrap_or(MIXED);

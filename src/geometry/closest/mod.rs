@@ -8,9 +8,9 @@ use super::bounds::Bounds;
 use super::curve;
 use super::oriented::{Group, LANES, OrientedBox};
 use super::vector::{Vector, add, scale};
+use crate::parallel::{SMALL_BLOCK, block, collect, collect_in_blocks};
 use components::{components, owners};
 use front::Block;
-use rayon::prelude::*;
 use search::{Front, Query, Stack, search};
 use std::borrow::Cow;
 
@@ -46,31 +46,42 @@ pub struct Foot {
     pub distance_squared: f64,
 }
 
+/// `of` each group of `size` of the parts, in order.
+fn of_groups<P: Sync, T: Copy + Default + Send>(
+    parts: &[P],
+    size: usize,
+    of: impl Fn(&[P]) -> T + Sync,
+) -> Vec<T> {
+    let n = parts.len();
+    collect_in_blocks(n.div_ceil(size), SMALL_BLOCK, |i| {
+        of(&parts[block(n, size, i)])
+    })
+}
+
 impl<'a> ClosestSurface<'a> {
     /// Builds the tree over borrowed or owned points. `O(n log n)`.
     pub fn new(points: impl Into<Cow<'a, [Vector]>>, facets: &[[u32; 3]]) -> Self {
         let points = points.into();
         let place = |i: u32| points[i as usize];
-        let centre = |facet: &[u32; 3]| {
-            let [a, b, c] = facet.map(place);
+        let centres = collect(facets.len(), |i| {
+            let [a, b, c] = facets[i].map(place);
             scale(add(add(a, b), c), 1.0 / 3.0)
-        };
-        let centres: Vec<Vector> = facets.par_iter().map(centre).collect();
+        });
         let origin = curve::order(&centres);
         drop(centres);
-        let facets: Vec<[u32; 3]> = origin.par_iter().map(|&i| facets[i as usize]).collect();
+        let facets = collect(origin.len(), |at| facets[origin[at] as usize]);
         let around = |leaf: &[[u32; 3]]| {
             let corners: Vec<Vector> = leaf.iter().flatten().map(|&i| place(i)).collect();
             OrientedBox::around(&corners)
         };
-        let mut boxes: Vec<OrientedBox> = facets.par_chunks(LEAF).map(around).collect();
+        let mut boxes = of_groups(&facets, LEAF, around);
         let mut levels = Vec::new();
         while !boxes.is_empty() {
-            levels.push(boxes.par_chunks(LANES).map(Group::new).collect());
+            levels.push(of_groups(&boxes, LANES, Group::new));
             if boxes.len() <= LANES {
                 break;
             }
-            boxes = boxes.par_chunks(LANES).map(OrientedBox::joined).collect();
+            boxes = of_groups(&boxes, LANES, OrientedBox::joined);
         }
         let components = components(points.len(), &facets);
         let owners = owners(&facets, &components);

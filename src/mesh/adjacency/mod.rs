@@ -6,7 +6,7 @@
 mod pair;
 
 use super::{CellKind, CellRun, Mesh};
-use rayon::prelude::*;
+use crate::parallel::map;
 use std::ops::Range;
 
 /// Cells whose sides are compared among themselves first, and that one task passes over later.
@@ -114,7 +114,7 @@ impl Adjacency {
                     .filter(|&i| code_at(&chunk.codes, i) == wanted)
                     .count()
             };
-            chunks.par_iter().map(of).sum()
+            map(chunks.len(), &|i| of(&chunks[i])).into_iter().sum()
         };
         let n_inner = count(INNER);
         Self {

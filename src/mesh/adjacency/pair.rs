@@ -5,8 +5,9 @@ use super::super::faces::{self, Entry, all_corners};
 use super::super::sides::{for_each_side, side_corners};
 use super::super::{Cells, Mesh};
 use super::{CHUNK, Chunk, ELSEWHERE, INNER, NONE, OUTER, code_at, range};
-use rayon::prelude::*;
+use crate::parallel::{BLOCK, for_items, map, map_items, sort_by_key};
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Code of a side while its face is still sought.
 const OPEN: u8 = 3;
@@ -14,12 +15,14 @@ const OPEN: u8 = 3;
 /// The paired sides of all cells of the mesh's dimension, which is 2 or 3.
 pub(super) fn chunks(mesh: &Mesh, dimension: u8) -> Vec<Chunk> {
     let n_cells = mesh.cells.len();
-    let drafts: Vec<(Chunk, Vec<Open>)> = (0..n_cells.div_ceil(CHUNK))
-        .into_par_iter()
-        .map_init(Desk::default, |desk, chunk| {
-            desk.draft(mesh, dimension, range(chunk, n_cells))
-        })
-        .collect();
+    let desks: Mutex<Vec<Desk>> = Mutex::default();
+    let desks = || desks.lock().unwrap_or_else(PoisonError::into_inner);
+    let drafts = map(n_cells.div_ceil(CHUNK), &|chunk| {
+        let mut desk = desks().pop().unwrap_or_default();
+        let draft = desk.draft(mesh, dimension, range(chunk, n_cells));
+        desks().push(desk);
+        draft
+    });
     let mut open = boundary_cells(mesh, dimension);
     open.reserve_exact(drafts.iter().map(|(_, open)| open.len()).sum());
     let take = |(chunk, own): (Chunk, Vec<Open>)| {
@@ -28,15 +31,11 @@ pub(super) fn chunks(mesh: &Mesh, dimension: u8) -> Vec<Chunk> {
     };
     let drafts: Vec<Chunk> = drafts.into_iter().map(take).collect();
     settle_all(&mesh.cells, &mut open);
-    drafts
-        .into_par_iter()
-        .enumerate()
-        .map(|(chunk, draft)| {
-            let cells = range(chunk, n_cells);
-            let from = open.partition_point(|open| (open.cell as usize) < cells.start);
-            finish(draft, open[from..].iter())
-        })
-        .collect()
+    map_items(drafts, &|chunk, draft| {
+        let cells = range(chunk, n_cells);
+        let from = open.partition_point(|open| (open.cell as usize) < cells.start);
+        finish(draft, open[from..].iter())
+    })
 }
 
 /// A side that no cell of its chunk shares, or a boundary cell.
@@ -184,11 +183,28 @@ fn boundary_cells(mesh: &Mesh, dimension: u8) -> Vec<Open> {
 
 /// Pairs what is open and sorts it by cell and side, without the boundary cells.
 fn settle_all(cells: &Cells, open: &mut Vec<Open>) {
-    open.par_sort_unstable_by_key(|open| (open.value, open.cell, open.face_and_code));
-    open.par_chunk_by_mut(|a, b| a.value == b.value)
-        .for_each(|alike| settle(cells, alike));
+    sort_by_key(open, |open| (open.value, open.cell, open.face_and_code));
+    for_items(whole_groups(open), &|_, open| {
+        for alike in open.chunk_by_mut(|a, b| a.value == b.value) {
+            settle(cells, alike);
+        }
+    });
     open.retain(|open| !open.is_boundary());
-    open.par_sort_unstable_by_key(|open| (open.cell, open.face_and_code));
+    sort_by_key(open, |open| (open.cell, open.face_and_code));
+}
+
+/// Blocks of sides that no hash is in two of.
+fn whole_groups(mut open: &mut [Open]) -> Vec<&mut [Open]> {
+    let mut blocks = Vec::new();
+    while !open.is_empty() {
+        let at = open.len().min(BLOCK);
+        let hash = open[at - 1].value;
+        let more = open[at..].iter().take_while(|open| open.value == hash);
+        let (block, rest) = open.split_at_mut(at + more.count());
+        blocks.push(block);
+        open = rest;
+    }
+    blocks
 }
 
 /// Pairs sides of equal hash, which are few.

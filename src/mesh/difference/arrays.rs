@@ -4,6 +4,8 @@ use super::super::arrays::with_numbers;
 use super::super::{DataArray, Mesh, Values};
 use super::Tolerance;
 use super::partners::{Partners, in_chunks};
+use crate::diagnostic::short;
+use crate::error::counted;
 use std::ops::Range;
 
 /// A sentence for each array that differs: of `pairs`, the first are nodes, the second cells. Arrays
@@ -27,7 +29,7 @@ pub fn compare(
         for array in ours {
             let name = &array.name;
             let what = match theirs.iter().find(|other| other.name == *name) {
-                None => Some("is only in the first".to_owned()),
+                None => Some("is only in the first mesh".to_owned()),
                 Some(other) if same_length && !same_shape(array, other) => {
                     Some(different_shape(array, other))
                 }
@@ -38,7 +40,9 @@ pub fn compare(
         for array in theirs {
             if !ours.iter().any(|other| other.name == array.name) {
                 let name = &array.name;
-                found.push(format!("{place} array \"{name}\" is only in the second"));
+                found.push(format!(
+                    "{place} array \"{name}\" is only in the second mesh"
+                ));
             }
         }
     }
@@ -50,7 +54,7 @@ fn same_shape(a: &DataArray, b: &DataArray) -> bool {
 }
 
 fn different_shape(a: &DataArray, b: &DataArray) -> String {
-    let shape = |x: &DataArray| format!("{} tuples of {}", x.n_tuples(), x.n_components);
+    let shape = |x: &DataArray| format!("{} of {}", counted(x.n_tuples(), "tuple"), x.n_components);
     format!("has {} and {}", shape(a), shape(b))
 }
 
@@ -156,14 +160,14 @@ fn number_difference(
         }
         found
     };
-    let found = in_chunks(pairs.n_tuples, look, Different::joined);
+    let found = in_chunks(pairs.n_tuples, &look, Different::joined);
     let (Some([i, j]), Some((at, most))) = (found.first, found.most) else {
         return None;
     };
     let tuple = |i: usize| i / pairs.n_components.max(1);
     let furthest = match found.n {
         1 => String::new(),
-        _ => format!(", most by {most:e} at {}", tuple(at)),
+        _ => format!(", most by {} at {}", short(most), tuple(at)),
     };
     Some(format!(
         "differs in {} of {} values, first at {}: {} and {}{furthest}",
@@ -219,7 +223,7 @@ fn largest(values: &Values) -> f64 {
         let sizes = range.map(|i| value(i).abs()).filter(|x| x.is_finite());
         sizes.fold(0.0, f64::max)
     };
-    in_chunks(values.len(), look, f64::max)
+    in_chunks(values.len(), &look, f64::max)
 }
 
 fn shown(values: &Values, i: usize) -> String {

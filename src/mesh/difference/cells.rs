@@ -114,7 +114,7 @@ impl Stretch<'_> {
             let first = changed.next();
             (usize::from(first.is_some()) + changed.count(), first)
         };
-        in_chunks(n, look, |x, y| (x.0 + y.0, x.1.or(y.1)))
+        in_chunks(n, &look, |x, y| (x.0 + y.0, x.1.or(y.1)))
     }
 }
 

@@ -12,7 +12,7 @@ pub fn compare(a: &Mesh, b: &Mesh, partners: Option<&Partners>) -> Vec<String> {
     for (key, group) in ours.iter() {
         let (role, name) = (role(a, group), &group.name);
         let Some(other) = theirs.get(key) else {
-            found.push(format!("{role} \"{name}\" is only in the first"));
+            found.push(format!("{role} \"{name}\" is only in the first mesh"));
             continue;
         };
         let n = group.cells.len();
@@ -26,14 +26,12 @@ pub fn compare(a: &Mesh, b: &Mesh, partners: Option<&Partners>) -> Vec<String> {
             None => n_not_in(a, group, b, other),
         };
         if missing > 0 {
-            found.push(format!(
-                "{role} \"{name}\": {missing} of {n} cells are not the same"
-            ));
+            found.push(format!("{role} \"{name}\": {missing} of {n} cells differ"));
         }
     }
     for (_, group) in theirs.iter().filter(|(key, _)| ours.get(key).is_none()) {
         let (role, name) = (role(b, group), &group.name);
-        found.push(format!("{role} \"{name}\" is only in the second"));
+        found.push(format!("{role} \"{name}\" is only in the second mesh"));
     }
     found
 }

@@ -225,7 +225,7 @@ impl Difference {
         if !self.nodes.is_empty() {
             let [ours, theirs] = self.unpaired_nodes;
             parts.push(format!(
-                "{} of the first and {theirs} of the second have no partner",
+                "{} of the first mesh and {theirs} of the second have no partner",
                 counted(ours, "node")
             ));
         }

@@ -45,7 +45,7 @@ pub fn compare(a: &[[f64; 3]], b: &[[f64; 3]], partners: &Partners, allowed: f64
         }
         found
     };
-    in_chunks(a.len(), look, Moved::joined)
+    in_chunks(a.len(), &look, Moved::joined)
 }
 
 impl Moved {

@@ -1,6 +1,6 @@
 //! Which node or cell of the second mesh belongs to which of the first.
 
-use rayon::prelude::*;
+use crate::parallel::map_blocks;
 use std::ops::Range;
 
 /// No partner.
@@ -44,11 +44,9 @@ impl Partners {
 /// Does `work` on ranges of `0..n` on all threads and joins what comes of it in order.
 pub fn in_chunks<T: Send + Default>(
     n: usize,
-    work: impl Fn(Range<usize>) -> T + Sync,
-    join: impl Fn(T, T) -> T + Sync + Send,
+    work: &(dyn Fn(Range<usize>) -> T + Sync),
+    join: impl Fn(T, T) -> T,
 ) -> T {
-    (0..n.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| work(chunk * CHUNK..n.min((chunk + 1) * CHUNK)))
-        .reduce(T::default, join)
+    let parts = map_blocks(n, CHUNK, work);
+    parts.into_iter().fold(T::default(), join)
 }

@@ -6,8 +6,8 @@ use crate::motion::steps::Step;
 use crate::motion::table::{History, Key};
 
 /// The error of a table over time in a schedule without times.
-pub(super) const NO_TIME: &str = "the table is over `time_s`, but the steps have no time; give the schedule [time], or \
-                                  `rpm` in [rotor]";
+pub(super) const NO_TIME: &str = "the table has the column `time_s`, but the steps have no time; give the \
+                                  schedule [time], or `rpm` in [rotor]";
 
 /// The steps of a schedule with what is known of their times.
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +65,8 @@ impl Clock<'_> {
         let timed = self.steps.iter().any(|step| step.time_s.is_some());
         if turns && timed && self.azimuth_rate.is_none() {
             let message = format!(
-                "the table is over `{}`, and [time] has no `frequency` that gives an azimuth; write for \
-                 instance  frequency = 2.0, or give the table the column `time_s`",
+                "the table has the column `{}`, but [time] has no `frequency` that gives an azimuth; add for \
+                 example  frequency = 2.0, or give the table the column `time_s`",
                 key.name()
             );
             return Err(on.error(place, message));

@@ -137,7 +137,7 @@ impl BodyMotion for Cyclic {
             let key = format!("cyclic.{name}");
             if let Some(m) = series.wrong {
                 let message = format!(
-                    "there is no harmonic {m} of the {name}; they are counted from 1 to {MOST_HARMONICS}"
+                    "the {name} has a harmonic {m}; harmonics go from 1 to {MOST_HARMONICS}"
                 );
                 return Err(body.places.error(&key, message));
             }

@@ -210,7 +210,8 @@ fn of_table(table: &Table, matching: Matching, on: &OnMesh<'_>, n_modes: usize) 
         let mode = usize::try_from(number).unwrap_or(usize::MAX);
         if !(1..=n_modes).contains(&mode) {
             return Err(at_row(format!(
-                "column `mode` holds {number}; the table of coordinates has q1 to q{n_modes}, so it must be from 1 to {n_modes}"
+                "column `mode` has {number}; the table of coordinates has q1 to q{n_modes}, so it must be from \
+                 1 to {n_modes}"
             )));
         }
         let found = filling.find(place.at(table, row)?).map_err(at_row)?;

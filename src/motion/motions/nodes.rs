@@ -1,6 +1,7 @@
 //! The nodes of a body, found by number or by place, and a vector for each of them from a file.
 
 use super::OnMesh;
+use crate::diagnostic::short;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance};
@@ -249,10 +250,10 @@ impl<'a> Filling<'a> {
         let missing: Vec<usize> = (0..nodes.len()).filter(|&at| field.rows[at] == 0).collect();
         if missing.len() == nodes.len() {
             return Some(format!(
-                "no node of body \"{body}\" is in the file{which}; {}its nodes are counted from 0, and places must \
-                 agree to match_tolerance = {:e}",
+                "no node of body \"{body}\" is in the file{which}; {}nodes are numbered from 0, and positions \
+                 must agree within match_tolerance = {}",
                 self.almost(&missing),
-                self.matching.tolerance
+                short(self.matching.tolerance)
             ));
         }
         if missing.is_empty() || self.matching.missing_fixed {
@@ -281,7 +282,8 @@ impl<'a> Filling<'a> {
         let farthest = missing.iter().take(ASKED).map(nearest).fold(0.0, f64::max);
         if farthest <= ALMOST * Bounds::around(places).diagonal() {
             format!(
-                "the file has them up to {farthest:.1e} off, which match_tolerance = {:.0e} would take; ",
+                "the nearest positions in the file are up to {farthest:.1e} away, which match_tolerance = \
+                 {:.0e} would accept; ",
                 10.0_f64.powf((1.01 * farthest).log10().ceil())
             )
         } else {

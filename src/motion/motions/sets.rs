@@ -111,7 +111,8 @@ impl SurfaceSets {
         };
         let before = self.places.partition_point(|place| *place < at);
         let message = format!(
-            "there are no rows for {} (step {}); every step needs a set of its own, and they go from {} to {}",
+            "there are no rows for {} (step {}); every step needs rows of its own, and the file has them from \
+             {} to {}",
             key.place(at),
             step.index,
             key.place(self.places[0]),

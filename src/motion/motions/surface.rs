@@ -265,10 +265,9 @@ fn displacements(arrays: &[NamedVectors]) -> std::result::Result<&NamedVectors, 
         return Ok(one);
     }
     Err(match arrays {
-        [] => "the mesh has no point array of 3 components; it must have the displacements as one"
-            .to_owned(),
+        [] => "the mesh has no point array of 3 components with the displacements".to_owned(),
         _ => format!(
-            "which of its vectors are the displacements is not clear: {}; call them `Displacement`",
+            "several of its arrays could be the displacements: {}; name one of them `Displacement`",
             names.join(", ")
         ),
     })

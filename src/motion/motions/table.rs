@@ -175,8 +175,8 @@ fn check_plane(table: &Table, columns: &[Option<Column>; 6], body: &str) -> Resu
         let Some(column) = columns[i] else { continue };
         if let Some(row) = (0..table.n_rows()).find(|&row| table.value(row, column) != 0.0) {
             let message = format!(
-                "`{}` is not 0, and body \"{body}\" would leave the plane of the 2D mesh; dx, dy and rot_z_deg stay \
-                 in it",
+                "`{}` is not 0, so body \"{body}\" would leave the plane of the 2D mesh; use only dx, dy and \
+                 rot_z_deg",
                 COLUMNS[i]
             );
             return Err(table.error(row, message));

@@ -1,6 +1,7 @@
 //! The images of a periodic mesh that the support radius reaches.
 
 use super::{Periodic, Symmetry};
+use crate::diagnostic::{in_digits, short};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, cross, distance, norm};
 use crate::geometry::{Bounds, Transform};
@@ -45,8 +46,9 @@ pub fn images(pairs: &[Periodic], radius: f64, bounds: &Bounds) -> Result<Vec<Tr
 
 fn too_many(n_images: usize, radius: f64) -> Error {
     Error::input(format!(
-        "the support radius {radius} reaches {n_images} images of the periodic mesh, and at most \
-         {MOST_IMAGES} are computed with; set a smaller rbf.support_radius"
+        "the support radius {} reaches {n_images} images of the periodic mesh; at most {MOST_IMAGES} are \
+         possible: set a smaller rbf.support_radius",
+        short(radius)
     ))
 }
 
@@ -76,8 +78,8 @@ pub(super) fn distinct(pairs: &[Periodic], bounds: &Bounds) -> Result<Distinct> 
         }
         if found.iter().any(|other| !combine(&pair.symmetry, other)) {
             return Err(Error::input(
-                "two periodic pairs belong to maps that do not go together; rotations must be one and \
-                 the same, translations along their axis, and translations not along each other",
+                "the maps of two periodic pairs cannot be combined: all rotations must be the same, \
+                 translations must be along their axis, and no two translations may be parallel",
             ));
         }
         of_pairs.push((found.len(), 1));
@@ -131,9 +133,10 @@ fn powers(symmetry: &Symmetry, radius: f64, bounds: &Bounds) -> Result<Vec<Trans
             let parts = std::f64::consts::TAU / angle.abs();
             if (parts - parts.round()).abs() > PART_OF_CIRCLE * parts {
                 return Err(Error::input(format!(
-                    "the periodic sides are {} degrees apart, which does not divide the circle: {parts} \
-                     times",
-                    angle.to_degrees().abs()
+                    "the periodic sides are {} degrees apart, which does not divide the full circle: it is {} \
+                     sectors",
+                    in_digits(angle.to_degrees().abs(), 9),
+                    in_digits(parts, 9)
                 )));
             }
             if parts.round() - 1.0 > MOST_IMAGES as f64 {

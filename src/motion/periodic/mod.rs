@@ -12,6 +12,7 @@ mod images;
 pub use followers::{Follower, followers};
 pub use images::images;
 
+use crate::diagnostic::{in_digits, point, short};
 use crate::error::{Error, Result};
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, add, scale, sub};
@@ -210,8 +211,8 @@ impl Sides {
         let (n_a, n_b) = (self.a.at.len(), self.b.at.len());
         if n_a != n_b {
             return Err(Error::input(format!(
-                "the periodic sides \"{}\" and \"{}\" have {n_a} and {n_b} nodes; they must be the same \
-                 but for a translation or a rotation",
+                "the periodic sides \"{}\" and \"{}\" have {n_a} and {n_b} nodes; they must match by a \
+                 translation or a rotation",
                 a.name, b.name
             )));
         }
@@ -305,16 +306,17 @@ impl Sides {
     fn no_map(&self, a: &Side<'_>, b: &Side<'_>, nearest: Option<(Match, Symmetry)>) -> Error {
         let Some((found, symmetry)) = nearest else {
             return Error::input(format!(
-                "the periodic sides \"{}\" and \"{}\" are not the same but for a translation or a \
-                 rotation",
+                "the periodic sides \"{}\" and \"{}\" do not match by a translation or a rotation",
                 a.name, b.name
             ));
         };
         let apart = found.first_apart.unwrap_or(0);
         let (partner, away) = found.partners[apart];
         let map = match symmetry {
-            Symmetry::Translation(by) => format!("moved by {by:?}"),
-            Symmetry::Rotation { angle, .. } => format!("turned by {} degrees", angle.to_degrees()),
+            Symmetry::Translation(by) => format!("moved by {}", point(&by)),
+            Symmetry::Rotation { angle, .. } => {
+                format!("turned by {} degrees", short(angle.to_degrees()))
+            }
         };
         let taken = if away <= self.tolerance {
             ", which is the partner of another node"
@@ -322,13 +324,14 @@ impl Sides {
             ""
         };
         Error::input(format!(
-            "node {} of the periodic side \"{}\" has no partner on \"{}\": {map} it is {away:.3e} from \
-             the nearest node there, {}{taken}; at most {:.3e} is allowed",
+            "node {} of the periodic side \"{}\" has no partner on \"{}\": {map}, it is {} from the \
+             nearest node there, {}{taken}; at most {} is allowed",
             self.a.nodes[apart][0],
             a.name,
             b.name,
+            in_digits(away, 4),
             self.b.nodes[partner as usize][0],
-            self.tolerance
+            in_digits(self.tolerance, 4)
         ))
     }
 }

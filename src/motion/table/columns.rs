@@ -113,7 +113,7 @@ impl<'a> Columns<'a> {
         };
         let known: Vec<&str> = known().collect();
         let known = known.join(", ");
-        let message = format!("column `{name}` is not known here{meant} known: {known}");
+        let message = format!("unknown column `{name}`{meant} known columns: {known}");
         Err(self.table.header_error(message))
     }
 
@@ -142,7 +142,8 @@ impl<'a> Columns<'a> {
 
     /// The error of two columns that say the same.
     pub fn both(&self, one: &str, other: &str) -> crate::error::Error {
-        let message = format!("columns `{one}` and `{other}` say the same; keep one of them");
+        let message =
+            format!("columns `{one}` and `{other}` have the same meaning; keep one of them");
         self.table.header_error(message)
     }
 }

@@ -121,7 +121,7 @@ impl History {
                 "comes after"
             };
             let message = format!(
-                "{here} {what} {before} of line {}; rows must go from one `{}` to a larger one",
+                "{here} {what} {before} of line {}; `{}` must increase from row to row",
                 table.line(row - 1),
                 key.name()
             );
@@ -159,7 +159,7 @@ impl History {
             if self.last_row_differs() {
                 let (first, last) = (self.key.place(first), self.key.place(last));
                 self.open = Some(format!(
-                    "its values at {last} are not those at {first}, so it does not repeat itself"
+                    "its values at {last} differ from those at {first}, so it is not periodic"
                 ));
                 return;
             }
@@ -174,9 +174,8 @@ impl History {
         if first + period - last <= GAP * largest {
             self.period = Some(period);
         } else {
-            self.open = Some(
-                "it does not go round: add the rows that are missing of the revolution".to_owned(),
-            );
+            self.open =
+                Some("it does not cover a full revolution: add the missing rows".to_owned());
         }
     }
 
@@ -272,7 +271,7 @@ impl History {
         let open = self.open.iter().map(|open| format!("; {open}"));
         let open: String = open.collect();
         let message =
-            format!("the motion is asked for at {at}; the table goes from {first} to {last}{open}");
+            format!("the motion needs {at}, but the table goes from {first} to {last}{open}");
         let error = Error::input(message).file(&self.path);
         match self.lines {
             Some(lines) => error.line(lines[end]),

@@ -1,5 +1,6 @@
 //! What the rows of a table belong to: azimuths, times or steps.
 
+use crate::diagnostic::in_digits;
 use crate::motion::Step;
 use std::f64::consts::TAU;
 
@@ -52,9 +53,9 @@ impl Key {
     /// A place in words, as in "azimuth 30 deg".
     pub fn place(self, at: f64) -> String {
         match self {
-            Self::AzimuthDeg => format!("azimuth {at} deg"),
-            Self::AzimuthRad => format!("azimuth {at} rad"),
-            Self::Time => format!("time {at} s"),
+            Self::AzimuthDeg => format!("azimuth {} deg", in_digits(at, 12)),
+            Self::AzimuthRad => format!("azimuth {} rad", in_digits(at, 12)),
+            Self::Time => format!("time {} s", in_digits(at, 12)),
             Self::Step => format!("step {at}"),
         }
     }

@@ -83,7 +83,7 @@ impl Table {
             let row = row.as_ref();
             if table.wrong.is_none() && (row.len() != n || !row.iter().all(|x| x.is_finite())) {
                 let message =
-                    format!("{row:?} is no row of {n} finite numbers, one for each column");
+                    format!("{row:?} is not a row of {n} finite numbers, one for each column");
                 table.wrong = Some((at, message));
             }
             table.values.extend(row);
@@ -129,7 +129,7 @@ impl Table {
             return Ok(value as u64);
         }
         let name = &self.names[column.index];
-        let message = format!("column `{name}` holds {value}; it must be a whole number from 0 on");
+        let message = format!("column `{name}` has {value}; it must be a whole number, 0 or more");
         Err(self.error(row, message))
     }
 

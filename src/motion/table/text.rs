@@ -2,7 +2,7 @@
 
 use super::Table;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel;
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -21,10 +21,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let header = Header::find(bytes).map_err(at_line(1))?;
     let rest = &bytes[header.end..];
-    let parts: Vec<Located<Rows>> = chunks(rest)
-        .into_par_iter()
-        .map(|chunk| Rows::parse(chunk, &header))
-        .collect();
+    let parts = parallel::map_items(chunks(rest), &|_, chunk| Rows::parse(chunk, &header));
     let mut table = Table {
         path: path.to_path_buf(),
         names: header.names,
@@ -89,7 +86,7 @@ impl Header {
                     });
                 }
                 let message =
-                    "the first line is numbers; it must name the columns, as in azimuth_deg,dx,dy";
+                    "the first line has numbers; it must name the columns, as in azimuth_deg,dx,dy";
                 return Err((line, message.into()));
             }
             start = end;
@@ -110,12 +107,12 @@ impl Header {
             if name.is_empty() {
                 let place = names.len() + 1;
                 return Err(wrong(format!(
-                    "column {place} has no name; give it one, or take the column out"
+                    "column {place} has no name; give it one, or remove the column"
                 )));
             }
             if names.contains(&name) {
                 return Err(wrong(format!(
-                    "two columns are called `{name}`; keep one of them"
+                    "two columns have the name `{name}`; keep one of them"
                 )));
             }
             names.push(name);
@@ -220,7 +217,7 @@ fn not_a_number(name: &str, field: &[u8]) -> String {
         .take(40)
         .flat_map(char::escape_debug)
         .collect();
-    format!("column `{name}` holds \"{shown}\"; it must be a finite number")
+    format!("column `{name}` has \"{shown}\"; it must be a finite number")
 }
 
 /// A finite number; exponents may be Fortran's, as in `1.0D-3`.

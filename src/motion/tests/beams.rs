@@ -137,7 +137,7 @@ fn a_wrong_beam_table_is_told_its_line() {
     );
     assert_eq!(
         told(format!("{BEAM}5,0,0,0,0,0,0\n6,0,0,0,0,0,0\n")),
-        "m.csv:2: the stations go from 5 to 6, but body \"blade\" lies between 0 and 1 along its span; stations are lengths in mesh units from the hub"
+        "m.csv:2: the stations go from 5 to 6, but body \"blade\" goes from 0 to 1 along its span; stations are lengths from the hub in mesh units"
     );
     let axis = "cyclic = { collective = 1, pitch_axis = [0.1, 0] }\nbeam = { table = \"m.csv\" }";
     assert_eq!(

@@ -131,14 +131,14 @@ fn a_parent_stands_before_its_child() {
     let told = |text: &str| parse(text).expect_err("it is wrong").to_string();
     assert_eq!(
         told(text),
-        "hover.toml:5: `parent` = \"wing\" is no body that stands before its child in the schedule; there is none before it"
+        "hover.toml:5: `parent` = \"wing\" is not a body that is defined before its child; no body is defined before it"
     );
     let after = format!(
         "time = {{ stop = 1, step = 1 }}\n{WING}[[body]]\nname = \"flap\"\ntags = [\"flap\"]\nparent = \"flap\"\n"
     );
     assert_eq!(
         told(&after),
-        "hover.toml:9: `parent` = \"flap\" is no body that stands before its child in the schedule; before it: wing"
+        "hover.toml:9: `parent` = \"flap\" is not a body that is defined before its child; defined before it: wing"
     );
 }
 
@@ -153,7 +153,7 @@ fn times_need_a_frequency_only_where_the_azimuth_matters() {
     let told = parse(&text(cyclic, "stop = 1, step = 0.5")).expect_err("it needs one");
     assert_eq!(
         told.to_string(),
-        "hover.toml:2: `time` has no `frequency`, and the harmonics of body \"a\" need the azimuth; write for instance  frequency = 2.0"
+        "hover.toml:2: `time` has no `frequency`, and the harmonics of body \"a\" need the azimuth; add for example  frequency = 2.0"
     );
     let listed = parse(&text(cyclic, "values = [0, 0.125, 1], frequency = 2")).expect("it is good");
     let motion = listed.resolve(&two_squares()).expect("it fits the mesh");

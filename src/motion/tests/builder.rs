@@ -161,7 +161,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
     for (schedule, expected) in [
         (
             Schedule::new(steps()),
-            "the schedule has no [[body]]: nothing would move; give one with name, tags and a motion",
+            "the schedule has no [[body]], so nothing would move; add one with name, tags and a motion",
         ),
         (
             new(Steps::azimuths_deg([])),
@@ -177,7 +177,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             new(Steps::time_s(0.0, 1.0, 0.1)),
-            "time: `time` has no `frequency`, and the harmonics of body \"airfoil\" need the azimuth; write for instance  frequency = 2.0",
+            "time: `time` has no `frequency`, and the harmonics of body \"airfoil\" need the azimuth; add for example  frequency = 2.0",
         ),
         (
             new(Steps::time_s(0.0, 1.0, 0.1).frequency_hz(-1.0)),
@@ -189,7 +189,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             good().body(Body::new("flap", ["hub"]).parent("wing")),
-            "body \"flap\": `parent` = \"wing\" is no body that stands before its child in the schedule; before it: airfoil",
+            "body \"flap\": `parent` = \"wing\" is not a body that is defined before its child; defined before it: airfoil",
         ),
         (
             good().body(Body::new("flap", ["hub"])),
@@ -201,7 +201,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             one(Body::new("a", ["blade_1"]).rotate(AxisRotation::new([0.0; 3]))),
-            "body \"a\": `axis` has no length; it must be a direction such as [0.0, 0.0, 1.0]",
+            "body \"a\": `axis` has length zero; it must be a direction such as [0.0, 0.0, 1.0]",
         ),
         (
             one(Body::new("a", ["blade_1"]).translate(Translation::new([0.0, f64::INFINITY, 0.0]))),
@@ -213,7 +213,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             one(Body::new("a", ["blade_1"]).cyclic(Cyclic::new().flap_deg(0, 1.0, 0.0))),
-            "body \"a\": there is no harmonic 0 of the flap; they are counted from 1 to 1000",
+            "body \"a\": the flap has a harmonic 0; harmonics go from 1 to 1000",
         ),
         (
             one(Body::new("a", ["blade"]).cyclic(Cyclic::new())),
@@ -222,11 +222,11 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         (
             one(Body::new("a", ["blade_1"])
                 .table(Table::from_rows(["step", "dx"], [[0.0, 1.0], [0.0, 2.0]]))),
-            "table in memory:2: step 0 repeats step 0 of line 1; rows must go from one `step` to a larger one",
+            "table in memory:2: step 0 repeats step 0 of line 1; `step` must increase from row to row",
         ),
         (
             one(Body::new("a", ["blade_1"]).table(Table::from_rows(["step", "dx"], [[0.0]]))),
-            "table in memory:1: [0.0] is no row of 2 finite numbers, one for each column",
+            "table in memory:1: [0.0] is not a row of 2 finite numbers, one for each column",
         ),
         (
             good().velocity(),
@@ -254,7 +254,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             good().method(SelectionMethod::Constant).constant([0.0; 3]),
-            "selection: `constant` is zero, which every choice of base points reproduces; give a displacement such as [0.0, 0.0, 1.0], or leave the key out for that of the motion",
+            "selection: `constant` is zero, so no base points would be chosen; give a displacement such as [0.0, 0.0, 1.0], or leave the key out to use that of the motion",
         ),
         (
             good().rotor(Rotor::new().pitch_sign(2.0)),

@@ -84,7 +84,7 @@ fn every_step_has_a_set_of_its_own() {
         assert_near(place(&motion, step, 0), x);
     }
     let none = surface(true, "azimuth.values = [0, 15]", SURFACE, file).expect_err("15 is missing");
-    assert!(none.to_string().ends_with("s.csv:3: there are no rows for azimuth 15 deg (step 1); every step needs a set of its own, and they go from azimuth 0 deg to azimuth 30 deg"), "{none}");
+    assert!(none.to_string().ends_with("s.csv:3: there are no rows for azimuth 15 deg (step 1); every step needs rows of its own, and the file has them from azimuth 0 deg to azimuth 30 deg"), "{none}");
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn wrong_surface_files_are_told_their_line() {
         (
             false,
             "node,dx,dy,dz\n0.5,0,0,0\n",
-            "s.csv:2: column `node` holds 0.5; it must be a whole number from 0 on",
+            "s.csv:2: column `node` has 0.5; it must be a whole number, 0 or more",
         ),
         (
             false,
@@ -131,7 +131,7 @@ fn wrong_surface_files_are_told_their_line() {
         (
             false,
             "node,dx,dy,dz\n0,0,x,0\n",
-            "s.csv:2: column `dy` holds \"x\"; it must be a finite number",
+            "s.csv:2: column `dy` has \"x\"; it must be a finite number",
         ),
         (
             true,
@@ -141,7 +141,7 @@ fn wrong_surface_files_are_told_their_line() {
         (
             false,
             "x,y,z,dx,dy,dz\n0,0,1e-3,0,0,0\n",
-            "s.csv:2: no node of body \"blade\" is in the file; its nodes are counted from 0, and places must agree to match_tolerance = 1e-9",
+            "s.csv:2: no node of body \"blade\" is in the file; nodes are numbered from 0, and positions must agree within match_tolerance = 1e-9",
         ),
     ] {
         assert_eq!(told(plane, SURFACE, file), expected);
@@ -219,16 +219,15 @@ fn a_mesh_with_displacements_moves_its_nodes() {
     ] {
         let error = beside_mesh(body, &names.map(|name| (name, 0.1)), "").expect_err("which one?");
         let told = format!(
-            "m.vtu: which of its vectors are the displacements is not clear: {}; call them `Displacement`",
+            "m.vtu: several of its arrays could be the displacements: {}; name one of them `Displacement`",
             names.join(", ")
         );
         assert!(error.to_string().ends_with(&told), "{error}");
     }
     let none = beside_mesh(body, &[], "").expect_err("there is none");
     assert!(
-        none.to_string().ends_with(
-            "the mesh has no point array of 3 components; it must have the displacements as one"
-        ),
+        none.to_string()
+            .ends_with("the mesh has no point array of 3 components with the displacements"),
         "{none}"
     );
 }
@@ -278,8 +277,7 @@ fn places_that_are_a_little_off_are_told_of_with_the_tolerance_that_takes_them()
     for (off, expected) in [
         (
             "1e-8",
-            "1 of the 4 nodes of body \"blade\" are missing: 3; the file has them up to 1.0e-8 off, which \
-             match_tolerance = 1e-7 would take; add them, or set missing = \"fixed\"",
+            "1 of the 4 nodes of body \"blade\" are missing: 3; the nearest positions in the file are up to 1.0e-8 away, which match_tolerance = 1e-7 would accept; add them, or set missing = \"fixed\"",
         ),
         (
             "0.5",
@@ -293,7 +291,7 @@ fn places_that_are_a_little_off_are_told_of_with_the_tolerance_that_takes_them()
     }
     let both = told(false, SURFACE, "node,x,y,z,dx,dy,dz\n0,0,0,0,0,0,0\n");
     assert!(
-        both.ends_with("columns `node` and `x` say the same; keep one of them"),
+        both.ends_with("columns `node` and `x` have the same meaning; keep one of them"),
         "{both}"
     );
 }
@@ -334,7 +332,7 @@ fn modes_by_node_are_a_table() {
     let motion = read(shapes).expect("it is good");
     assert_near(place(&motion, 0, 2), [1.0, 1.0, 1.6]);
     let wrong = read("node,mode,dx,dy,dz\n0,2,0,0,0\n").expect_err("there is one mode");
-    assert!(wrong.to_string().ends_with("s.csv:2: column `mode` holds 2; the table of coordinates has q1 to q1, so it must be from 1 to 1"), "{wrong}");
+    assert!(wrong.to_string().ends_with("s.csv:2: column `mode` has 2; the table of coordinates has q1 to q1, so it must be from 1 to 1"), "{wrong}");
 }
 
 #[test]
@@ -349,7 +347,7 @@ fn a_child_of_a_body_of_nodes_is_refused() {
         .resolve(&two_cubes())
         .expect_err("it is refused")
         .to_string();
-    assert!(error.ends_with("hover.toml:8: body \"flap\" cannot move with \"wing\", whose `surface` or `modes` are known at its own nodes alone; give the child a motion of its own"), "{error}");
+    assert!(error.ends_with("hover.toml:8: body \"flap\" cannot move with \"wing\", whose `surface` or `modes` are known only at its own nodes; give the child a motion of its own"), "{error}");
 }
 
 #[test]
@@ -364,7 +362,7 @@ fn the_nearest_set_is_taken_however_close_they_are() {
     let none = surface(true, between, SURFACE, file).expect_err("4e-7 is missing");
     assert!(
         none.to_string()
-            .contains("there are no rows for time 0.0000004 s"),
+            .contains("there are no rows for time 4e-7 s"),
         "{none}"
     );
 }

@@ -89,7 +89,7 @@ fn it_has_no_children() {
             .resolve(&two_cubes())
             .expect_err("it is known at its nodes")
             .to_string(),
-        "body \"hub\" cannot move with \"blade\", whose displacements are known at its own nodes alone; give the child a motion of its own"
+        "body \"hub\" cannot move with \"blade\", whose displacements are known only at its own nodes; give the child a motion of its own"
     );
 }
 

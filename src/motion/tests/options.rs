@@ -130,7 +130,7 @@ fn mistakes_in_these_keys_are_told_what_would_be_right() {
             "boundaries",
             12,
             "periodic = [\n{} ]",
-            "{ pair = [\"side_a\", \"side_b\"] } has no `pair`; write for instance  pair = [\"side_a\", \"side_b\"]",
+            "{ pair = [\"side_a\", \"side_b\"] } has no `pair`; add for example  pair = [\"side_a\", \"side_b\"]",
         ),
         (
             "boundaries",
@@ -214,7 +214,7 @@ fn mistakes_in_these_keys_are_told_what_would_be_right() {
             "selection",
             16,
             "method = \"constant\"\nconstant = [0, 0, 0.0]",
-            "`constant` is zero, which every choice of base points reproduces; give a displacement such as [0.0, 0.0, 1.0], or leave the key out for that of the motion",
+            "`constant` is zero, so no base points would be chosen; give a displacement such as [0.0, 0.0, 1.0], or leave the key out to use that of the motion",
         ),
         (
             "selection",

@@ -145,7 +145,7 @@ fn values_of_the_wrong_type_or_range_are_told_what_would_be_right() {
         ),
         (
             "rotor:shaft_axis = [0, 0, 0]",
-            "3: `shaft_axis` has no length; it must be a direction such as [0.0, 0.0, 1.0]",
+            "3: `shaft_axis` has length zero; it must be a direction such as [0.0, 0.0, 1.0]",
         ),
         (
             "rotor:rpm = 0",
@@ -173,7 +173,7 @@ fn values_of_the_wrong_type_or_range_are_told_what_would_be_right() {
         ),
         (
             "body:rigid.rotate = { angle = 3 }",
-            "7: rotate = { axis, origin, angle } has no `axis`; write for instance  axis = [0.0, 0.0, 1.0]",
+            "7: rotate = { axis, origin, angle } has no `axis`; add for example  axis = [0.0, 0.0, 1.0]",
         ),
         (
             "cyclic:pitch = 3.0",
@@ -252,7 +252,7 @@ fn a_schedule_without_steps_is_told_why() {
         ),
         (
             "[azimuth]\nstop = 1e9\nstep = 1",
-            "hover.toml:3: `step` gives 1000000001 steps; at most 1000000 are possible",
+            "hover.toml:3: `step` gives 1e9 steps; at most 1000000 are possible",
         ),
         (
             "[azimuth]\nstop = 1e300\nstep = 1e-300",
@@ -260,7 +260,7 @@ fn a_schedule_without_steps_is_told_why() {
         ),
         (
             "[azimuth]\nstop = 90.0\nstep = 1e-300",
-            "hover.toml:3: `step` gives 9.0e301 steps; at most 1000000 are possible",
+            "hover.toml:3: `step` gives 9e301 steps; at most 1000000 are possible",
         ),
         (
             "[azimuth]\nstart = 1e308\nstop = 90\nstep = 30",
@@ -268,19 +268,19 @@ fn a_schedule_without_steps_is_told_why() {
         ),
         (
             "[azimuth]\nstop = 10",
-            "hover.toml:1: [azimuth] has no `step`; write for instance  step = 10.0",
+            "hover.toml:1: [azimuth] has no `step`; add for example  step = 10.0",
         ),
         (
             "[azimuth]\nvalues = [1]\nstep = 1",
-            "hover.toml:3: `step` and `values` both say which steps there are; keep one of them",
+            "hover.toml:3: `step` and `values` both define the steps; keep one of them",
         ),
         (
             "[azimuth]\nvalues = [1]\n[time]\nstop = 1",
-            "hover.toml:3: `time` and [azimuth] both say which steps there are; keep one of them",
+            "hover.toml:3: `time` and [azimuth] both define the steps; keep one of them",
         ),
         (
             "[rotor]\nrpm = 3\n[time]\nstop = 1\nstep = 0.1\nfrequency = 1",
-            "hover.toml:2: `rpm` and [time] both say when the steps are; keep one of them",
+            "hover.toml:2: `rpm` and [time] both define the times of the steps; keep one of them",
         ),
     ] {
         let body = "[[body]]\nname = \"a\"\ntags = [\"a\"]\nrigid.translate = [1, 0, 0]\n";
@@ -294,7 +294,7 @@ fn bodies_need_names_tags_and_motions() {
     for (bodies, expected) in [
         (
             "",
-            "hover.toml: the schedule has no [[body]]: nothing would move; give one with name, tags and a motion",
+            "hover.toml: the schedule has no [[body]], so nothing would move; add one with name, tags and a motion",
         ),
         (
             "[body]\nname = \"a\"",
@@ -302,11 +302,11 @@ fn bodies_need_names_tags_and_motions() {
         ),
         (
             "[[body]]\ntags = [\"a\"]",
-            "hover.toml:2: [[body]] has no `name`; write for instance  name = \"blade\"",
+            "hover.toml:2: [[body]] has no `name`; add for example  name = \"blade\"",
         ),
         (
             "[[body]]\nname = \"a\"",
-            "hover.toml:2: [[body]] has no `tags`; write for instance  tags = [\"blade\"]",
+            "hover.toml:2: [[body]] has no `tags`; add for example  tags = [\"blade\"]",
         ),
         (
             "[[body]]\nname = \"a\"\ntags = [\"a\"]",
@@ -342,7 +342,7 @@ fn refresh_needs_an_azimuth() {
     let error = parse(text).expect_err("there is no azimuth").to_string();
     assert_eq!(
         error,
-        "hover.toml:2: `time` has no `frequency`, and `refresh` in [selection] needs the azimuth; write for instance  frequency = 2.0"
+        "hover.toml:2: `time` has no `frequency`, and `refresh` in [selection] needs the azimuth; add for example  frequency = 2.0"
     );
 }
 

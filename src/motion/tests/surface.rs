@@ -169,15 +169,15 @@ fn a_periodic_tag_has_no_other_part() {
     let cases = [
         (
             "fixed = [\"hub\"]\nperiodic = [ { pair = [\"hub\", \"side\"] } ]",
-            "9: tag \"hub\" is fixed and periodic; a tag has one role",
+            "9: tag \"hub\" has two roles, fixed and periodic; give it one",
         ),
         (
             "slide = [\"side\"]\nperiodic = [ { pair = [\"hub\", \"side\"] } ]",
-            "9: tag \"side\" is sliding and periodic; a tag has one role",
+            "9: tag \"side\" has two roles, sliding and periodic; give it one",
         ),
         (
             "periodic = [ { pair = [\"blade_1\", \"side\"] } ]",
-            "8: tag \"blade_1\" is in body \"blade\" and periodic; a tag has one role",
+            "8: tag \"blade_1\" has two roles, in body \"blade\" and periodic; give it one",
         ),
         (
             "periodic = [ { pair = [\"hub\", \"h*\"] } ]",
@@ -185,7 +185,7 @@ fn a_periodic_tag_has_no_other_part() {
         ),
         (
             "periodic = [ { pair = [\"hub\", \"side\"] },\n{ pair = [\"farfield\", \"hub\"] } ]",
-            "9: tag \"hub\" is in two periodic pairs; a tag is in one at most",
+            "9: tag \"hub\" is in two periodic pairs; it can be in one at most",
         ),
         (
             "periodic = [ { pair = [\"hub\",\n\"hup\"] } ]",
@@ -193,7 +193,7 @@ fn a_periodic_tag_has_no_other_part() {
         ),
         (
             "slide = [\"farfield\"]\nfixed = [\"far*\"]",
-            "8: tag \"farfield\" is fixed and sliding; a tag has one role",
+            "8: tag \"farfield\" has two roles, fixed and sliding; give it one",
         ),
     ];
     for (lines, expected) in cases {
@@ -285,22 +285,22 @@ fn what_does_not_fit_the_mesh_is_said_in_one_sentence() {
         ),
         (
             format!("{BLADE}[boundaries]\nfixed = [\"hub\"]"),
-            "hover.toml:7: the schedule does not say what these tags do: side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
+            "hover.toml:7: the schedule gives these tags no role: side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         ),
         (
             BLADE.to_owned(),
-            "hover.toml: the schedule does not say what these tags do: hub, side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
+            "hover.toml: the schedule gives these tags no role: hub, side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         ),
         (
             format!("{BLADE}[boundaries]\nfixed = [\"*\"]"),
-            "hover.toml:8: tag \"blade_1\" is in body \"blade\" and fixed; a tag has one role",
+            "hover.toml:8: tag \"blade_1\" has two roles, in body \"blade\" and fixed; give it one",
         ),
         (
             format!(
                 "{BLADE}{}",
                 HUB.replace("\"hub\"]", "\"hub\", \"blade_?\"]")
             ),
-            "hover.toml:9: tag \"blade_1\" is in body \"blade\" and in body \"hub\"; a tag has one role",
+            "hover.toml:9: tag \"blade_1\" has two roles, in body \"blade\" and in body \"hub\"; give it one",
         ),
         (
             format!("{BLADE}[boundaries]\nzones = [\"rotr\"]"),

@@ -141,13 +141,13 @@ fn a_wrong_table_is_told_its_line() {
             false,
             TABLE,
             "azimuth_deg,dx\n0,a\n",
-            "m.csv:2: column `dx` holds \"a\"; it must be a finite number",
+            "m.csv:2: column `dx` has \"a\"; it must be a finite number",
         ),
         (
             false,
             TABLE,
             "azimuth_deg,dx\n0,1\n30,NaN\n",
-            "m.csv:3: column `dx` holds \"NaN\"; it must be a finite number",
+            "m.csv:3: column `dx` has \"NaN\"; it must be a finite number",
         ),
         (
             false,
@@ -159,25 +159,25 @@ fn a_wrong_table_is_told_its_line() {
             false,
             TABLE,
             "azimuth_deg,dx\n30,1\n0,1\n",
-            "m.csv:3: azimuth 0 deg comes after azimuth 30 deg of line 2; rows must go from one `azimuth_deg` to a larger one",
+            "m.csv:3: azimuth 0 deg comes after azimuth 30 deg of line 2; `azimuth_deg` must increase from row to row",
         ),
         (
             false,
             TABLE,
             "azimuth_deg,dx\n0,1\n0,1\n",
-            "m.csv:3: azimuth 0 deg repeats azimuth 0 deg of line 2; rows must go from one `azimuth_deg` to a larger one",
+            "m.csv:3: azimuth 0 deg repeats azimuth 0 deg of line 2; `azimuth_deg` must increase from row to row",
         ),
         (
             false,
             TABLE,
             "time_s,dx\n0,1\n1,2\n",
-            "hover.toml:6: the table is over `time_s`, but the steps have no time; give the schedule [time], or `rpm` in [rotor]",
+            "hover.toml:6: the table has the column `time_s`, but the steps have no time; give the schedule [time], or `rpm` in [rotor]",
         ),
         (
             true,
             TABLE,
             "azimuth_deg,dx,dz\n0,1,0\n90,2,0.5\n",
-            "m.csv:3: `dz` is not 0, and body \"blade\" would leave the plane of the 2D mesh; dx, dy and rot_z_deg stay in it",
+            "m.csv:3: `dz` is not 0, so body \"blade\" would leave the plane of the 2D mesh; use only dx, dy and rot_z_deg",
         ),
         (
             true,
@@ -189,10 +189,10 @@ fn a_wrong_table_is_told_its_line() {
         assert_eq!(told(plane, body, table), expected);
     }
     let short = told(false, TABLE, "azimuth_deg,dx\n0,1\n10,2\n");
-    assert!(short.starts_with("m.csv:3: the motion is asked for at azimuth 30 deg; the table goes from azimuth 0 deg to azimuth 10 deg"), "{short}");
+    assert!(short.starts_with("m.csv:3: the motion needs azimuth 30 deg, but the table goes from azimuth 0 deg to azimuth 10 deg"), "{short}");
     let typo = told(false, TABLE, "azimuth_deg,rot_z\n0,1\n");
     assert!(
-        typo.starts_with("m.csv:1: column `rot_z` is not known here; did you mean `rot_z_"),
+        typo.starts_with("m.csv:1: unknown column `rot_z`; did you mean `rot_z_"),
         "{typo}"
     );
 }
@@ -223,9 +223,7 @@ fn a_table_of_one_row_is_not_held_at_other_times() {
         .expect_err("it has no row")
         .to_string();
     assert!(
-        told.ends_with(
-            "the motion is asked for at time 1 s; the table goes from time 0 s to time 0 s"
-        ),
+        told.ends_with("the motion needs time 1 s, but the table goes from time 0 s to time 0 s"),
         "{told}"
     );
 }

@@ -176,7 +176,7 @@ fn a_step_without_an_azimuth_is_named_by_its_time() {
         panic!("it turns too far");
     };
     let told = warning.to_string();
-    assert!(told.contains("at step 0 (0.25 s); past"), "{told}");
+    assert!(told.contains("at step 0 (0.25 s); above"), "{told}");
 }
 
 fn motions() -> impl Strategy<Value = (Motion, Step)> {

@@ -242,20 +242,13 @@ fn stations_in_another_unit_are_refused_or_told_of_with_their_line() {
         let table = format!("# by a structural code\n{names}{rows}");
         resolve(false, "azimuth.values = [0]", beam, &[("m.csv", &table)])
     };
-    let off = read(["500", "1000"])
-        .expect_err("the blade ends at 1")
-        .to_string();
-    assert!(
-        off.contains("m.csv:3: the stations go from 500 to 1000, but body \"blade\" lies"),
-        "{off}"
-    );
-    let inboard = read(["-9", "-5"])
-        .expect_err("the blade begins at 0")
-        .to_string();
-    assert!(
-        inboard.contains("m.csv:4: the stations go from -9 to -5"),
-        "{inboard}"
-    );
+    for (stations, line) in [(["500", "1000"], 3), (["-9", "-5"], 4)] {
+        let error = read(stations).expect_err("the blade goes from 0 to 1");
+        assert_eq!(error.position, Some(Position::Line(line)), "{error}");
+        for part in stations.iter().chain(&["m.csv", "\"blade\""]) {
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
     let notes = read(["0", "1000"]).expect("it may be meant").notes();
     let note = MotionNote::FarStation {
         station: 1000.0,
@@ -263,8 +256,5 @@ fn stations_in_another_unit_are_refused_or_told_of_with_their_line() {
         span: [0.0, 1.0],
     };
     assert_eq!(notes[0].kind, note.into());
-    assert!(
-        notes[0].to_string().contains("m.csv:4: station 1000"),
-        "{notes:?}"
-    );
+    assert!(notes[0].to_string().contains("m.csv:4: "), "{notes:?}");
 }

@@ -13,7 +13,7 @@ use super::span::Span;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, DataArray, Mesh, Values};
-use rayon::prelude::*;
+use crate::parallel::{self, block};
 use std::ops::Range;
 
 /// Number of these metrics.
@@ -152,16 +152,15 @@ pub fn detail_arrays(mesh: &Mesh, points: &[Vector], reference: &Reference) -> V
             chunk.push(part);
         }
     }
-    let fill = |(chunk, mut parts): (usize, Vec<&mut [f64]>)| {
-        let range = visit::chunks(n_cells)(chunk);
+    parallel::for_items(chunks, &|chunk, mut parts| {
+        let range = block(n_cells, CHUNK, chunk);
         let first = range.start;
         each(mesh, points, reference, range, |cell, _, detail| {
             for (part, value) in parts.iter_mut().zip(detail.values()) {
                 part[cell - first] = value;
             }
         });
-    };
-    chunks.into_par_iter().enumerate().for_each(fill);
+    });
     let named = NAMES.iter().zip(columns);
     named
         .map(|((_, name), column)| DataArray::scalar(*name, Values::F64(column)))

@@ -8,8 +8,8 @@ use super::geometry::{self, Centre, Face};
 use crate::geometry::vector::{Vector, dot, scale, unit};
 use crate::mesh::sides::for_each_side;
 use crate::mesh::{CellKind, CellRef, CellRun, Mesh};
+use crate::parallel;
 use multiversion::multiversion;
-use rayon::prelude::*;
 
 /// Cells that one task works on.
 const CHUNK: usize = 4096;
@@ -71,7 +71,7 @@ impl<'a> Centres<'a> {
             rest = others;
             tasks.push((cells, own));
         }
-        tasks.into_par_iter().for_each(|(cells, mut own)| {
+        parallel::for_items(tasks, &|_, (cells, mut own)| {
             for run in mesh.cells.runs_in(cells) {
                 let (now, later) = own.split_at_mut(n_stored(&run));
                 centres.fill(&run, now);

@@ -13,10 +13,10 @@ use super::reference::Reference;
 use super::summary::Extreme;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, Mesh};
+use crate::parallel;
 use block::Measured;
 use centres::Centres;
 pub use per_cell::per_cell;
-use rayon::prelude::*;
 
 /// Quality of the faces between the volume cells of a mesh. `None` where there are none. An extreme
 /// names the face's owner, the first of its cells.
@@ -76,14 +76,11 @@ pub fn assess(
     adjacency: &Adjacency,
 ) -> FaceSummary {
     let centres = Centres::new(mesh, points, reference);
-    let parts: Vec<FaceTotals> = (0..adjacency.n_chunks())
-        .into_par_iter()
-        .map(|chunk| {
-            let mut part = FaceTotals::default();
-            walk::faces_of(&centres, adjacency, chunk, &mut part);
-            part
-        })
-        .collect();
+    let parts = parallel::map(adjacency.n_chunks(), &|chunk| {
+        let mut part = FaceTotals::default();
+        walk::faces_of(&centres, adjacency, chunk, &mut part);
+        part
+    });
     let mut whole = FaceTotals::default();
     for part in &parts {
         whole.append(part);

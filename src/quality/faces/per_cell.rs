@@ -5,8 +5,8 @@ use super::centres::Centres;
 use super::{angle_deg, walk};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, DataArray, Mesh, Values};
+use crate::parallel;
 use crate::quality::reference::Reference;
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 /// One value a cell of the mesh. Boundary faces hold NaN, and so do cells without a face that has the
@@ -53,7 +53,7 @@ pub fn per_cell(
         skewness: nothing(),
         volume_ratio: nothing(),
     };
-    (0..adjacency.n_chunks()).into_par_iter().for_each(|chunk| {
+    parallel::for_each(adjacency.n_chunks(), &|chunk| {
         walk::faces_of(&centres, adjacency, chunk, &mut &worst);
     });
     let values = |least: Vec<AtomicI64>, value: fn(f64) -> f64| {

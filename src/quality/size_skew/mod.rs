@@ -16,8 +16,8 @@ use super::reference::Reference;
 use super::summary::Extreme;
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, CellRun, DataArray, Mesh, Values};
+use crate::parallel;
 use multiversion::multiversion;
-use rayon::prelude::*;
 use shapes::{Corners, Shape};
 
 /// Cells that are folded into one part of the sums.
@@ -70,19 +70,13 @@ pub fn assess(
         before,
         reference,
     };
-    let n_cells = mesh.cells.len();
-    let parts: Vec<SizeSkewTotals> = (0..n_cells.div_ceil(CHUNK))
-        .into_par_iter()
-        .with_min_len(16)
-        .map(|chunk| {
-            let mut part = SizeSkewTotals::default();
-            let cells = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_cells);
-            for run in mesh.volume_runs_in(cells) {
-                positions.visit(&run, &mut |first, values| part.take(first, values));
-            }
-            part
-        })
-        .collect();
+    let parts = parallel::map_blocks(mesh.cells.len(), CHUNK, &|cells| {
+        let mut part = SizeSkewTotals::default();
+        for run in mesh.volume_runs_in(cells) {
+            positions.visit(&run, &mut |first, values| part.take(first, values));
+        }
+        part
+    });
     let mut whole = SizeSkewTotals::default();
     for part in &parts {
         whole.sum += part.sum;
@@ -113,16 +107,13 @@ pub fn per_cell(
         reference,
     };
     let mut all = vec![f64::NAN; mesh.cells.len()];
-    all.par_chunks_mut(CHUNK)
-        .enumerate()
-        .for_each(|(chunk, own)| {
-            let start = chunk * CHUNK;
-            for run in mesh.volume_runs_in(start..start + own.len()) {
-                positions.visit(&run, &mut |first, values| {
-                    own[first - start..][..values.len()].copy_from_slice(values);
-                });
-            }
-        });
+    parallel::for_blocks(&mut all, CHUNK, &|start, own| {
+        for run in mesh.volume_runs_in(start..start + own.len()) {
+            positions.visit(&run, &mut |first, values| {
+                own[first - start..][..values.len()].copy_from_slice(values);
+            });
+        }
+    });
     DataArray::scalar("SizeSkew", Values::F64(all))
 }
 

@@ -14,8 +14,8 @@ use super::constraint::Constraint;
 use crate::geometry::Bounds;
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, cross, distance, dot, norm, scale, sub, unit};
+use crate::parallel::{self, SMALL_BLOCK};
 use patches::{Patches, SHARP, Sector, UnionFind};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Directions of creases closer than this cosine are one crease.
@@ -82,10 +82,10 @@ impl Sliding {
         let nodes: Vec<u32> = (0..points.len() as u32)
             .filter(|&i| sliding[i as usize])
             .collect();
-        let tracks: Vec<Track> = nodes
-            .par_iter()
-            .map(|&i| track(&patches, points, i))
-            .collect();
+        let tracks = parallel::concat_blocks(nodes.len(), SMALL_BLOCK, &|range| {
+            let nodes = nodes[range].iter();
+            nodes.map(|&i| track(&patches, points, i)).collect()
+        });
         let mut build = Build {
             points,
             patches: &patches,

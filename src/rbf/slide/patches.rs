@@ -8,7 +8,7 @@
 
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Cosine of the fold from which a hinge is a crease: 20 degrees.
 pub(super) const SHARP: f64 = 0.939_692_620_785_908_4;
@@ -131,17 +131,17 @@ impl Patches {
     fn hinges(&self, flat: &[[u32; 3]]) -> Vec<(u32, u32, u32)> {
         let n = self.facets.len() as u32;
         let all = self.facets.iter().chain(flat).zip(0..);
-        let mut keyed: Vec<((u32, u32), u32, u32)> = all
+        let mut keyed: Vec<[u32; 4]> = all
             .flat_map(|(facet, at)| {
                 let sides = sides(facet, self.in_plane).zip(0..);
-                sides.map(move |(key, side)| (key, at, side))
+                sides.map(move |((a, b), side)| [a, b, at, side])
             })
             .collect();
-        keyed.par_sort_unstable();
+        parallel::sort(&mut keyed);
         let mut hinges: Vec<(u32, u32, u32)> = Vec::with_capacity(keyed.len());
         let mut n_hinges = 0;
-        for same in keyed.chunk_by(|a, b| a.0 == b.0) {
-            hinges.extend(same.iter().map(|&(_, at, side)| (n_hinges, at, side)));
+        for same in keyed.chunk_by(|a, b| a[..2] == b[..2]) {
+            hinges.extend(same.iter().map(|&[_, _, at, side]| (n_hinges, at, side)));
             n_hinges += 1;
         }
         if flat.is_empty() {
@@ -160,7 +160,7 @@ impl Patches {
         for (hinge, ..) in &mut hinges {
             *hinge = same.root(*hinge);
         }
-        hinges.par_sort_unstable();
+        hinges.sort_unstable();
         hinges
     }
 
@@ -347,13 +347,16 @@ fn largest_coordinate(bounds: &Bounds) -> f64 {
 
 /// Positions of the facets, of those with the same corners the first.
 fn without_repeats(facets: &[[u32; 3]]) -> Vec<usize> {
-    let mut keyed: Vec<([u32; 3], usize)> = facets.iter().copied().zip(0..).collect();
-    for (corners, _) in &mut keyed {
+    let keyed = facets.iter().zip(0..).map(|(corners, at)| {
+        let mut corners = *corners;
         corners.sort_unstable();
-    }
-    keyed.par_sort_unstable();
-    keyed.dedup_by_key(|(corners, _)| *corners);
-    let mut kept: Vec<usize> = keyed.into_iter().map(|(_, at)| at).collect();
+        let [a, b, c] = corners;
+        [a, b, c, at]
+    });
+    let mut keyed: Vec<[u32; 4]> = keyed.collect();
+    parallel::sort(&mut keyed);
+    keyed.dedup_by(|a, b| a[..3] == b[..3]);
+    let mut kept: Vec<usize> = keyed.into_iter().map(|[.., at]| at as usize).collect();
     kept.sort_unstable();
     kept
 }

@@ -89,3 +89,19 @@ pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         })
         .collect()
 }
+
+/// A sentence has these names, nouns and numbers. A number may not be a part of another.
+pub fn assert_says(sentence: &str, parts: &[&str]) {
+    let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+    for part in parts {
+        let is_apart = |at: usize| {
+            let (before, after) = (&sentence[..at], &sentence[at + part.len()..]);
+            let longer_before =
+                is_digit(part.chars().next()) && is_digit(before.chars().next_back());
+            let longer_after = is_digit(part.chars().next_back()) && is_digit(after.chars().next());
+            !(longer_before || longer_after)
+        };
+        let is_said = sentence.match_indices(part).any(|(at, _)| is_apart(at));
+        assert!(is_said, "{part:?} is not in: {sentence}");
+    }
+}

@@ -319,7 +319,10 @@ fn nodes_at_one_place_move_together() {
     let error = morph
         .points(&[[0.1, 0.2, 0.0], [0.0; 3]])
         .expect_err("they differ");
-    assert!(error.message.contains("node 4 has displacement"), "{error}");
+    assert!(
+        error.message.contains("node 4 has the displacement"),
+        "{error}"
+    );
     assert!(error.message.contains("same place"), "{error}");
 }
 

@@ -64,7 +64,7 @@ fn what_is_wrong_with_the_options_is_told() {
                 samples: vec![vec![[1.0; 3]]],
                 ..good()
             },
-            "sample 0: there are 1 displacements",
+            "sample 0: found 1 displacement for ",
         ),
     ];
     for (options, wanted) in cases {
@@ -112,7 +112,7 @@ fn nodes_that_slide_need_faces_of_nodes_that_slide() {
         ..options("wing", &["farfield"], &[])
     };
     let error = refused(mesh.clone(), slide([plane.clone(), inside].concat()));
-    assert!(error.message.contains("nothing to slide on"), "{error}");
+    assert!(error.message.contains("cannot slide"), "{error}");
     let by_list = Morph::new(mesh.clone(), slide(plane)).expect("the plane's faces are found");
     let by_tag = options("wing", &["farfield"], &["symmetry"]);
     let by_tag = Morph::new(mesh, by_tag).expect("it is good");
@@ -132,11 +132,7 @@ fn a_mesh_made_in_memory_is_checked() {
     assert!(refused(mesh, moving()).message.contains("has node 77"));
     let mut mesh = torn();
     mesh.points[3][1] = f64::INFINITY;
-    assert!(
-        refused(mesh, moving())
-            .message
-            .contains("node 3 has coordinates")
-    );
+    assert!(refused(mesh, moving()).message.contains("node 3 is at"));
 }
 
 #[test]
@@ -145,7 +141,7 @@ fn wrong_displacements_and_derivatives_are_told() {
     let morph = morph.expect("it is good");
     let n = morph.moving().len();
     let told = |d: &[Vector]| morph.points(d).expect_err("it is refused").to_string();
-    assert!(told(&[[0.0; 3]]).contains(&format!("1 displacements for {n} nodes")));
+    assert!(told(&[[0.0; 3]]).contains(&format!("1 displacement for {n} nodes")));
     let with = |d: Vector| {
         let mut all = vec![[0.0; 3]; n];
         all[4] = d;

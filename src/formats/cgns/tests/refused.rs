@@ -39,12 +39,12 @@ fn wrong_numbers_are_told_with_their_place() {
     let node = patched(good.clone(), &[5, 4, 3, 2, 1], &[5, 4, 3, 2, 8]);
     let message = refused(&node).to_string();
     let expected =
-        "/Base/Zone/PYRA_5/ElementConnectivity: it names node 8; the zone has the nodes 1 to 7";
+        "/Base/Zone/PYRA_5/ElementConnectivity: it has node 8; the zone has nodes 1 to 7";
     assert!(message.contains(expected), "{message}");
     let range = patched(good.clone(), &[12, 0], &[17, 0]);
     let message = refused(&range).to_string();
     assert!(
-        message.contains("5 entries; 1 elements of HEXA_8 have 8"),
+        message.contains("5 entries; it must have 8 for 1 element of type HEXA_8"),
         "{message}"
     );
     let unknown = patched(good.clone(), &[12, 0], &[99, 0]);

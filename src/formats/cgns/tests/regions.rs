@@ -60,20 +60,20 @@ fn regions_of_nodes_or_elements_that_are_not_there_are_refused() {
     for (changes, expected) in [
         (
             &[Last(&[2, 7], &[2, 9])][..],
-            "/Base/Zone/ZoneBC/wall: it names element 8, which no section has; they have 1 to 7",
+            "/Base/Zone/ZoneBC/wall: it has element 8, which is in no section; the sections have elements 1 to 7",
         ),
-        (&[Last(&[2, 7], &[0, 5])], "it names element 0"),
+        (&[Last(&[2, 7], &[0, 5])], "it has element 0"),
         (
             &[Last(&[2, 7], &[2, 9]), to_nodes],
-            "/Base/Zone/ZoneBC/wall: it names node 9; the zone has the nodes 1 to 8",
+            "/Base/Zone/ZoneBC/wall: it has node 9; the zone has nodes 1 to 8",
         ),
         (
             &[Text("FaceCenter", "FacesCente")],
-            "/Base/Zone/ZoneBC/wall/GridLocation: \"FacesCente\" is no place",
+            "/Base/Zone/ZoneBC/wall/GridLocation: the location \"FacesCente\" is not known",
         ),
         (
             &[First(&[2, 7], &[1, 6])],
-            "/Base/Zone/wall: its elements are 1 to 6, but those of \"HEXA_8\" are 1 to 1",
+            "/Base/Zone/wall: its elements have numbers 1 to 6, those of \"HEXA_8\" have 1 to 1",
         ),
     ] {
         let mut bytes = good.clone();
@@ -113,7 +113,7 @@ fn a_coordinate_that_is_not_finite_is_told_with_its_node_as_cgns_counts() {
     mesh.points[2][1] = f64::NAN;
     let (bytes, _) = written(&mesh);
     let message = refused(&bytes).to_string();
-    let expected = "/Base/Zone/GridCoordinates/CoordinateY: node 3 has NaN";
+    let expected = "/Base/Zone/GridCoordinates/CoordinateY: node 3 has the coordinate NaN";
     assert!(message.contains(expected), "{message}");
 }
 

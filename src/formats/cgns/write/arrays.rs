@@ -6,7 +6,7 @@ use super::names::{Names, RULE};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::formats::Notes;
 use crate::mesh::{CellKind, DataArray, MeshView, Values};
-use rayon::prelude::*;
+use crate::parallel::collect;
 use std::ops::Range;
 
 /// Name of the solution at the nodes.
@@ -178,8 +178,7 @@ fn bytes(array: &DataArray, component: usize, tuples: Range<usize>) -> Vec<u8> {
     macro_rules! each {
         ($values:expr, $type:ty, $as:expr) => {{
             let of_tuples = &$values[tuples.start * n..tuples.end * n];
-            let chosen = of_tuples.par_chunks(n).with_min_len(1 << 14);
-            let chosen: Vec<$type> = chosen.map(|tuple| $as(tuple[component])).collect();
+            let chosen: Vec<$type> = collect(tuples.len(), |i| $as(of_tuples[i * n + component]));
             bytemuck::cast_slice(&chosen).to_vec()
         }};
     }

@@ -1,7 +1,7 @@
 //! The faces of all polyhedra, each once, with the element numbers that CGNS gives them.
 
 use crate::mesh::{CellKind, MeshView};
-use rayon::prelude::*;
+use crate::parallel::{collect, sort};
 
 /// Faces of polyhedra.
 #[derive(Default)]
@@ -136,19 +136,15 @@ impl FaceTable {
 
 /// For each face the first one with the same nodes.
 fn first_alike(met: &[Met]) -> Vec<usize> {
-    let mut keyed: Vec<(u64, u32, usize)> = met
-        .par_iter()
-        .enumerate()
-        .map(|(i, face)| (key(face.nodes), face.nodes.len() as u32, i))
-        .collect();
-    keyed.par_sort_unstable();
+    let mut keyed = collect(met.len(), |i| (key(met[i].nodes), i as u32));
+    sort(&mut keyed);
     let mut first_of: Vec<usize> = (0..met.len()).collect();
-    for alike in keyed.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        for (k, &(_, _, i)) in alike.iter().enumerate() {
-            let same =
-                |&&(_, _, first): &&(u64, u32, usize)| has_same(met[first].nodes, met[i].nodes);
-            if let Some(&(_, _, first)) = alike[..k].iter().find(same) {
-                first_of[i] = first;
+    for alike in keyed.chunk_by(|a, b| a.0 == b.0) {
+        for (k, &(_, i)) in alike.iter().enumerate() {
+            let mut before = alike[..k].iter().map(|(_, first)| *first as usize);
+            let same = before.find(|first| has_same(met[*first].nodes, met[i as usize].nodes));
+            if let Some(first) = same {
+                first_of[i as usize] = first;
             }
         }
     }

@@ -9,7 +9,7 @@ pub(super) const LONGEST: usize = 32;
 pub(super) const RULE: Rule = Rule {
     longest: LONGEST,
     fit: fitting,
-    why: "names in CGNS have 32 bytes at most and no slash",
+    why: "names in CGNS have at most 32 bytes and no slash",
 };
 
 /// Names given to children of one node.

@@ -122,7 +122,7 @@ fn form(run: &CellRun) -> Result<Form> {
             .map(Form::Fixed)
             .ok_or_else(|| {
                 Error::input(format!(
-                    "cell {} is a {} of {} nodes, which CGNS does not have; {} keeps its corners",
+                    "cell {} is a {} with {} nodes, which CGNS cannot hold; {} keeps only corner nodes",
                     run.first_cell,
                     kind.name(),
                     run.n_nodes,

@@ -7,7 +7,7 @@ use super::plan::{Form, Planned};
 use crate::error::Result;
 use crate::formats::hdf5::Sink;
 use crate::mesh::MeshView;
-use rayon::prelude::*;
+use crate::parallel::for_blocks;
 use std::ops::Range;
 
 /// Cells made into elements at a time.
@@ -190,20 +190,18 @@ fn numbers<T: Send + Copy + Default>(
     let mut numbers = vec![T::default(); nodes.len()];
     let chunk = BLOCK / n_nodes.max(1) * n_nodes;
     let chunk = chunk.max(n_nodes);
-    let chunks = numbers.par_chunks_mut(chunk).zip(nodes.par_chunks(chunk));
-    chunks.for_each(|(numbers, nodes)| match order {
-        None => numbers
-            .iter_mut()
-            .zip(nodes)
-            .for_each(|(to, &node)| *to = number(node)),
-        Some(order) => {
-            let cells = numbers
-                .chunks_exact_mut(n_nodes)
-                .zip(nodes.chunks_exact(n_nodes));
-            for (numbers, nodes) in cells {
-                for (to, &from) in numbers.iter_mut().zip(order) {
-                    *to = number(nodes[from]);
-                }
+    for_blocks(&mut numbers, chunk, &|first, numbers| {
+        let nodes = &nodes[first..first + numbers.len()];
+        let Some(order) = order else {
+            let places = numbers.iter_mut().zip(nodes);
+            return places.for_each(|(to, &node)| *to = number(node));
+        };
+        let cells = numbers
+            .chunks_exact_mut(n_nodes)
+            .zip(nodes.chunks_exact(n_nodes));
+        for (numbers, nodes) in cells {
+            for (to, &from) in numbers.iter_mut().zip(order) {
+                *to = number(nodes[from]);
             }
         }
     });

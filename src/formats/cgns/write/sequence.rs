@@ -16,7 +16,7 @@ use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::{CellKind, Mesh, MeshView};
-use rayon::prelude::*;
+use crate::parallel::largest;
 use std::path::Path;
 use std::slice::from_ref;
 
@@ -72,8 +72,7 @@ impl Sequence {
             return match first.cells == cells && first.n_points == mesh.points.len() {
                 true => Ok(()),
                 false => Err(Error::input(format!(
-                    "step {} has other nodes or cells than the first; a sequence in one CGNS file has the \
-                     same at every step",
+                    "step {} has other nodes or cells than the first step; all steps in one CGNS file must have the same",
                     self.steps.n
                 ))),
             };
@@ -104,7 +103,7 @@ impl Sequence {
         let first = self.first.as_mut().expect("the first step has set it");
         if first.n_axes == 2 && !is_flat(mesh) {
             return Err(Error::input(format!(
-                "step {} leaves the plane z = 0, in which the first step lies; the file has x and y only",
+                "step {} is not in the plane z = 0 like the first step; the file holds x and y only",
                 self.steps.n
             )));
         }
@@ -288,11 +287,9 @@ pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> StepBytes {
 /// Whether all nodes lie in the plane z = 0, but for what turning them has left of round-off.
 fn is_flat(mesh: &MeshView) -> bool {
     const ROUND_OFF: f64 = 1e-14;
-    let largest = |axis: usize| {
-        let sizes = mesh.points.par_iter().map(|point| point[axis].abs());
-        sizes.reduce(|| 0.0, f64::max)
-    };
-    largest(2) <= ROUND_OFF * largest(0).max(largest(1))
+    let points = mesh.points;
+    let size = |axis: usize| largest(points.len(), |node| points[node][axis].abs());
+    size(2) <= ROUND_OFF * size(0).max(size(1))
 }
 
 /// A hash of what must be the same at every step: cells and groups.

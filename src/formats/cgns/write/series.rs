@@ -67,8 +67,7 @@ impl Series {
         let given: Vec<&str> = scalars.iter().map(|scalar| &*scalar.name).collect();
         match step > 0 && before != given {
             true => Err(Error::input(format!(
-                "step {step} has the arrays {}, the first step {}; a sequence in one CGNS file has the \
-                 same at every step",
+                "step {step} has the arrays {}, the first step {}; all steps in one CGNS file must have the same arrays",
                 given.join(", "),
                 before.join(", ")
             ))),

@@ -5,7 +5,7 @@ use super::super::partners::{NONE, Partners};
 use super::keys::{Keys, join, mixed};
 use crate::mesh::sides::for_each_side;
 use crate::mesh::{CellKind, CellRef, Cells};
-use rayon::prelude::*;
+use crate::parallel::{for_blocks, sort};
 
 /// Cells that are looked at in one go.
 const CHUNK: usize = 1 << 14;
@@ -31,7 +31,7 @@ pub fn cells(a: &Cells, b: &Cells, back: &[u32]) -> Compared {
         dimension: a.runs().map(|run| run.kind.dimension()).max(),
     };
     let called = |node| both.called(node);
-    let (ours, theirs) = rayon::join(|| sorted(a, u64::from), || sorted(b, called));
+    let (ours, theirs) = (sorted(a, u64::from), sorted(b, called));
     let found = join(&ours, &theirs, |found: &mut Found, x, y| match (x, y) {
         ([], _) | (_, []) => {}
         ([(_, i)], [(_, j)]) => {
@@ -67,9 +67,7 @@ impl Found {
 
 fn sorted(cells: &Cells, called: impl Fn(u32) -> u64 + Sync) -> Keys {
     let mut keys: Keys = vec![(0, 0); cells.len()];
-    let chunks = keys.par_chunks_mut(CHUNK).enumerate();
-    chunks.for_each(|(chunk, keys)| {
-        let start = chunk * CHUNK;
+    for_blocks(&mut keys, CHUNK, &|start, keys| {
         let runs = cells.runs_in(start..start + keys.len());
         let nodes = runs.flat_map(|run| run.cells().map(move |nodes| (run.kind, nodes)));
         for (((kind, nodes), index), key) in nodes.zip(start as u32..).zip(keys) {
@@ -78,7 +76,7 @@ fn sorted(cells: &Cells, called: impl Fn(u32) -> u64 + Sync) -> Keys {
             *key = (mixed(sum), index);
         }
     });
-    keys.par_sort_unstable();
+    sort(&mut keys);
     keys
 }
 

@@ -1,6 +1,6 @@
 //! Things known by a 64-bit key: sorted by it, those of two meshes with one key brought together.
 
-use rayon::prelude::*;
+use crate::parallel::map;
 
 /// Keys with the index of what they stand for.
 pub type Keys = Vec<(u64, u32)>;
@@ -35,15 +35,12 @@ pub fn join<T: Send + Default>(
             keys.partition_point(|(key, _)| key < start)
         })
     };
-    (0..=starts.len())
-        .into_par_iter()
-        .map(|i| {
-            let mut found = T::default();
-            let [a, b] = [a, b].map(|keys| &keys[cut(keys, i)..cut(keys, i + 1)]);
-            merge(a, b, |x, y| meet(&mut found, x, y));
-            found
-        })
-        .collect()
+    map(starts.len() + 1, &|i| {
+        let mut found = T::default();
+        let [a, b] = [a, b].map(|keys| &keys[cut(keys, i)..cut(keys, i + 1)]);
+        merge(a, b, |x, y| meet(&mut found, x, y));
+        found
+    })
 }
 
 fn merge(a: &[(u64, u32)], b: &[(u64, u32)], mut meet: impl FnMut(&[(u64, u32)], &[(u64, u32)])) {

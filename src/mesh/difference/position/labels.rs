@@ -8,7 +8,7 @@ use super::Pairing;
 use super::keys::mixed;
 use crate::mesh::Cells;
 use crate::mesh::difference::partners::NONE;
-use rayon::prelude::*;
+use crate::parallel::{collect, map_blocks};
 
 /// Times that labels are taken up at most.
 const ROUNDS: usize = 8;
@@ -60,12 +60,11 @@ struct Labels {
 impl Labels {
     fn first(cells: &Cells, pairing: &Pairing, mesh: usize) -> Self {
         let partners = &pairing.partners[mesh];
-        let paired = |(node, partner): (usize, &u32)| match (*partner, mesh) {
+        let mut labels = collect(partners.len(), |node| match (partners[node], mesh) {
             (NONE, _) => mixed(ALONE),
             (_, 0) => mixed(node as u64),
             (partner, _) => mixed(partner.into()),
-        };
-        let mut labels: Vec<u64> = partners.par_iter().enumerate().map(paired).collect();
+        });
         let mut undecided = Vec::new();
         for (place, node) in &pairing.shared[mesh] {
             labels[*node as usize] = mixed(PLACES + u64::from(*place));
@@ -114,7 +113,7 @@ impl Labels {
     fn count(&self) -> usize {
         let of = |node: &u32| self.labels[*node as usize];
         let mut labels: Vec<u64> = self.undecided.iter().map(of).collect();
-        labels.par_sort_unstable();
+        labels.sort_unstable();
         labels.dedup();
         labels.len()
     }
@@ -123,16 +122,14 @@ impl Labels {
 /// Cells with a node of those marked.
 fn with_any(cells: &Cells, marked: &[bool]) -> Vec<usize> {
     const CHUNK: usize = 1 << 14;
-    let chunks = (0..cells.len().div_ceil(CHUNK)).into_par_iter();
-    let found = chunks.map(|chunk| {
-        let range = chunk * CHUNK..cells.len().min((chunk + 1) * CHUNK);
+    let found = map_blocks(cells.len(), CHUNK, &|range| {
         let runs = cells.runs_in(range).flat_map(|run| {
             let numbered = (run.first_cell..).zip(run.cells());
             numbered.filter(|(_, nodes)| nodes.iter().any(|node| marked[*node as usize]))
         });
         runs.map(|(cell, _)| cell).collect::<Vec<_>>()
     });
-    found.collect::<Vec<_>>().concat()
+    found.concat()
 }
 
 /// Candidates with one label first, then the nearest.
@@ -160,7 +157,7 @@ fn pair_shared(pairing: &mut Pairing, ours: &[u64], theirs: &[u64]) -> usize {
         let mut nodes: Vec<_> = nodes
             .map(|&(place, node)| ((place, labels[node as usize]), node))
             .collect();
-        nodes.par_sort_unstable();
+        nodes.sort_unstable();
         nodes
     };
     let mut n_in_order = pair_alike(pairing, &by_label(0, ours), &by_label(1, theirs));

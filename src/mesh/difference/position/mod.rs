@@ -14,6 +14,7 @@ pub use cells::cells;
 
 use super::super::Mesh;
 use super::partners::{NONE, Partners};
+use crate::diagnostic::point;
 use crate::error::Result;
 
 /// How the nodes of two meshes belong together.
@@ -62,7 +63,7 @@ pub fn nodes(a: &Mesh, b: &Mesh, within: f64) -> Result<Paired> {
     let notes = match labels::pair(&a.cells, &b.cells, &mut pairing) {
         0 => Vec::new(),
         n => vec![format!(
-            "{n} nodes are at the place of another, and their cells do not tell them apart; they are paired in order"
+            "nodes at the same place ({n}) that their cells do not tell apart are paired in order"
         )],
     };
     let [partners, back] = pairing.partners;
@@ -77,8 +78,9 @@ pub fn nodes(a: &Mesh, b: &Mesh, within: f64) -> Result<Paired> {
         n_unpaired[which] = 1 + alone.count();
         let [here, there] = other;
         sentences.push(format!(
-            "{} nodes of the {here} mesh have no node of the {there} within {within:e}; first {first} at {:?}",
-            n_unpaired[which], mesh.points[first]
+            "nodes of the {here} mesh without a node of the {there} within {within:e}: {}, first {first} at {}",
+            n_unpaired[which],
+            point(&mesh.points[first])
         ));
     }
     Ok(Paired {

@@ -2,8 +2,9 @@
 
 use super::Pairing;
 use super::keys::{Keys, mixed};
+use crate::diagnostic::point;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::parallel::{block, collect, sort, try_map};
 
 /// Edge of a box of the grid, in distances within which nodes belong together.
 const BOX: f64 = 16.0;
@@ -19,9 +20,9 @@ pub fn pair(a: &[[f64; 3]], b: &[[f64; 3]], within: f64, pairing: &mut Pairing) 
         return Ok(());
     }
     let grid = Grid::of(b, &theirs, within);
-    let near = ours.par_chunks(CHUNK).map(|nodes| {
+    let near = try_map(ours.len().div_ceil(CHUNK), &|i| {
         let mut near = Vec::new();
-        for &node in nodes {
+        for &node in &ours[block(ours.len(), CHUNK, i)] {
             let at = a[node as usize];
             let seen = grid.visit(at, within, |other| {
                 let apart = [0, 1, 2].map(|i| at[i] - b[other as usize][i]);
@@ -35,8 +36,8 @@ pub fn pair(a: &[[f64; 3]], b: &[[f64; 3]], within: f64, pairing: &mut Pairing) 
             }
         }
         Ok(near)
-    });
-    let near = near.collect::<Result<Vec<_>>>()?.concat();
+    })?
+    .concat();
     let mut n_near = [vec![0u32; a.len()], vec![0u32; b.len()]];
     for (_, i, j) in &near {
         n_near[0][*i as usize] += 1;
@@ -64,8 +65,9 @@ fn left(pairing: &Pairing, mesh: usize) -> Vec<u32> {
 
 fn too_wide(node: u32, at: [f64; 3], within: f64) -> Error {
     Error::input(format!(
-        "nodes cannot be matched within {within:e}: more than {MOST} nodes of the second mesh are about node {node} \
-         of the first at {at:?}; a smaller --match-tolerance tells them apart"
+        "nodes cannot be matched within {within:e}: more than {MOST} nodes of the second mesh \
+         are near node {node} of the first at {}; use a smaller --match-tolerance",
+        point(&at)
     ))
 }
 
@@ -84,12 +86,11 @@ impl Grid {
         let largest = sizes.fold(0.0, |largest: f64, x| largest.max(x.abs()));
         // Boxes so small that their numbers are no whole numbers would hold everything at once.
         let edge = (BOX * within).max(1e-12 * largest);
-        let key = |&node: &u32| {
-            let corner = points[node as usize].map(|x| (x / edge).floor());
-            (key(corner), node)
-        };
-        let mut keys: Keys = nodes.par_iter().map(key).collect();
-        keys.par_sort_unstable();
+        let mut keys: Keys = collect(nodes.len(), |i| {
+            let corner = points[nodes[i] as usize].map(|x| (x / edge).floor());
+            (key(corner), nodes[i])
+        });
+        sort(&mut keys);
         let n_leading = nodes.len().ilog2().clamp(1, 24);
         let shift = 64 - n_leading;
         let mut starts = vec![0; (1 << n_leading) + 1];

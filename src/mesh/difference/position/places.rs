@@ -3,7 +3,7 @@
 use super::Pairing;
 use super::keys::{Keys, join, mixed};
 use crate::mesh::difference::partners::NONE;
-use rayon::prelude::*;
+use crate::parallel::{collect, sort};
 
 /// The result for the nodes of one place, or of a few whose keys are alike.
 #[derive(Default)]
@@ -15,7 +15,7 @@ struct Found {
 
 /// Pairs nodes that are alone at their place in both meshes, and lists places with several.
 pub fn pair(a: &[[f64; 3]], b: &[[f64; 3]]) -> Pairing {
-    let (ours, theirs) = rayon::join(|| sorted(a), || sorted(b));
+    let (ours, theirs) = (sorted(a), sorted(b));
     let at = |points: &[[f64; 3]], node: u32| bits(points[node as usize]);
     let found = join(&ours, &theirs, |found: &mut Found, x, y| match (x, y) {
         ([], _) | (_, []) => {}
@@ -49,12 +49,13 @@ fn bits(point: [f64; 3]) -> [u64; 3] {
 }
 
 fn sorted(points: &[[f64; 3]]) -> Keys {
-    let key = |(node, point): (usize, &[f64; 3])| {
-        let key = bits(*point).into_iter().fold(0, |key, x| mixed(key ^ x));
+    let mut keys: Keys = collect(points.len(), |node| {
+        let key = bits(points[node])
+            .into_iter()
+            .fold(0, |key, x| mixed(key ^ x));
         (key, node as u32)
-    };
-    let mut keys: Keys = points.par_iter().enumerate().map(key).collect();
-    keys.par_sort_unstable();
+    });
+    sort(&mut keys);
     keys
 }
 

@@ -141,7 +141,7 @@ fn one_swapped_tag_is_found() {
     assert_eq!(found.groups.len(), 2);
     assert_eq!(
         found.groups[0],
-        "boundary tag \"wall\": 1 of 1 cells are not the same"
+        "boundary tag \"wall\": 1 of 1 cells differ"
     );
 }
 

@@ -214,7 +214,7 @@ fn nodes_and_cells_that_one_mesh_lacks_are_counted() {
     assert!(
         found
             .to_string()
-            .contains("1 node of the first and 1 of the second"),
+            .contains("1 node of the first mesh and 1 of the second"),
         "{found}"
     );
     b.points.pop();
@@ -284,7 +284,7 @@ fn nodes_that_nothing_tells_apart_are_paired_in_order_and_it_is_said() {
     assert!(found.is_same(), "{found:?}");
     assert_eq!(found.notes.len(), 1);
     assert!(
-        found.notes[0].starts_with("54 nodes are at the place of another"),
+        found.notes[0].starts_with("nodes at the same place (54)"),
         "{found:?}"
     );
 }

@@ -3,6 +3,7 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::MotionNote;
+use crate::diagnostic::short;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance, dot, sub};
@@ -48,8 +49,7 @@ impl LiftingLine {
         let stations: Vec<f64> = rows.clone().map(|row| table.value(row, station)).collect();
         if let Some(row) = (1..stations.len()).find(|&row| stations[row] <= stations[row - 1]) {
             let message = format!(
-                "station {} does not lie outboard of station {} of line {}; rows must go from one `station` to a \
-                 larger one",
+                "station {} is not larger than station {} of line {}; `station` must increase from row to row",
                 stations[row],
                 stations[row - 1],
                 table.line(row - 1)
@@ -180,7 +180,7 @@ fn cuts(edges: &[[Vector; 2]], stations: &[f64]) -> Vec<Vec<Vector>> {
 
 fn no_chord(station: f64, body: &str) -> Error {
     Error::input(format!(
-        "body \"{body}\" has no faces at station {station}, so there is no chord to take a quarter of; give \
+        "body \"{body}\" has no faces at station {station}, so its quarter chord is unknown there; give \
          `lifting_line` a table  station,x,y,z"
     ))
 }
@@ -188,8 +188,10 @@ fn no_chord(station: f64, body: &str) -> Error {
 /// What is said of stations that all lie off the blade.
 pub(super) fn off_blade([first, last]: [f64; 2], body: &str, [low, high]: [f64; 2]) -> String {
     format!(
-        "the stations go from {first} to {last}, but body \"{body}\" lies between {low} and {high} along its span; \
-         stations are lengths in mesh units from the hub"
+        "the stations go from {first} to {last}, but body \"{body}\" goes from {} to {} along its span; \
+         stations are lengths from the hub in mesh units",
+        short(low),
+        short(high)
     )
 }
 

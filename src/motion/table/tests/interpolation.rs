@@ -274,17 +274,17 @@ fn a_place_outside_of_a_table_is_refused_with_its_range() {
     let quarter = azimuths(&[0.0, 45.0, 90.0], 0.0);
     assert_eq!(
         refusal(quarter.at(120.0)),
-        "q.csv: the motion is asked for at azimuth 120 deg; the table goes from azimuth 0 deg to azimuth 90 deg; it does not go round: add the rows that are missing of the revolution"
+        "q.csv: the motion needs azimuth 120 deg, but the table goes from azimuth 0 deg to azimuth 90 deg; it does not cover a full revolution: add the missing rows"
     );
     let changed = azimuths(&[0.0, 90.0, 180.0, 270.0, 360.0], 1.5);
     assert_eq!(
         refusal(changed.at(-1.0)),
-        "q.csv: the motion is asked for at azimuth -1 deg; the table goes from azimuth 0 deg to azimuth 360 deg; its values at azimuth 360 deg are not those at azimuth 0 deg, so it does not repeat itself"
+        "q.csv: the motion needs azimuth -1 deg, but the table goes from azimuth 0 deg to azimuth 360 deg; its values at azimuth 360 deg differ from those at azimuth 0 deg, so it is not periodic"
     );
     let time = history(7, 0.001, Key::Time, false, true);
     assert_eq!(
         refusal(time.at(0.3)),
-        "beam.csv: the motion is asked for at time 0.3 s; the table goes from time 0 s to time 0.25 s"
+        "beam.csv: the motion needs time 0.3 s, but the table goes from time 0 s to time 0.25 s"
     );
     assert!(time.at(0.25 * (1.0 + 1e-12)).is_ok(), "round-off is none");
     let one = History::new(
@@ -310,11 +310,11 @@ fn rows_of_a_history_must_go_on() {
     assert!(read("time_s,dx\n0,1\n1,2\n").is_ok());
     assert_eq!(
         refusal(read("time_s,dx\n0,1\n\n2,2\n1,2\n")),
-        "beam.csv:5: time 1 s comes after time 2 s of line 4; rows must go from one `time_s` to a larger one"
+        "beam.csv:5: time 1 s comes after time 2 s of line 4; `time_s` must increase from row to row"
     );
     assert_eq!(
         refusal(read("dx,azimuth_deg\n0,1\n2,1\n")),
-        "beam.csv:3: azimuth 1 deg repeats azimuth 1 deg of line 2; rows must go from one `azimuth_deg` to a larger one"
+        "beam.csv:3: azimuth 1 deg repeats azimuth 1 deg of line 2; `azimuth_deg` must increase from row to row"
     );
 }
 

@@ -46,7 +46,7 @@ fn a_long_table_is_read_in_order_and_its_first_wrong_line_is_told() {
     let text = text.replace("\n90000,", "\nninety,");
     assert_eq!(
         refusal(parse(&text)),
-        "beam.csv:70003: column `node` holds \"seventy\"; it must be a finite number"
+        "beam.csv:70003: column `node` has \"seventy\"; it must be a finite number"
     );
 }
 
@@ -67,16 +67,19 @@ fn every_wrong_table_is_refused_in_a_sentence_with_its_line() {
         ),
         (
             "0,1 # of what?\n2,3\n",
-            "1: the first line is numbers; it must name the columns, as in azimuth_deg,dx,dy",
+            "1: the first line has numbers; it must name the columns, as in azimuth_deg,dx,dy",
         ),
-        ("a,b,a\n", "1: two columns are called `a`; keep one of them"),
+        (
+            "a,b,a\n",
+            "1: two columns have the name `a`; keep one of them",
+        ),
         (
             "a,b,\n1,2,\n",
-            "1: column 3 has no name; give it one, or take the column out",
+            "1: column 3 has no name; give it one, or remove the column",
         ),
         (
             "a,b\n1,2\n\n# c\n3,x1\n",
-            "5: column `b` holds \"x1\"; it must be a finite number",
+            "5: column `b` has \"x1\"; it must be a finite number",
         ),
         (
             "a,b\n1,\n",
@@ -84,19 +87,19 @@ fn every_wrong_table_is_refused_in_a_sentence_with_its_line() {
         ),
         (
             "a,b\n1,nan\n",
-            "2: column `b` holds \"nan\"; it must be a finite number",
+            "2: column `b` has \"nan\"; it must be a finite number",
         ),
         (
             "a,b\n-inf,1\n",
-            "2: column `a` holds \"-inf\"; it must be a finite number",
+            "2: column `a` has \"-inf\"; it must be a finite number",
         ),
         (
             "a,b\n1e999,1\n",
-            "2: column `a` holds \"1e999\"; it must be a finite number",
+            "2: column `a` has \"1e999\"; it must be a finite number",
         ),
         (
             "a,b\n1,2 3\n",
-            "2: column `b` holds \"2 3\"; it must be a finite number",
+            "2: column `b` has \"2 3\"; it must be a finite number",
         ),
         (
             "a,b\n1\n",
@@ -108,7 +111,7 @@ fn every_wrong_table_is_refused_in_a_sentence_with_its_line() {
         ),
         (
             "a;b\n1,5;2\n",
-            "2: column `a` holds \"1,5\"; it must be a finite number",
+            "2: column `a` has \"1,5\"; it must be a finite number",
         ),
         ("a,b\n1,\"2\n", "2: a quote is not closed on its line"),
         (
@@ -151,11 +154,11 @@ fn missing_unknown_and_doubled_columns_are_told_with_what_would_be_right() {
     let mut columns = read.columns();
     assert_eq!(
         refusal(columns.require_key()),
-        "beam.csv:2: columns `azimuth_deg` and `time_s` say the same; keep one of them"
+        "beam.csv:2: columns `azimuth_deg` and `time_s` have the same meaning; keep one of them"
     );
     assert_eq!(
         refusal(columns.require_angle("rot_x")),
-        "beam.csv:2: columns `rot_x_deg` and `rot_x_rad` say the same; keep one of them"
+        "beam.csv:2: columns `rot_x_deg` and `rot_x_rad` have the same meaning; keep one of them"
     );
     assert_eq!(
         refusal(columns.require("dy")),
@@ -167,7 +170,7 @@ fn missing_unknown_and_doubled_columns_are_told_with_what_would_be_right() {
     }
     assert_eq!(
         refusal(columns.done()),
-        "beam.csv:2: column `dxx` is not known here; did you mean `dx`? known: azimuth_deg, time_s, dx, rot_x_deg, rot_x_rad"
+        "beam.csv:2: unknown column `dxx`; did you mean `dx`? known columns: azimuth_deg, time_s, dx, rot_x_deg, rot_x_rad"
     );
     let read = table("x\n1\n");
     assert_eq!(
@@ -187,7 +190,7 @@ fn numbers_of_nodes_are_whole() {
     assert_eq!(read.whole(0, node).expect("whole"), 7);
     assert_eq!(
         refusal(read.whole(1, node)),
-        "beam.csv:3: column `node` holds -1; it must be a whole number from 0 on"
+        "beam.csv:3: column `node` has -1; it must be a whole number, 0 or more"
     );
     assert!(read.whole(2, node).is_err() && read.whole(3, node).is_err());
 }
