@@ -423,7 +423,7 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     std::fs::rename(folder.join("case.toml"), folder.join("other.toml")).unwrap();
     let args = ["deform", "n.vtu", "other.toml", "-q", "--format", "vtu"];
     succeed(folder, &[&args[..], &rest].concat());
-    refused("its schedule was other.toml, that of the first one case.toml, with another content");
+    refused("its schedule was other.toml, that of the first part case.toml, with other content");
 }
 
 #[test]
