@@ -392,13 +392,13 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     let rows = std::fs::read_to_string(&table).unwrap();
     std::fs::write(&table, rows.lines().next().unwrap()).unwrap();
     refused(
-        "steps 3 to 6 are missing: the run of run_5-6.json has not written 5, \
-         `azimesh deform --steps 5..6 --resume` does; no part has 3 to 4, 6 (there are",
+        "steps 3 to 6 are missing: the run of run_5-6.json has not written 5 (\
+         `azimesh deform --steps 5..6 --resume` does); no part has 3 to 4, 6 (there are",
     );
     std::fs::write(&table, rows).unwrap();
     deform(folder, "vtu", &["-o", "out", "--steps", "6..7"]);
     deform(folder, "vtu", &["-o", "out", "--steps", "2..5", "--force"]);
-    refused("step 2 is in more than one part: 0..3, 2..5; remove the files of one of them");
+    refused("step 2 is in more than one part: 0..3, 2..5; remove the files of one of these parts");
     for name in ["steps_2-5.csv", "run_2-5.json"] {
         std::fs::remove_file(folder.join("out").join(name)).unwrap();
     }
@@ -407,9 +407,9 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     let mesh = folder.join("out/n_0004.vtu");
     let content = std::fs::read(&mesh).unwrap();
     std::fs::write(&mesh, &content[1..]).unwrap();
-    refused("step 4 is not there as written");
+    refused("step 4 is damaged");
     std::fs::remove_file(&mesh).unwrap();
-    refused("step 4 is not there as written");
+    refused("step 4 is damaged");
     deform(folder, "vtu", &["-o", "out", "--steps", "3..5", "--resume"]);
     assert!(std::fs::read(&mesh).unwrap() == content);
     rewrite(
@@ -419,11 +419,11 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
         &[("sin = 10.0", "sin = 9.0")],
     );
     deform(folder, "vtu", &rest);
-    refused("does not belong to the first one: its schedule, case.toml, had another content");
+    refused("does not belong to the first part: its schedule case.toml had other content");
     std::fs::rename(folder.join("case.toml"), folder.join("other.toml")).unwrap();
     let args = ["deform", "n.vtu", "other.toml", "-q", "--format", "vtu"];
     succeed(folder, &[&args[..], &rest].concat());
-    refused("its schedule was other.toml, that of the first one case.toml, with another content");
+    refused("its schedule was other.toml, that of the first part case.toml, with other content");
 }
 
 #[test]
