@@ -290,12 +290,12 @@ fn an_unreachable_tolerance_saves_the_base_points_and_writes_no_mesh() {
     assert_eq!(run.err.lines().count(), 1, "{}", run.err);
     assert_says(
         &run.err,
-        &["s.toml", "0.0001", "3 base points", "max_points"],
+        &["s.toml", "tolerance", "3 base points", "max_points"],
     );
     let left = ["base.toml", "base.vtp", "run.json"];
     assert_eq!(names(&folder.join("out")), left);
     let record = std::fs::read_to_string(folder.join("out/run.json")).unwrap();
-    assert_says(&record, &["0.0001", "3 base points"]);
+    assert_says(&record, &["tolerance", "3 base points"]);
 }
 
 #[test]
