@@ -275,7 +275,7 @@ fn f32_is_refused_where_it_would_change_a_first_cell() {
     )
     .unwrap();
     let args = ["deform", "fine.vtu", "s.toml", "-q", "-o", "out"];
-    refused(folder, &args, &["\"f32\"", "first-cell", "\"f64\""]);
+    refused(folder, &args, &["\"f32\"", "first", "\"f64\""]);
     succeed(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "coarse"]);
 }
 
