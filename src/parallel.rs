@@ -3,8 +3,8 @@
 //! Work is cut into blocks whose sizes the caller chooses. Threads take blocks in any order; what the blocks give is put
 //! together in their own order. So a sum over blocks is added up in one order, whatever the number of threads.
 //!
-//! The loops take `&dyn Fn`: the call costs nothing beside the work of a block, and the code that spreads work over
-//! threads is compiled once instead of once for each loop.
+//! The loops take `&dyn Fn`: the code that spreads work over threads is compiled once instead of once for each loop. The
+//! time of a call is negligible against the work of a block.
 
 use crate::error::{Error, Result};
 use rayon::prelude::*;

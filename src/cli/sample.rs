@@ -53,7 +53,7 @@ enum Name {
 
 #[derive(Debug, clap::Args)]
 struct OutputArgs {
-    /// The mesh file; the schedule goes beside it, with the ending .toml
+    /// The mesh file; the schedule is written next to it, with the ending .toml
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     /// Replace existing files

@@ -18,7 +18,7 @@ pub struct SelectArgs {
     mesh: PathBuf,
     /// Motion schedule (TOML)
     schedule: PathBuf,
-    /// File for the base points (TOML); a .vtp for viewing is written beside it
+    /// File for the base points (TOML); a .vtp for viewing is written next to it
     #[arg(short, long, value_name = "BASE")]
     output: PathBuf,
     /// Replace existing files

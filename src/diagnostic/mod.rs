@@ -48,7 +48,7 @@ pub struct Diagnostic {
     pub position: Option<Position>,
 }
 
-/// What a diagnostic is about; the kinds of a room are one enum.
+/// What a diagnostic is about. Each module has an enum of its notes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoteKind {
     /// Of a mesh file, read or written.

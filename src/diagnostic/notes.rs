@@ -1,6 +1,6 @@
-//! How the notes of a room are declared: of each its fields, and the sentence that is made of them.
+//! The macro that declares the notes of a module: the fields of each, and its sentence.
 
-/// Declares the notes of a room: the enum, its sentences, and how it becomes the [`NoteKind`](super::NoteKind) after `as`,
+/// Declares the notes of a module: the enum, its sentences, and how it becomes the [`NoteKind`](super::NoteKind) after `as`,
 /// where one is given.
 /// A sentence is what `write!` takes, with the fields as names.
 macro_rules! notes {

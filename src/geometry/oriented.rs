@@ -1,5 +1,5 @@
 //! Boxes turned with what they hold: thin around flat pieces, narrow around long ones, in any
-//! direction. Four lie side by side in memory, so that one pass over registers asks all of them.
+//! direction. Four lie side by side in memory, so that one pass over registers tests all of them.
 
 use super::bounds::Bounds;
 use super::vector::{Vector, add, dot, norm, scale, sub};

@@ -4,7 +4,7 @@ use crate::quality::Criterion;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// Options of a run beside its deformation.
+/// Options of a run that its deformation does not have.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
     /// The mesh file, for names and hashes.

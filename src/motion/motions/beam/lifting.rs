@@ -16,7 +16,7 @@ const CAP: f64 = 0.1;
 /// ... and by at least this part of the span; the chord is taken that at `NEAR`.
 const INSIDE: f64 = 1e-3;
 const NEAR: f64 = 0.05;
-/// A lifting line farther beside the blade than this part of its extent gives a warning.
+/// A lifting line whose distance from the blade is more than this fraction of the blade's extent gives a warning.
 const BESIDE: f64 = 0.5;
 /// Where the line lies between leading and trailing edge.
 const CHORDWISE: f64 = 0.25;
