@@ -16,6 +16,7 @@ mod memory_limit;
 mod mesh_file;
 mod names;
 mod notes;
+pub mod openfoam;
 mod options;
 mod output_set;
 pub mod pvtu;
@@ -69,6 +70,7 @@ pub static FORMATS: &[&dyn Format] = &[
     &su2::Su2,
     &cgns::Cgns,
     &ugrid::TEXT,
+    &openfoam::OpenFoam,
     #[cfg(test)]
     &toy::Toy,
 ];

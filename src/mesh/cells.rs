@@ -352,6 +352,11 @@ impl Cells {
         Some(&self.polyhedra.stream[starts[ordinal]..end])
     }
 
+    /// Face streams of all polyhedra, one after another.
+    pub fn face_streams(&self) -> &[u32] {
+        &self.polyhedra.stream
+    }
+
     /// Faces of a polyhedron as node lists; empty for any other cell.
     pub fn polyhedron_faces(&self, cell: usize) -> impl Iterator<Item = &[u32]> {
         face_stream(self.face_stream(cell).unwrap_or(&[0]))

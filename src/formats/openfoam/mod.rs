@@ -1,0 +1,48 @@
+//! OpenFOAM meshes: a case, or the folder `polyMesh` of one.
+//!
+//! ```text
+//! case         which folders and times a path stands for
+//! file         the header of a file, and its bytes
+//! dictionary   text in braces: the header, the patches, the zones
+//! lists        points, labels and faces: text or binary
+//! topology     faces, owner, neighbour and patches of a mesh, and its files as they are
+//! shapes       faces -> cells
+//! read         all of it -> a mesh
+//! ```
+
+mod topology;
+
+pub(crate) use topology::{Patch, StoredFile, Topology};
+
+use super::{Format, Location, Notes, ReadOptions};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// OpenFOAM case (polyMesh).
+pub struct OpenFoam;
+
+impl Format for OpenFoam {
+    fn name(&self) -> &'static str {
+        "openfoam"
+    }
+
+    fn title(&self) -> &'static str {
+        "OpenFOAM case (polyMesh)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["foam", "openfoam"]
+    }
+
+    fn is_folder(&self) -> bool {
+        true
+    }
+
+    fn recognizes(&self, _location: &Location) -> bool {
+        false
+    }
+
+    fn read(&self, _: &Location, _: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
+        Err(Error::input("OpenFOAM meshes are not read yet"))
+    }
+}
