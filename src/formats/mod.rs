@@ -101,6 +101,11 @@ pub trait Format: Sync {
     fn is_folder(&self) -> bool {
         false
     }
+    /// The folder that a mesh written to `path` shares with files that are not of the mesh, and the folder inside it that
+    /// is the mesh's own.
+    fn shared_folder(&self, _path: &Path) -> Option<(PathBuf, &'static str)> {
+        None
+    }
     /// Whether the file or folder is of this format.
     fn recognizes(&self, location: &Location) -> bool {
         location.file().is_ok_and(|file| self.recognizes_file(file))
@@ -176,6 +181,10 @@ pub trait Format: Sync {
     /// Whether arrays at nodes and cells are written.
     fn holds_arrays(&self) -> bool {
         false
+    }
+    /// Whether the displacement of the nodes is written where it is asked for.
+    fn holds_displacement(&self) -> bool {
+        self.holds_arrays()
     }
     /// Encodings of numbers that can be chosen for written files.
     fn encodings(&self) -> &'static [Encoding] {

@@ -8,15 +8,27 @@
 //! topology     faces, owner, neighbour and patches of a mesh, and its files as they are
 //! shapes       faces -> cells
 //! read         all of it -> a mesh
+//!
+//! write        a mesh -> the files of a polyMesh
+//! order, orientation  cells -> faces
+//! boundary     tags -> patches
+//! points       headers and lists, written
 //! ```
 
+mod boundary;
+mod order;
+mod orientation;
+mod points;
 mod topology;
+mod write;
 
+pub use boundary::{GIVEN, set_patch_types};
 pub(crate) use topology::{Patch, StoredFile, Topology};
 
-use super::{Format, Location, Notes, ReadOptions};
+use super::{Format, Location, Notes, OutputSet, ReadOptions, WriteOptions};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshView};
+use std::path::{Path, PathBuf};
 
 /// OpenFOAM case (polyMesh).
 pub struct OpenFoam;
@@ -44,5 +56,17 @@ impl Format for OpenFoam {
 
     fn read(&self, _: &Location, _: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
         Err(Error::input("OpenFOAM meshes are not read yet"))
+    }
+
+    fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
+        write::write(mesh, out, options)
+    }
+
+    fn shared_folder(&self, path: &Path) -> Option<(PathBuf, &'static str)> {
+        Some((write::case_of(path), "constant/polyMesh"))
+    }
+
+    fn holds_displacement(&self) -> bool {
+        true
     }
 }

@@ -70,7 +70,8 @@ impl FaceList {
         }
         self.nodes.extend_from_slice(&other.nodes);
         let starts = other.starts[1..].iter();
-        self.starts.extend(starts.map(|start| start + before as u32));
+        self.starts
+            .extend(starts.map(|start| start + before as u32));
         Ok(())
     }
 }
@@ -147,7 +148,9 @@ impl OrderedFaces {
             patch_sizes: vec![0; n_patches + 1],
             ..Self::default()
         };
-        let entries = parts.iter().map(|part| part.inner.nodes.len() + part.outer.nodes.len());
+        let entries = parts
+            .iter()
+            .map(|part| part.inner.nodes.len() + part.outer.nodes.len());
         topology.faces.nodes.reserve_exact(entries.sum());
         let mut patches = Vec::with_capacity(parts.len());
         for part in parts {
@@ -165,7 +168,9 @@ impl OrderedFaces {
         let mut order: Vec<(u32, u32, u32, u32)> = Vec::new();
         for (part, (_, faces)) in parts.iter().enumerate() {
             let faces = faces.iter().enumerate();
-            order.extend(faces.map(|(i, (patch, boundary, _))| (*patch, *boundary, part as u32, i as u32)));
+            order.extend(
+                faces.map(|(i, (patch, boundary, _))| (*patch, *boundary, part as u32, i as u32)),
+            );
         }
         order.sort_unstable();
         let n: usize = order.len() + self.owner.len();
@@ -214,7 +219,9 @@ impl Walk<'_> {
                             inner.push((self.numbers.get(other), own.len()));
                             push_face(&mut own, corners, reverse);
                         }
-                        Across::Outside(boundary) => self.outer(&mut part, &cell, (corners, reverse), boundary),
+                        Across::Outside(boundary) => {
+                            self.outer(&mut part, &cell, (corners, reverse), boundary)
+                        }
                     }
                 });
                 inner.sort_unstable();
@@ -229,7 +236,13 @@ impl Walk<'_> {
         part
     }
 
-    fn outer(&self, part: &mut Part, cell: &CellRef<'_>, (corners, reverse): (&[u32], bool), boundary: Option<u32>) {
+    fn outer(
+        &self,
+        part: &mut Part,
+        cell: &CellRef<'_>,
+        (corners, reverse): (&[u32], bool),
+        boundary: Option<u32>,
+    ) {
         let patch = boundary.map_or(self.rest, |cell| self.patch_of[cell as usize]);
         let owner = self.numbers.get(cell.index as u32);
         let first = boundary.map(|cell| first_node(self.mesh.cells, cell));
@@ -279,7 +292,13 @@ mod tests {
     /// Two tetrahedra that share a face, the second before the first in the file.
     fn two() -> Mesh {
         let mut mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]],
+            points: vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [0.0, 0.0, 1.0],
+                [1.0, 1.0, 1.0],
+            ],
             ..Mesh::default()
         };
         mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);

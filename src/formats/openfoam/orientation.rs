@@ -106,7 +106,11 @@ fn disagreeing(faces: &[&[u32]]) -> Option<Vec<bool>> {
         }
     }
     edges.sort_unstable();
-    let pairs = || edges.chunk_by(|a, b| a.0 == b.0).filter(|pair| pair.len() == 2);
+    let pairs = || {
+        edges
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|pair| pair.len() == 2)
+    };
     if pairs().all(|pair| pair[0].2 != pair[1].2) {
         return None;
     }
@@ -130,7 +134,12 @@ fn disagreeing(faces: &[&[u32]]) -> Option<Vec<bool>> {
             }
         }
     }
-    Some(turned.into_iter().map(|turned| turned.unwrap_or(false)).collect())
+    Some(
+        turned
+            .into_iter()
+            .map(|turned| turned.unwrap_or(false))
+            .collect(),
+    )
 }
 
 #[cfg(test)]
@@ -165,7 +174,9 @@ mod tests {
         let view = mesh.view();
         let orientation = Orientation::of(&view);
         let cell = mesh.cells.get(0);
-        (0..6).filter(|&side| orientation.is_inward(&cell, side)).collect()
+        (0..6)
+            .filter(|&side| orientation.is_inward(&cell, side))
+            .collect()
     }
 
     #[test]
@@ -182,7 +193,12 @@ mod tests {
         for i in 0..3 {
             let x = 3.0 * f64::from(i);
             let height = if i == 1 { -1.0 } else { 1.0 };
-            mesh.points.extend([[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0], [x, 0.0, height]]);
+            mesh.points.extend([
+                [x, 0.0, 0.0],
+                [x + 1.0, 0.0, 0.0],
+                [x, 1.0, 0.0],
+                [x, 0.0, height],
+            ]);
             let first = 4 * i as u32;
             let nodes: Vec<u32> = (first..first + 4).collect();
             mesh.cells.push(CellKind::Tetrahedron, &nodes);

@@ -1,9 +1,9 @@
 //! Pairing the sides of cells: each chunk's among themselves first, by a table of hashes, then those
 //! left of all chunks, sorted by hash.
 
+use super::super::Cells;
 use super::super::faces::{self, Entry, all_corners};
 use super::super::sides::{for_each_side, side_corners};
-use super::super::Cells;
 use super::{CHUNK, Chunk, ELSEWHERE, INNER, NONE, OUTER, code_at, range};
 use crate::parallel::{BLOCK, for_items, map, map_items, sort_by_key};
 use std::ops::Range;
