@@ -3,6 +3,7 @@
 //! A format is one file or folder of this module and one line in [`FORMATS`]. Readers see bytes and give positions in
 //! errors; [`read`] adds the path. Writers write front to back into any sink.
 
+mod case;
 pub mod cgns;
 mod decompress;
 pub mod gmsh;
@@ -37,6 +38,7 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
+pub use case::{CaseFormat, DISPLACEMENT};
 pub use hash::{hash_of, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
@@ -213,6 +215,10 @@ pub trait Format: Sync {
     }
     /// Opens a file for a whole sequence, where the format has that.
     fn sequence(&self) -> Option<CreateSequence> {
+        None
+    }
+    /// The way in which a run writes its steps, where they lie in a folder that holds more than meshes.
+    fn case(&self) -> Option<&'static dyn CaseFormat> {
         None
     }
     /// Bytes that each mesh but the first adds to the file of a sequence.

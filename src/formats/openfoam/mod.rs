@@ -13,19 +13,28 @@
 //! order, orientation  cells -> faces
 //! boundary     tags -> patches
 //! points       headers and lists, written
+//! motion       points and displacement of a time; times: names of their folders
+//! sequence     a case with many times; beside: what is copied to it
 //! ```
 
+mod beside;
 mod boundary;
+mod motion;
 mod order;
 mod orientation;
 mod points;
+mod sequence;
+mod times;
 mod topology;
 mod write;
 
 pub use boundary::{GIVEN, set_patch_types};
 pub(crate) use topology::{Patch, StoredFile, Topology};
 
-use super::{Format, Location, Notes, OutputSet, ReadOptions, WriteOptions};
+use super::case::CaseFormat;
+use super::{
+    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, StepBytes, StepSize, WriteOptions,
+};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshView};
 use std::path::{Path, PathBuf};
@@ -64,6 +73,19 @@ impl Format for OpenFoam {
 
     fn shared_folder(&self, path: &Path) -> Option<(PathBuf, &'static str)> {
         Some((write::case_of(path), "constant/polyMesh"))
+    }
+
+    fn sequence(&self) -> Option<CreateSequence> {
+        use sequence::Sequence;
+        Some(|path, options, begin, _| Ok(Box::new(Sequence::create(path, options, begin)?)))
+    }
+
+    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
+        sequence::step_bytes(step)
+    }
+
+    fn case(&self) -> Option<&'static dyn CaseFormat> {
+        Some(&OpenFoam)
     }
 
     fn holds_displacement(&self) -> bool {
