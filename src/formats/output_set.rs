@@ -304,6 +304,8 @@ struct Folder {
     names: Vec<String>,
     /// Folders in `target` that are replaced as a whole.
     owned: Vec<String>,
+    /// Whether they are; otherwise those that are there by then are kept.
+    replace: bool,
 }
 
 impl Folder {
@@ -318,6 +320,7 @@ impl Folder {
             target: target.to_path_buf(),
             names: Vec::new(),
             owned: Vec::new(),
+            replace: true,
         })
     }
 
@@ -342,6 +345,7 @@ impl Folder {
             target: target.to_path_buf(),
             names: Vec::new(),
             owned: owned.iter().map(|&name| name.to_owned()).collect(),
+            replace: commit.replace,
         })
     }
 
@@ -390,13 +394,12 @@ impl Folder {
 
     fn move_all(&self, moved: &mut Moves) -> Result<()> {
         let old = self.temporary.path().join("old");
-        for name in &self.owned {
-            let target = self.target.join(name);
-            if target.exists() {
-                moved.rename(&target, &old.join(name))?;
-            }
+        let there: Vec<&String> = self.owned.iter().filter(|name| self.target.join(name).exists()).collect();
+        for name in there.iter().filter(|_| self.replace) {
+            moved.rename(&self.target.join(name), &old.join(name))?;
         }
-        for name in &self.names {
+        let is_kept = |name: &&String| !self.replace && there.iter().any(|own| Path::new(name).starts_with(own));
+        for name in self.names.iter().filter(|name| !is_kept(name)) {
             let Some(piece) = self.new_piece(name) else {
                 continue;
             };

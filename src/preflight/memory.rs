@@ -101,7 +101,8 @@ fn writing(plan: &Plan) -> usize {
     let velocity = plan.velocity.as_ref().map_or(0, |layer| {
         48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
     });
-    let displacement = if output.displacement { 24 * n } else { 0 };
+    // The array, and the positions that it is measured from in a case.
+    let displacement = if output.displacement { 48 * n } else { 0 };
     let judge = match output.quality {
         QualityOutput::None => 0,
         QualityOutput::Summary | QualityOutput::Cells => Judge::estimate_bytes(&plan.mesh),

@@ -4,7 +4,7 @@
 use super::motion::{field_path, write_time};
 use super::times::{CONSTANT, TimeNames};
 use super::topology::Topology;
-use super::write::{MESH, Place, case_of, check, foam_file, points, topology};
+use super::write::{MESH, Place, check, foam_file, points, topology};
 use super::{OpenFoam, beside};
 use crate::error::{Error, Result};
 use crate::formats::case::CaseFormat;
@@ -67,14 +67,17 @@ impl CaseFormat for OpenFoam {
             out.into_folder(&place.case, &[&own])?;
             topology(mesh, out, &place, options)
         };
-        if begin == Begin::Resume && place.case.join(&own).exists() {
+        let is_there_already = place.case.join(&own).exists();
+        if begin == Begin::Resume && is_there_already {
             let mut wanted = OutputSet::nowhere(&place.case).hashed();
             let notes = write(&mut wanted)?;
             if is_there(&place.case, &wanted.finish().of_folder) && has_points(&place.case.join(&own)) {
                 return Ok(notes);
             }
         }
-        let mut out = OutputSet::new(&place.case, commit);
+        // Of several runs that find none, each a part of the sequence, one puts its mesh in place.
+        let replace = is_there_already || begin != Begin::Resume;
+        let mut out = OutputSet::new(&place.case, Commit { replace, ..commit });
         let notes = write(&mut out)?;
         points(mesh.points, &mut out, &place, CONSTANT, options)?;
         beside::copy(mesh, &place, &mut out)?;
