@@ -12,6 +12,9 @@ pub const DISPLACEMENT: &str = "Displacement";
 
 /// A format with such sequences.
 pub trait CaseFormat: Sync {
+    /// Whether a folder is a case, with or without a mesh.
+    fn is_case(&self, folder: &Path) -> bool;
+
     /// The folder in the case that has the records of a run.
     fn records(&self) -> &'static str;
 

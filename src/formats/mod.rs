@@ -44,7 +44,7 @@ pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use output_set::{Output, OutputSet};
+pub use output_set::{Output, OutputSet, SharedFolder};
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
@@ -103,9 +103,8 @@ pub trait Format: Sync {
     fn is_folder(&self) -> bool {
         false
     }
-    /// The folder that a mesh written to `path` shares with files that are not of the mesh, and the folder inside it that
-    /// is the mesh's own.
-    fn shared_folder(&self, _path: &Path) -> Option<(PathBuf, &'static str)> {
+    /// The folder that a mesh written to `path` shares with files that are not of the mesh.
+    fn shared_folder(&self, _path: &Path) -> Option<SharedFolder> {
         None
     }
     /// Whether the file or folder is of this format.
@@ -227,6 +226,15 @@ pub trait Format: Sync {
     }
 }
 
+/// The folder of records of a run in a case, where there is one.
+pub fn records_in(folder: &Path) -> Option<PathBuf> {
+    let mut cases = FORMATS.iter().filter_map(|format| format.case());
+    cases.find_map(|case| {
+        let records = folder.join(case.records());
+        records.is_dir().then_some(records)
+    })
+}
+
 /// A mesh that was read, with its format and notes. See [`Mesh::read_with`].
 pub struct Loaded {
     /// The mesh.
@@ -266,7 +274,11 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     }
     let name = file_name(path);
     let inside = without_compression(&name);
-    let format = with_extension(&name);
+    let of_case = || {
+        let mut all = FORMATS.iter().copied();
+        all.find(|format| format.case().is_some_and(|case| case.is_case(path)))
+    };
+    let format = with_extension(&name).or_else(of_case);
     format.ok_or_else(|| {
         if inside != name && with_extension(inside).is_some() {
             return Error::input(format!(

@@ -24,6 +24,16 @@ pub struct OutputSet<'a> {
     tally: Tally,
 }
 
+/// A folder that a mesh shares with files that are not of the mesh.
+pub struct SharedFolder {
+    /// The folder.
+    pub folder: PathBuf,
+    /// The folder inside it that is the mesh's own.
+    pub own: &'static str,
+    /// An empty file that viewers open.
+    pub mark: String,
+}
+
 /// The complete files of one mesh.
 pub struct Output {
     /// The staged files.
@@ -277,12 +287,12 @@ fn files_in(folder: &Path) -> io::Result<Vec<String>> {
 /// with other files, to a folder in which it replaces some folders as a whole.
 pub(super) fn stage_folder<T>(
     path: &Path,
-    shared: Option<(&Path, &[&str])>,
+    shared: Option<SharedFolder>,
     commit: Commit,
     write: impl FnOnce(&Path) -> Result<T>,
 ) -> Result<(T, Staged)> {
-    let mut folder = match shared {
-        Some((target, owned)) => Folder::into(target, owned, commit)?,
+    let mut folder = match &shared {
+        Some(shared) => Folder::into(&shared.folder, &[shared.own], commit)?,
         None => Folder::new(path, commit)?,
     };
     let written = write(folder.temporary.path()).map_err(|mut error| {
@@ -292,6 +302,10 @@ pub(super) fn stage_folder<T>(
             .filter(|path| !path.starts_with(folder.temporary.path()));
         error.file(path)
     })?;
+    if let Some(shared) = shared.filter(|shared| !shared.folder.join(&shared.mark).exists()) {
+        let mark = folder.temporary.path().join(shared.mark);
+        fs::write(&mark, "").map_err(|error| Error::io(path, &error))?;
+    }
     let names = files_in(folder.temporary.path());
     folder.names = names.map_err(|error| Error::io(path, &error))?;
     Ok((written, folder.staged(commit, || Ok(()))))

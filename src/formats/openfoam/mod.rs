@@ -33,11 +33,12 @@ pub(crate) use topology::{Patch, StoredFile, Topology};
 
 use super::case::CaseFormat;
 use super::{
-    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, StepBytes, StepSize, WriteOptions,
+    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes, StepSize,
+    WriteOptions,
 };
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshView};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// OpenFOAM case (polyMesh).
 pub struct OpenFoam;
@@ -71,8 +72,12 @@ impl Format for OpenFoam {
         write::write(mesh, out, options)
     }
 
-    fn shared_folder(&self, path: &Path) -> Option<(PathBuf, &'static str)> {
-        Some((write::case_of(path), "constant/polyMesh"))
+    fn shared_folder(&self, path: &Path) -> Option<SharedFolder> {
+        Some(SharedFolder {
+            folder: write::case_of(path),
+            own: "constant/polyMesh",
+            mark: write::foam_file(path),
+        })
     }
 
     fn sequence(&self) -> Option<CreateSequence> {

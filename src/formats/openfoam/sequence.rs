@@ -29,6 +29,10 @@ pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
 }
 
 impl CaseFormat for OpenFoam {
+    fn is_case(&self, folder: &Path) -> bool {
+        folder.join("system").join("controlDict").is_file() || folder.join(CONSTANT).is_dir()
+    }
+
     fn records(&self) -> &'static str {
         "azimesh"
     }
