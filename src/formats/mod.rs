@@ -138,6 +138,10 @@ pub trait Format: Sync {
                 .file(source.path()),
         )
     }
+    /// Whether a boundary face in several tags is listed once for each; else faces at one place are several faces.
+    fn lists_faces_again(&self) -> bool {
+        true
+    }
     /// Times of the steps of a sequence in one file or folder; empty where it holds one mesh.
     fn steps(&self, location: &Location) -> Result<Vec<f64>> {
         location
@@ -373,7 +377,9 @@ pub fn read_as(
         .read(location, options, &mut notes)
         .and_then(|mut mesh| {
             mesh.validate()?;
-            mesh.merge_repeated_faces();
+            if format.lists_faces_again() {
+                mesh.merge_repeated_faces();
+            }
             names::check(&mut mesh, &mut notes);
             Ok(mesh)
         })

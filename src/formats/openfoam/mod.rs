@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! case         which folders and times a path stands for
-//! file         the header of a file, and its bytes
-//! dictionary   text in braces: the header, the patches, the zones
-//! lists        points, labels and faces: text or binary
-//! topology     faces, owner, neighbour and patches of a mesh, and its files as they are
-//! shapes       faces -> cells
+//! file         a file, decompressed, and its header; text: its words; dictionary: text in braces
+//! lists        points, labels and faces, binary; ascii: as text; zones: named lists of cells
+//! cells        which faces each cell has; shapes: the kind of cell that they make
 //! read         all of it -> a mesh
+//! decomposed   the pieces of a case, joined by numbers (addressed) or by the faces that they share (matched)
+//! topology     what is left for the writer: the files as they are, and the patches
 //!
 //! write        a mesh -> the files of a polyMesh
 //! order, orientation  cells -> faces
@@ -17,26 +17,38 @@
 //! sequence     a case with many times; beside: what is copied to it
 //! ```
 
+mod addressed;
+mod ascii;
 mod beside;
 mod boundary;
+mod case;
+mod cells;
+mod decomposed;
+mod dictionary;
+mod file;
+mod lists;
+mod matched;
 mod motion;
 mod order;
 mod orientation;
 mod points;
+mod read;
 mod sequence;
+mod shapes;
+mod text;
 mod times;
 mod topology;
 mod write;
+mod zones;
 
-pub use boundary::{GIVEN, set_patch_types};
-pub(crate) use topology::{Patch, StoredFile, Topology};
+pub use boundary::set_patch_types;
 
 use super::case::CaseFormat;
 use super::{
     CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes, StepSize,
     WriteOptions,
 };
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
 use std::path::Path;
 
@@ -60,12 +72,21 @@ impl Format for OpenFoam {
         true
     }
 
-    fn recognizes(&self, _location: &Location) -> bool {
+    fn recognizes(&self, location: &Location) -> bool {
+        case::Case::is_at(location)
+    }
+
+    fn lists_faces_again(&self) -> bool {
         false
     }
 
-    fn read(&self, _: &Location, _: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
-        Err(Error::input("OpenFOAM meshes are not read yet"))
+    fn read(&self, location: &Location, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(location, options, notes)
+    }
+
+    fn steps(&self, location: &Location) -> Result<Vec<f64>> {
+        let steps = case::Case::at(location)?.steps;
+        Ok(steps.iter().map(|step| step.time).collect())
     }
 
     fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {

@@ -1,5 +1,6 @@
 //! Names of the folders of times, as OpenFOAM writes numbers: with `timePrecision` digits, in `timeFormat`.
 
+use super::dictionary::entry_of;
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -43,13 +44,13 @@ impl TimeNames {
 
     fn of_dictionary(bytes: &[u8]) -> Result<Self> {
         let mut names = Self::default();
-        if let Some(text) = entry(bytes, "timePrecision") {
+        if let Some(text) = entry_of(bytes, "timePrecision") {
             let number = text.parse().ok().filter(|n| (1..=100).contains(n));
             names.precision = number.ok_or_else(|| {
                 Error::input(format!("timePrecision is \"{text}\"; it must be a number from 1 to 100"))
             })?;
         }
-        if let Some(text) = entry(bytes, "timeFormat") {
+        if let Some(text) = entry_of(bytes, "timeFormat") {
             names.format = match text.as_str() {
                 "general" => TimeFormat::General,
                 "fixed" => TimeFormat::Fixed,
@@ -119,42 +120,6 @@ impl TimeNames {
             ))),
         }
     }
-}
-
-/// The text of an entry of a dictionary, outside of all braces.
-fn entry(bytes: &[u8], key: &str) -> Option<String> {
-    let text = without_comments(&String::from_utf8_lossy(bytes));
-    let mut depth = 0_i64;
-    let mut found = None;
-    for statement in text.split_inclusive([';', '{', '}']) {
-        let own = statement.trim_end_matches([';', '{', '}']);
-        let mut words = own.split_whitespace();
-        if depth == 0 && statement.ends_with(';') && words.next() == Some(key) {
-            found = Some(words.collect::<Vec<_>>().join(" "));
-        }
-        depth += i64::from(statement.ends_with('{')) - i64::from(statement.ends_with('}'));
-    }
-    found
-}
-
-fn without_comments(text: &str) -> String {
-    let mut left = text;
-    let mut kept = String::new();
-    while let Some(at) = left.find("/") {
-        kept.push_str(&left[..at]);
-        let rest = &left[at..];
-        let end = match rest.as_bytes().get(1) {
-            Some(b'/') => rest.find('\n'),
-            Some(b'*') => rest.find("*/").map(|end| end + 2),
-            _ => {
-                kept.push('/');
-                Some(1)
-            }
-        };
-        kept.push(' ');
-        left = end.map_or("", |end| &rest[end..]);
-    }
-    kept + left
 }
 
 /// As `%e` of C writes it: at least two digits of the exponent.

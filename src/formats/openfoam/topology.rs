@@ -61,6 +61,11 @@ impl Topology {
 }
 
 impl Patch {
+    /// The type that a tag has: none where it is the general one.
+    pub fn condition(&self) -> Option<String> {
+        (self.kind != "patch").then(|| self.kind.clone())
+    }
+
     /// The text of an entry.
     pub fn entry(&self, key: &str) -> Option<&str> {
         let mut entries = self.entries.iter();
