@@ -52,6 +52,12 @@ use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
 use std::path::Path;
 
+/// The hash of a mesh that was read from a case; `None` of others.
+pub fn hash_of_origin(mesh: &Mesh) -> Option<blake3::Hash> {
+    let origin = mesh.origin.get::<topology::Topology>();
+    origin.map(topology::Topology::content)
+}
+
 /// OpenFOAM case (polyMesh).
 pub struct OpenFoam;
 
