@@ -9,6 +9,7 @@ mod build;
 pub mod cells;
 mod connected;
 pub mod difference;
+mod extrude;
 pub mod faces;
 pub mod facets;
 pub mod groups;
