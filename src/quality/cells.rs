@@ -1,6 +1,7 @@
 //! Metrics of every cell, for cell arrays and lists of the worst.
 
 use super::reference::Reference;
+use super::validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::{DataArray, Mesh, Values};
@@ -72,5 +73,8 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
             }
         });
     });
+    for cell in validity::assess(mesh, points, reference).inside {
+        all.inverted[cell as usize] = true;
+    }
     all
 }

@@ -30,6 +30,7 @@ mod statistics;
 mod summary;
 #[cfg(test)]
 mod tests;
+pub mod validity;
 mod visit;
 mod worst;
 

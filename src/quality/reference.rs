@@ -2,6 +2,7 @@
 
 use super::facing::Facing;
 use super::plane::vector_area;
+use super::validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::unit;
 use crate::mesh::Mesh;
@@ -18,6 +19,8 @@ pub struct Reference {
     signs: Vec<i8>,
     facing: Facing,
     n_inverted: usize,
+    /// Cells that are valid at their corners but not proven to be so between them, ascending.
+    doubtful: Vec<u32>,
 }
 
 /// Set in addition to the sign of a cell that is not valid in the reference.
@@ -46,11 +49,16 @@ impl Reference {
             n_inverted
         };
         let inverted = parallel::map_items(signs.chunks_mut(CHUNK), &judge);
-        Self {
+        let mut reference = Self {
             signs,
             facing,
             n_inverted: inverted.into_iter().sum(),
-        }
+            doubtful: Vec::new(),
+        };
+        let validity = validity::assess(mesh, &mesh.points, &reference);
+        reference.doubtful = [validity.inside, validity.unproven].concat();
+        reference.doubtful.sort_unstable();
+        reference
     }
 
     /// Number of cells whose corner Jacobians are not all positive in the reference: they vanish or
@@ -66,9 +74,15 @@ impl Reference {
         self.signs[cell].abs() == 1
     }
 
+    /// Whether a cell that is valid at its corners is not proven to be so between them in the reference: later it
+    /// is judged by its corners alone.
+    pub fn is_doubtful(&self, cell: usize) -> bool {
+        !self.doubtful.is_empty() && self.doubtful.binary_search(&(cell as u32)).is_ok()
+    }
+
     /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.
     #[inline]
-    pub(super) fn sign(&self, cell: usize) -> i8 {
+    pub fn sign(&self, cell: usize) -> i8 {
         self.signs[cell].signum()
     }
 
