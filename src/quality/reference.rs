@@ -5,8 +5,9 @@ use super::plane::vector_area;
 use super::validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::unit;
-use crate::mesh::Mesh;
+use crate::mesh::{CellKind, Mesh};
 use crate::parallel::{self, block};
+use std::collections::BTreeMap;
 
 /// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
 /// surface mesh that does not lie in a plane of constant z.
@@ -58,6 +59,42 @@ impl Reference {
         let validity = validity::assess(mesh, &mesh.points, &reference);
         reference.doubtful = [validity.inside, validity.unproven].concat();
         reference.doubtful.sort_unstable();
+        reference
+    }
+
+    /// For a mesh whose own cells are to be made valid: every cell is judged, in the orientation that most cells of
+    /// its kind have. Polyhedra of positive volume are judged by that alone.
+    pub fn upright(mesh: &Mesh) -> Self {
+        let mut reference = Self::new(mesh);
+        let plane = mesh.dimension() == 2;
+        let mut balance: BTreeMap<CellKind, i64> = BTreeMap::new();
+        let group = |kind: CellKind| {
+            if plane {
+                CellKind::Polygon
+            } else {
+                kind.linear()
+            }
+        };
+        for run in mesh.volume_runs() {
+            let signs = &reference.signs[run.first_cell..run.first_cell + run.n_cells()];
+            let sum: i64 = signs.iter().map(|&sign| i64::from(sign.signum())).sum();
+            *balance.entry(group(run.kind)).or_default() += sum;
+        }
+        let mut doubtful = Vec::new();
+        for run in mesh.volume_runs() {
+            let sign = if balance[&group(run.kind)] < 0 { -1 } else { 1 };
+            let cells = run.first_cell..run.first_cell + run.n_cells();
+            let is_cut = !matches!(run.kind.linear(), CellKind::Hexahedron | CellKind::Wedge);
+            let own = reference
+                .doubtful
+                .iter()
+                .copied()
+                .filter(|&cell| cells.contains(&(cell as usize)));
+            doubtful.extend(own.filter(|_| is_cut));
+            reference.signs[cells].fill(sign);
+        }
+        doubtful.sort_unstable();
+        reference.doubtful = doubtful;
         reference
     }
 

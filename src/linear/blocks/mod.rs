@@ -71,6 +71,17 @@ impl Blocks {
         &mut self.diagonal
     }
 
+    /// Calls `act(row, column, block)` for each block below the diagonal.
+    pub fn for_each_below(&mut self, mut act: impl FnMut(u32, u32, &mut Block)) {
+        for row in 0..self.diagonal.len() {
+            let range = self.starts[row]..self.starts[row + 1];
+            let columns = &self.columns[range.clone()];
+            for (&column, block) in columns.iter().zip(&mut self.below[range]) {
+                act(row as u32, column, block);
+            }
+        }
+    }
+
     /// Makes all blocks zero.
     pub fn clear(&mut self) {
         self.below.fill([0.0; 9]);

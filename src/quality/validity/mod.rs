@@ -19,7 +19,7 @@ pub use polyhedron::least_tetrahedron;
 pub use wedge::wedge;
 
 use super::reference::Reference;
-use super::visit::CHUNK;
+use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, CellRef, CellRun, Mesh};
 use crate::parallel;
@@ -131,4 +131,53 @@ pub fn prove(mesh: &Mesh, cell: &CellRef<'_>, points: &[Vector], sign: i8) -> Pr
 /// The places of the corners of a cell.
 fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N] {
     std::array::from_fn(|i| points[cell.nodes[i] as usize])
+}
+
+/// Whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid.
+pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
+    if !reference.is_valid(cell) {
+        return Proof::Valid;
+    }
+    let sign = reference.sign(cell);
+    let mut corners_are_good = true;
+    visit::volume_cells(
+        mesh,
+        points,
+        reference.facing(),
+        cell..cell + 1,
+        |_, block| {
+            corners_are_good = block.get(0).is_valid(sign);
+        },
+    );
+    match corners_are_good {
+        false => Proof::Corner,
+        true if reference.is_doubtful(cell) => Proof::Valid,
+        true => prove(mesh, &mesh.cells.get(cell), points, sign),
+    }
+}
+
+/// The judged cells that are not valid with their nodes at `points`, ascending.
+pub fn invalid(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<(u32, Proof)> {
+    let corners = parallel::concat_blocks(mesh.cells.len(), CHUNK, &|range| {
+        let mut found = Vec::new();
+        visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
+            let cells = (0..block.n).map(|i| (first + i, block.get(i)));
+            let bad = cells.filter(|(cell, metrics)| {
+                reference.is_valid(*cell) && !metrics.is_valid(reference.sign(*cell))
+            });
+            found.extend(bad.map(|(cell, _)| (cell as u32, Proof::Corner)));
+        });
+        found
+    });
+    let between = assess(mesh, points, reference);
+    let mut all = corners;
+    all.extend(between.inside.into_iter().map(|cell| (cell, Proof::Inside)));
+    all.extend(
+        between
+            .unproven
+            .into_iter()
+            .map(|cell| (cell, Proof::Unproven)),
+    );
+    all.sort_unstable_by_key(|entry| entry.0);
+    all
 }
