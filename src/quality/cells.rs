@@ -78,3 +78,19 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
     }
     all
 }
+
+/// The scaled Jacobian of every judged cell; NaN for others, and where it is not defined.
+pub fn scaled_jacobians(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<f64> {
+    let mut all = vec![f64::NAN; mesh.cells.len()];
+    parallel::for_items(all.chunks_mut(CHUNK), &|chunk, values: &mut [f64]| {
+        let range = block(mesh.cells.len(), CHUNK, chunk);
+        let first = range.start;
+        visit::volume_cells(mesh, points, reference.facing(), range, |start, block| {
+            for i in (0..block.n).filter(|i| reference.is_valid(start + i)) {
+                let sign = reference.sign(start + i);
+                values[start + i - first] = block.get(i).scaled_jacobian(sign);
+            }
+        });
+    });
+    all
+}

@@ -8,6 +8,7 @@ use super::simplices::{Edges, Simplices};
 use super::singular::Columns;
 use crate::geometry::vector::{Vector, add, cross, dot, scale, sub};
 use crate::linear::blocks::Block;
+use crate::mesh::CellKind;
 use multiversion::multiversion;
 
 /// A simplex and its target.
@@ -50,6 +51,8 @@ pub(super) struct Target<'a> {
     pub whole: bool,
     /// The length of an edge where a cell has none of its own.
     pub size: f64,
+    /// Whether the cell is to become regular, whatever its reference.
+    pub regular: bool,
     /// Weight of each simplex.
     pub weight: f64,
 }
@@ -99,7 +102,7 @@ impl Elements {
     /// are left out.
     pub(super) fn push(
         &mut self,
-        kind: crate::mesh::CellKind,
+        kind: CellKind,
         nodes: &[u32],
         simplices: Simplices,
         target: &Target<'_>,
@@ -115,11 +118,11 @@ impl Elements {
         let now = with_means(at);
         let is_good =
             |edges: &Edges| determinant(self.space, edges, &reference, target.sign) > FLAT;
-        let shaped = match simplices
+        let keeps_shape = simplices
             .edges
             .iter()
-            .all(|edges| is_double(edges, nodes) || is_good(edges))
-        {
+            .all(|edges| is_double(edges, nodes) || is_good(edges));
+        let shaped = match keeps_shape && !target.regular {
             true => None,
             false => regular(kind, target.reference, target.sign, target.size),
         };
@@ -205,15 +208,6 @@ impl Elements {
         let element = &self.list[cell];
         let first = element.first_node as usize;
         &self.nodes[first..first + usize::from(element.n_nodes)]
-    }
-
-    /// Sets the weight of each simplex of a cell.
-    pub(super) fn weigh(&mut self, cell: usize, weight: f64) {
-        let element = self.list[cell];
-        let first = element.first_simplex as usize;
-        for simplex in &mut self.simplices[first..first + element.n_simplices as usize] {
-            simplex.weight = weight;
-        }
     }
 
     fn means_of(&self, element: &Element) -> &[Vec<u16>] {

@@ -7,6 +7,7 @@
 mod density;
 mod elements;
 mod freedom;
+mod improve;
 mod newton;
 mod patch;
 mod regions;
@@ -18,6 +19,7 @@ mod solve;
 mod tests;
 
 pub use freedom::{Freedom, Partner};
+pub use improve::improve;
 
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
@@ -70,6 +72,32 @@ pub enum Reason {
     NotFound,
     /// A surface in space is not repaired.
     Surface,
+    /// Cells of higher order are not repaired.
+    Curved,
+}
+
+impl Reason {
+    /// In JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::NotFound => "not_found",
+            Self::Surface => "surface",
+            Self::Curved => "curved",
+        }
+    }
+
+    /// In words.
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::Fixed => "all nodes of the cell, or of a folded corner of it, are fixed",
+            Self::NotFound => "no valid positions were found for the nodes around them",
+            Self::Surface => "cells of a surface in space are not repaired",
+            Self::Curved => {
+                "cells of higher order are not repaired; convert --linearize makes them straight"
+            }
+        }
+    }
 }
 
 /// A cell that is not valid after the repair.
@@ -142,8 +170,8 @@ pub fn untangle(
     if seeds.is_empty() {
         return Ok(repaired);
     }
-    if task.mesh.dimension() < task.mesh.space_dimension() {
-        repaired.give_up(seeds, Reason::Surface);
+    if let Some(reason) = refused(task.mesh) {
+        repaired.give_up(seeds, reason);
         return Ok(repaired);
     }
     let mut between: BTreeSet<u32> = between_of(&found);
@@ -185,6 +213,15 @@ pub fn untangle(
     repaired.unrepaired.sort_unstable_by_key(|entry| entry.cell);
     repaired.unrepaired.dedup_by_key(|entry| entry.cell);
     Ok(repaired)
+}
+
+/// Why no cell of a mesh can be repaired, where that is so.
+fn refused(mesh: &Mesh) -> Option<Reason> {
+    if mesh.dimension() < 2 || mesh.dimension() < mesh.space_dimension() {
+        return Some(Reason::Surface);
+    }
+    let is_curved = mesh.volume_runs().any(|run| run.kind.is_curved());
+    is_curved.then_some(Reason::Curved)
 }
 
 /// Cells whose simplices between corners are needed.
@@ -314,6 +351,13 @@ impl PatchLog {
 }
 
 impl Repaired {
+    /// Cells that were not valid before.
+    pub fn n_before(&self) -> usize {
+        let repaired: usize = self.patches.iter().map(|log| log.invalid_before).sum();
+        let left_out: usize = self.patches.iter().map(|log| log.invalid).sum();
+        repaired + self.unrepaired.len() - left_out.min(self.unrepaired.len())
+    }
+
     fn give_up(&mut self, cells: Vec<u32>, reason: Reason) {
         let cells = cells.into_iter().map(|cell| cell as usize);
         self.unrepaired

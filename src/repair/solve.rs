@@ -35,7 +35,36 @@ pub(super) fn region(
     most_steps: usize,
     stop: &Stop,
 ) -> Result<Solved> {
-    let (mut patch, stuck) = patch(task, region, points, between);
+    let low = &BTreeSet::new();
+    let wishes = Wishes {
+        between,
+        low,
+        weight: 1.0,
+    };
+    solve(task, region, points, wishes, most_steps, stop)
+}
+
+/// What is wanted of single cells.
+#[derive(Clone, Copy)]
+pub(super) struct Wishes<'a> {
+    /// Cells with simplices between their corners.
+    pub between: &'a BTreeSet<u32>,
+    /// Cells that are to become regular, whatever the reference.
+    pub low: &'a BTreeSet<u32>,
+    /// The weight of these against the others.
+    pub weight: f64,
+}
+
+/// [`region`] with wishes.
+pub(super) fn solve(
+    task: Task<'_>,
+    region: &Region,
+    points: &[Vector],
+    wishes: Wishes<'_>,
+    most_steps: usize,
+    stop: &Stop,
+) -> Result<Solved> {
+    let (mut patch, stuck) = patch(task, region, points, wishes);
     let least_before = patch.state(1e-9, &patch.places).least;
     let course = minimise(&mut patch, most_steps, None, stop)?;
     Ok(Solved {
@@ -51,7 +80,7 @@ fn patch(
     task: Task<'_>,
     region: &Region,
     points: &[Vector],
-    between: &BTreeSet<u32>,
+    wishes: Wishes<'_>,
 ) -> (Patch, Vec<u32>) {
     let mesh = task.mesh;
     let space = match mesh.dimension() {
@@ -76,7 +105,8 @@ fn patch(
             .collect();
         let places =
             |of: &[Vector]| -> Vec<Vector> { own.iter().map(|&node| of[node as usize]).collect() };
-        let is_between = between.contains(&(cell.index as u32));
+        let is_between = wishes.between.contains(&(cell.index as u32));
+        let is_low = wishes.low.contains(&(cell.index as u32));
         let can_move = own
             .iter()
             .map(|node| region.moving.binary_search(node).is_ok());
@@ -86,7 +116,8 @@ fn patch(
             sign: f64::from(task.reference.sign(cell.index)),
             whole: task.reference.is_valid(cell.index) && !task.reference.is_doubtful(cell.index),
             size,
-            weight: 1.0,
+            regular: is_low,
+            weight: if is_low { wishes.weight } else { 1.0 },
         };
         let simplices = Simplices::of(mesh, &cell, is_between);
         let n_stuck = elements.push(
