@@ -55,6 +55,7 @@ use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
 pub use decompress::without_compression;
+pub use su2::{n_zones as n_su2_zones, write_surface as write_su2_surface};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
