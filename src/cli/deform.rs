@@ -1,10 +1,12 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
+use super::convert::patch_type;
 use super::{Context, Outcome, memory};
 use crate::deform::Deformation;
 use crate::diagnostic::{Diagnostic, in_digits};
 use crate::error::{Result, counted, path_in_line};
 use crate::formats;
+use crate::formats::openfoam::set_patch_types;
 use crate::motion::Schedule;
 use crate::preflight::check_memory;
 use crate::progress::Stop;
@@ -28,7 +30,7 @@ pub struct DeformArgs {
     mesh: PathBuf,
     /// Motion schedule (TOML)
     schedule: PathBuf,
-    /// Folder for the meshes, steps.csv, base points and run.json
+    /// Folder for the meshes, steps.csv, base points and run.json; for OpenFOAM the case
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Base points that `azimesh select` has saved
@@ -37,6 +39,9 @@ pub struct DeformArgs {
     /// Write only steps A to B - 1, counted from 0; the meshes are those of the whole run
     #[arg(long, value_name = "A..B", value_parser = step_range)]
     steps: Option<Range<usize>>,
+    /// Type of the patch that a boundary tag becomes in OpenFOAM, as for `convert`; repeatable
+    #[arg(long, value_name = "TAG=TYPE", value_parser = patch_type)]
+    patch_type: Vec<(String, String)>,
     /// Replace the files of an earlier run in the folder
     #[arg(long, conflicts_with = "resume")]
     force: bool,
@@ -69,7 +74,8 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     if let Some(name) = &context.common.format {
         schedule.output.format = formats::by_name(name)?.name().to_owned();
     }
-    let mesh = context.read_any(&args.mesh)?;
+    let mut mesh = context.read_any(&args.mesh)?;
+    set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
     let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(&stop))

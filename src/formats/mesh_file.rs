@@ -134,7 +134,7 @@ pub fn stage_sequence<T>(
     })?;
     let fill = |staged: &Path| write(&mut *create(staged, options, Begin::Fill, false)?);
     match format.is_folder() {
-        true => stage_folder(path, commit, fill),
+        true => stage_folder(path, format.shared_folder(path), commit, fill),
         false => stage_file(path, commit, fill),
     }
 }

@@ -3,6 +3,7 @@
 //! A format is one file or folder of this module and one line in [`FORMATS`]. Readers see bytes and give positions in
 //! errors; [`read`] adds the path. Writers write front to back into any sink.
 
+mod case;
 pub mod cgns;
 mod decompress;
 pub mod gmsh;
@@ -16,6 +17,7 @@ mod memory_limit;
 mod mesh_file;
 mod names;
 mod notes;
+pub mod openfoam;
 mod options;
 mod output_set;
 pub mod pvtu;
@@ -36,12 +38,13 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
+pub use case::{CaseFormat, DISPLACEMENT};
 pub use hash::{hash_of, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use output_set::OutputSet;
+pub use output_set::{Output, OutputSet, SharedFolder};
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
@@ -70,6 +73,7 @@ pub static FORMATS: &[&dyn Format] = &[
     &su2::Su2,
     &cgns::Cgns,
     &ugrid::TEXT,
+    &openfoam::OpenFoam,
     #[cfg(test)]
     &toy::Toy,
 ];
@@ -99,6 +103,10 @@ pub trait Format: Sync {
     /// Whether a mesh, or a sequence, is a folder.
     fn is_folder(&self) -> bool {
         false
+    }
+    /// The folder that a mesh written to `path` shares with files that are not of the mesh.
+    fn shared_folder(&self, _path: &Path) -> Option<SharedFolder> {
+        None
     }
     /// Whether the file or folder is of this format.
     fn recognizes(&self, location: &Location) -> bool {
@@ -130,6 +138,10 @@ pub trait Format: Sync {
             Error::input(format!("{} is not read from a single file", self.title()))
                 .file(source.path()),
         )
+    }
+    /// Whether a boundary face in several tags is listed once for each; else faces at one place are several faces.
+    fn lists_faces_again(&self) -> bool {
+        true
     }
     /// Times of the steps of a sequence in one file or folder; empty where it holds one mesh.
     fn steps(&self, location: &Location) -> Result<Vec<f64>> {
@@ -176,6 +188,10 @@ pub trait Format: Sync {
     fn holds_arrays(&self) -> bool {
         false
     }
+    /// Whether the displacement of the nodes is written where it is asked for.
+    fn holds_displacement(&self) -> bool {
+        self.holds_arrays()
+    }
     /// Encodings of numbers that can be chosen for written files.
     fn encodings(&self) -> &'static [Encoding] {
         &[Encoding::Raw, Encoding::Ascii]
@@ -205,10 +221,23 @@ pub trait Format: Sync {
     fn sequence(&self) -> Option<CreateSequence> {
         None
     }
+    /// The way in which a run writes its steps, where they lie in a folder that holds more than meshes.
+    fn case(&self) -> Option<&'static dyn CaseFormat> {
+        None
+    }
     /// Bytes that each mesh but the first adds to the file of a sequence.
     fn sequence_bytes(&self, _step: &StepSize) -> StepBytes {
         StepBytes::default()
     }
+}
+
+/// The folder of records of a run in a case, where there is one.
+pub fn records_in(folder: &Path) -> Option<PathBuf> {
+    let mut cases = FORMATS.iter().filter_map(|format| format.case());
+    cases.find_map(|case| {
+        let records = folder.join(case.records());
+        records.is_dir().then_some(records)
+    })
 }
 
 /// A mesh that was read, with its format and notes. See [`Mesh::read_with`].
@@ -250,7 +279,11 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
     }
     let name = file_name(path);
     let inside = without_compression(&name);
-    let format = with_extension(&name);
+    let of_case = || {
+        let mut all = FORMATS.iter().copied();
+        all.find(|format| format.case().is_some_and(|case| case.is_case(path)))
+    };
+    let format = with_extension(&name).or_else(of_case);
     format.ok_or_else(|| {
         if inside != name && with_extension(inside).is_some() {
             return Error::input(format!(
@@ -345,7 +378,9 @@ pub fn read_as(
         .read(location, options, &mut notes)
         .and_then(|mut mesh| {
             mesh.validate()?;
-            mesh.merge_repeated_faces();
+            if format.lists_faces_again() {
+                mesh.merge_repeated_faces();
+            }
             names::check(&mut mesh, &mut notes);
             Ok(mesh)
         })

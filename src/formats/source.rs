@@ -8,7 +8,8 @@ use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The bytes of one input file, and its name in messages.
+/// The bytes of one input file, and its name in messages. Copies share the bytes.
+#[derive(Clone)]
 pub struct Source {
     path: PathBuf,
     bytes: Arc<Bytes>,
@@ -50,6 +51,20 @@ impl Source {
         if path.as_os_str() == "-" {
             return Self::standard_input(limit)?.decompressed(limit);
         }
+        Self::stored_within(path, limit)?.decompressed(limit)
+    }
+
+    /// Opens a file as it is stored, compressed or not.
+    pub(super) fn stored(path: &Path) -> Result<Self> {
+        Self::stored_within(path, MemoryLimit::new(None))
+    }
+
+    /// The same source with its content decompressed, where it is compressed; it may take half of the free memory.
+    pub(super) fn content(&self) -> Result<Self> {
+        self.clone().decompressed(MemoryLimit::new(None))
+    }
+
+    fn stored_within(path: &Path, limit: MemoryLimit) -> Result<Self> {
         let io = |error| Error::io(path, &error);
         check_no_device(path).map_err(io)?;
         let file = File::open(path).map_err(io)?;
@@ -60,9 +75,10 @@ impl Source {
             Some(map) => Bytes::Mapped(map),
             None => Bytes::Owned(read_all(&file, limit).map_err(io)?),
         };
-        let bytes = Arc::new(bytes);
-        let path = path.to_path_buf();
-        Self { path, bytes }.decompressed(limit)
+        Ok(Self {
+            path: path.to_path_buf(),
+            bytes: Arc::new(bytes),
+        })
     }
 
     /// Standard input: mapped where it is a file, read where it is a pipe.

@@ -208,6 +208,28 @@ impl Cells {
         Ok(())
     }
 
+    /// Appends all cells of another list.
+    pub fn append(&mut self, other: &Self) {
+        let (cell, entry) = (self.len(), self.connectivity.len());
+        for run in &other.runs {
+            let n_cells = run.n_cells as usize;
+            self.extend_run_at(
+                run.kind,
+                run.n_nodes as usize,
+                n_cells,
+                entry + run.first_entry,
+            );
+        }
+        self.connectivity.extend_from_slice(&other.connectivity);
+        let (own, new) = (&mut self.polyhedra, &other.polyhedra);
+        let stream = own.stream.len();
+        own.cells
+            .extend(new.cells.iter().map(|index| cell as u32 + index));
+        own.starts
+            .extend(new.starts.iter().map(|start| stream + start));
+        own.stream.extend_from_slice(&new.stream);
+    }
+
     /// Replaces each node by `new_index[node]`.
     ///
     /// # Panics
@@ -352,6 +374,11 @@ impl Cells {
         Some(&self.polyhedra.stream[starts[ordinal]..end])
     }
 
+    /// Face streams of all polyhedra, one after another.
+    pub fn face_streams(&self) -> &[u32] {
+        &self.polyhedra.stream
+    }
+
     /// Faces of a polyhedron as node lists; empty for any other cell.
     pub fn polyhedron_faces(&self, cell: usize) -> impl Iterator<Item = &[u32]> {
         face_stream(self.face_stream(cell).unwrap_or(&[0]))
@@ -405,5 +432,36 @@ mod tests {
         assert_eq!(cells.polyhedron_faces(1).count(), 4);
         assert!(cells.push_polyhedron(&[1, 3, 0, 1]).is_err());
         assert!(cells.push_polyhedron(&[1, 3, 0, 1, 2, 7]).is_err());
+    }
+
+    #[test]
+    fn cells_that_are_appended_are_as_if_they_had_been_pushed() {
+        let stream = |n: u32| {
+            let faces = [4, 3, 0, 1, 2, 3, 0, 1, 3, 3, 1, 2, 3, 3, 0, 2, 3];
+            let at = |(i, value): (usize, &u32)| {
+                if i % 4 > 1 || i % 4 == 0 && i > 0 {
+                    n + value
+                } else {
+                    *value
+                }
+            };
+            faces.iter().enumerate().map(at).collect::<Vec<u32>>()
+        };
+        let push = |cells: &mut Cells, n: u32| {
+            cells.push(CellKind::Triangle, &[n, n + 1, n + 2]);
+            cells.push_polyhedron(&stream(n)).expect("a good stream");
+            cells.push(CellKind::Triangle, &[n, n + 1, n + 3]);
+        };
+        let (mut all, mut parts) = (Cells::new(), Cells::new());
+        for n in [0, 10, 20] {
+            push(&mut all, n);
+            let mut part = Cells::new();
+            push(&mut part, n);
+            parts.append(&part);
+        }
+        parts.append(&Cells::new());
+        assert_eq!(parts, all);
+        assert_eq!(parts.runs().len(), 7);
+        assert_eq!(parts.polyhedron_faces(4).next(), Some(&[10, 11, 12][..]));
     }
 }

@@ -138,7 +138,7 @@ impl Faces {
         if dimension == 0 {
             return Self::default();
         }
-        let mut entries = boundary_cells(mesh, dimension);
+        let mut entries = boundary_cells(&mesh.cells, dimension);
         let mut near_boundary = vec![false; mesh.points.len()];
         for entry in &entries {
             near_boundary[entry.corners[0] as usize] = true;
@@ -184,8 +184,8 @@ impl Faces {
 }
 
 /// Cells of one dimension less than the mesh's.
-pub(super) fn boundary_cells(mesh: &Mesh, dimension: u8) -> Vec<Entry> {
-    let runs = mesh.cells.runs();
+pub(super) fn boundary_cells(cells: &Cells, dimension: u8) -> Vec<Entry> {
+    let runs = cells.runs();
     let runs = runs.filter(|run| run.kind.dimension() + 1 == dimension);
     let entries = runs.flat_map(|run| {
         let n_corners = run.kind.n_corners(run.n_nodes);

@@ -21,8 +21,8 @@ pub struct Group {
     pub name: String,
     /// The number the file gives it, for formats that number their groups.
     pub number: Option<i32>,
-    /// Type of the boundary condition where the file gives one, in the words of CGNS
-    /// (`BCWallViscous`).
+    /// Type of the boundary condition where the file gives one: a word of CGNS (`BCWallViscous`) or the type of a
+    /// patch of OpenFOAM (`wall`).
     pub condition: Option<String>,
     /// The cells of the group.
     pub cells: CellSet,

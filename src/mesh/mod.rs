@@ -9,6 +9,7 @@ mod build;
 pub mod cells;
 mod connected;
 pub mod difference;
+mod extrude;
 pub mod faces;
 pub mod facets;
 pub mod groups;
@@ -16,6 +17,7 @@ pub mod kind;
 pub mod lagrange;
 mod linearize;
 mod nodes;
+mod origin;
 mod reorder;
 pub mod repeated;
 pub mod sides;
@@ -30,6 +32,7 @@ pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
+pub use origin::Origin;
 pub use view::MeshView;
 
 use crate::diagnostic::point;
@@ -73,6 +76,8 @@ pub struct Mesh {
     /// surface in 3D whose cells are the boundary faces, and its groups the tags, of a mesh without
     /// volume cells.
     pub space: Option<u8>,
+    /// What its reader left for a writer of the same format.
+    pub origin: Origin,
 }
 
 impl Mesh {

@@ -1,6 +1,6 @@
 //! A mesh with its cells in another order.
 
-use super::{Cells, DataArray, Group, Mesh, MeshView};
+use super::{Cells, DataArray, Group, Mesh, MeshView, Origin};
 
 impl Cells {
     /// These cells, in this order.
@@ -46,6 +46,7 @@ impl MeshView<'_> {
             cell_arrays: self.cell_arrays.iter().map(array).collect(),
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
             space: self.space,
+            origin: Origin::default(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A borrowed view of a mesh for writers, whose node positions and arrays may differ from those of the mesh.
 
-use super::{CellRun, Cells, DataArray, Group, Mesh, groups, volume_dimension};
+use super::{CellRun, Cells, DataArray, Group, Mesh, Origin, groups, volume_dimension};
 
 /// A mesh to write. Nothing of it is copied.
 ///
@@ -30,6 +30,8 @@ pub struct MeshView<'a> {
     pub field_arrays: Vec<&'a DataArray>,
     /// See [`Mesh::space`].
     pub space: Option<u8>,
+    /// See [`Mesh::origin`].
+    pub origin: &'a Origin,
 }
 
 impl Mesh {
@@ -43,6 +45,7 @@ impl Mesh {
             cell_arrays: self.cell_arrays.iter().collect(),
             field_arrays: self.field_arrays.iter().collect(),
             space: self.space,
+            origin: &self.origin,
         }
     }
 }

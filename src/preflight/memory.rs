@@ -6,7 +6,7 @@
 use crate::deform::Plan;
 use crate::diagnostic::amount;
 use crate::error::{Error, Result};
-use crate::formats::Compression;
+use crate::formats::{Compression, by_name};
 use crate::motion::{QualityOutput, Step};
 use crate::quality::Judge;
 
@@ -101,7 +101,13 @@ fn writing(plan: &Plan) -> usize {
     let velocity = plan.velocity.as_ref().map_or(0, |layer| {
         48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
     });
-    let displacement = if output.displacement { 24 * n } else { 0 };
+    // In a case, also the positions that it is measured from.
+    let in_case = by_name(&output.format).is_ok_and(|format| format.case().is_some());
+    let displacement = match (output.displacement, in_case) {
+        (false, _) => 0,
+        (true, false) => 24 * n,
+        (true, true) => 48 * n,
+    };
     let judge = match output.quality {
         QualityOutput::None => 0,
         QualityOutput::Summary | QualityOutput::Cells => Judge::estimate_bytes(&plan.mesh),

@@ -144,16 +144,16 @@ fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<Diagnostic> {
 /// A note where arrays are asked for that the format does not hold.
 fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
     let output = &plan.schedule.output;
-    let asked = [
-        ("displacement", output.displacement),
-        ("velocity", output.velocity),
-        ("cell quality", output.quality == QualityOutput::Cells),
+    let holds_arrays = format.holds_arrays();
+    let dropped = [
+        ("displacement", output.displacement && !format.holds_displacement()),
+        ("velocity", output.velocity && !holds_arrays),
+        ("cell quality", output.quality == QualityOutput::Cells && !holds_arrays),
     ];
-    let arrays = asked.into_iter().filter(|(_, is_asked)| *is_asked);
+    let arrays = dropped.into_iter().filter(|(_, is_dropped)| *is_dropped);
     let arrays: Vec<&str> = arrays.map(|(name, _)| name).collect();
-    let is_dropped = !arrays.is_empty() && !format.holds_arrays();
     let format = format.name();
-    is_dropped.then(|| PreflightNote::NoArrays { format, arrays }.into())
+    (!arrays.is_empty()).then(|| PreflightNote::NoArrays { format, arrays }.into())
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {

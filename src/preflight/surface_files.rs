@@ -4,7 +4,7 @@ use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::error::{Error, Result};
-use crate::formats::{by_extension, n_su2_zones, without_compression};
+use crate::formats::{by_extension, by_name, n_su2_zones, without_compression};
 use crate::motion::{Step, SurfaceOutput};
 use std::path::Path;
 
@@ -31,6 +31,12 @@ pub fn check_surface_files(plan: &Plan, mesh: &Path) -> Result<()> {
         return refused(format!(
             "the nodes of {name} have numbers, but SU2 needs those of its own mesh; give the .su2 file as the mesh, or \
              set output.format = \"su2\" and let SU2 read what is written for step 0"
+        ));
+    }
+    if by_name(&plan.schedule.output.format)?.is_folder() {
+        return refused(format!(
+            "there is no place for these files in the folder of format = \"{}\"; use another format",
+            plan.schedule.output.format
         ));
     }
     let n_zones = n_su2_zones(&plan.mesh.view());

@@ -3,7 +3,7 @@
 use super::columns::label_in;
 use super::table::Table;
 use crate::error::{Error, Result};
-use crate::formats::check_file;
+use crate::formats::{check_file, records_in};
 use crate::record::{BodyRecord, EndRecord, RunRecord, file_name, parts_in};
 use std::path::{Path, PathBuf};
 
@@ -32,6 +32,9 @@ impl Sequence {
             .file(folder));
         }
         std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
+        // In a case the records of a run have a folder of their own.
+        let records = records_in(folder);
+        let folder = records.as_deref().unwrap_or(folder);
         let tables = whole_or_parts(folder, "steps", "csv");
         let records = whole_or_parts(folder, "run", "json");
         if tables.is_empty() && records.is_empty() {

@@ -80,5 +80,8 @@ impl<'a> Meshes<'a> {
 }
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
+    // A step in a case is a file in the folder of the mesh at its time.
+    let folder = path.parent().filter(|_| path.file_name().is_some_and(|name| name == "points"));
+    let path = folder.unwrap_or(path);
     Ok(Mesh::read_with(path, options)?.mesh)
 }

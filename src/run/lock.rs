@@ -20,8 +20,8 @@ pub(super) struct Lock {
     /// Locked as long as it is open.
     _file: File,
     path: PathBuf,
-    /// The folder, where it was made for this run.
-    made: Option<PathBuf>,
+    /// The folders that were made for this run, innermost first.
+    made: Vec<PathBuf>,
     /// What the user should know.
     pub warning: Option<Diagnostic>,
 }
@@ -33,7 +33,7 @@ impl Lock {
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
-        let made = (!folder.exists()).then(|| folder.clone());
+        let made = new_folders(folder).map(Path::to_path_buf).collect();
         make_folder(folder).map_err(|error| Error::io(folder, &error))?;
         let steps = names.steps();
         let path = folder.join(file_name(STEM, Some(&steps), EXTENSION));
@@ -60,16 +60,21 @@ impl Drop for Lock {
         // An unlocked file left behind stops nobody, and a folder with something in it is kept.
         let _ = fs::remove_file(&self.path);
         unregister_temporary(&self.path);
-        if let Some(folder) = &self.made {
+        for folder in &self.made {
             let _ = fs::remove_dir(folder);
         }
     }
 }
 
+/// The folders of a path that are not there yet, innermost first.
+fn new_folders(folder: &Path) -> impl Iterator<Item = &Path> {
+    let is_new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+    folder.ancestors().take_while(is_new)
+}
+
 /// Makes a folder where there is none, on the disk too.
 fn make_folder(folder: &Path) -> std::io::Result<()> {
-    let is_new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
-    let new: Vec<&Path> = folder.ancestors().take_while(is_new).collect();
+    let new: Vec<&Path> = new_folders(folder).collect();
     fs::create_dir_all(folder)?;
     let above = |path: &&Path| sync_folder(folder_of(path));
     new.iter().try_for_each(above)

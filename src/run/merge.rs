@@ -10,7 +10,7 @@ use super::parts::{PartRun, damaged};
 use super::record::{self, Clock};
 use super::table;
 use crate::error::{Error, Result};
-use crate::formats::{self, Format, clear_left, save_text};
+use crate::formats::{self, Format, clear_left, records_in, save_text};
 use crate::progress::Progress;
 use crate::record::{Rows, RunRecord, file_name, parts_in};
 use std::ops::Range;
@@ -26,6 +26,8 @@ const MOST_NAMED: usize = 12;
 /// different inputs, where one is being written, and where the folder holds another run.
 pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Finished> {
     let clock = Clock::start();
+    let in_case = records_in(folder);
+    let folder = in_case.as_deref().unwrap_or(folder);
     let records = records(folder)?;
     let (names, format) = sequence(folder, &records[0])?;
     let _lock = Lock::take(&names)?;

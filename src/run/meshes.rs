@@ -3,7 +3,9 @@
 use super::names::Names;
 use super::surface::SurfaceFiles;
 use crate::error::Result;
-use crate::formats::{Begin, Format, Notes, OutputSet, SequenceFile, Staged, WriteOptions};
+use crate::formats::{
+    Begin, Format, Notes, Output, OutputSet, SequenceFile, Staged, WriteOptions,
+};
 use crate::mesh::MeshView;
 use crate::motion::Step;
 use std::path::Path;
@@ -42,7 +44,8 @@ impl<'a> Meshes<'a> {
         let create = |create: crate::formats::CreateSequence| {
             create(&first, &options, begin, names.commit.sync)
         };
-        let sequence = format.sequence().map(create).transpose()?;
+        let sequence = format.sequence().filter(|_| names.is_in_one());
+        let sequence = sequence.map(create).transpose()?;
         Ok(Self {
             names,
             format,
@@ -71,6 +74,12 @@ impl<'a> Meshes<'a> {
     }
 
     fn write_mesh(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
+        if let Some(in_case) = self.names.in_case(step.index) {
+            let mut out = OutputSet::new(in_case.0, self.names.commit).hashed();
+            in_case.1.write_step(mesh, in_case.2, &mut out, &self.options)?;
+            let written = out.finish();
+            return Ok((hash_in_case(&written), written.files));
+        }
         let path = self.names.path(&self.names.mesh(step.index));
         if let Some(sequence) = &self.sequence {
             let mut file = lock(sequence);
@@ -103,13 +112,29 @@ fn lock(sequence: &Shared) -> MutexGuard<'_, Box<dyn SequenceFile>> {
     sequence.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The hash of the file that a mesh would have alone; it is written to nowhere.
+/// The hash that the row of a step would have; the mesh is written to nowhere.
 pub(super) fn hash_of(
     mesh: &MeshView,
+    names: &Names,
+    step: usize,
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<blake3::Hash> {
+    if let Some((folder, case, file)) = names.in_case(step) {
+        let mut out = OutputSet::nowhere(folder).hashed();
+        case.write_step(mesh, file, &mut out, options)?;
+        return Ok(hash_in_case(&out.finish()));
+    }
     let mut out = OutputSet::nowhere(Path::new("mesh")).hashed();
     format.write(mesh, &mut out, options)?;
     Ok(out.finish().hash.expect("it was asked for"))
+}
+
+/// The hash of a step in a case: of its points or, where it has several files, of all of them.
+fn hash_in_case(written: &Output) -> blake3::Hash {
+    let mut hashes = written.of_folder.values();
+    match (hashes.next(), hashes.next()) {
+        (Some(one), None) => *one,
+        _ => written.hash.expect("it was asked for"),
+    }
 }

@@ -1,8 +1,13 @@
 //! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
 
 use crate::error::{Error, Result, counted};
-use crate::formats::{Commit, Format, case_name, pvd, vtk_series};
-use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
+use super::table;
+use crate::formats::{
+    Begin, CaseFormat, Commit, Format, Notes, WriteOptions, case_name, hash_of, pvd, vtk_series,
+};
+use crate::mesh::MeshView;
+use crate::motion::Step;
+use crate::record::{Row, Rows, file_name, numbered, part_of, parts_in, step_of};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -45,8 +50,27 @@ pub struct Names {
     of_folders: bool,
     digits: usize,
     part: RunSteps,
+    /// The case that the steps are in, where the format has that.
+    case: Option<Case>,
     /// How files take these names.
     pub commit: Commit,
+}
+
+/// A case that holds the steps of a sequence; the folder of [`Names`] lies in it.
+#[derive(Clone)]
+struct Case {
+    format: &'static dyn CaseFormat,
+    folder: PathBuf,
+    /// File of each step, from the case on; empty until [`Names::place_steps`].
+    files: Vec<String>,
+    /// Folder of the mesh that all steps share.
+    shared: String,
+}
+
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Case").field("folder", &self.folder).finish_non_exhaustive()
+    }
 }
 
 impl Names {
@@ -70,12 +94,15 @@ impl Names {
         };
         // Lists of files are XML and lines of text.
         let stem = stem.replace(char::is_control, "_");
+        let case = format.case().map(|case| Case::of(case, folder));
+        let folder = case.as_ref().map_or_else(|| folder.to_path_buf(), Case::records);
         Self {
-            folder: folder.to_path_buf(),
+            folder,
             stem,
             extension: format.extensions()[0],
             list_ending: format.list_ending(),
-            in_one: format.sequence().is_some(),
+            in_one: format.sequence().is_some() && case.is_none(),
+            case,
             of_folders: format.is_folder(),
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
             part,
@@ -85,10 +112,11 @@ impl Names {
 
     /// Name of the file that holds the mesh of a step.
     pub fn mesh(&self, step: usize) -> String {
-        if self.in_one {
-            self.of_part(&self.stem, self.extension)
-        } else {
-            numbered(&self.stem, step, self.digits, self.extension)
+        let file = self.case.as_ref().and_then(|case| case.files.get(step));
+        match file {
+            Some(file) => format!("../{file}"),
+            None if self.in_one => self.of_part(&self.stem, self.extension),
+            None => numbered(&self.stem, step, self.digits, self.extension),
         }
     }
 
@@ -99,6 +127,45 @@ impl Names {
 
     fn surface_stem(&self) -> String {
         format!("{}_surface", self.stem)
+    }
+
+    /// Finds the files of the steps in a case; nothing for other formats.
+    ///
+    /// # Errors
+    /// Where the case cannot take the sequence of this mesh.
+    pub fn place_steps(&mut self, mesh: &MeshView, steps: &[Step]) -> Result<()> {
+        let Some(case) = &mut self.case else {
+            return Ok(());
+        };
+        case.format.check(&case.folder, mesh)?;
+        let times: Vec<f64> = steps.iter().map(Step::time).collect();
+        case.files = case.format.step_files(&case.folder, mesh, &times)?;
+        case.shared = case.format.shared(mesh);
+        Ok(())
+    }
+
+    /// The case, its format, and the file of a step in it.
+    pub(super) fn in_case(&self, step: usize) -> Option<(&Path, &'static dyn CaseFormat, &str)> {
+        let case = self.case.as_ref()?;
+        Some((&case.folder, case.format, case.files.get(step)?))
+    }
+
+    /// Whether a mesh on the disk has the hash of its row.
+    pub(super) fn has_hash(&self, path: &Path, hash: &str) -> std::io::Result<bool> {
+        match &self.case {
+            Some(case) => case.format.has_hash(path, hash),
+            None => Ok(hash_of(path)?.to_string() == hash),
+        }
+    }
+
+    /// Writes what all steps share, where they are in a case.
+    pub(super) fn begin(&self, mesh: &MeshView, options: &WriteOptions, begin: Begin) -> Result<Notes> {
+        let Some(case) = &self.case else {
+            return Ok(Notes::default());
+        };
+        // Parts come to a case in any order.
+        let begin = if self.is_part() { Begin::Resume } else { begin };
+        case.format.begin(&case.folder, mesh, options, begin, self.commit)
     }
 
     /// Whether one file holds all steps.
@@ -116,7 +183,7 @@ impl Names {
 
     /// Path of the time series over files; `None` where one file is that itself, and for a part.
     pub fn series(&self) -> Option<PathBuf> {
-        let wanted = !self.in_one && !self.is_part();
+        let wanted = !self.in_one && self.case.is_none() && !self.is_part();
         wanted.then(|| self.folder.join(format!("{}.pvd", self.stem)))
     }
 
@@ -185,9 +252,58 @@ impl Names {
     }
 }
 
+impl Case {
+    fn of(format: &'static dyn CaseFormat, folder: &Path) -> Self {
+        let is_records = folder.file_name().is_some_and(|name| name == format.records());
+        let is_there = is_records && !folder.join(format.records()).exists() && has_records(folder);
+        Self {
+            format,
+            folder: match folder.parent() {
+                Some(above) if is_there => above.to_path_buf(),
+                _ => folder.to_path_buf(),
+            },
+            files: Vec::new(),
+            shared: String::new(),
+        }
+    }
+
+    /// The folder of the records.
+    fn records(&self) -> PathBuf {
+        self.folder.join(self.format.records())
+    }
+}
+
+/// Whether runs have left records in a folder.
+fn has_records(folder: &Path) -> bool {
+    let is_there = |name: &str| folder.join(file_name(name, None, "json")).exists();
+    is_there("run") || parts_in(folder, "run", "json").is_ok_and(|parts| !parts.is_empty())
+}
+
 /// Files of an earlier run that stand in the folder.
 pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
-    files(names, |name| names.is_ours(name))
+    let mut found = files(names, |name| names.is_ours(name));
+    if let Some(case) = &names.case {
+        // A part minds its own steps; the others share the rest of the case with it.
+        let shared = case.folder.join(&case.shared);
+        let is_there = !names.is_part() && !case.shared.is_empty() && shared.exists();
+        found.extend(is_there.then_some(shared));
+        found.extend(steps_in_case(names, case));
+    }
+    found
+}
+
+/// Files of the steps that the tables of earlier runs in a case name.
+fn steps_in_case(names: &Names, case: &Case) -> Vec<PathBuf> {
+    let mut tables = vec![names.table()];
+    if !names.is_part() {
+        let parts = parts_in(&names.folder, "steps", "csv").unwrap_or_default();
+        tables.extend(parts.into_iter().map(|(_, path)| path));
+    }
+    let rows = tables.iter().filter_map(|table| table::read(table).ok()).flatten();
+    // The mesh that all steps share is no step's own.
+    let own = |row: &Row| !case.format.is_shared(row.file.trim_start_matches("../"));
+    let files = rows.filter(|(_, row)| own(row)).flat_map(|(_, row)| case.format.files_of(&names.path(&row.file)));
+    files.collect()
 }
 
 pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
@@ -251,7 +367,13 @@ fn remove(files: Vec<PathBuf>, names: &Names) -> Result<()> {
             true => std::fs::remove_dir_all(path),
             false => std::fs::remove_file(path),
         };
-        removed.map_err(|error| Error::io(path, &error))
+        removed.map_err(|error| Error::io(path, &error))?;
+        // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
+        if names.case.is_some() {
+            let above = path.ancestors().skip(1).take(3).filter(|above| !names.folder.starts_with(above));
+            let _ = above.map(std::fs::remove_dir).take_while(|removed| removed.is_ok()).count();
+        }
+        Ok(())
     })
 }
 

@@ -11,7 +11,7 @@ use crate::deform::{Deformation, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
-use crate::formats::{Format, hash_of};
+use crate::formats::Format;
 use crate::progress::Progress;
 use crate::quality::Criterion;
 use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings};
@@ -212,9 +212,9 @@ fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Optio
     if !path.exists() {
         return Some(FileFault::Missing);
     }
-    match hash_of(&path) {
-        Ok(hash) if hash.to_string() == row.blake3 => {}
-        Ok(_) => return Some(FileFault::OtherHash("steps.csv")),
+    match names.has_hash(&path, &row.blake3) {
+        Ok(true) => {}
+        Ok(false) => return Some(FileFault::OtherHash("steps.csv")),
         Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
     let companions = format.companion_files(&plan.mesh.view(), &path);

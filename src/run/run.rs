@@ -16,6 +16,7 @@ use crate::deform::{Deformation, Plan, missed_at_step};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::{ErrorKind, Result};
+use crate::geometry::vector::Vector;
 use crate::formats::{self, Begin, Format, Notes};
 use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk, check_surface_files};
@@ -79,6 +80,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         first_inverted: BTreeMap::new(),
         warnings,
         seconds: (0.0, 0.0),
+        displaced_from: None,
     };
     run.save_record()?;
     let result = run.steps(&mut base_points);
@@ -106,6 +108,7 @@ fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names
     let part = RunSteps::new(request.steps.clone(), n_steps)?;
     let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
     names.commit.sync = !request.no_sync;
+    names.place_steps(&plan.mesh.view(), &plan.motion.steps)?;
     Ok(names)
 }
 
@@ -159,6 +162,8 @@ pub(super) struct Run<'a> {
     pub warnings: Vec<Diagnostic>,
     /// Of positions and quality, and of writing.
     pub seconds: (f64, f64),
+    /// Positions that displacements are measured from, where they are not those of the mesh that was read.
+    pub displaced_from: Option<Vec<Vector>>,
 }
 
 impl Run<'_> {
@@ -167,21 +172,20 @@ impl Run<'_> {
         self.note_choices(base_points)?;
         self.warnings.extend(restored?);
         if self.is_complete() {
-            return Ok(());
+            return self.begin_case();
         }
         self.choose_first(base_points)?;
+        self.find_start(base_points)?;
         if self.earlier.is_unverified && !self.is_to_be_verified() {
             self.verify_steps(base_points)?;
             self.note_choices(base_points)?;
             if self.is_complete() {
-                return Ok(());
+                return self.begin_case();
             }
         }
+        self.begin_case()?;
         loop {
-            let begin = match self.request.resume {
-                true => Begin::Resume,
-                false => Begin::Create,
-            };
+            let begin = self.begin();
             let mut writer = Writer::start(
                 self.names,
                 self.format,
@@ -214,6 +218,23 @@ impl Run<'_> {
                 return Ok(());
             }
         }
+    }
+
+    /// What happens to files that are there.
+    fn begin(&self) -> Begin {
+        match self.request.resume {
+            true => Begin::Resume,
+            false => Begin::Create,
+        }
+    }
+
+    /// Writes what all steps share, where they are in a case.
+    fn begin_case(&mut self) -> Result<()> {
+        let _held = self.deformation.stop().hold();
+        let options = self.plan.schedule.output.write_options();
+        let notes = self.names.begin(&self.plan.mesh.view(), &options, self.begin())?;
+        self.take_notes(&notes);
+        Ok(())
     }
 
     /// Ends the run where it was asked to.

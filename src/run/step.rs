@@ -4,6 +4,7 @@ use super::base_points::BasePointStore;
 use super::record::Clock;
 use crate::deform::{Deformation, Evaluated, Plan};
 use crate::error::Result;
+use crate::formats::DISPLACEMENT;
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{DataArray, Mesh, MeshView, Values};
 use crate::motion::{QualityOutput, Step};
@@ -81,12 +82,8 @@ impl StepArrays {
             DataArray::tuples(name, 3, Values::F64(values.into_flattened()))
         };
         let velocities = found.velocities.take();
-        let displacement = plan.schedule.output.displacement.then(|| {
-            let before = &plan.mesh.points;
-            parallel::collect(points.len(), |i| sub(points[i], before[i]))
-        });
         let velocities = velocities.map(|values| vectors("Velocity", values));
-        let displacement = displacement.map(|values| vectors("Displacement", values));
+        let displacement = displacement(plan, points, &plan.mesh.points);
         Self {
             at_points: velocities.into_iter().chain(displacement).collect(),
             at_cells: match plan.schedule.output.quality {
@@ -96,12 +93,28 @@ impl StepArrays {
         }
     }
 
+    /// The displacement alone, from other positions than those of the mesh that was read.
+    pub fn of_displacement(plan: &Plan, points: &[Vector], from: &[Vector]) -> Self {
+        Self {
+            at_points: displacement(plan, points, from).into_iter().collect(),
+            at_cells: Vec::new(),
+        }
+    }
+
     /// The mesh of the step.
     pub fn view<'a>(&'a self, mesh: &'a Mesh, points: &'a [Vector]) -> MeshView<'a> {
         let view = mesh.view().with_points(points);
         let view = self.at_points.iter().fold(view, MeshView::with_point_array);
         self.at_cells.iter().fold(view, MeshView::with_cell_array)
     }
+}
+
+/// The displacement, where the schedule asks for it.
+fn displacement(plan: &Plan, points: &[Vector], from: &[Vector]) -> Option<DataArray> {
+    plan.schedule.output.displacement.then(|| {
+        let values = parallel::collect(points.len(), |i| sub(points[i], from[i]));
+        DataArray::tuples(DISPLACEMENT, 3, Values::F64(values.into_flattened()))
+    })
 }
 
 /// The row of a step but for what writing it tells.

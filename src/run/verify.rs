@@ -5,7 +5,7 @@
 use super::base_points::BasePointStore;
 use super::meshes::hash_of;
 use super::run::Run;
-use super::step::{StepArrays, compute};
+use super::step::compute;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::motion::Step;
@@ -43,13 +43,10 @@ impl Run<'_> {
         let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
         let computed = compute(base_points, step, &mut points)?;
         let mut computed = self.judge(step, computed)?;
-        let arrays = match self.format.holds_arrays() {
-            true => StepArrays::of(self.deformation, &points, &mut computed.found),
-            false => StepArrays::default(),
-        };
+        let arrays = self.arrays(&points, &mut computed.found);
         let mesh = arrays.view(&self.plan.mesh, &points);
         let options = self.plan.schedule.output.write_options();
-        let hash = hash_of(&mesh, self.format, &options)?;
+        let hash = hash_of(&mesh, self.names, step.index, self.format, &options)?;
         Ok(self.earlier.rows[&step.index].blake3 == hash.to_string())
     }
 

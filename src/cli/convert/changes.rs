@@ -2,11 +2,13 @@
 
 use crate::diagnostic::with_verb;
 use crate::error::{Error, Result, counted, nearest_name};
+use crate::formats::openfoam::set_patch_types;
 use crate::formats::su2;
 use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
-/// Changes of the mesh, made in this order: scale, rotate, linearize, tag, rename.
+/// Changes of the mesh, made in this order: scale, rotate, linearize, extrude, tag, rename, types
+/// of patches.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Changes {
     /// Multiply all coordinates by this, as 0.001 for millimetres to metres
@@ -19,6 +21,10 @@ pub struct Changes {
     /// Keep corner nodes only: curved cells become linear
     #[arg(long)]
     linearize: bool,
+    /// Make one layer of cells of this height, along z, from a mesh in a plane; its two sides get the
+    /// tags back and front, which OpenFOAM takes as empty
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    extrude: Option<f64>,
     /// Give outer faces without a tag the tags boundary_1, boundary_2, ..., the largest connected part
     /// first
     #[arg(long, value_name = "HOW")]
@@ -26,6 +32,10 @@ pub struct Changes {
     /// Rename a boundary tag or zone; repeatable
     #[arg(long, value_name = "OLD=NEW", value_parser = renaming)]
     rename_tag: Vec<(String, String)>,
+    /// Type of the patch that a boundary tag becomes in OpenFOAM: patch, wall, symmetry, symmetryPlane,
+    /// empty or wedge; repeatable
+    #[arg(long, value_name = "TAG=TYPE", value_parser = patch_type)]
+    patch_type: Vec<(String, String)>,
 }
 
 /// How faces are gathered into tags.
@@ -39,6 +49,14 @@ fn renaming(text: &str) -> std::result::Result<(String, String), String> {
     match text.split_once('=') {
         Some((old, new)) if !old.is_empty() && !new.is_empty() => Ok((old.into(), new.into())),
         _ => Err("write OLD=NEW".into()),
+    }
+}
+
+/// Reads `wing=wall`.
+pub fn patch_type(text: &str) -> std::result::Result<(String, String), String> {
+    match text.rsplit_once('=') {
+        Some((tag, kind)) if !tag.is_empty() && !kind.is_empty() => Ok((tag.into(), kind.into())),
+        _ => Err("write TAG=TYPE, such as wing=wall".into()),
     }
 }
 
@@ -87,7 +105,12 @@ impl Changes {
             Some(factor) if !factor.is_finite() || factor <= 0.0 => Err(Error::input(format!(
                 "--scale {factor}: it must be a finite number above 0 (a negative one would invert every cell)"
             ))),
-            _ => Ok(()),
+            _ => match self.extrude {
+                Some(height) if !height.is_finite() || height <= 0.0 => Err(Error::input(format!(
+                    "--extrude {height}: it must be a finite number above 0"
+                ))),
+                _ => Ok(()),
+            },
         }
     }
 
@@ -120,6 +143,9 @@ impl Changes {
                 ));
             }
         }
+        if let Some(height) = self.extrude {
+            mesh.extrude(height)?;
+        }
         if self.tag_boundary.is_some() {
             let (n_faces, n_tags) = mesh.tag_connected_boundary()?;
             remarks.push(format!(
@@ -129,6 +155,7 @@ impl Changes {
             ));
         }
         rename(mesh, &self.rename_tag)?;
+        set_patch_types(mesh, &self.patch_type)?;
         Ok(remarks)
     }
 }

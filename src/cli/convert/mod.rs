@@ -10,6 +10,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, Staged};
 use crate::mesh::Mesh;
 use changes::Changes;
+pub(super) use changes::patch_type;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -145,6 +146,9 @@ impl Run<'_> {
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
+        if let (Some(_), [one]) = (format.case(), &self.args.paths[..]) {
+            return self.write_case(one, folder, format);
+        }
         let open = |path: &PathBuf| Input::open(path, None, self.context);
         let inputs = self.args.paths.iter().map(open);
         let inputs = inputs.collect::<Result<Vec<_>>>()?;
@@ -165,18 +169,39 @@ impl Run<'_> {
         for input in &inputs {
             let stem = folder.join(input.stem());
             match (input.times(), self.args.step) {
+                (Some(times), None) if format.case().is_some() => {
+                    let path = stem;
+                    self.sequence(input, &times, &Place::File { path, format })?;
+                }
                 (Some(times), None) => {
                     let place = Place::listed(&stem, format);
                     self.sequence(input, &times, &place)?;
                 }
                 _ => {
-                    let path = target::with_ending(&stem, self.ending(format));
+                    let path = match format.case() {
+                        Some(_) => stem,
+                        None => target::with_ending(&stem, self.ending(format)),
+                    };
                     self.args.write.check(&path)?;
                     self.one_mesh(input, &Place::File { path, format })?;
                 }
             }
         }
         Ok(())
+    }
+
+    /// One mesh, or one sequence, into a case.
+    fn write_case(&self, input: &Path, folder: &Path, format: &'static dyn formats::Format) -> Result<()> {
+        let input = Input::open(input, None, self.context)?;
+        let path = folder.to_path_buf();
+        let place = Place::File { path, format };
+        match (input.times(), self.args.step) {
+            (Some(times), None) => {
+                input.check_files()?;
+                self.sequence(&input, &times, &place)
+            }
+            _ => self.one_mesh(&input, &place),
+        }
     }
 
     fn one_mesh(&self, input: &Input, place: &Place) -> Result<()> {

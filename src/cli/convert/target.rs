@@ -82,6 +82,13 @@ impl Run<'_> {
             (None, Some(name)) => formats::by_name(name)?,
             (None, None) => formats::by_name("vtu")?,
         };
+        if format.case().is_some() {
+            return Err(Error::input(format!(
+                "a list has a file for each step, and {} keeps all steps in one folder; give its name instead",
+                format.title()
+            ))
+            .file(path));
+        }
         Ok(Place::Listed {
             stem: path.with_file_name(stem),
             format,

@@ -4,9 +4,11 @@
 //! In the fields, `what` is the kind of an array (`point`, `cell`, `field`), of a group (`tag`, `group`) or of an
 //! item (`node`, `element`), and `format` the name of a format in a sentence.
 
+mod foam;
 mod read;
 mod write;
 
+pub use foam::Foam;
 pub use read::{ArrayRead, NotKept, Pieces, Read};
 pub use write::{ArrayWritten, Condition, GroupWritten, Written};
 
@@ -36,6 +38,8 @@ pub enum FormatNote {
     Condition(Condition),
     /// Something else that a file does not hold as it was.
     Written(Written),
+    /// An OpenFOAM case.
+    Foam(Foam),
 }
 
 macro_rules! kinds {
@@ -74,7 +78,8 @@ kinds!(
     ArrayWritten,
     GroupWritten,
     Condition,
-    Written
+    Written,
+    Foam
 );
 
 /// Names in quotes.

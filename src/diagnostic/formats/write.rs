@@ -103,6 +103,17 @@ GroupWritten {
     UntaggedNumbered { n: usize, number: i32, name: String } => (
         "boundary faces without a tag ({n}) get number {number}, \"{name}\""
     )
+    /// Faces that are in several tags are in the patch of the first.
+    OnePatch { n: usize } => (
+        "a face is in one patch of OpenFOAM; further tags of faces that have several are left out ({n})"
+    )
+    /// Boundary faces inside the mesh, or on no cell.
+    NotOutside { name: String, n: usize } => (
+        "faces of the tag \"{name}\" that are not on the outside of the mesh are left out ({n}); a patch of OpenFOAM has \
+         outer faces only"
+    )
+    /// Outer faces in no tag get a patch.
+    UntaggedPatch { n: usize, name: String } => ("outer faces without a tag ({n}) are in the patch {name}")
     /// Names of tags were not wanted.
     NamesNotWritten => ("names of tags are not written, as requested")
 }
@@ -132,6 +143,10 @@ Condition {
     /// Tags have none.
     Missing { tags: Vec<String> } => (
         "tags without a boundary condition have number 0 in the .mapbc: {}", quoted(tags)
+    )
+    /// OpenFOAM has no type of patch for it.
+    AsPatch { condition: String, tag: String } => (
+        "condition {condition} of tag \"{tag}\" is written as the type patch of OpenFOAM"
     )
     /// CGNS does not know it.
     Unknown { condition: String, group: String } => (
@@ -172,6 +187,10 @@ Written {
     /// Cells are written type by type.
     CellsByType => (
         "cells are written in the order of their types: in their own order there would be too many sections"
+    )
+    /// Files of an OpenFOAM mesh that say what its faces and points belong to.
+    FilesLeftOut { names: Vec<String> } => (
+        "left out, since faces have another order now: {}", names.join(", ")
     )
     /// A device or a pipe can have no companion file.
     CompanionLeftOut => (

@@ -45,7 +45,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
         cells: found.cells,
         groups: found.tags.into_groups(),
         field_arrays: found.field_arrays,
-        space: None,
+        ..Mesh::default()
     })
 }
 

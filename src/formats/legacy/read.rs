@@ -304,7 +304,7 @@ impl File {
             point_arrays: self.point_arrays,
             cell_arrays: self.cell_arrays,
             field_arrays: self.field_arrays,
-            space: None,
+            ..Mesh::default()
         })
     }
 
@@ -327,7 +327,7 @@ impl File {
             point_arrays: self.point_arrays,
             cell_arrays: self.cell_arrays,
             field_arrays: self.field_arrays,
-            space: None,
+            ..Mesh::default()
         })
     }
 
@@ -358,7 +358,7 @@ impl File {
             point_arrays: self.point_arrays,
             cell_arrays: self.cell_arrays,
             field_arrays: self.field_arrays,
-            space: None,
+            ..Mesh::default()
         })
     }
 }

@@ -52,6 +52,7 @@ impl<'m> Subsets<'m> {
             cell_arrays: select(&mesh.cell_arrays, cells),
             field_arrays: mesh.field_arrays.iter().copied().cloned().collect(),
             space: mesh.space,
+            ..Mesh::default()
         };
         (part, nodes)
     }

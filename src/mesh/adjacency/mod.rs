@@ -5,7 +5,7 @@
 
 mod pair;
 
-use super::{CellKind, CellRun, Mesh};
+use super::{CellKind, CellRun, Cells, Mesh};
 use crate::parallel::map;
 use std::ops::Range;
 
@@ -99,15 +99,19 @@ impl Adjacency {
     /// has an outer face. Time and memory grow with the number of cells: in addition to what is kept,
     /// 12 to 24 bytes for each side whose other cell is more than 32,768 cells away.
     pub fn of(mesh: &Mesh) -> Self {
-        let dimension = mesh.dimension();
-        let n_cells = mesh.cells.len();
+        Self::of_cells(&mesh.cells, mesh.dimension())
+    }
+
+    /// [`Adjacency::of`] the cells of a mesh of this dimension.
+    pub fn of_cells(cells: &Cells, dimension: u8) -> Self {
+        let n_cells = cells.len();
         if dimension < 2 {
             return Self {
                 n_cells,
                 ..Self::default()
             };
         }
-        let chunks = pair::chunks(mesh, dimension);
+        let chunks = pair::chunks(cells, dimension);
         let count = |wanted: u8| {
             let of = |chunk: &Chunk| {
                 (0..4 * chunk.codes.len())

@@ -1,9 +1,9 @@
 //! Pairing the sides of cells: each chunk's among themselves first, by a table of hashes, then those
 //! left of all chunks, sorted by hash.
 
+use super::super::Cells;
 use super::super::faces::{self, Entry, all_corners};
 use super::super::sides::{for_each_side, side_corners};
-use super::super::{Cells, Mesh};
 use super::{CHUNK, Chunk, ELSEWHERE, INNER, NONE, OUTER, code_at, range};
 use crate::parallel::{BLOCK, for_items, map, map_items, sort_by_key};
 use std::ops::Range;
@@ -13,27 +13,27 @@ use std::sync::{Mutex, PoisonError};
 const OPEN: u8 = 3;
 
 /// The paired sides of all cells of the mesh's dimension, which is 2 or 3.
-pub(super) fn chunks(mesh: &Mesh, dimension: u8) -> Vec<Chunk> {
-    let n_cells = mesh.cells.len();
+pub(super) fn chunks(cells: &Cells, dimension: u8) -> Vec<Chunk> {
+    let n_cells = cells.len();
     let desks: Mutex<Vec<Desk>> = Mutex::default();
     let desks = || desks.lock().unwrap_or_else(PoisonError::into_inner);
     let drafts = map(n_cells.div_ceil(CHUNK), &|chunk| {
         let mut desk = desks().pop().unwrap_or_default();
-        let draft = desk.draft(mesh, dimension, range(chunk, n_cells));
+        let draft = desk.draft(cells, dimension, range(chunk, n_cells));
         desks().push(desk);
         draft
     });
-    let mut open = boundary_cells(mesh, dimension);
+    let mut open = boundary_cells(cells, dimension);
     open.reserve_exact(drafts.iter().map(|(_, open)| open.len()).sum());
     let take = |(chunk, own): (Chunk, Vec<Open>)| {
         open.extend(own);
         chunk
     };
     let drafts: Vec<Chunk> = drafts.into_iter().map(take).collect();
-    settle_all(&mesh.cells, &mut open);
+    settle_all(cells, &mut open);
     map_items(drafts, &|chunk, draft| {
-        let cells = range(chunk, n_cells);
-        let from = open.partition_point(|open| (open.cell as usize) < cells.start);
+        let first = range(chunk, n_cells).start;
+        let from = open.partition_point(|open| (open.cell as usize) < first);
         finish(draft, open[from..].iter())
     })
 }
@@ -103,23 +103,23 @@ const USED: u32 = u32::MAX - 1;
 
 impl Desk {
     /// Pairs the sides of some cells among themselves; those left are open.
-    fn draft(&mut self, mesh: &Mesh, dimension: u8, cells: Range<usize>) -> (Chunk, Vec<Open>) {
+    fn draft(&mut self, cells: &Cells, dimension: u8, range: Range<usize>) -> (Chunk, Vec<Open>) {
         self.entries.clear();
         self.across.clear();
         let least = usize::from(dimension);
-        for run in mesh.cells.runs_in(cells) {
+        for run in cells.runs_in(range) {
             if run.kind.dimension() != dimension {
                 continue;
             }
             for cell in run.cell_refs() {
-                for_each_side(&mesh.cells, &cell, |face, corners| {
+                for_each_side(cells, &cell, |face, corners| {
                     let entry = Entry::new(corners, least, cell.index, face as u32);
                     self.across.push(entry.map_or(NOT_MINE, |_| SOUGHT));
                     self.entries.push(entry.unwrap_or(Entry::COLLAPSED));
                 });
             }
         }
-        self.pair(&mesh.cells);
+        self.pair(cells);
         let (mut chunk, mut open) = (Chunk::default(), Vec::new());
         for (side, (&across, entry)) in self.across.iter().zip(&self.entries).enumerate() {
             let code = match across {
@@ -176,8 +176,8 @@ fn is_same(cells: &Cells, a: &Entry, b: &Entry) -> bool {
         && (a.size() <= 4 || all_corners(cells, a) == all_corners(cells, b))
 }
 
-fn boundary_cells(mesh: &Mesh, dimension: u8) -> Vec<Open> {
-    let entries = faces::boundary_cells(mesh, dimension);
+fn boundary_cells(cells: &Cells, dimension: u8) -> Vec<Open> {
+    let entries = faces::boundary_cells(cells, dimension);
     entries.iter().map(Open::new).collect()
 }
 

@@ -1,0 +1,197 @@
+//! Cells from faces: which faces each cell has, and the cells in the order of the file, in blocks on all threads.
+
+use super::lists::Faces;
+use super::shapes;
+use crate::error::{Error, Result, counted};
+use crate::mesh::{CellKind, Cells};
+use crate::parallel::{map, map_blocks};
+use std::ops::Range;
+
+/// In place of the neighbour of a face on the boundary.
+pub(super) const NONE: u32 = u32::MAX;
+/// Faces of a block.
+const FACES: usize = 1 << 14;
+/// Cells that one task puts together.
+const CELLS: usize = 1 << 14;
+/// Tasks whose cells are held before they are appended.
+const BATCH: usize = 32;
+/// Parts of the cells whose faces are collected one beside the other.
+const PARTS: usize = 16;
+
+/// The faces of each cell, ascending.
+pub(super) struct CellFaces {
+    starts: Vec<usize>,
+    faces: Vec<u32>,
+}
+
+impl CellFaces {
+    /// Collects the faces of `n_cells` cells. `neighbour` has the faces between two cells, which are the first.
+    pub fn new(n_cells: usize, owner: &[u32], neighbour: &[u32]) -> Self {
+        let blocks = Blocks::new(owner, neighbour);
+        let part = |i: usize| {
+            let size = n_cells.div_ceil(PARTS);
+            (i * size).min(n_cells)..((i + 1) * size).min(n_cells)
+        };
+        let parts = map(PARTS, &|i| blocks.of_cells(part(i), owner, neighbour));
+        let mut all = Self {
+            starts: Vec::with_capacity(n_cells + 1),
+            faces: Vec::with_capacity(owner.len() + neighbour.len()),
+        };
+        for (ends, faces) in parts {
+            let first = all.faces.len();
+            all.starts.extend(
+                ends[..ends.len() - 1]
+                    .iter()
+                    .map(|end| first + *end as usize),
+            );
+            all.faces.extend_from_slice(&faces);
+        }
+        all.starts.push(all.faces.len());
+        all
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// The faces of a cell.
+    pub fn get(&self, cell: usize) -> &[u32] {
+        &self.faces[self.starts[cell]..self.starts[cell + 1]]
+    }
+}
+
+/// The cells that blocks of faces belong to, so that those of other cells are passed over.
+struct Blocks {
+    of_owner: Vec<Range<u32>>,
+    of_neighbour: Vec<Range<u32>>,
+}
+
+impl Blocks {
+    fn new(owner: &[u32], neighbour: &[u32]) -> Self {
+        let span = |cells: &[u32]| {
+            let low = cells.iter().copied().min().unwrap_or(0);
+            low..cells.iter().copied().max().unwrap_or(0) + 1
+        };
+        let spans = |cells: &[u32]| map_blocks(cells.len(), FACES, &|range| span(&cells[range]));
+        Self {
+            of_owner: spans(owner),
+            of_neighbour: spans(neighbour),
+        }
+    }
+
+    /// Ends of the lists of these cells, with a 0 before them, and the lists.
+    fn of_cells(
+        &self,
+        cells: Range<usize>,
+        owner: &[u32],
+        neighbour: &[u32],
+    ) -> (Vec<u32>, Vec<u32>) {
+        let mut ends = vec![0u32; cells.len() + 1];
+        self.visit(&cells, owner, neighbour, |cell, _| ends[cell + 1] += 1);
+        for i in 1..ends.len() {
+            ends[i] += ends[i - 1];
+        }
+        let mut next = ends.clone();
+        let mut faces = vec![0; ends[cells.len()] as usize];
+        self.visit(&cells, owner, neighbour, |cell, face| {
+            faces[next[cell] as usize] = face;
+            next[cell] += 1;
+        });
+        (ends, faces)
+    }
+
+    /// Calls `act(cell, face)` for the sides of these cells, counted from the first of them, in the order of the faces.
+    fn visit(
+        &self,
+        cells: &Range<usize>,
+        owner: &[u32],
+        neighbour: &[u32],
+        mut act: impl FnMut(usize, u32),
+    ) {
+        let (first, n) = (cells.start as u32, cells.len() as u32);
+        let touches = |span: Option<&Range<u32>>| {
+            span.is_some_and(|span| (span.start as usize) < cells.end && span.end > first)
+        };
+        for (block, span) in self.of_owner.iter().enumerate() {
+            let of_neighbour = touches(self.of_neighbour.get(block));
+            if !of_neighbour && !touches(Some(span)) {
+                continue;
+            }
+            let faces = block * FACES..owner.len().min((block + 1) * FACES);
+            for face in faces {
+                let owner = owner[face].wrapping_sub(first);
+                if owner < n {
+                    act(owner as usize, face as u32);
+                }
+                if let Some(neighbour) = neighbour.get(face) {
+                    let neighbour = neighbour.wrapping_sub(first);
+                    if neighbour < n {
+                        act(neighbour as usize, face as u32);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The cells of the mesh, then the faces on its boundary as cells.
+pub(super) fn assemble(
+    faces: &Faces,
+    owner: &[u32],
+    neighbour: &[u32],
+    n_cells: usize,
+) -> Result<Cells> {
+    let of_cells = CellFaces::new(n_cells, owner, neighbour);
+    let mut cells = Cells::new();
+    in_batches(0..n_cells, &mut cells, &|range| {
+        let mut part = Cells::new();
+        let mut scratch = shapes::Scratch::default();
+        for cell in range {
+            let found = of_cells.get(cell);
+            if found.len() < 4 {
+                return Err(Error::input(format!(
+                    "cell {cell} has {}; it must have at least 4",
+                    counted(found.len(), "face")
+                )));
+            }
+            shapes::push(&mut part, faces, owner, cell as u32, found, &mut scratch)?;
+        }
+        Ok(part)
+    })?;
+    drop(of_cells);
+    in_batches(neighbour.len()..faces.len(), &mut cells, &|range| {
+        let mut part = Cells::new();
+        for face in range {
+            push_face(&mut part, faces.get(face));
+        }
+        Ok(part)
+    })?;
+    Ok(cells)
+}
+
+fn push_face(cells: &mut Cells, nodes: &[u32]) {
+    let kind = match nodes.len() {
+        3 => CellKind::Triangle,
+        4 => CellKind::Quadrilateral,
+        _ => CellKind::Polygon,
+    };
+    cells.push(kind, nodes);
+}
+
+fn in_batches(
+    range: Range<usize>,
+    cells: &mut Cells,
+    part: &(dyn Fn(Range<usize>) -> Result<Cells> + Sync),
+) -> Result<()> {
+    let mut start = range.start;
+    while start < range.end {
+        let end = range.end.min(start + BATCH * CELLS);
+        let of_block = |block: Range<usize>| part(start + block.start..start + block.end);
+        for part in map_blocks(end - start, CELLS, &of_block) {
+            cells.append(&part?);
+        }
+        start = end;
+    }
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! OpenFOAM meshes: a case, or the folder `polyMesh` of one.
+//!
+//! ```text
+//! case         which folders and times a path stands for
+//! file         a file, decompressed, and its header; text: its words; dictionary: text in braces
+//! lists        points, labels and faces, binary; ascii: as text; zones: named lists of cells
+//! cells        which faces each cell has; shapes: the kind of cell that they make
+//! read         all of it -> a mesh
+//! decomposed   the pieces of a case, joined by numbers (addressed) or by the faces that they share (matched)
+//! topology     what is left for the writer: the files as they are, and the patches
+//!
+//! write        a mesh -> the files of a polyMesh
+//! order, orientation  cells -> faces
+//! boundary     tags -> patches
+//! points       headers and lists, written
+//! motion       points and displacement of a time; times: names of their folders
+//! sequence     a case with many times; beside: what is copied to it
+//! ```
+
+mod addressed;
+mod ascii;
+mod beside;
+mod boundary;
+mod case;
+mod cells;
+mod decomposed;
+mod dictionary;
+mod file;
+mod lists;
+mod matched;
+mod motion;
+mod order;
+mod orientation;
+mod points;
+mod read;
+mod sequence;
+mod shapes;
+mod text;
+mod times;
+mod topology;
+mod write;
+mod zones;
+
+pub use boundary::set_patch_types;
+
+use super::case::CaseFormat;
+use super::{
+    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes, StepSize,
+    WriteOptions,
+};
+use crate::error::Result;
+use crate::mesh::{Mesh, MeshView};
+use std::path::Path;
+
+/// OpenFOAM case (polyMesh).
+pub struct OpenFoam;
+
+impl Format for OpenFoam {
+    fn name(&self) -> &'static str {
+        "openfoam"
+    }
+
+    fn title(&self) -> &'static str {
+        "OpenFOAM case (polyMesh)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["foam", "openfoam"]
+    }
+
+    fn is_folder(&self) -> bool {
+        true
+    }
+
+    fn recognizes(&self, location: &Location) -> bool {
+        case::Case::is_at(location)
+    }
+
+    fn lists_faces_again(&self) -> bool {
+        false
+    }
+
+    fn read(&self, location: &Location, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(location, options, notes)
+    }
+
+    fn steps(&self, location: &Location) -> Result<Vec<f64>> {
+        let steps = case::Case::at(location)?.steps;
+        Ok(steps.iter().map(|step| step.time).collect())
+    }
+
+    fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
+        write::write(mesh, out, options)
+    }
+
+    fn shared_folder(&self, path: &Path) -> Option<SharedFolder> {
+        Some(SharedFolder {
+            folder: write::case_of(path),
+            own: "constant/polyMesh",
+            mark: write::foam_file(path),
+        })
+    }
+
+    fn sequence(&self) -> Option<CreateSequence> {
+        use sequence::Sequence;
+        Some(|path, options, begin, _| Ok(Box::new(Sequence::create(path, options, begin)?)))
+    }
+
+    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
+        sequence::step_bytes(step)
+    }
+
+    fn case(&self) -> Option<&'static dyn CaseFormat> {
+        Some(&OpenFoam)
+    }
+
+    fn holds_displacement(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,263 @@
+//! A case with the points of many times: that of a run, written step by step beside a mesh that all steps share, and that
+//! of a conversion, written as a whole.
+
+use super::motion::{field_path, write_time};
+use super::times::{CONSTANT, TimeNames};
+use super::topology::Topology;
+use super::write::{MESH, Place, check, foam_file, points, topology};
+use super::{OpenFoam, beside};
+use crate::error::{Error, Result};
+use crate::formats::case::CaseFormat;
+use crate::formats::hash::hash_of;
+use crate::formats::output_set::hash_of_names;
+use crate::formats::{Begin, Commit, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions};
+use crate::mesh::MeshView;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Bytes of the header of a file and of what stands around a list, at the most.
+const AROUND: u64 = 1000;
+
+/// Bytes that a mesh after the first adds to a case.
+pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
+    StepBytes {
+        coordinates: 24 * step.n_nodes + AROUND,
+        arrays: step.n_vectors * (24 * step.n_nodes + AROUND),
+        rest: 0,
+    }
+}
+
+impl CaseFormat for OpenFoam {
+    fn is_case(&self, folder: &Path) -> bool {
+        folder.join("system").join("controlDict").is_file() || folder.join(CONSTANT).is_dir()
+    }
+
+    fn records(&self) -> &'static str {
+        "azimesh"
+    }
+
+    fn check(&self, case: &Path, mesh: &MeshView) -> Result<()> {
+        check(mesh)?;
+        beside::check(case, mesh)
+    }
+
+    fn shared(&self, mesh: &MeshView) -> String {
+        Place::of(Path::new(""), mesh).folder(CONSTANT)
+    }
+
+    fn step_files(&self, case: &Path, mesh: &MeshView, times: &[f64]) -> Result<Vec<String>> {
+        let place = Place::of(case, mesh);
+        let folders = time_names(&place.case, mesh)?.folders(times)?;
+        let file = |folder: &String| format!("{}/points", place.folder(folder));
+        Ok(folders.iter().map(file).collect())
+    }
+
+    fn is_shared(&self, file: &str) -> bool {
+        file.split('/').next() == Some(CONSTANT)
+    }
+
+    fn begin(
+        &self,
+        case: &Path,
+        mesh: &MeshView,
+        options: &WriteOptions,
+        begin: Begin,
+        commit: Commit,
+    ) -> Result<Notes> {
+        let place = Place::of(case, mesh);
+        let own = place.folder(CONSTANT);
+        let write = |out: &mut OutputSet| -> Result<Notes> {
+            out.into_folder(&place.case, &[&own])?;
+            topology(mesh, out, &place, options)
+        };
+        let is_there_already = place.case.join(&own).exists();
+        if begin == Begin::Resume && is_there_already {
+            let mut wanted = OutputSet::nowhere(&place.case).hashed();
+            let notes = write(&mut wanted)?;
+            if is_there(&place.case, &wanted.finish().of_folder) && has_points(&place.case.join(&own)) {
+                return Ok(notes);
+            }
+        }
+        // Of several runs that find none, each a part of the sequence, one puts its mesh in place.
+        let replace = is_there_already || begin != Begin::Resume;
+        let mut out = OutputSet::new(&place.case, Commit { replace, ..commit });
+        let notes = write(&mut out)?;
+        points(mesh.points, &mut out, &place, CONSTANT, options)?;
+        beside::copy(mesh, &place, &mut out)?;
+        let foam = foam_file(case);
+        if !place.case.join(&foam).exists() {
+            out.in_folder(&place.case, &foam, |_| Ok(()))?;
+        }
+        out.finish().files.keep()?;
+        Ok(notes)
+    }
+
+    fn write_step(&self, mesh: &MeshView, file: &str, out: &mut OutputSet, options: &WriteOptions) -> Result<()> {
+        let place = Place::of(out.path(), mesh);
+        let folder = file.split('/').next().unwrap_or(file);
+        let of_field = match folder {
+            CONSTANT => time_names(&place.case, mesh)?.name(0.0),
+            folder => folder.to_owned(),
+        };
+        write_time(mesh, folder, &of_field, &place, out, options)
+    }
+
+    fn has_hash(&self, path: &Path, hash: &str) -> io::Result<bool> {
+        let points = hash_of(path)?;
+        if points.to_string() == hash {
+            return Ok(true);
+        }
+        let files = self.files_of(path);
+        let Some((case, _)) = split(path) else {
+            return Ok(false);
+        };
+        let mut hashes = BTreeMap::new();
+        for file in files {
+            let name = file.strip_prefix(&case).unwrap_or(&file);
+            hashes.insert(name.to_string_lossy().replace('\\', "/"), hash_of(&file)?);
+        }
+        Ok(hash_of_names(&hashes).to_string() == hash)
+    }
+
+    fn files_of(&self, path: &Path) -> Vec<PathBuf> {
+        let Some((case, inside)) = split(path) else {
+            return Vec::new();
+        };
+        let folder = inside.first().map_or("", |folder| folder.as_str());
+        let region = (inside.len() == 4).then(|| inside[1].clone());
+        let place = Place { case: case.clone(), region };
+        // The displacement at the mesh that a case begins with lies in the folder of its first time.
+        let names = TimeNames::of_case(&case).unwrap_or_default();
+        let field = match folder {
+            CONSTANT => field_path(&place, &names.name(0.0)),
+            folder => field_path(&place, folder),
+        };
+        [path.to_path_buf(), case.join(field)].into_iter().filter(|path| path.is_file()).collect()
+    }
+}
+
+/// A path of points as the case and what comes after it: `time/polyMesh/points`, or with a region in between.
+pub(super) fn split(path: &Path) -> Option<(PathBuf, Vec<String>)> {
+    let names: Vec<String> = path.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    let at = names.len().checked_sub(2)?;
+    if names[at] != MESH {
+        return None;
+    }
+    let is_time = |name: &String| name == CONSTANT || name.parse::<f64>().is_ok();
+    let first = [at.checked_sub(1), at.checked_sub(2)];
+    let first = first.into_iter().flatten().find(|&at| is_time(&names[at]))?;
+    let case = path.iter().take(first).collect();
+    Some((case, names[first..].to_vec()))
+}
+
+/// Names of times as the case says that is written or, before it has anything to say, that of the mesh.
+fn time_names(case: &Path, mesh: &MeshView) -> Result<TimeNames> {
+    let has_own = case.join("system").join("controlDict").is_file();
+    match mesh.origin.get::<Topology>().filter(|_| !has_own) {
+        Some(origin) => TimeNames::of_case(&origin.case),
+        None => TimeNames::of_case(case),
+    }
+}
+
+/// Whether all these files of a case have these hashes.
+fn is_there(case: &Path, files: &BTreeMap<String, blake3::Hash>) -> bool {
+    let is_same = |(name, hash): (&String, &blake3::Hash)| hash_of(&case.join(name)).is_ok_and(|own| own == *hash);
+    files.iter().all(is_same)
+}
+
+fn has_points(folder: &Path) -> bool {
+    folder.join("points").is_file()
+}
+
+/// A case that takes one mesh after another, as a whole.
+pub(super) struct Sequence {
+    folder: PathBuf,
+    options: WriteOptions,
+    times: Vec<f64>,
+    names: TimeNames,
+    /// Hash of the cells and groups of the first mesh.
+    first: Option<blake3::Hash>,
+    n_bytes: u64,
+    notes: Notes,
+}
+
+impl Sequence {
+    /// In an empty folder.
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin) -> Result<Self> {
+        if begin != Begin::Fill {
+            return Err(Error::input("a case is not resumed mesh by mesh").file(path));
+        }
+        Ok(Self {
+            folder: path.to_path_buf(),
+            options: options.clone(),
+            times: Vec::new(),
+            names: TimeNames::default(),
+            first: None,
+            n_bytes: 0,
+            notes: Notes::default(),
+        })
+    }
+
+    /// Makes sure that a later mesh has the cells of the first.
+    fn fix(&mut self, mesh: &MeshView) -> Result<bool> {
+        let hash = super::topology::hash_of_cells(mesh.points.len(), mesh.cells);
+        match self.first {
+            None => self.first = Some(hash),
+            Some(first) if first == hash => return Ok(false),
+            Some(_) => {
+                return Err(Error::input(format!(
+                    "step {} has other nodes or cells than the first step; all times of an OpenFOAM case that is written \
+                     have the same",
+                    self.times.len()
+                )));
+            }
+        }
+        Ok(true)
+    }
+}
+
+impl SequenceFile for Sequence {
+    fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
+        check(mesh)?;
+        let is_first = self.fix(mesh)?;
+        self.times.push(time);
+        let folders = self.names.folders(&self.times)?;
+        let folder = &folders[folders.len() - 1];
+        let place = Place { case: self.folder.clone(), ..Place::of(&self.folder, mesh) };
+        let mut out = OutputSet::new(&self.folder, Commit { replace: true, sync: false }).hashed();
+        out.into_folder(&self.folder, &[])?;
+        if is_first {
+            self.notes = topology(mesh, &mut out, &place, &self.options)?;
+            points(mesh.points, &mut out, &place, CONSTANT, &self.options)?;
+        }
+        if !is_first || folder != CONSTANT {
+            points(mesh.points, &mut out, &place, folder, &self.options)?;
+        }
+        let written = out.finish();
+        self.n_bytes += written.n_bytes;
+        let hash = written.hash.expect("it was asked for");
+        written.files.keep()?;
+        Ok(hash)
+    }
+
+    fn commit(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    fn n_bytes(&self) -> u64 {
+        self.n_bytes
+    }
+
+    fn end(&mut self) -> Result<bool> {
+        Ok(false)
+    }
+
+    fn is_resuming(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,345 @@
+//! Writes the files of a polyMesh: those that the mesh was read from, byte for byte, as far as they fit, others from its
+//! cells, tags and zones.
+
+use super::boundary::Patches;
+use super::order::{CellNumbers, OrderedFaces};
+use super::points::{Header, entries, is_binary, labels, vectors};
+use super::topology::Topology;
+use crate::diagnostic::formats::{GroupWritten, Written};
+use crate::error::{Error, Result, option};
+use crate::formats::records::{left_out, push_integer, write_all};
+use crate::formats::{Notes, OutputSet, WriteOptions};
+use crate::mesh::{Group, MeshView};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The files that are written from cells, tags and zones.
+const WRITTEN: [&str; 5] = ["faces", "owner", "neighbour", "boundary", "cellZones"];
+
+/// Where a mesh lies in a case: `constant/polyMesh`, or that of a region.
+pub(super) const MESH: &str = "polyMesh";
+
+/// The folders of a mesh in its case.
+pub(super) struct Place {
+    /// The case.
+    pub case: PathBuf,
+    /// Region, where it is not the default one.
+    pub region: Option<String>,
+}
+
+impl Place {
+    /// Of a path that is a case or a `.foam` file in it. The mesh keeps the region that it was read from.
+    pub fn of(path: &Path, mesh: &MeshView) -> Self {
+        let origin = mesh.origin.get::<Topology>();
+        Self {
+            case: case_of(path),
+            region: origin.and_then(|origin| origin.region.clone()),
+        }
+    }
+
+    /// The folder of the mesh at a time, from the case on.
+    pub fn folder(&self, time: &str) -> String {
+        match &self.region {
+            Some(region) => format!("{time}/{region}/{MESH}"),
+            None => format!("{time}/{MESH}"),
+        }
+    }
+}
+
+/// The case that a path stands for: its folder where it is a `.foam` file.
+pub(super) fn case_of(path: &Path) -> PathBuf {
+    let is_foam = path.extension().is_some_and(|ending| ending == "foam") && !path.is_dir();
+    match path.parent() {
+        Some(folder) if is_foam && folder.as_os_str().is_empty() => PathBuf::from("."),
+        Some(folder) if is_foam => folder.to_path_buf(),
+        _ => path.to_path_buf(),
+    }
+}
+
+/// Name of the empty file by which ParaView opens a case.
+pub(super) fn foam_file(path: &Path) -> String {
+    let is_foam = path.extension().is_some_and(|ending| ending == "foam") && !path.is_dir();
+    let full = std::path::absolute(path).unwrap_or_default();
+    let name = full.file_name().unwrap_or_default().to_string_lossy();
+    match is_foam {
+        true => name.into_owned(),
+        false if name.is_empty() => "case.foam".to_owned(),
+        false => format!("{name}.foam"),
+    }
+}
+
+/// Refuses meshes that OpenFOAM has no cells for.
+pub(super) fn check(mesh: &MeshView) -> Result<()> {
+    if mesh.dimension() != 3 {
+        let advice = match mesh.dimension() {
+            2 => format!("; {} makes one layer of cells of it", option("extrude H")),
+            _ => String::new(),
+        };
+        return Err(Error::input(format!(
+            "OpenFOAM has meshes of solid cells only, and this one has dimension {}{advice}",
+            mesh.dimension()
+        )));
+    }
+    let mut runs = mesh.volume_runs();
+    if mesh.volume_runs().next().is_none() {
+        return Err(Error::input(
+            "OpenFOAM has meshes of solid cells only, and this one has none",
+        ));
+    }
+    match runs.find(|run| run.kind.is_curved()) {
+        Some(run) => Err(Error::input(format!(
+            "cell {} is a {}, and OpenFOAM has cells with straight edges only; {} keeps their corners",
+            run.first_cell,
+            run.kind.name(),
+            option("linearize")
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Writes a mesh to the case of the output.
+pub(super) fn write(mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
+    check(mesh)?;
+    let place = Place::of(out.path(), mesh);
+    let foam = foam_file(out.path());
+    out.into_folder(&place.case, &[&place.folder("constant")])?;
+    let notes = topology(mesh, out, &place, options)?;
+    points(mesh.points, out, &place, "constant", options)?;
+    if !place.case.join(&foam).exists() {
+        out.in_folder(&place.case, &foam, |_| Ok(()))?;
+    }
+    Ok(notes)
+}
+
+/// Writes the points of a time.
+pub(super) fn points(
+    points: &[[f64; 3]],
+    out: &mut OutputSet,
+    place: &Place,
+    time: &str,
+    options: &WriteOptions,
+) -> Result<()> {
+    let location = place.folder(time);
+    let (class, object) = ("vectorField", "points");
+    let header = Header {
+        class,
+        location: &location,
+        object,
+        note: None,
+    };
+    let binary = is_binary(options);
+    out.in_folder(&place.case, &format!("{location}/points"), |out| {
+        write_all(out, header.text(binary).as_bytes())?;
+        vectors(out, points, binary)
+    })
+}
+
+/// Writes all but the points.
+pub(super) fn topology(
+    mesh: &MeshView,
+    out: &mut OutputSet,
+    place: &Place,
+    options: &WriteOptions,
+) -> Result<Notes> {
+    let mut notes = Notes::default();
+    notes.extend(left_out("OpenFOAM", mesh, options, &[]));
+    let lower = mesh.groups.iter().filter(|group| group.dimension < 2);
+    let names: Vec<String> = lower.map(|group| group.name.clone()).collect();
+    if !names.is_empty() {
+        notes.push(GroupWritten::LowerLeftOut {
+            format: "OpenFOAM",
+            names,
+        });
+    }
+    let origin = mesh.origin.get::<Topology>();
+    let mut files = Files {
+        out,
+        place,
+        options,
+    };
+    let is_kept = |origin: &&Topology| !origin.files.is_empty() && origin.has_cells_of(mesh);
+    if let Some(origin) = origin.filter(is_kept)
+        && files.of_origin(mesh, origin, &mut notes)?
+    {
+        return Ok(notes);
+    }
+    files.of_cells(mesh, origin, &mut notes)?;
+    Ok(notes)
+}
+
+/// The files of one mesh.
+struct Files<'a, 'b> {
+    out: &'a mut OutputSet<'b>,
+    place: &'a Place,
+    options: &'a WriteOptions,
+}
+
+/// Name of a file without the ending of compression.
+fn plain(name: &str) -> &str {
+    name.strip_suffix(".gz").unwrap_or(name)
+}
+
+impl Files<'_, '_> {
+    /// The files that the mesh was read from; patches and zones anew where those of the mesh are others. Writes nothing
+    /// where the faces would need another order, which it tells.
+    fn of_origin(&mut self, mesh: &MeshView, origin: &Topology, notes: &mut Notes) -> Result<bool> {
+        let is_same = origin.has_groups_of(mesh);
+        let mut remarks = Notes::default();
+        let patches = Patches::of(mesh, Some(origin), &mut remarks)?;
+        let sizes = sizes_of(mesh, &patches);
+        if !is_same && sizes.is_none() {
+            return Ok(false);
+        }
+        for file in &origin.files {
+            let is_group = ["boundary", "cellZones"].contains(&plain(&file.name));
+            if is_same || !is_group {
+                self.file(&file.name, |out| write_all(out, file.stored.bytes()))?;
+            }
+        }
+        if let Some(sizes) = sizes.filter(|_| !is_same) {
+            notes.extend(remarks);
+            notes.extend(patches.notes_on_faces(mesh, &sizes));
+            self.boundary(&patches.text(origin.n_internal_faces, &sizes))?;
+            self.zones(mesh)?;
+        }
+        Ok(true)
+    }
+
+    /// Files from cells, tags and zones.
+    fn of_cells(
+        &mut self,
+        mesh: &MeshView,
+        origin: Option<&Topology>,
+        notes: &mut Notes,
+    ) -> Result<()> {
+        let patches = Patches::of(mesh, origin, notes)?;
+        let sets = origin
+            .into_iter()
+            .flat_map(|origin| &origin.files)
+            .map(|file| plain(&file.name));
+        let sets: Vec<String> = sets
+            .filter(|name| !WRITTEN.contains(name))
+            .map(str::to_owned)
+            .collect();
+        if !sets.is_empty() {
+            notes.push(Written::FilesLeftOut { names: sets });
+        }
+        let n_patches = patches.list.len() - 1;
+        let ordered = OrderedFaces::of(mesh, &patches.of_cell, n_patches)?;
+        notes.extend(patches.notes_on_faces(mesh, &ordered.patch_sizes));
+        let counts = format!(
+            "nPoints:{}  nCells:{}  nFaces:{}  nInternalFaces:{}",
+            mesh.points.len(),
+            ordered.n_cells,
+            ordered.faces.len(),
+            ordered.neighbour.len()
+        );
+        self.faces(&ordered)?;
+        self.labels("owner", &ordered.owner, &counts)?;
+        self.labels("neighbour", &ordered.neighbour, &counts)?;
+        self.boundary(&patches.text(ordered.neighbour.len(), &ordered.patch_sizes))?;
+        self.zones(mesh)
+    }
+
+    fn faces(&mut self, ordered: &OrderedFaces) -> Result<()> {
+        let faces = &ordered.faces;
+        if is_binary(self.options) {
+            return self.with_header("faces", "faceCompactList", true, None, |out| {
+                labels(out, &faces.starts, true)?;
+                labels(out, &faces.nodes, true)
+            });
+        }
+        self.with_header("faces", "faceList", false, None, |out| {
+            entries(out, faces.len(), &|face, buffer| {
+                let nodes = faces.get(face);
+                push_integer(buffer, nodes.len() as u64);
+                let mut before = b'(';
+                for node in nodes {
+                    buffer.push(before);
+                    push_integer(buffer, u64::from(*node));
+                    before = b' ';
+                }
+                buffer.extend_from_slice(b")\n");
+            })
+        })
+    }
+
+    fn labels(&mut self, name: &str, values: &[u32], note: &str) -> Result<()> {
+        let binary = is_binary(self.options);
+        self.with_header(name, "labelList", binary, Some(note), |out| {
+            labels(out, values, binary)
+        })
+    }
+
+    fn boundary(&mut self, text: &str) -> Result<()> {
+        self.with_header("boundary", "polyBoundaryMesh", false, None, |out| {
+            write_all(out, text.as_bytes())
+        })
+    }
+
+    /// Zones of cells. A case without any has no such file.
+    fn zones(&mut self, mesh: &MeshView) -> Result<()> {
+        let zones: Vec<&Group> = mesh.zones().filter(|zone| !zone.cells.is_empty()).collect();
+        if zones.is_empty() {
+            return Ok(());
+        }
+        let numbers = CellNumbers::of(mesh);
+        let names = super::boundary::zone_names(&zones);
+        let binary = is_binary(self.options);
+        self.with_header("cellZones", "regIOobject", binary, None, |out| {
+            write_all(out, format!("{}\n(\n", zones.len()).as_bytes())?;
+            for (zone, name) in zones.iter().zip(&names) {
+                let text = format!(
+                    "{name}\n{{\n    type            cellZone;\n    cellLabels      List<label> "
+                );
+                write_all(out, text.as_bytes())?;
+                let cells: Vec<u32> = zone
+                    .cells
+                    .iter()
+                    .map(|cell| numbers.get(cell as u32))
+                    .collect();
+                labels(out, &cells, binary)?;
+                write_all(out, b";\n}\n")?;
+            }
+            write_all(out, b")\n")
+        })
+    }
+
+    fn with_header(
+        &mut self,
+        name: &str,
+        class: &str,
+        binary: bool,
+        note: Option<&str>,
+        write: impl FnOnce(&mut dyn Write) -> Result<()>,
+    ) -> Result<()> {
+        let location = self.place.folder("constant");
+        let note = note.map(str::to_owned);
+        let header = Header {
+            class,
+            location: &location,
+            object: name,
+            note,
+        }
+        .text(binary);
+        self.file(name, |out| {
+            write_all(out, header.as_bytes())?;
+            write(out)
+        })
+    }
+
+    fn file(&mut self, name: &str, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+        let path = format!("{}/{name}", self.place.folder("constant"));
+        self.out.in_folder(&self.place.case, &path, write)
+    }
+}
+
+/// Sizes of the patches where the faces keep their order; `None` where those of a tag do not follow one another.
+fn sizes_of(mesh: &MeshView, patches: &Patches) -> Option<Vec<usize>> {
+    let of_faces = &patches.of_cell[CellNumbers::of(mesh).len()..];
+    let mut sizes = vec![0; patches.list.len()];
+    of_faces
+        .iter()
+        .for_each(|&patch| sizes[patch as usize] += 1);
+    of_faces.is_sorted().then_some(sizes)
+}
