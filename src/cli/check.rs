@@ -7,7 +7,8 @@ use crate::error::{Result, counted, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
 use crate::parallel;
 use crate::preflight::{
-    self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, conflicts, estimate_bytes, estimate_memory,
+    self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, conflicts,
+    estimate_bytes, estimate_memory,
 };
 use serde_json::{Value, json};
 use std::fmt::{Display, Write};

@@ -51,7 +51,10 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 3);
         for (line, node) in lines.iter().zip(nodes) {
-            let numbers: Vec<f64> = line.split(' ').map(|x| x.parse().expect("a number")).collect();
+            let numbers: Vec<f64> = line
+                .split(' ')
+                .map(|x| x.parse().expect("a number"))
+                .collect();
             let [x, y, _] = mesh.points[node as usize];
             assert_eq!(numbers, [f64::from(node), x, y]);
         }

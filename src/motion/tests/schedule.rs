@@ -7,8 +7,8 @@ use crate::motion::options::RbfOptions;
 use crate::motion::output::OutputOptions;
 use crate::motion::steps::MAX_STEPS;
 use crate::motion::{
-    Beam, Cyclic, Frame, KernelName, OnInverted, Others, QualityOutput, Schedule, SelectionMethod, SurfaceOutput,
-    SelectionOptions, TableMotion, Translation,
+    Beam, Cyclic, Frame, KernelName, OnInverted, Others, QualityOutput, Schedule, SelectionMethod,
+    SelectionOptions, SurfaceOutput, TableMotion, Translation,
 };
 use proptest::prelude::*;
 use std::path::Path;

@@ -62,7 +62,8 @@ fn each_step_has_the_places_of_the_moving_nodes_in_a_file_of_its_own() {
     deform(folder.path(), &format!("{STEPS}{REST}"), None, false).expect("it runs");
     (0..4).for_each(|step| check_surface(folder.path(), step));
     // The node numbers are those of the SU2 mesh that was read.
-    let first = Mesh::read(&folder.path().join("out/airfoil_hybrid_0000.vtu")).expect("it is there");
+    let first =
+        Mesh::read(&folder.path().join("out/airfoil_hybrid_0000.vtu")).expect("it is there");
     let mesh = Mesh::read(Path::new(MESH)).expect("it is there");
     assert_eq!(first.points, mesh.points);
 }
@@ -94,7 +95,9 @@ fn parts_leave_their_surface_files_and_finish_misses_one_that_is_lost() {
     let third = out.join("airfoil_hybrid_surface_00003.dat");
     let kept = std::fs::read(&third).expect("it is there");
     std::fs::remove_file(&third).expect("it is there");
-    let error = finish(&out, false, &Silent).expect_err("a file is lost").to_string();
+    let error = finish(&out, false, &Silent)
+        .expect_err("a file is lost")
+        .to_string();
     assert!(error.contains("step 3 is damaged"), "{error}");
     std::fs::write(&third, kept).expect("it can be written");
     finish(&out, false, &Silent).expect("all is there");
@@ -107,7 +110,10 @@ fn steps_that_are_no_iterations_are_refused() {
     let schedule = format!("time = {{ values = [0.0, 0.01, 0.03], frequency = 10.0 }}\n{REST}");
     let error = deform(folder.path(), &schedule, None, false).expect_err("it is refused");
     let message = error.to_string();
-    assert!(message.contains("step 2 is not as far from the last one"), "{message}");
+    assert!(
+        message.contains("step 2 is not as far from the last one"),
+        "{message}"
+    );
     assert!(!folder.path().join("out").exists());
 }
 
@@ -118,13 +124,17 @@ fn node_numbers_that_are_not_those_of_su2_are_refused() {
     let text = format!("{STEPS}{REST}");
     let schedule = Schedule::parse(&text, &path).expect("it is good");
     let mesh = Mesh::read(Path::new(MESH)).expect("it is there");
-    let deformation = Deformation::builder(mesh, schedule).plan().expect("they fit");
-    let check = |mesh: &str| {
-        crate::preflight::check_surface_files(deformation.plan(), Path::new(mesh))
-    };
+    let deformation = Deformation::builder(mesh, schedule)
+        .plan()
+        .expect("they fit");
+    let check =
+        |mesh: &str| crate::preflight::check_surface_files(deformation.plan(), Path::new(mesh));
     for mesh in ["a/wing.su2", "wing.SU2.gz"] {
         check(mesh).expect("it is an SU2 file");
     }
     let error = check("wing.vtu").expect_err("it is none").to_string();
-    assert!(error.contains("the nodes of wing.vtu have numbers"), "{error}");
+    assert!(
+        error.contains("the nodes of wing.vtu have numbers"),
+        "{error}"
+    );
 }
