@@ -155,7 +155,7 @@ pub use motion::{
 };
 pub use motion::{
     Interpolate, KernelName as Kernel, OnInverted, Others, Polynomial, QualityOutput, Rotor,
-    Schedule, SelectionCriterion, SelectionMethod, Step, Steps,
+    Schedule, SelectionCriterion, SelectionMethod, Step, Steps, SurfaceOutput,
 };
 pub use progress::{Progress, Stop};
 pub use quality::{Quality, quality};

@@ -7,7 +7,8 @@ use crate::error::{Result, counted, one_line};
 use crate::motion::{Role, Schedule, Step, TagRole};
 use crate::parallel;
 use crate::preflight::{
-    self, BodyAtStep, LargestDisplacements, bodies_at, conflicts, estimate_bytes, estimate_memory,
+    self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, conflicts,
+    estimate_bytes, estimate_memory,
 };
 use serde_json::{Value, json};
 use std::fmt::{Display, Write};
@@ -31,6 +32,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
     let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
         .map_err(|error| error.file(&args.mesh))?;
+    check_surface_files(&plan, &args.mesh)?;
     let n_bytes = estimate_bytes(&plan)?;
     let mut warnings = preflight::warnings(&plan);
     let extremes = LargestDisplacements::new(&plan);

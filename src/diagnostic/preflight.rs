@@ -76,6 +76,15 @@ PreflightNote as Preflight {
         owner(&bodies[0]), owner(&bodies[1]), counted(*looked_at, "step"), point(place)
     )
 
+    /// The surfaces are moved at step 0, and a solver begins with the mesh.
+    BeginsMoved {
+        /// How far at most, in mesh units.
+        distance: f64,
+    } => (
+        "output.surface = \"su2\": step 0 has moved the surfaces by up to {}; SU2 begins with its mesh as it is, so that its \
+         first iteration moves them by that within one TIME_STEP", in_digits(*distance, 4)
+    )
+
     /// An option of the output that its format does not know.
     NoEffect {
         /// Key of the schedule, in `output`.

@@ -60,6 +60,7 @@ use crate::mesh::{Mesh, MeshView};
 pub use decompress::without_compression;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+pub use su2::{n_zones as n_su2_zones, write_surface as write_su2_surface};
 
 /// Every format, in the order in which files are checked against them.
 pub static FORMATS: &[&dyn Format] = &[

@@ -26,7 +26,7 @@ impl Staged {
     }
 
     /// Several staged outputs as one, in order.
-    pub(super) fn all(files: Vec<Self>) -> Self {
+    pub(crate) fn all(files: Vec<Self>) -> Self {
         Self::new(|| Self::keep_all(files).map(|()| None))
     }
 

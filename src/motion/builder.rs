@@ -7,7 +7,7 @@ use super::options::{
     Interpolate, KernelName, Polynomial, RbfOptions, Refresh, SelectionCriterion, SelectionMethod,
     SelectionOptions,
 };
-use super::output::{OnInverted, OutputOptions, QualityOutput};
+use super::output::{OnInverted, OutputOptions, QualityOutput, SurfaceOutput};
 use super::places::Places;
 use super::rotor::Rotor;
 use super::schedule::Schedule;
@@ -103,4 +103,6 @@ setters! { Schedule {
     compression(compression: Compression) |self| self.output.compression = compression;
     /// What happens when a step has inverted cells; a warning unless it is set.
     on_inverted(on_inverted: OnInverted) |self| self.output.on_inverted = on_inverted;
+    /// Files of the moving surfaces, beside the meshes; none unless it is set.
+    surface(surface: SurfaceOutput) |self| self.output.surface = surface;
 } }

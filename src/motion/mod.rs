@@ -44,7 +44,7 @@ pub use motions::{
 pub use options::{
     Interpolate, KernelName, Polynomial, SelectionCriterion, SelectionMethod, SelectionOptions,
 };
-pub use output::{OnInverted, QualityOutput};
+pub use output::{OnInverted, QualityOutput, SurfaceOutput};
 pub use resolved::Motion;
 pub use rotor::{Frame, Rotor};
 pub use schedule::Schedule;

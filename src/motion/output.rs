@@ -14,6 +14,7 @@ const OUTPUT: &[&str] = &[
     "encoding",
     "compression",
     "on_inverted",
+    "surface",
 ];
 
 /// How much quality is computed at each step.
@@ -50,6 +51,21 @@ pub enum OnInverted {
     Substeps,
 }
 
+/// Files of the moving surfaces beside the meshes, for solvers that move the volume themselves.
+///
+/// ```
+/// use azimesh::{Schedule, Steps, SurfaceOutput};
+///
+/// let schedule = Schedule::new(Steps::times_s([0.0, 0.01, 0.02])).surface(SurfaceOutput::Su2);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SurfaceOutput {
+    /// No such files.
+    None,
+    /// A file for each iteration of SU2's unsteady `EXTERNAL` motion.
+    Su2,
+}
+
 /// `[output]`: what is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputOptions {
@@ -71,6 +87,8 @@ pub struct OutputOptions {
     pub compression: Compression,
     /// What happens when a step has inverted cells.
     pub on_inverted: OnInverted,
+    /// Files of the moving surfaces.
+    pub surface: SurfaceOutput,
 }
 
 impl Default for OutputOptions {
@@ -85,6 +103,7 @@ impl Default for OutputOptions {
             encoding: Encoding::Raw,
             compression: Compression::None,
             on_inverted: OnInverted::Warn,
+            surface: SurfaceOutput::None,
         }
     }
 }
@@ -151,6 +170,10 @@ impl OutputOptions {
             ("substeps", OnInverted::Substeps),
         ];
         section.set("on_inverted", &mut options.on_inverted, |entry| {
+            entry.choice(&known)
+        })?;
+        let known = [("none", SurfaceOutput::None), ("su2", SurfaceOutput::Su2)];
+        section.set("surface", &mut options.surface, |entry| {
             entry.choice(&known)
         })?;
         Ok(options)

@@ -5,7 +5,7 @@ use crate::diagnostic::preflight::PreflightNote;
 use crate::diagnostic::{Diagnostic, amount, with_verb};
 use crate::error::{Error, Result};
 use crate::formats::{Compression, Format, Precision, StepSize};
-use crate::motion::QualityOutput;
+use crate::motion::{QualityOutput, Role, SurfaceOutput};
 use std::path::{Path, PathBuf};
 
 /// The cell arrays of `quality = "cells"`, fifteen of numbers and a flag, and their bytes for one cell.
@@ -14,6 +14,9 @@ const QUALITY: (u64, u64) = (16, 15 * 8 + 4);
 const DESCRIPTION: u64 = 600;
 /// Text of numbers may come out longer than that of the mesh which was counted: by this part.
 const TEXT: u64 = 50;
+
+/// Bytes of a node in a file of moving surfaces.
+const SURFACE_LINE: u64 = 66;
 
 /// What a run will write.
 #[derive(Debug, Clone, Copy)]
@@ -50,10 +53,11 @@ impl Demand {
             }
             (None, false) => (whole + whole / TEXT, whole + whole / TEXT),
         };
+        let surface = surface_bytes(plan);
         Self {
             n_steps: (n_steps - n_kept) as u64,
-            first: if n_kept == 0 { first } else { others },
-            others,
+            first: surface + if n_kept == 0 { first } else { others },
+            others: surface + others,
         }
     }
 
@@ -66,6 +70,16 @@ impl Demand {
                 .saturating_add(self.first),
         }
     }
+}
+
+/// Bytes of the file of the moving surfaces beside a mesh.
+fn surface_bytes(plan: &Plan) -> u64 {
+    if plan.schedule.output.surface == SurfaceOutput::None {
+        return 0;
+    }
+    let roles = plan.motion.surface.nodes.roles.iter();
+    let n_moving = roles.filter(|role| matches!(role, Role::Moving(_))).count();
+    n_moving as u64 * SURFACE_LINE
 }
 
 /// What each mesh has of its own.

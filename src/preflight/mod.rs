@@ -10,6 +10,7 @@ mod displacements;
 mod edges;
 mod memory;
 mod output;
+mod surface_files;
 mod surface_points;
 
 pub use bodies::{BodyAtStep, bodies_at, conflicts};
@@ -19,6 +20,7 @@ pub use displacements::LargestDisplacements;
 pub use memory::{check_memory, estimate_memory};
 pub(crate) use output::before_work;
 pub use output::estimate_bytes;
+pub use surface_files::check_surface_files;
 
 use crate::deform::{Layer, Plan};
 use crate::diagnostic::Diagnostic;
@@ -33,6 +35,7 @@ pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
     warnings.extend(edges::turning_out(plan));
+    warnings.extend(surface_files::begins_moved(plan));
     let no_velocity = |layer: &Layer| layer.modes.n_modes == 0;
     if plan.velocity.as_ref().is_some_and(no_velocity) {
         warnings.push(PreflightNote::NoVelocity.into());

@@ -119,6 +119,9 @@ pub struct OptionsRecord {
     pub precision: Option<String>,
     /// The cell array that boundary tags were read from, where it was named.
     pub tag_array: Option<String>,
+    /// Kind of the surface files, where they are written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<String>,
 }
 
 /// The motion of the schedule in the rotating frame, and how the inertial one turns against it.

@@ -251,6 +251,13 @@ fn check_files(names: &Names, parts: &[PartRun], progress: &dyn Progress) -> Res
         wrong.extend(damaged(names, &part.rows, &ends(part)?, progress));
     }
     progress.finish();
+    if parts[0].record.options.surface.is_some() {
+        let has_surface = |step: &usize| names.path(&names.surface(*step)).exists();
+        let steps = parts.iter().flat_map(|part| part.rows.keys().copied());
+        wrong.extend(steps.filter(|step| !has_surface(step)));
+        wrong.sort_unstable();
+        wrong.dedup();
+    }
     if wrong.is_empty() {
         return Ok(());
     }

@@ -1,6 +1,7 @@
-//! The meshes of a run: a file for each step, or one file for all.
+//! The meshes of a run: a file for each step, or one file for all; beside them the files of surfaces.
 
 use super::names::Names;
+use super::surface::SurfaceFiles;
 use crate::error::Result;
 use crate::formats::{Begin, Format, Notes, Output, OutputSet, SequenceFile, Staged, WriteOptions};
 use crate::mesh::MeshView;
@@ -16,6 +17,8 @@ pub(super) struct Meshes<'a> {
     names: &'a Names,
     format: &'static dyn Format,
     options: WriteOptions,
+    /// The files of the moving surfaces, where they are asked for.
+    surface: Option<SurfaceFiles>,
     /// The file that takes all of them, where the format has that.
     sequence: Option<Shared>,
     /// Whether all meshes so far were in that file before.
@@ -32,6 +35,7 @@ impl<'a> Meshes<'a> {
         names: &'a Names,
         format: &'static dyn Format,
         options: WriteOptions,
+        surface: Option<SurfaceFiles>,
         begin: Begin,
     ) -> Result<Self> {
         let first = names.path(&names.mesh(names.steps().start));
@@ -44,6 +48,7 @@ impl<'a> Meshes<'a> {
             names,
             format,
             options,
+            surface,
             is_resuming: sequence.as_ref().is_some_and(|file| file.is_resuming()),
             sequence: sequence.map(|file| Arc::new(Mutex::new(file))),
             ends: Vec::new(),
@@ -51,9 +56,22 @@ impl<'a> Meshes<'a> {
         })
     }
 
-    /// Writes the mesh of a step; gives the hash of its file, or of what it added to that of all
+    /// Writes the mesh of a step and its surfaces; gives the hash of its file, or of what it added to that of all
     /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
     pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
+        let surface = match &self.surface {
+            Some(surface) => Some(surface.stage(mesh, self.names, step.index)?),
+            None => None,
+        };
+        let (hash, written) = self.write_mesh(mesh, step)?;
+        let written = match surface {
+            Some(surface) => Staged::all(vec![surface, written]),
+            None => written,
+        };
+        Ok((hash, written))
+    }
+
+    fn write_mesh(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
         if let Some(in_case) = self.names.in_case(step.index) {
             let mut out = OutputSet::new(in_case.0, self.names.commit).hashed();
             in_case

@@ -20,6 +20,7 @@ mod resume;
 mod run;
 mod step;
 mod step_loop;
+mod surface;
 mod table;
 mod verify;
 mod writer;

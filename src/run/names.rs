@@ -124,6 +124,15 @@ impl Names {
         }
     }
 
+    /// Name of the file that holds the moving surfaces at a step: SU2 looks for five digits.
+    pub fn surface(&self, step: usize) -> String {
+        numbered(&self.surface_stem(), step, 5, "dat")
+    }
+
+    fn surface_stem(&self) -> String {
+        format!("{}_surface", self.stem)
+    }
+
     /// Finds the files of the steps in a case; nothing for other formats.
     ///
     /// # Errors
@@ -228,7 +237,8 @@ impl Names {
 
     /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
-        let mesh = step_of(name, &self.stem, self.extension);
+        let mesh = step_of(name, &self.stem, self.extension)
+            .or_else(|| step_of(name, &self.surface_stem(), "dat"));
         if self.is_part() {
             return mesh.is_some_and(|step| self.part.steps.contains(&step))
                 || self.in_one && name == self.mesh(self.part.steps.start)

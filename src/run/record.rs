@@ -7,6 +7,7 @@ use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result, counted};
 use crate::formats::{Commit, Precision, check_file, hash_of, hash_of_input, save_text};
+use crate::motion::SurfaceOutput;
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
 use crate::record::{
@@ -137,6 +138,7 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
         format: Some(output.format.clone()),
         precision: Some(precision.to_owned()),
         tag_array: request.tag_array.clone(),
+        surface: (output.surface == SurfaceOutput::Su2).then(|| "su2".to_owned()),
     }
 }
 

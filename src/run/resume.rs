@@ -5,6 +5,7 @@ use super::compatibility::difference;
 use super::names::{Names, existing_outputs};
 use super::parts;
 use super::record;
+use super::surface::SurfaceFiles;
 use super::table;
 use crate::deform::{Deformation, Plan};
 use crate::diagnostic::Diagnostic;
@@ -182,9 +183,13 @@ impl Earlier {
         progress: &dyn Progress,
     ) {
         progress.start("verifying", Some(self.rows.len() as u64));
+        let surface = SurfaceFiles::of(plan).ok().flatten();
         let mut wrong: Vec<Diagnostic> = Vec::new();
         self.rows.retain(|&step, row| {
             let fault = fault_of(plan, names, format, row);
+            let is_there = |surface: &SurfaceFiles| surface.is_there(names, format, row);
+            let lacks = || surface.as_ref().is_some_and(|surface| !is_there(surface));
+            let fault = fault.or_else(|| lacks().then_some(FileFault::NoCompanion));
             progress.advance(1);
             let file = row.file.clone();
             let note = fault.map(|fault| RunNote::StepAgain { step, file, fault });

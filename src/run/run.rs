@@ -10,6 +10,7 @@ use super::parts;
 use super::record::{Clock, RecordFile, sentences};
 use super::request::Request;
 use super::resume::Earlier;
+use super::surface::SurfaceFiles;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed_at_step};
 use crate::diagnostic::Diagnostic;
@@ -18,7 +19,7 @@ use crate::error::{ErrorKind, Result};
 use crate::formats::{self, Begin, Format, Notes};
 use crate::geometry::vector::Vector;
 use crate::motion::Step;
-use crate::preflight::{self, Demand, before_work, check_disk};
+use crate::preflight::{self, Demand, before_work, check_disk, check_surface_files};
 use crate::quality::Criterion;
 use crate::record::Rows;
 use std::collections::BTreeMap;
@@ -93,6 +94,7 @@ fn warnings_before(
     request: &Request,
 ) -> Result<(Vec<Diagnostic>, u64)> {
     let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
+    check_surface_files(plan, &request.mesh)?;
     warnings.extend(preflight::warnings(plan));
     if plan.without_boxes {
         warnings.push(RunNote::NoBoxes.into());
@@ -188,6 +190,7 @@ impl Run<'_> {
                 self.names,
                 self.format,
                 self.plan.schedule.output.write_options(),
+                SurfaceFiles::of(self.plan)?,
                 self.earlier.rows.clone(),
                 self.deformation.stop(),
                 begin,

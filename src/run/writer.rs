@@ -4,6 +4,7 @@
 use super::meshes::Meshes;
 use super::names::Names;
 use super::record::Clock;
+use super::surface::SurfaceFiles;
 use super::table::Table;
 use crate::error::{Error, Result};
 use crate::formats::{Begin, Format, Notes, WriteOptions};
@@ -33,6 +34,7 @@ impl<'a> Writer<'a> {
         names: &'a Names,
         format: &'static dyn Format,
         options: WriteOptions,
+        surface: Option<SurfaceFiles>,
         kept: Rows,
         stop: &'a Arc<Stop>,
         begin: Begin,
@@ -40,7 +42,7 @@ impl<'a> Writer<'a> {
         let table = Table::start(names.table(), kept, names.commit)?;
         Ok(Self {
             names,
-            meshes: Meshes::new(names, format, options, begin)?,
+            meshes: Meshes::new(names, format, options, surface, begin)?,
             table: Arc::new(Mutex::new(table)),
             stop,
             under_way: None,

@@ -8,10 +8,12 @@ mod extra;
 mod keyword;
 mod parts;
 mod read;
+mod surface;
 mod write;
 mod zone;
 
 pub use extra::{BOXES, PERIODIC};
+pub use surface::{n_zones, write_surface};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;

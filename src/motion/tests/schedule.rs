@@ -8,7 +8,7 @@ use crate::motion::output::OutputOptions;
 use crate::motion::steps::MAX_STEPS;
 use crate::motion::{
     Beam, Cyclic, Frame, KernelName, OnInverted, Others, QualityOutput, Schedule, SelectionMethod,
-    SelectionOptions, TableMotion, Translation,
+    SelectionOptions, SurfaceOutput, TableMotion, Translation,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -70,6 +70,7 @@ velocity = true
 encoding = "ascii"
 compression = "zlib"
 on_inverted = "stop"
+surface = "su2"
 "#;
 
 #[test]
@@ -139,6 +140,7 @@ fn every_key_of_this_version_is_read() {
             encoding: Encoding::Ascii,
             compression: Compression::Zlib,
             on_inverted: OnInverted::Stop,
+            surface: SurfaceOutput::Su2,
         }
     );
 }

@@ -2,4 +2,5 @@
 
 mod folder_format;
 mod functions;
+mod surface;
 mod times;

@@ -1,0 +1,96 @@
+//! Surface files for a solver that moves its volume itself: whether the solver would take them for what they are.
+
+use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::PreflightNote;
+use crate::error::{Error, Result};
+use crate::formats::{by_extension, by_name, n_su2_zones, without_compression};
+use crate::motion::{Step, SurfaceOutput};
+use std::path::Path;
+
+/// Differences of the steps' times that count as none: this part of their interval.
+const UNEVEN: f64 = 1e-6;
+
+/// Refuses surface files whose node numbers are not those of the mesh that SU2 has, or whose steps are not its
+/// iterations; `mesh` is the file that the mesh was read from.
+///
+/// # Errors
+/// Where SU2 would move other nodes, or at other times.
+pub fn check_surface_files(plan: &Plan, mesh: &Path) -> Result<()> {
+    if plan.schedule.output.surface == SurfaceOutput::None {
+        return Ok(());
+    }
+    let refused = |message: String| {
+        let message = format!("output.surface = \"su2\": {message}");
+        Err(Error::input(message).file(&plan.schedule.path))
+    };
+    let name = mesh.to_string_lossy();
+    let is_su2 = by_extension(Path::new(without_compression(&name)));
+    let is_su2 = is_su2.is_ok_and(|format| format.name() == "su2");
+    if !is_su2 && plan.schedule.output.format != "su2" {
+        return refused(format!(
+            "the nodes of {name} have numbers, but SU2 needs those of its own mesh; give the .su2 file as the mesh, or \
+             set output.format = \"su2\" and let SU2 read what is written for step 0"
+        ));
+    }
+    if by_name(&plan.schedule.output.format)?.is_folder() {
+        return refused(format!(
+            "there is no place for these files in the folder of format = \"{}\"; use another format",
+            plan.schedule.output.format
+        ));
+    }
+    let n_zones = n_su2_zones(&plan.mesh.view());
+    if n_zones > 1 {
+        return refused(format!(
+            "the mesh has {n_zones} SU2 zones, each with node numbers of its own; one zone is possible"
+        ));
+    }
+    match uneven(&plan.motion.steps) {
+        None => Ok(()),
+        Some(step) => refused(format!(
+            "step {step} is not as far from the last one as step 1 is from step 0; SU2 takes a step for each iteration, \
+             so that all need the same interval, its TIME_STEP"
+        )),
+    }
+}
+
+/// A note where the surfaces are not at rest at step 0, which SU2 begins with.
+pub(super) fn begins_moved(plan: &Plan) -> Option<Diagnostic> {
+    let distance = plan.largest_displacement(0);
+    let is_asked = plan.schedule.output.surface == SurfaceOutput::Su2;
+    (is_asked && distance > 0.0).then(|| PreflightNote::BeginsMoved { distance }.into())
+}
+
+/// The first step whose interval differs from that of the first two; in time where it is known, else in azimuth.
+fn uneven(steps: &[Step]) -> Option<usize> {
+    let at = |step: &Step| step.time_s.unwrap_or(step.azimuth_deg);
+    let [first, second, ..] = steps else {
+        return None;
+    };
+    let interval = at(second) - at(first);
+    let is_even = |(i, step): (usize, &Step)| {
+        let wanted = at(first) + i as f64 * interval;
+        (at(step) - wanted).abs() <= UNEVEN * interval.abs()
+    };
+    (0..steps.len()).find(|&i| !is_even((i, &steps[i])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(times: &[f64]) -> Vec<Step> {
+        let steps = crate::motion::Steps::times_s(times.iter().copied());
+        let schedule = crate::motion::Schedule::new(steps);
+        schedule.steps().expect("they are good")
+    }
+
+    #[test]
+    fn the_first_step_of_another_interval_is_found() {
+        assert_eq!(uneven(&at(&[0.0])), None);
+        assert_eq!(uneven(&at(&[0.0, 0.5])), None);
+        let tenths: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.1).collect();
+        assert_eq!(uneven(&at(&tenths)), None);
+        assert_eq!(uneven(&at(&[0.0, 0.1, 0.2, 0.4])), Some(3));
+    }
+}

@@ -1,0 +1,67 @@
+//! The files of the moving surfaces of a run: which nodes are in them, how they are written beside the mesh of a
+//! step, and whether they are still what the mesh says. Knows nothing of what a line looks like.
+
+use super::names::Names;
+use crate::deform::Plan;
+use crate::error::Result;
+use crate::formats::{
+    Format, Location, OutputSet, ReadOptions, Staged, by_name, read_as, write_su2_surface,
+};
+use crate::mesh::{Mesh, MeshView};
+use crate::motion::{Role, SurfaceOutput, TagRole};
+use crate::record::Row;
+use std::path::Path;
+
+/// What is written of the moving surfaces.
+pub(super) struct SurfaceFiles {
+    /// Nodes of all tags that move with a body, ascending.
+    nodes: Vec<u32>,
+}
+
+impl SurfaceFiles {
+    /// Those that the schedule asks for; `None` where it asks for none.
+    pub fn of(plan: &Plan) -> Result<Option<Self>> {
+        if plan.schedule.output.surface == SurfaceOutput::None {
+            return Ok(None);
+        }
+        let moves = |tag: &&TagRole| matches!(tag.role, Some(Role::Moving(_)));
+        let mut nodes = Vec::new();
+        for tag in plan.motion.surface.tags.iter().filter(moves) {
+            nodes.extend(plan.mesh.tag_nodes(&tag.tag)?);
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        Ok(Some(Self { nodes }))
+    }
+
+    /// The file of a step, staged.
+    pub fn stage(&self, mesh: &MeshView, names: &Names, step: usize) -> Result<Staged> {
+        let path = names.path(&names.surface(step));
+        let mut out = OutputSet::new(&path, names.commit);
+        out.main(|out| write_su2_surface(mesh, &self.nodes, out))?;
+        Ok(out.finish().files)
+    }
+
+    /// Whether the file of a step says what the mesh of that step, which is whole, says.
+    pub fn is_there(&self, names: &Names, format: &dyn Format, row: &Row) -> bool {
+        let Ok(found) = std::fs::read(names.path(&names.surface(row.step))) else {
+            return false;
+        };
+        let read = |path: &Path| {
+            let format = by_name(format.name())?;
+            read_as(format, &Location::open(path)?, &ReadOptions::default())
+        };
+        let loaded = read(&names.path(&row.file));
+        loaded.is_ok_and(|loaded| self.text(&loaded.mesh).as_ref() == Some(&found))
+    }
+
+    fn text(&self, mesh: &Mesh) -> Option<Vec<u8>> {
+        let has_all = self
+            .nodes
+            .last()
+            .is_none_or(|last| (*last as usize) < mesh.points.len());
+        let mut text = Vec::new();
+        let written = has_all.then(|| write_su2_surface(&mesh.view(), &self.nodes, &mut text))?;
+        written.ok().map(|()| text)
+    }
+}
