@@ -80,7 +80,8 @@ impl<'a> Meshes<'a> {
 /// The mesh at a path, where it has this hash. A case is read before its hash is known.
 fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option<Mesh>> {
     let io = |error: std::io::Error| Error::io(path, &error);
-    let is_case = path.is_dir() || formats::by_extension(path).is_ok_and(|format| format.case().is_some());
+    let is_case =
+        path.is_dir() || formats::by_extension(path).is_ok_and(|format| format.case().is_some());
     if is_case {
         let mesh = read(path, options)?;
         let is_same = formats::hash_of_input(path, &mesh).map_err(io)?.to_string() == hash;
@@ -95,7 +96,9 @@ fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
     // A step in a case is a file in the folder of the mesh at its time.
-    let folder = path.parent().filter(|_| path.file_name().is_some_and(|name| name == "points"));
+    let folder = path
+        .parent()
+        .filter(|_| path.file_name().is_some_and(|name| name == "points"));
     let path = folder.unwrap_or(path);
     Ok(Mesh::read_with(path, options)?.mesh)
 }

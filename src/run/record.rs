@@ -43,7 +43,9 @@ impl RecordFile {
     /// The record of a run of `plan`, not yet written.
     pub fn new(names: &Names, plan: &Plan, request: &Request) -> Result<Self> {
         let mut inputs = vec![
-            input("mesh", &request.mesh, |path| hash_of_input(path, &plan.mesh))?,
+            input("mesh", &request.mesh, |path| {
+                hash_of_input(path, &plan.mesh)
+            })?,
             input("schedule", &plan.schedule.path, hash_of)?,
         ];
         for file in plan.schedule.files() {

@@ -41,12 +41,17 @@ mod topology;
 mod write;
 mod zones;
 
+#[cfg(test)]
+mod fixtures;
+#[cfg(test)]
+mod tests;
+
 pub use boundary::set_patch_types;
 
 use super::case::CaseFormat;
 use super::{
-    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes, StepSize,
-    WriteOptions,
+    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes,
+    StepSize, WriteOptions,
 };
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};

@@ -99,7 +99,11 @@ pub(super) fn hash_of_cells(n_nodes: usize, cells: &Cells) -> blake3::Hash {
 }
 
 /// Hash of files and points, and of cells, tags and zones, of which their own hashes are given.
-pub(super) fn hash_of_content(files: &[StoredFile], points: &[[f64; 3]], further: &[blake3::Hash]) -> blake3::Hash {
+pub(super) fn hash_of_content(
+    files: &[StoredFile],
+    points: &[[f64; 3]],
+    further: &[blake3::Hash],
+) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for file in files {
         let bytes = file.stored.bytes();
