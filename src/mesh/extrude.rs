@@ -1,12 +1,11 @@
 //! One layer of solid cells from a mesh in a plane.
 
-use super::{CellKind, CellSet, Cells, DataArray, Group, Mesh, too_many};
+use super::{CellKind, CellSet, Cells, DataArray, EMPTY, Group, Mesh, too_many};
 use crate::error::{Error, Result, option};
 use crate::geometry::vector::Vector;
 
-/// The tags of the two sides, and the type that solvers know them by.
+/// The tags of the two sides.
 const SIDES: [&str; 2] = ["back", "front"];
-const EMPTY: &str = "empty";
 
 impl Mesh {
     /// Makes a layer of cells of this height, in the direction of z, from a mesh in a plane of constant z. Tags and zones

@@ -73,22 +73,7 @@ impl Patches {
                 }
             }
         }
-        let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
-        let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
-            .give_all(&names, &NAMES);
-        let mut list = Vec::with_capacity(tags.len() + 1);
-        for (tag, name) in tags.iter().zip(written) {
-            notes.extend(NAMES.note("boundary tag", &tag.name, &name));
-            let known = origin
-                .and_then(|origin| origin.patches.iter().find(|patch| patch.name == tag.name));
-            let kind = kind_of(tag.condition.as_deref(), known, &tag.name, notes);
-            list.push(NewPatch::of(name, kind, known)?);
-        }
-        list.push(NewPatch {
-            name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
-            kind: "patch".to_owned(),
-            entries: Vec::new(),
-        });
+        let list = patches_of(mesh, origin, notes)?;
         Ok(Self {
             list,
             of_cell,
@@ -140,6 +125,32 @@ impl Patches {
         text.push_str(")\n");
         text
     }
+}
+
+/// The patches of the tags, and one for faces without a tag, without the faces.
+pub(super) fn patches_of(
+    mesh: &MeshView,
+    origin: Option<&Topology>,
+    notes: &mut Notes,
+) -> Result<Vec<NewPatch>> {
+    let tags: Vec<_> = mesh.boundary_tags().collect();
+    let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
+    let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
+        .give_all(&names, &NAMES);
+    let mut list = Vec::with_capacity(tags.len() + 1);
+    for (tag, name) in tags.iter().zip(written) {
+        notes.extend(NAMES.note("boundary tag", &tag.name, &name));
+        let known =
+            origin.and_then(|origin| origin.patches.iter().find(|patch| patch.name == tag.name));
+        let kind = kind_of(tag.condition.as_deref(), known, &tag.name, notes);
+        list.push(NewPatch::of(name, kind, known)?);
+    }
+    list.push(NewPatch {
+        name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
+        kind: "patch".to_owned(),
+        entries: Vec::new(),
+    });
+    Ok(list)
 }
 
 impl NewPatch {

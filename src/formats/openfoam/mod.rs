@@ -63,6 +63,13 @@ pub fn hash_of_origin(mesh: &Mesh) -> Option<blake3::Hash> {
     origin.map(topology::Topology::content)
 }
 
+/// The patch that a cyclic one is the image of, in a mesh that was read from a case.
+pub fn neighbour_patch(mesh: &Mesh, patch: &str) -> Option<String> {
+    let origin = mesh.origin.get::<topology::Topology>()?;
+    let own = origin.patches.iter().find(|own| own.name == patch)?;
+    own.entry("neighbourPatch").map(str::to_owned)
+}
+
 /// OpenFOAM case (polyMesh).
 pub struct OpenFoam;
 

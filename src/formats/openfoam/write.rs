@@ -183,23 +183,25 @@ impl Files<'_, '_> {
     /// The files that the mesh was read from; patches and zones anew where those of the mesh are others. Writes nothing
     /// where the faces would need another order, which it tells.
     fn of_origin(&mut self, mesh: &MeshView, origin: &Topology, notes: &mut Notes) -> Result<bool> {
-        let is_same = origin.has_groups_of(mesh);
-        let mut remarks = Notes::default();
-        let patches = Patches::of(mesh, Some(origin), &mut remarks)?;
-        let sizes = sizes_of(mesh, &patches);
-        if !is_same && sizes.is_none() {
-            return Ok(false);
+        let mut new = None;
+        if !origin.has_groups_of(mesh) {
+            let mut remarks = Notes::default();
+            let patches = Patches::of(mesh, Some(origin), &mut remarks)?;
+            let Some(sizes) = sizes_of(mesh, &patches) else {
+                return Ok(false);
+            };
+            notes.extend(remarks);
+            notes.extend(patches.notes_on_faces(mesh, &sizes));
+            new = Some(patches.text(origin.n_internal_faces, &sizes));
         }
         for file in &origin.files {
             let is_group = ["boundary", "cellZones"].contains(&plain(&file.name));
-            if is_same || !is_group {
+            if new.is_none() || !is_group {
                 self.file(&file.name, |out| write_all(out, file.stored.bytes()))?;
             }
         }
-        if let Some(sizes) = sizes.filter(|_| !is_same) {
-            notes.extend(remarks);
-            notes.extend(patches.notes_on_faces(mesh, &sizes));
-            self.boundary(&patches.text(origin.n_internal_faces, &sizes))?;
+        if let Some(boundary) = new {
+            self.boundary(&boundary)?;
             self.zones(mesh)?;
         }
         Ok(true)
