@@ -213,7 +213,7 @@ impl Run<'_> {
         let Place::File { path, format } = place else {
             return self.sequence(input, &[0.0], place);
         };
-        self.check_step(input)?;
+        input.check_step(self.args.step)?;
         if let (Some(times), None) = (input.times(), self.args.step) {
             self.tell(format!(
                 "{}: a sequence of {} meshes; only the last is written (--step I chooses another, -o DIR writes all)",
@@ -223,20 +223,6 @@ impl Run<'_> {
         }
         let mesh = self.read(input, self.args.step)?;
         self.save(&mesh, path, *format)
-    }
-
-    fn check_step(&self, input: &Input) -> Result<()> {
-        let n = input.times().map_or(1, |times| times.len());
-        let message = match (self.args.step, n) {
-            (Some(step), 1) if step > 0 => {
-                format!("--step {step}: this is one mesh; its only step is 0")
-            }
-            (Some(step), n) if step >= n => {
-                format!("--step {step}: the sequence has steps 0 to {}", n - 1)
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::input(message).file(input.path()))
     }
 
     /// The mesh of a step, changed as asked.

@@ -6,6 +6,7 @@ use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
 use crate::diagnostic::formats::{Condition, GroupWritten};
 use crate::formats::Notes;
+use crate::formats::conditions::in_cgns;
 use crate::formats::records::shared_names;
 use crate::mesh::{CellSet, Group, MeshView};
 use std::collections::{BTreeMap, BTreeSet};
@@ -92,7 +93,7 @@ fn add_region(draft: &mut Draft, zone: NodeIndex, name: &str, of: u8, mesh: u8) 
 }
 
 fn known_condition(group: &Group) -> Option<&str> {
-    let condition = group.condition.as_deref()?;
+    let condition = in_cgns(group.condition.as_deref()?);
     CONDITIONS.contains(&condition).then_some(condition)
 }
 
