@@ -119,6 +119,11 @@ mod rbf;
 pub mod record;
 #[cfg(not(feature = "internals"))]
 mod record;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod repair;
+#[cfg(not(feature = "internals"))]
+mod repair;
 #[cfg(all(feature = "cli", feature = "internals"))]
 #[doc(hidden)]
 pub mod report;

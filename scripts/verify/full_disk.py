@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from interrupted import case, left_by
-from killed import FORMATS, finished, steps_of
+from killed import CASE, FORMATS, finished, inputs, make_layer, records, steps_of
 from program import AZIMESH, report, scratch
 
 NODES = 4_000
@@ -35,7 +35,7 @@ def disk(folder, n_bytes):
 
 def deform(mesh, out, name, *options):
     """A run and what it said."""
-    schedule = mesh.with_suffix(".toml")
+    mesh, schedule = inputs(mesh, name)
     command = [AZIMESH, "deform", mesh, schedule, "-o", out, "--format", name, *options]
     return subprocess.run(command, capture_output=True, text=True)
 
@@ -45,7 +45,7 @@ def check(mesh, folder, name):
     whole = folder / f"{name}_whole"
     assert deform(mesh, whole, name).returncode == 0, name
     wanted = steps_of(whole, name)
-    total = sum(path.stat().st_size for path in whole.iterdir())
+    total = sum(path.stat().st_size for path in whole.rglob("*") if path.is_file())
     with disk(folder / f"{name}_disk", total * 6 // 10) as small:
         if small is None:
             return None
@@ -57,14 +57,14 @@ def check(mesh, folder, name):
         full = deform(mesh, out, name, "--no-space-check")
         assert full.returncode == 3, f"{name}: exit code {full.returncode}\n{full.stderr}"
         assert "No space left on device" in full.stderr, full.stderr
-        outcome = json.loads((out / "run.json").read_text())["outcome"]
+        outcome = json.loads((records(out, name) / "run.json").read_text())["outcome"]
         assert "No space left on device" in outcome, f"{name}: run.json says {outcome}"
-        rows, found = finished(out), steps_of(out, name)
+        rows, found = finished(out, name), steps_of(out, name)
         assert 0 < len(rows) < 36, f"{name}: {len(rows)} steps fit"
         assert set(rows) <= set(found), f"{name}: steps.csv has {rows}, the files {sorted(found)}"
         for step, points in found.items():
             assert np.array_equal(points, wanted[step]), f"{name}: step {step} is another"
-        left = [path.name for path in out.iterdir() if path.name.endswith(".part")]
+        left = [path.name for path in out.rglob(".*.part")]
         assert not left, f"{name}: {left} left"
         subprocess.run(["mount", "-o", f"remount,size={total * 3}", small], check=True)
         resumed = deform(mesh, out, name, "--resume")
@@ -80,12 +80,14 @@ def main(nodes=NODES):
     """One line in all."""
     with scratch() as folder:
         mesh = case(Path(folder), nodes)
-        fitted = [check(mesh, folder, name) for name in FORMATS]
+        make_layer(mesh)
+        names = [*FORMATS, CASE]
+        fitted = [check(mesh, folder, name) for name in names]
     if None in fitted:
         print("full_disk: SKIPPED: no tmpfs can be mounted here (that takes root)", file=sys.stderr, flush=True)
         return
-    note = ", ".join(f"{name} full after {n} of 36" for name, n in zip(FORMATS, fitted))
-    report("full_disk", 36 * len(FORMATS), 0.0, "steps", note)
+    note = ", ".join(f"{name} full after {n} of 36" for name, n in zip(names, fitted))
+    report("full_disk", 36 * len(names), 0.0, "steps", note)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """A run of 36 steps ended by SIGINT, SIGTERM, SIGHUP and SIGKILL at random moments and resumed until it is done:
 the same bytes as without, and whole files all along.
 
-Formats: files of one step each, and whole sequences in one file.
+Formats: files of one step each, whole sequences in one file, and a case of OpenFOAM.
 """
 
 import random
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from killed import FORMATS, SEED, finished, steps_of
+from killed import CASE, FORMATS, SEED, finished, inputs, make_layer, records, steps_of
 from program import AZIMESH, azimesh, report, scratch
 
 NODES = 8_000
@@ -33,21 +33,24 @@ def case(folder, nodes):
 
 def command(mesh, folder, name):
     """The run that is ended, and the same that goes on with it."""
-    schedule = mesh.with_suffix(".toml")
+    mesh, schedule = inputs(mesh, name)
     return [AZIMESH, "--quiet", "deform", mesh, schedule, "-o", folder, "--format", name, "--resume"]
 
 
 def left_by(folder):
     """Files by name, without what tells of the single runs: seconds, and run.json."""
-    files = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "run.json"}
-    table = files["steps.csv"].decode().splitlines()
-    files["steps.csv"] = [row.rsplit(",", 1)[0] for row in table]
+    files = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    # A case has an empty file of its name.
+    files = {name: content for name, content in files.items() if not name.endswith(("run.json", ".foam"))}
+    (own,) = [name for name in files if name.endswith("steps.csv")]
+    table = files[own].decode().splitlines()
+    files[own] = [row.rsplit(",", 1)[0] for row in table]
     return files
 
 
 def check_left(folder, name, wanted, what):
     """Whole files after a run was ended; the number of steps in steps.csv."""
-    rows = finished(folder)
+    rows = finished(folder, name)
     found = steps_of(folder, name)
     assert set(rows) <= set(found), f"{what}: steps.csv has {rows}, the files {sorted(found)}"
     for step, points in found.items():
@@ -55,19 +58,19 @@ def check_left(folder, name, wanted, what):
     return len(rows)
 
 
-def n_rows(folder):
+def n_rows(folder, name):
     """Whole rows of steps.csv."""
-    table = folder / "steps.csv"
+    table = records(folder, name) / "steps.csv"
     return max(table.read_bytes().count(b"\n") - 1, 0) if table.exists() else 0
 
 
-def wait_for_moment(run, folder, chance):
+def wait_for_moment(run, folder, name, chance):
     """Waits for a random moment of a run: mostly a few steps on, at times before the first."""
     if chance.random() < 0.2:
         time.sleep(chance.uniform(0.0, 0.3))
         return
-    wanted = n_rows(folder) + chance.randrange(9)
-    while run.poll() is None and n_rows(folder) < wanted:
+    wanted = n_rows(folder, name) + chance.randrange(9)
+    while run.poll() is None and n_rows(folder, name) < wanted:
         time.sleep(0.0005)
     time.sleep(chance.uniform(0.0, 0.05))
 
@@ -93,11 +96,11 @@ def until_done(mesh, folder, name, wanted, chance):
     left = []
     while True:
         run = subprocess.Popen(command(mesh, folder, name), stderr=subprocess.DEVNULL)
-        wait_for_moment(run, folder, chance)
+        wait_for_moment(run, folder, name, chance)
         how = chance.choice(SIGNALS)
         if not end_once(run, how):
             return left
-        if (folder / "run.json").exists():
+        if (records(folder, name) / "run.json").exists():
             what = f"{name}, {how.name}, end {len(left) + 1}"
             left.append(check_left(folder, name, wanted, what))
 
@@ -108,7 +111,8 @@ def main(ends=8, nodes=NODES):
     n_files, left = 0, []
     with scratch() as folder:
         mesh = case(Path(folder), nodes)
-        for name in FORMATS:
+        make_layer(mesh)
+        for name in [*FORMATS, CASE]:
             whole = folder / f"{name}_whole"
             subprocess.run(command(mesh, whole, name), check=True)
             wanted = steps_of(whole, name)
@@ -124,7 +128,7 @@ def main(ends=8, nodes=NODES):
                 n_files += len(expected)
             left += ended
     inside = sum(0 < n < 36 for n in left)
-    note = f"{len(left)} ends by {', '.join(how.name for how in SIGNALS)} of {', '.join(FORMATS)}, {inside} amid the steps"
+    note = f"{len(left)} ends by {', '.join(how.name for how in SIGNALS)} of {', '.join([*FORMATS, CASE])}, {inside} amid the steps"
     report("interrupted", n_files, 0.0, "files", note)
 
 

@@ -73,6 +73,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let mut schedule = Schedule::read(&args.schedule)?;
     if let Some(name) = &context.common.format {
         schedule.output.format = formats::by_name(name)?.name().to_owned();
+        schedule.output.format_given = true;
     }
     let mut mesh = context.read_any(&args.mesh)?;
     set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;

@@ -19,6 +19,16 @@ impl Context {
         self.load(path, read)
     }
 
+    /// Reads a mesh in a format, or in that which its content says.
+    pub fn read_mesh_as(&self, path: &Path, format: Option<&'static dyn Format>) -> Result<Mesh> {
+        match format {
+            Some(format) => self.load(path, |location| {
+                formats::read_as(format, location, &self.read_options())
+            }),
+            None => self.read_any(path),
+        }
+    }
+
     /// The format of `--format`, where it is given.
     pub fn input_format(&self) -> Result<Option<&'static dyn Format>> {
         let name = self.common.format.as_deref();

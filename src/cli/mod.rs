@@ -15,6 +15,7 @@ mod memory;
 mod output;
 mod progress;
 mod quality;
+mod repair;
 mod report;
 mod sample;
 mod select;
@@ -77,6 +78,8 @@ enum Command {
     Convert(convert::ConvertArgs),
     /// Show the quality of the cells, also against a reference mesh
     Quality(quality::QualityArgs),
+    /// Make the folded cells of a mesh valid
+    Repair(repair::RepairArgs),
     /// Check a schedule on a mesh without deforming it: tags, displacements, memory, disk, time
     Check(check::CheckArgs),
     /// Choose base points once, and save them
@@ -154,6 +157,7 @@ fn run(command: Command, context: &Context) -> Result<Outcome> {
         Command::Info(args) => info::run(&args, context),
         Command::Convert(args) => convert::run(&args, context),
         Command::Quality(args) => quality::run(&args, context),
+        Command::Repair(args) => repair::run(&args, context),
         Command::Check(args) => check::run(&args, context),
         Command::Select(args) => select::run(&args, context),
         Command::Deform(args) => deform::run_command(&args, context),

@@ -35,6 +35,27 @@ pub enum TagNames {
     None,
 }
 
+/// Formats that are known from the arguments of a command that reads a mesh and writes one.
+#[derive(Clone, Copy)]
+pub struct Formats {
+    /// Of what is read; without it the content tells.
+    pub input: Option<&'static dyn Format>,
+    /// Of the mesh that is written.
+    pub output: &'static dyn Format,
+}
+
+impl Formats {
+    /// `--format` is that of the output where its name does not tell, else that of the input.
+    pub fn of(output: &Path, context: &Context) -> Result<Self> {
+        let (input, output) = match (formats::by_extension(output), context.input_format()?) {
+            (Ok(output), input) => (input, output),
+            (Err(_), Some(output)) => (None, output),
+            (Err(error), None) => return Err(error),
+        };
+        Ok(Self { input, output })
+    }
+}
+
 impl OutputArgs {
     /// What the writer is told.
     pub fn options(&self) -> WriteOptions {

@@ -8,11 +8,13 @@ use crate::diagnostic::deform::DeformNote;
 use crate::diagnostic::{in_digits, short};
 use crate::error::{Error, Result, counted};
 use crate::geometry::Bounds;
-use crate::geometry::vector::{distance, norm};
-use crate::mesh::Mesh;
+use crate::geometry::Transform;
+use crate::geometry::vector::{distance, norm, sub};
+use crate::mesh::{Mesh, OneLayer};
 use crate::modes::RigidSurface;
 use crate::motion::{
-    Interpolate, Motion, OnInverted, Polynomial, Schedule, SelectionMethod, SelectionOptions, Step,
+    Interpolate, Motion, OnInverted, Polynomial, Role, Schedule, SelectionMethod, SelectionOptions,
+    Step,
 };
 
 /// Support radii below this part of the diagonal of the mesh are refused.
@@ -64,6 +66,57 @@ pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result
                 ))
                 .at(motion.bodies[body].place.clone()));
             }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a motion that leaves the plane of a mesh of one layer, or that moves its sides apart.
+pub(super) fn check_one_layer(layer: &OneLayer, mesh: &Mesh, motion: &Motion) -> Result<()> {
+    let least = LEAST_RADIUS * Bounds::around(&mesh.points).diagonal();
+    let surface = &motion.surface.nodes;
+    let body_of = |node: u32| {
+        let at = surface.nodes.binary_search(&node).ok()?;
+        match surface.roles[at] {
+            Role::Moving(body) => Some(usize::from(body)),
+            Role::Fixed | Role::Sliding => None,
+        }
+    };
+    let moving = layer
+        .pairs
+        .iter()
+        .filter_map(|pair| Some((pair, pair.map(body_of))));
+    let moving: Vec<_> = moving
+        .filter(|(_, bodies)| bodies.iter().any(Option::is_some))
+        .collect();
+    for step in &motion.steps {
+        let to_inertial = motion.to_inertial(step).unwrap_or(Transform::IDENTITY);
+        let poses: Vec<_> = motion
+            .poses(step, 1.0)
+            .into_iter()
+            .map(|pose| pose.then(&to_inertial))
+            .collect();
+        for (pair, bodies) in &moving {
+            let moved = [0, 1].map(|side| {
+                let (node, x) = (pair[side], mesh.points[pair[side] as usize]);
+                sub(bodies[side].map_or(x, |body| poses[body].place(node, x)), x)
+            });
+            let body = bodies[0].or(bodies[1]).unwrap_or(0);
+            let what = match moved {
+                [a, b] if a[layer.axis].abs().max(b[layer.axis].abs()) > least => {
+                    "out of the plane of"
+                }
+                [a, b] if distance(a, b) > least => "apart the sides of",
+                _ => continue,
+            };
+            return Err(Error::input(format!(
+                "body \"{}\" moves node {} {what} this mesh of one layer at {step}; a mesh between sides called empty moves in \
+                 its plane, normal to {}, and both sides alike",
+                motion.bodies[body].name,
+                pair[0],
+                ["x", "y", "z"][layer.axis]
+            ))
+            .at(motion.bodies[body].place.clone()));
         }
     }
     Ok(())

@@ -210,6 +210,9 @@ impl Interval {
             // Round-off lifts no node out of the plane.
             parallel::update(out, |node, x| x[2] = plan.mesh.points[node][2]);
         }
+        if let Some(layer) = &plan.one_layer {
+            layer.level(&plan.mesh.points, out);
+        }
     }
 
     /// Places the surface nodes of `out` at a part of a step, in the rotating frame: sliding nodes on their

@@ -8,7 +8,7 @@ use super::surface::SurfacePoints;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, OneLayer};
 use crate::motion::{BodyMap, Motion, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
@@ -39,6 +39,8 @@ pub struct Plan {
     pub basis: Basis,
     /// How the layers are interpolated.
     pub method: Method,
+    /// Nodes over one another, where the mesh is one layer between sides called `empty`.
+    pub one_layer: Option<OneLayer>,
     /// Nodes that follow their periodic partners.
     pub periodic: PeriodicNodes,
     /// What is interpolated, over all steps of the schedule.
@@ -121,13 +123,20 @@ impl Plan {
 
     /// The nodes that deform, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
-        let zone = self.motion.zone.as_ref()?;
-        let marked = zone.nodes.iter().zip(0..);
-        Some(
-            marked
-                .filter(|(inside, _)| **inside)
-                .map(|(_, node)| node)
-                .collect(),
-        )
+        let zone = self.motion.zone.as_ref().map(|zone| &zone.nodes);
+        let is_inside = |node: &u32| zone.is_none_or(|inside| inside[*node as usize]);
+        match (&self.one_layer, zone) {
+            (None, None) => None,
+            (None, Some(inside)) => Some((0..inside.len() as u32).filter(is_inside).collect()),
+            // The nodes over them go with them.
+            (Some(layer), _) => Some(
+                layer
+                    .pairs
+                    .iter()
+                    .map(|[low, _]| *low)
+                    .filter(is_inside)
+                    .collect(),
+            ),
+        }
     }
 }

@@ -2,7 +2,8 @@
 //! is chosen where the schedule says nothing.
 
 use super::checks::{
-    check_combination, check_constant, check_finite, check_radii, check_size, repeated_time, unused,
+    check_combination, check_constant, check_finite, check_one_layer, check_radii, check_size,
+    repeated_time, unused,
 };
 use super::first_cells::FirstCells;
 use super::layer::{self, Method};
@@ -16,10 +17,10 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
 use crate::diagnostic::in_digits;
 use crate::error::{Error, Result};
-use crate::formats::su2;
+use crate::formats::{Format, openfoam, su2};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, OneLayer};
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{
     Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SelectionMethod, SurfaceFaces,
@@ -46,6 +47,8 @@ impl Plan {
             Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);
         }
         check_size(&mesh)?;
+        let mut schedule = schedule;
+        let format = chosen_format(&mut schedule, &mesh);
         let mut motion = schedule.resolve(&mesh)?;
         if motion.to_inertial(&motion.steps[0]).is_some() {
             zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
@@ -56,6 +59,7 @@ impl Plan {
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
         choices.extend(schedule.note());
+        choices.extend(format);
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
@@ -70,6 +74,10 @@ impl Plan {
             PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());
         check_combination(&schedule, &motion, &surface, &periodic).map_err(in_schedule)?;
+        let one_layer = OneLayer::find(&mesh)?;
+        if let Some(layer) = &one_layer {
+            check_one_layer(layer, &mesh, &motion).map_err(in_schedule)?;
+        }
         let cell = first_cells.smallest().unwrap_or(f64::INFINITY);
         let truncation = TRUNCATION * tolerance.min(cell);
         let method = method(&schedule, &surface, &periodic, basis, tolerance, truncation);
@@ -86,6 +94,7 @@ impl Plan {
             moving_faces: moving_faces(&faces),
             basis,
             method,
+            one_layer,
             periodic,
             tolerance,
             choices,
@@ -142,6 +151,17 @@ impl Plan {
         }
         Ok(())
     }
+}
+
+/// Meshes of a case are written as a case, where the schedule says nothing; a note where that is so.
+fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Diagnostic> {
+    let output = &mut schedule.output;
+    let format = openfoam::OpenFoam.name();
+    if output.format_given || output.format == format || openfoam::hash_of_origin(mesh).is_none() {
+        return None;
+    }
+    output.format = format.to_owned();
+    Some(DeformNote::OutputFormat { format }.into())
 }
 
 fn moving_faces(faces: &SurfaceFaces) -> Vec<u32> {

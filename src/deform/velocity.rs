@@ -114,6 +114,9 @@ impl Velocities {
         if plan.motion.rotor.in_plane {
             parallel::update(&mut out, |_, v| v[2] = 0.0);
         }
+        if let Some(layer) = &plan.one_layer {
+            layer.level_directions(&mut out);
+        }
         let Some(to_inertial) = plan.motion.to_inertial_moving(step) else {
             return out;
         };

@@ -20,6 +20,12 @@ DeformNote as Deform {
         tolerance: f64,
     } => ("selection.tolerance = {} (chosen)", short(*tolerance))
 
+    /// The format of the output that was chosen.
+    OutputFormat {
+        /// Its name.
+        format: &'static str,
+    } => ("output.format = \"{format}\" (chosen, since the mesh is of that format)")
+
     /// A key of the selection that method `all` does not use.
     UnusedKey {
         /// The key.

@@ -1,7 +1,9 @@
 //! Hashes of files and folders on the disk.
 
+use super::openfoam::hash_of_origin;
 use super::output_set::hash_of_folder;
 use super::source::check_no_device;
+use crate::mesh::Mesh;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -17,6 +19,11 @@ pub fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
         true => hash_of_folder(path, hash_of),
         false => hash_of_range(path, 0..u64::MAX),
     }
+}
+
+/// The hash of a mesh that was read from `path`: of the file, or of what a case holds of the mesh.
+pub fn hash_of_input(path: &Path, mesh: &Mesh) -> std::io::Result<blake3::Hash> {
+    hash_of_origin(mesh).map_or_else(|| hash_of(path), Ok)
 }
 
 /// The hash of some bytes of a file.

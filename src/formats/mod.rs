@@ -39,7 +39,7 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use case::{CaseFormat, DISPLACEMENT};
-pub use hash::{hash_of, hash_of_range};
+pub use hash::{hash_of, hash_of_input, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;

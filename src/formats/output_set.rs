@@ -408,11 +408,17 @@ impl Folder {
 
     fn move_all(&self, moved: &mut Moves) -> Result<()> {
         let old = self.temporary.path().join("old");
-        let there: Vec<&String> = self.owned.iter().filter(|name| self.target.join(name).exists()).collect();
+        let there: Vec<&String> = self
+            .owned
+            .iter()
+            .filter(|name| self.target.join(name).exists())
+            .collect();
         for name in there.iter().filter(|_| self.replace) {
             moved.rename(&self.target.join(name), &old.join(name))?;
         }
-        let is_kept = |name: &&String| !self.replace && there.iter().any(|own| Path::new(name).starts_with(own));
+        let is_kept = |name: &&String| {
+            !self.replace && there.iter().any(|own| Path::new(name).starts_with(own))
+        };
         for name in self.names.iter().filter(|name| !is_kept(name)) {
             let Some(piece) = self.new_piece(name) else {
                 continue;

@@ -1,8 +1,9 @@
-//! Dense matrices, factors and products: the only home of faer.
+//! Dense matrices, factors and products: the only home of faer. `blocks` has sparse matrices of 3x3 blocks.
 //!
 //! Every routine gives the same bytes on any number of threads: work is cut into tiles of fixed
 //! size, and each tile is computed by one thread.
 
+pub mod blocks;
 mod cholesky;
 mod growing;
 mod tall;

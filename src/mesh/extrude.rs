@@ -1,12 +1,11 @@
 //! One layer of solid cells from a mesh in a plane.
 
-use super::{CellKind, CellSet, Cells, DataArray, Group, Mesh, too_many};
+use super::{CellKind, CellSet, Cells, DataArray, EMPTY, Group, Mesh, too_many};
 use crate::error::{Error, Result, option};
 use crate::geometry::vector::Vector;
 
-/// The tags of the two sides, and the type that solvers know them by.
+/// The tags of the two sides.
 const SIDES: [&str; 2] = ["back", "front"];
-const EMPTY: &str = "empty";
 
 impl Mesh {
     /// Makes a layer of cells of this height, in the direction of z, from a mesh in a plane of constant z. Tags and zones
@@ -18,7 +17,10 @@ impl Mesh {
     pub fn extrude(&mut self, height: f64) -> Result<()> {
         self.check_plane()?;
         let n_nodes = self.points.len();
-        let volume: Vec<usize> = self.volume_runs().flat_map(|run| run.first_cell..run.first_cell + run.n_cells()).collect();
+        let volume: Vec<usize> = self
+            .volume_runs()
+            .flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
+            .collect();
         let (most, n_cells) = (u32::MAX as usize - 1, self.cells.len() + 2 * volume.len());
         if 2 * n_nodes > most || n_cells > most {
             return Err(Error::input(too_many("nodes or cells")));
@@ -27,7 +29,9 @@ impl Mesh {
         let first = self.cells.len();
         self.cells = solid;
         self.points.extend_from_within(..);
-        self.points[n_nodes..].iter_mut().for_each(|point| point[2] += height);
+        self.points[n_nodes..]
+            .iter_mut()
+            .for_each(|point| point[2] += height);
         for group in &mut self.groups {
             group.dimension += 1;
         }
@@ -75,7 +79,10 @@ impl Mesh {
                 nodes.extend_from_slice(flat);
                 match run.kind {
                     CellKind::Vertex => cells.push(CellKind::Line, &[flat[0], flat[0] + up]),
-                    CellKind::Line => cells.push(CellKind::Quadrilateral, &[flat[0], flat[1], flat[1] + up, flat[0] + up]),
+                    CellKind::Line => cells.push(
+                        CellKind::Quadrilateral,
+                        &[flat[0], flat[1], flat[1] + up, flat[0] + up],
+                    ),
                     _ => {
                         self.turn_anticlockwise(&mut nodes);
                         push_prism(&mut cells, &nodes, up)?;
@@ -112,7 +119,11 @@ impl Mesh {
     }
 
     fn tag_side(&mut self, name: &str, cells: std::ops::Range<usize>) {
-        let is_taken = |name: &str| self.groups.iter().any(|group| group.dimension == 2 && group.name == name);
+        let is_taken = |name: &str| {
+            self.groups
+                .iter()
+                .any(|group| group.dimension == 2 && group.name == name)
+        };
         let mut unique = name.to_owned();
         let mut n = 2;
         while is_taken(&unique) {
@@ -181,8 +192,17 @@ mod tests {
 
     fn plane() -> Mesh {
         let mut mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [2.0, 0.5, 0.0]],
-            point_arrays: vec![DataArray::scalar("p", Values::F64(vec![0.0, 1.0, 2.0, 3.0, 4.0]))],
+            points: vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [2.0, 0.5, 0.0],
+            ],
+            point_arrays: vec![DataArray::scalar(
+                "p",
+                Values::F64(vec![0.0, 1.0, 2.0, 3.0, 4.0]),
+            )],
             cell_arrays: vec![DataArray::scalar("c", Values::F64(vec![7.0, 8.0, 9.0]))],
             ..Mesh::default()
         };
@@ -205,9 +225,22 @@ mod tests {
         assert_eq!(mesh.cells.get(2).nodes, [1, 4, 2, 6, 9, 7]);
         assert_eq!(mesh.cells.get(3).nodes, [0, 3, 2, 1]);
         assert_eq!(mesh.cells.get(6).nodes, [6, 9, 7]);
-        let tags: Vec<_> = mesh.boundary_tags().map(|tag| (&*tag.name, tag.condition.as_deref(), tag.cells.len())).collect();
-        assert_eq!(tags, [("back", None, 1), ("back_2", Some("empty"), 2), ("front", Some("empty"), 2)]);
-        assert_eq!(mesh.cell_arrays[0].values, Values::F64(vec![7.0, 8.0, 9.0, 7.0, 9.0, 7.0, 9.0]));
+        let tags: Vec<_> = mesh
+            .boundary_tags()
+            .map(|tag| (&*tag.name, tag.condition.as_deref(), tag.cells.len()))
+            .collect();
+        assert_eq!(
+            tags,
+            [
+                ("back", None, 1),
+                ("back_2", Some("empty"), 2),
+                ("front", Some("empty"), 2)
+            ]
+        );
+        assert_eq!(
+            mesh.cell_arrays[0].values,
+            Values::F64(vec![7.0, 8.0, 9.0, 7.0, 9.0, 7.0, 9.0])
+        );
         assert_eq!(mesh.points[9], [2.0, 0.5, 0.5]);
     }
 

@@ -17,6 +17,7 @@ pub mod kind;
 pub mod lagrange;
 mod linearize;
 mod nodes;
+mod one_layer;
 mod origin;
 mod reorder;
 pub mod repeated;
@@ -32,6 +33,7 @@ pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
+pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
 pub use view::MeshView;
 

@@ -71,6 +71,8 @@ pub enum SurfaceOutput {
 pub struct OutputOptions {
     /// Name of a writable format.
     pub format: String,
+    /// Whether it was given, and not left to be chosen.
+    pub format_given: bool,
     /// Precision of coordinates.
     pub precision: Precision,
     /// How much quality is computed.
@@ -93,6 +95,7 @@ impl Default for OutputOptions {
     fn default() -> Self {
         Self {
             format: "vtu".into(),
+            format_given: false,
             precision: Precision::F64,
             quality: QualityOutput::Summary,
             displacement: false,
@@ -129,6 +132,7 @@ impl OutputOptions {
         let known: Vec<(&str, &str)> = names.map(|name| (name, name)).collect();
         let format = |entry: &Entry<'_>| Ok(entry.choice(&known)?.to_owned());
         section.set("format", &mut options.format, format)?;
+        options.format_given = section.get("format").is_some();
         let known = [("f64", Precision::F64), ("f32", Precision::F32)];
         section.set("precision", &mut options.precision, |entry| {
             entry.choice(&known)

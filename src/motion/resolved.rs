@@ -12,7 +12,7 @@ use super::tags::{PeriodicTags, TagRoles};
 use super::zones::DeformingZone;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Position, Result};
-use crate::mesh::{Group, Mesh};
+use crate::mesh::{Group, Mesh, OneLayer};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -71,10 +71,14 @@ impl Motion {
             ));
         }
         let dimension = mesh.space_dimension();
-        if dimension == 2 {
+        // A mesh of one layer in the plane of x and y moves as one in that plane does.
+        let is_plane = dimension == 2 || OneLayer::axis_of(mesh)? == Some(2);
+        if is_plane {
             check_plane(&schedule.bodies)?;
         }
-        let rotor = schedule.rotor.axes(dimension, &schedule.places)?;
+        let rotor = schedule
+            .rotor
+            .axes(if is_plane { 2 } else { dimension }, &schedule.places)?;
         let zone = DeformingZone::find(&schedule.boundaries.zones, mesh)?;
         let tags: Vec<&Group> = mesh.boundary_tags().collect();
         let named = TagRoles::find(&tags, schedule, zone.as_ref(), mesh)?;

@@ -7,7 +7,8 @@ use super::schedule::Schedule;
 use super::surface::{Role, TagRole, nodes_of};
 use super::zones::DeformingZone;
 use crate::error::{Error, Position, Result};
-use crate::mesh::{Group, Mesh};
+use crate::formats::openfoam::neighbour_patch;
+use crate::mesh::{EMPTY, Group, Mesh};
 
 /// A periodic pair on a mesh: the tags of its sides, as places in
 /// [`Surface::tags`](super::Surface::tags), ascending and at least one on each side.
@@ -57,8 +58,19 @@ impl TagRoles {
         }
         let names: Vec<&str> = tags.iter().map(|tag| tag.name.as_str()).collect();
         let mut named = named_tags(&names, bodies, boundaries)?;
+        let is_empty_side =
+            |i: usize| mesh.dimension() == 3 && tags[i].condition.as_deref() == Some(EMPTY);
+        let wrong = |i: &usize| is_empty_side(*i) && !matches!(named[*i], None | Some(Named::Free));
+        if let Some(i) = (0..tags.len()).find(wrong) {
+            return Err(Error::input(format!(
+                "tag \"{}\" is of type empty: the nodes of that side move in its plane with the rest of the mesh, so give it \
+                 no role",
+                names[i]
+            ))
+            .at(schedule.places.of("boundaries")));
+        }
         let unnamed: Vec<usize> = (0..tags.len())
-            .filter(|&i| named[i].is_none() && touches(tags[i], zone, mesh))
+            .filter(|&i| named[i].is_none() && !is_empty_side(i) && touches(tags[i], zone, mesh))
             .collect();
         let others = match boundaries.others {
             Some(Others::Free) => None,
@@ -66,10 +78,15 @@ impl TagRoles {
             Some(Others::Slide) => Some(Named::Role(Role::Sliding)),
             None if unnamed.is_empty() => None,
             None => {
-                let error = not_named(&names, &unnamed);
+                let mut error = not_named(&names, &unnamed);
+                error.message += &offers(mesh, tags, &unnamed);
                 return Err(error.at(schedule.places.of("boundaries")));
             }
         };
+        if boundaries.others == Some(Others::Free) {
+            check_free(mesh, tags, &unnamed)
+                .map_err(|error| error.at(schedule.places.of("boundaries.others")))?;
+        }
         unnamed.iter().for_each(|&i| named[i] = others);
         let role = |i: usize| match named[i] {
             Some(Named::Role(role)) => Some(role),
@@ -164,6 +181,51 @@ fn not_named(names: &[&str], unnamed: &[usize]) -> Error {
          set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         list(unnamed.iter().map(|&i| names[i]))
     ))
+}
+
+/// What suits tags that the mesh says more of: pairs of periodic sides, and planes.
+fn offers(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> String {
+    let mut offers = Vec::new();
+    for &i in unnamed {
+        let tag = tags[i];
+        let partner = neighbour_patch(mesh, &tag.name);
+        match (tag.condition.as_deref(), partner) {
+            (Some("cyclic"), Some(partner)) if tag.name < partner => offers.push(format!(
+                "periodic = [{{ pair = [\"{}\", \"{partner}\"] }}] suits the cyclic patches {} and {partner}", tag.name, tag.name
+            )),
+            (Some(kind), _) if is_plane(kind) => {
+                offers.push(format!("slide = [\"{}\"] suits the {kind} {}", tag.name, tag.name));
+            }
+            _ => {}
+        }
+    }
+    offers.iter().map(|offer| format!("; {offer}")).collect()
+}
+
+/// Refuses to let tags go free that the solver would no longer take: its pairs have to match, and its planes to stay
+/// planes.
+fn check_free(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> Result<()> {
+    let is_bound = |kind: &str| {
+        is_plane(kind) || kind.starts_with("cyclic") || kind.starts_with("nonConformal")
+    };
+    let bound = unnamed
+        .iter()
+        .find(|i| tags[**i].condition.as_deref().is_some_and(is_bound));
+    match bound {
+        None => Ok(()),
+        Some(&i) => Err(Error::input(format!(
+            "tag \"{}\" is of type {}, which it would not be any more with free nodes; name it under `fixed`, `slide` or \
+             `periodic`{}",
+            tags[i].name,
+            tags[i].condition.as_deref().unwrap_or_default(),
+            offers(mesh, tags, &[i])
+        ))),
+    }
+}
+
+/// Whether a solver takes boundaries of this type for planes.
+fn is_plane(kind: &str) -> bool {
+    ["symmetry", "symmetryPlane", "wedge", "BCSymmetryPlane"].contains(&kind)
 }
 
 fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<PeriodicTags> {

@@ -89,7 +89,10 @@ fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
     let (n_vectors, at_cells) = match (format.holds_arrays(), output.quality) {
         (true, QualityOutput::Cells) => (at_nodes, QUALITY),
         (true, _) => (at_nodes, (0, 0)),
-        (false, _) => (u64::from(output.displacement && format.holds_displacement()), (0, 0)),
+        (false, _) => (
+            u64::from(output.displacement && format.holds_displacement()),
+            (0, 0),
+        ),
     };
     let n_volume: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     StepSize {

@@ -146,9 +146,15 @@ fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
     let output = &plan.schedule.output;
     let holds_arrays = format.holds_arrays();
     let dropped = [
-        ("displacement", output.displacement && !format.holds_displacement()),
+        (
+            "displacement",
+            output.displacement && !format.holds_displacement(),
+        ),
         ("velocity", output.velocity && !holds_arrays),
-        ("cell quality", output.quality == QualityOutput::Cells && !holds_arrays),
+        (
+            "cell quality",
+            output.quality == QualityOutput::Cells && !holds_arrays,
+        ),
     ];
     let arrays = dropped.into_iter().filter(|(_, is_dropped)| *is_dropped);
     let arrays: Vec<&str> = arrays.map(|(name, _)| name).collect();

@@ -1,6 +1,7 @@
 //! Metrics of every cell, for cell arrays and lists of the worst.
 
 use super::reference::Reference;
+use super::validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::{DataArray, Mesh, Values};
@@ -69,6 +70,25 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
                 edge_ratio[at] = metrics.edge_ratio_squared().sqrt();
                 skew[at] = metrics.angles.skew().unwrap_or(f64::NAN);
                 inverted[at] = reference.is_valid(cell) && !metrics.is_valid(sign);
+            }
+        });
+    });
+    for cell in validity::assess(mesh, points, reference).inside {
+        all.inverted[cell as usize] = true;
+    }
+    all
+}
+
+/// The scaled Jacobian of every judged cell; NaN for others, and where it is not defined.
+pub fn scaled_jacobians(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<f64> {
+    let mut all = vec![f64::NAN; mesh.cells.len()];
+    parallel::for_items(all.chunks_mut(CHUNK), &|chunk, values: &mut [f64]| {
+        let range = block(mesh.cells.len(), CHUNK, chunk);
+        let first = range.start;
+        visit::volume_cells(mesh, points, reference.facing(), range, |start, block| {
+            for i in (0..block.n).filter(|i| reference.is_valid(start + i)) {
+                let sign = reference.sign(start + i);
+                values[start + i - first] = block.get(i).scaled_jacobian(sign);
             }
         });
     });

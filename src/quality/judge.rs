@@ -6,6 +6,7 @@ use super::faces::{self, FaceSummary};
 use super::reference::Reference;
 use super::size_skew::{self, SizeSkew};
 use super::summary::{Summary, assess};
+use super::validity;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, DataArray, Mesh};
 
@@ -59,7 +60,9 @@ impl Judge {
 
     /// The part of [`Judge::assess`] that tells of inverted cells.
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
-        assess(mesh, points, &self.reference)
+        let mut cells = assess(mesh, points, &self.reference);
+        cells.take_validity(&validity::assess(mesh, points, &self.reference));
+        cells
     }
 
     /// The result of [`Judge::assess`], from that of [`Judge::cells`].

@@ -30,16 +30,16 @@ mod statistics;
 mod summary;
 #[cfg(test)]
 mod tests;
+pub mod validity;
 mod visit;
 mod worst;
 
-pub use cells::per_cell;
+pub use cells::{per_cell, scaled_jacobians};
 pub use criterion::Criterion;
 pub use figures::{Quality, quality};
 pub use judge::{Assessment, Judge};
 pub use reference::Reference;
 pub use statistics::{Statistic, statistics};
-#[cfg(any(test, feature = "internals"))]
 pub use summary::assess;
 pub use summary::{Extreme, Summary};
 pub use worst::{Candidate, worst};

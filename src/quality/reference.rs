@@ -2,10 +2,12 @@
 
 use super::facing::Facing;
 use super::plane::vector_area;
+use super::validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::unit;
-use crate::mesh::Mesh;
+use crate::mesh::{CellKind, Mesh};
 use crate::parallel::{self, block};
+use std::collections::BTreeMap;
 
 /// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
 /// surface mesh that does not lie in a plane of constant z.
@@ -18,6 +20,8 @@ pub struct Reference {
     signs: Vec<i8>,
     facing: Facing,
     n_inverted: usize,
+    /// Cells that are valid at their corners but not proven to be so between them, ascending.
+    doubtful: Vec<u32>,
 }
 
 /// Set in addition to the sign of a cell that is not valid in the reference.
@@ -46,11 +50,52 @@ impl Reference {
             n_inverted
         };
         let inverted = parallel::map_items(signs.chunks_mut(CHUNK), &judge);
-        Self {
+        let mut reference = Self {
             signs,
             facing,
             n_inverted: inverted.into_iter().sum(),
+            doubtful: Vec::new(),
+        };
+        let validity = validity::assess(mesh, &mesh.points, &reference);
+        reference.doubtful = [validity.inside, validity.unproven].concat();
+        reference.doubtful.sort_unstable();
+        reference
+    }
+
+    /// For a mesh whose own cells are to be made valid: every cell is judged, in the orientation that most cells of
+    /// its kind have. Polyhedra of positive volume are judged by that alone.
+    pub fn upright(mesh: &Mesh) -> Self {
+        let mut reference = Self::new(mesh);
+        let plane = mesh.dimension() == 2;
+        let mut balance: BTreeMap<CellKind, i64> = BTreeMap::new();
+        let group = |kind: CellKind| {
+            if plane {
+                CellKind::Polygon
+            } else {
+                kind.linear()
+            }
+        };
+        for run in mesh.volume_runs() {
+            let signs = &reference.signs[run.first_cell..run.first_cell + run.n_cells()];
+            let sum: i64 = signs.iter().map(|&sign| i64::from(sign.signum())).sum();
+            *balance.entry(group(run.kind)).or_default() += sum;
         }
+        let mut doubtful = Vec::new();
+        for run in mesh.volume_runs() {
+            let sign = if balance[&group(run.kind)] < 0 { -1 } else { 1 };
+            let cells = run.first_cell..run.first_cell + run.n_cells();
+            let is_cut = !matches!(run.kind.linear(), CellKind::Hexahedron | CellKind::Wedge);
+            let own = reference
+                .doubtful
+                .iter()
+                .copied()
+                .filter(|&cell| cells.contains(&(cell as usize)));
+            doubtful.extend(own.filter(|_| is_cut));
+            reference.signs[cells].fill(sign);
+        }
+        doubtful.sort_unstable();
+        reference.doubtful = doubtful;
+        reference
     }
 
     /// Number of cells whose corner Jacobians are not all positive in the reference: they vanish or
@@ -66,9 +111,15 @@ impl Reference {
         self.signs[cell].abs() == 1
     }
 
+    /// Whether a cell that is valid at its corners is not proven to be so between them in the reference: later it
+    /// is judged by its corners alone.
+    pub fn is_doubtful(&self, cell: usize) -> bool {
+        !self.doubtful.is_empty() && self.doubtful.binary_search(&(cell as u32)).is_ok()
+    }
+
     /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.
     #[inline]
-    pub(super) fn sign(&self, cell: usize) -> i8 {
+    pub fn sign(&self, cell: usize) -> i8 {
         self.signs[cell].signum()
     }
 

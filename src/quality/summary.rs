@@ -6,6 +6,7 @@ use super::fold::{Folded, fold};
 use super::percentile::Histogram;
 use super::reference::Reference;
 use super::span::Span;
+use super::validity::Validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -28,14 +29,16 @@ pub struct Extreme {
 pub struct Summary {
     /// Number of volume cells.
     pub n_cells: usize,
-    /// Cells that are valid in the reference and have a corner Jacobian of zero or of the other
-    /// sign now.
+    /// Cells that are valid in the reference and have a Jacobian of zero or of the other sign now, at a corner or
+    /// between the corners.
     pub inverted: usize,
     /// The first inverted cells, at most 20, ascending.
     pub inverted_cells: Vec<usize>,
     /// Cells whose corner Jacobians are not all positive in the reference: zero, of mixed signs, or
     /// of a solid cell with its nodes in reverse order.
     pub inverted_reference: usize,
+    /// Cells that are valid at their corners and neither proven to be so between them nor refuted.
+    pub unproven: usize,
     /// Smallest volume (area in 2D), positive for a cell that is oriented as in the reference.
     pub min_volume: Option<Extreme>,
     /// Sum of all volumes.
@@ -53,6 +56,17 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// Counts the cells that are not proven to be valid between their corners.
+    pub(super) fn take_validity(&mut self, validity: &Validity) {
+        self.unproven = validity.unproven.len();
+        self.inverted += validity.inside.len();
+        let inside = validity.inside.iter().take(N_NAMED);
+        self.inverted_cells
+            .extend(inside.map(|&cell| cell as usize));
+        self.inverted_cells.sort_unstable();
+        self.inverted_cells.truncate(N_NAMED);
+    }
+
     /// The columns in the order and by the names of `steps.csv`; a metric that is not defined is
     /// `None`.
     pub fn columns(&self) -> [(&'static str, Option<f64>); 8] {
@@ -239,6 +253,7 @@ impl CellTotals {
             inverted: self.inverted,
             inverted_cells: self.inverted_cells,
             inverted_reference: reference.n_inverted(),
+            unproven: 0,
             min_volume: self.min_volume,
             total_volume: self.volume_sum,
             min_scaled_jacobian: self.min_scaled,

@@ -2,7 +2,7 @@
 
 use super::folder::Sequence;
 use crate::error::{Error, Result};
-use crate::formats::{ReadOptions, check_file, hash_of};
+use crate::formats::{self, ReadOptions, check_file, hash_of};
 use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
@@ -53,12 +53,10 @@ impl<'a> Meshes<'a> {
         };
         let mut is_there = false;
         for path in self.places(&input.file) {
-            let Ok(found) = check_file(&path).and_then(|()| hash_of(&path)) else {
-                continue;
-            };
-            is_there = true;
-            if found.to_string() == *hash {
-                return read(&path, &options);
+            match mesh_of_hash(&path, hash, &options) {
+                Ok(Some(mesh)) => return Ok(mesh),
+                Ok(None) => is_there = true,
+                Err(_) => {}
             }
         }
         Err(Error::input(match is_there {
@@ -79,9 +77,28 @@ impl<'a> Meshes<'a> {
     }
 }
 
+/// The mesh at a path, where it has this hash. A case is read before its hash is known.
+fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option<Mesh>> {
+    let io = |error: std::io::Error| Error::io(path, &error);
+    let is_case =
+        path.is_dir() || formats::by_extension(path).is_ok_and(|format| format.case().is_some());
+    if is_case {
+        let mesh = read(path, options)?;
+        let is_same = formats::hash_of_input(path, &mesh).map_err(io)?.to_string() == hash;
+        return Ok(is_same.then_some(mesh));
+    }
+    let found = check_file(path).and_then(|()| hash_of(path)).map_err(io)?;
+    match found.to_string() == hash {
+        true => read(path, options).map(Some),
+        false => Ok(None),
+    }
+}
+
 fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
     // A step in a case is a file in the folder of the mesh at its time.
-    let folder = path.parent().filter(|_| path.file_name().is_some_and(|name| name == "points"));
+    let folder = path
+        .parent()
+        .filter(|_| path.file_name().is_some_and(|name| name == "points"));
     let path = folder.unwrap_or(path);
     Ok(Mesh::read_with(path, options)?.mesh)
 }

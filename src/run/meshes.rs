@@ -3,9 +3,7 @@
 use super::names::Names;
 use super::surface::SurfaceFiles;
 use crate::error::Result;
-use crate::formats::{
-    Begin, Format, Notes, Output, OutputSet, SequenceFile, Staged, WriteOptions,
-};
+use crate::formats::{Begin, Format, Notes, Output, OutputSet, SequenceFile, Staged, WriteOptions};
 use crate::mesh::MeshView;
 use crate::motion::Step;
 use std::path::Path;
@@ -76,7 +74,9 @@ impl<'a> Meshes<'a> {
     fn write_mesh(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
         if let Some(in_case) = self.names.in_case(step.index) {
             let mut out = OutputSet::new(in_case.0, self.names.commit).hashed();
-            in_case.1.write_step(mesh, in_case.2, &mut out, &self.options)?;
+            in_case
+                .1
+                .write_step(mesh, in_case.2, &mut out, &self.options)?;
             let written = out.finish();
             return Ok((hash_in_case(&written), written.files));
         }

@@ -1,7 +1,7 @@
 //! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
 
-use crate::error::{Error, Result, counted};
 use super::table;
+use crate::error::{Error, Result, counted};
 use crate::formats::{
     Begin, CaseFormat, Commit, Format, Notes, WriteOptions, case_name, hash_of, pvd, vtk_series,
 };
@@ -69,7 +69,9 @@ struct Case {
 
 impl std::fmt::Debug for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Case").field("folder", &self.folder).finish_non_exhaustive()
+        f.debug_struct("Case")
+            .field("folder", &self.folder)
+            .finish_non_exhaustive()
     }
 }
 
@@ -95,7 +97,9 @@ impl Names {
         // Lists of files are XML and lines of text.
         let stem = stem.replace(char::is_control, "_");
         let case = format.case().map(|case| Case::of(case, folder));
-        let folder = case.as_ref().map_or_else(|| folder.to_path_buf(), Case::records);
+        let folder = case
+            .as_ref()
+            .map_or_else(|| folder.to_path_buf(), Case::records);
         Self {
             folder,
             stem,
@@ -159,13 +163,19 @@ impl Names {
     }
 
     /// Writes what all steps share, where they are in a case.
-    pub(super) fn begin(&self, mesh: &MeshView, options: &WriteOptions, begin: Begin) -> Result<Notes> {
+    pub(super) fn begin(
+        &self,
+        mesh: &MeshView,
+        options: &WriteOptions,
+        begin: Begin,
+    ) -> Result<Notes> {
         let Some(case) = &self.case else {
             return Ok(Notes::default());
         };
         // Parts come to a case in any order.
         let begin = if self.is_part() { Begin::Resume } else { begin };
-        case.format.begin(&case.folder, mesh, options, begin, self.commit)
+        case.format
+            .begin(&case.folder, mesh, options, begin, self.commit)
     }
 
     /// Whether one file holds all steps.
@@ -254,7 +264,9 @@ impl Names {
 
 impl Case {
     fn of(format: &'static dyn CaseFormat, folder: &Path) -> Self {
-        let is_records = folder.file_name().is_some_and(|name| name == format.records());
+        let is_records = folder
+            .file_name()
+            .is_some_and(|name| name == format.records());
         let is_there = is_records && !folder.join(format.records()).exists() && has_records(folder);
         Self {
             format,
@@ -299,10 +311,15 @@ fn steps_in_case(names: &Names, case: &Case) -> Vec<PathBuf> {
         let parts = parts_in(&names.folder, "steps", "csv").unwrap_or_default();
         tables.extend(parts.into_iter().map(|(_, path)| path));
     }
-    let rows = tables.iter().filter_map(|table| table::read(table).ok()).flatten();
+    let rows = tables
+        .iter()
+        .filter_map(|table| table::read(table).ok())
+        .flatten();
     // The mesh that all steps share is no step's own.
     let own = |row: &Row| !case.format.is_shared(row.file.trim_start_matches("../"));
-    let files = rows.filter(|(_, row)| own(row)).flat_map(|(_, row)| case.format.files_of(&names.path(&row.file)));
+    let files = rows
+        .filter(|(_, row)| own(row))
+        .flat_map(|(_, row)| case.format.files_of(&names.path(&row.file)));
     files.collect()
 }
 
@@ -370,8 +387,15 @@ fn remove(files: Vec<PathBuf>, names: &Names) -> Result<()> {
         removed.map_err(|error| Error::io(path, &error))?;
         // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
         if names.case.is_some() {
-            let above = path.ancestors().skip(1).take(3).filter(|above| !names.folder.starts_with(above));
-            let _ = above.map(std::fs::remove_dir).take_while(|removed| removed.is_ok()).count();
+            let above = path
+                .ancestors()
+                .skip(1)
+                .take(3)
+                .filter(|above| !names.folder.starts_with(above));
+            let _ = above
+                .map(std::fs::remove_dir)
+                .take_while(|removed| removed.is_ok())
+                .count();
         }
         Ok(())
     })

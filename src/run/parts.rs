@@ -68,7 +68,9 @@ pub(super) fn damaged(
     for (at, (step, row)) in rows.iter().enumerate() {
         let path = names.path(&row.file);
         let found = match ends.get(at) {
-            Some(end) => hash_of_range(&path, from..*end).map(|hash| hash.to_string() == row.blake3),
+            Some(end) => {
+                hash_of_range(&path, from..*end).map(|hash| hash.to_string() == row.blake3)
+            }
             None => names.has_hash(&path, &row.blake3),
         };
         from = ends.get(at).copied().unwrap_or(from);

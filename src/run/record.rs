@@ -6,7 +6,7 @@ use super::request::Request;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result, counted};
-use crate::formats::{Commit, Precision, check_file, hash_of, save_text};
+use crate::formats::{Commit, Precision, check_file, hash_of, hash_of_input, save_text};
 use crate::motion::SurfaceOutput;
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
@@ -44,14 +44,16 @@ impl RecordFile {
     /// The record of a run of `plan`, not yet written.
     pub fn new(names: &Names, plan: &Plan, request: &Request) -> Result<Self> {
         let mut inputs = vec![
-            input("mesh", &request.mesh)?,
-            input("schedule", &plan.schedule.path)?,
+            input("mesh", &request.mesh, |path| {
+                hash_of_input(path, &plan.mesh)
+            })?,
+            input("schedule", &plan.schedule.path, hash_of)?,
         ];
         for file in plan.schedule.files() {
-            inputs.push(input("file", &file)?);
+            inputs.push(input("file", &file, hash_of)?);
         }
         if let Some(base) = &request.base {
-            inputs.push(input("base", base)?);
+            inputs.push(input("base", base, hash_of)?);
         }
         let content = RunRecord {
             version: 1,
@@ -151,7 +153,11 @@ fn functions(plan: &Plan) -> Vec<FunctionRecord> {
 }
 
 /// An input and its hash; what came from a pipe is gone and has none.
-fn input(what: &str, path: &Path) -> Result<InputRecord> {
+fn input(
+    what: &str,
+    path: &Path,
+    hash_of: impl FnOnce(&Path) -> std::io::Result<blake3::Hash>,
+) -> Result<InputRecord> {
     let is_pipe = |found: std::fs::Metadata| !found.is_file() && !found.is_dir();
     let has_hash = path.as_os_str() != "-" && !path.metadata().is_ok_and(is_pipe);
     let hash = has_hash.then(|| hash_of(path)).transpose();

@@ -16,8 +16,8 @@ use crate::deform::{Deformation, Plan, missed_at_step};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::{ErrorKind, Result};
-use crate::geometry::vector::Vector;
 use crate::formats::{self, Begin, Format, Notes};
+use crate::geometry::vector::Vector;
 use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk, check_surface_files};
 use crate::quality::Criterion;
@@ -232,7 +232,9 @@ impl Run<'_> {
     fn begin_case(&mut self) -> Result<()> {
         let _held = self.deformation.stop().hold();
         let options = self.plan.schedule.output.write_options();
-        let notes = self.names.begin(&self.plan.mesh.view(), &options, self.begin())?;
+        let notes = self
+            .names
+            .begin(&self.plan.mesh.view(), &options, self.begin())?;
         self.take_notes(&notes);
         Ok(())
     }

@@ -6,9 +6,9 @@ use super::finished::inverted;
 use super::run::{LoopEnd, Run};
 use super::step::{Computed, StepArrays, compute, recompute, row};
 use super::writer::Writer;
+use crate::deform::Evaluated;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
-use crate::deform::Evaluated;
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::MeshView;
@@ -56,7 +56,9 @@ impl Run<'_> {
                 return Ok(self.restart_from(step));
             }
             let mut ready = self.accept(step, computed, task)?;
-            let arrays = ready.as_mut().map(|ready| self.arrays(&points, &mut ready.found));
+            let arrays = ready
+                .as_mut()
+                .map(|ready| self.arrays(&points, &mut ready.found));
             let arrays = arrays.unwrap_or_default();
             let mesh = arrays.view(&self.plan.mesh, &points);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
@@ -89,7 +91,10 @@ impl Run<'_> {
     /// The arrays of a step that its format holds: it would say of each other one that it is left out, which is known
     /// already.
     pub(super) fn arrays(&self, points: &[Vector], found: &mut Evaluated) -> StepArrays {
-        let from = self.displaced_from.as_deref().unwrap_or(&self.plan.mesh.points);
+        let from = self
+            .displaced_from
+            .as_deref()
+            .unwrap_or(&self.plan.mesh.points);
         match (self.format.holds_arrays(), self.format.holds_displacement()) {
             (true, _) => StepArrays::of(self.deformation, points, found),
             (false, true) => StepArrays::of_displacement(self.plan, points, from),
@@ -103,7 +108,10 @@ impl Run<'_> {
         let first = &self.plan.motion.steps[0];
         let is_shared = |(_, case, file): (_, &dyn CaseFormat, &str)| case.is_shared(file);
         let is_moved = self.plan.largest_displacement(0) > 0.0;
-        if self.plan.schedule.output.displacement && is_moved && self.names.in_case(0).is_some_and(is_shared) {
+        if self.plan.schedule.output.displacement
+            && is_moved
+            && self.names.in_case(0).is_some_and(is_shared)
+        {
             let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
             compute(base_points, first, &mut points)?;
             self.displaced_from = Some(points);

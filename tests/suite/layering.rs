@@ -9,6 +9,7 @@ const FLOORS: &[&[&str]] = &[
     &["run", "report"],
     &["preflight"],
     &["deform"],
+    &["repair"],
     &["motion", "rbf", "quality", "sample"],
     &["modes", "formats", "record"],
     &["mesh"],

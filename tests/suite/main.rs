@@ -21,6 +21,7 @@ mod manners;
 mod memory;
 mod mesh_commands;
 mod names;
+mod openfoam;
 mod parts;
 mod periodic;
 #[cfg(unix)]

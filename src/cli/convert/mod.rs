@@ -191,7 +191,12 @@ impl Run<'_> {
     }
 
     /// One mesh, or one sequence, into a case.
-    fn write_case(&self, input: &Path, folder: &Path, format: &'static dyn formats::Format) -> Result<()> {
+    fn write_case(
+        &self,
+        input: &Path,
+        folder: &Path,
+        format: &'static dyn formats::Format,
+    ) -> Result<()> {
         let input = Input::open(input, None, self.context)?;
         let path = folder.to_path_buf();
         let place = Place::File { path, format };

@@ -4,10 +4,10 @@ mod table;
 mod worst;
 
 use super::input::Input;
-use super::output::OutputArgs;
+use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::error::{Error, Result};
-use crate::formats::{self, Format};
+use crate::formats::Format;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Cells, Mesh};
 use crate::quality::{Assessment, Criterion, Judge, Statistic, statistics};
@@ -125,14 +125,10 @@ impl Formats {
         };
         context.check_json_beside(path)?;
         args.write.check(path)?;
-        let (input, output) = match (formats::by_extension(path), given) {
-            (Ok(output), input) => (input, output),
-            (Err(_), Some(output)) => (None, output),
-            (Err(error), None) => return Err(error),
-        };
+        let both = output::Formats::of(path, context)?;
         Ok(Self {
-            input,
-            output: Some(output),
+            input: both.input,
+            output: Some(both.output),
         })
     }
 }

@@ -41,7 +41,9 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
 /// A path without links, as far as it is there.
 fn resolved(path: &Path) -> PathBuf {
     let full = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let known = full.ancestors().find_map(|above| Some((above, fs::canonicalize(above).ok()?)));
+    let known = full
+        .ancestors()
+        .find_map(|above| Some((above, fs::canonicalize(above).ok()?)));
     match known {
         Some((above, found)) => match full.strip_prefix(above) {
             Ok(rest) if !rest.as_os_str().is_empty() => found.join(rest),
@@ -57,7 +59,12 @@ pub(super) fn copy(mesh: &MeshView, place: &Place, out: &mut OutputSet) -> Resul
         return Ok(());
     };
     let own = PathBuf::from(place.folder(CONSTANT));
-    let mut copying = Copying { from: &origin.case, place, own, out };
+    let mut copying = Copying {
+        from: &origin.case,
+        place,
+        own,
+        out,
+    };
     for name in COPIED {
         if origin.case.join(name).is_dir() {
             copying.folder(Path::new(name), 0)?;
@@ -78,17 +85,24 @@ impl Copying<'_, '_> {
     fn folder(&mut self, inside: &Path, depth: usize) -> Result<()> {
         let folder = self.from.join(inside);
         // Points of the first time are those of the mesh that is written.
-        let is_mesh = inside.file_name().is_some_and(|name| name == MESH) && inside.starts_with("0");
+        let is_mesh =
+            inside.file_name().is_some_and(|name| name == MESH) && inside.starts_with("0");
         if is_mesh {
             return Ok(());
         }
         // Of the folder of the mesh only what lies in folders, such as sets.
         let is_own = inside == self.own;
         if depth > DEPTH {
-            return Err(Error::input(format!("has more than {DEPTH} folders inside one another")).file(&folder));
+            return Err(
+                Error::input(format!("has more than {DEPTH} folders inside one another"))
+                    .file(&folder),
+            );
         }
         let io = |error: io::Error| Error::io(&folder, &error);
-        let entries = fs::read_dir(&folder).map_err(io)?.collect::<io::Result<Vec<_>>>().map_err(io)?;
+        let entries = fs::read_dir(&folder)
+            .map_err(io)?
+            .collect::<io::Result<Vec<_>>>()
+            .map_err(io)?;
         let mut names: Vec<_> = entries.iter().map(fs::DirEntry::file_name).collect();
         names.sort();
         for name in names {
@@ -113,7 +127,9 @@ impl Copying<'_, '_> {
         let mut file = fs::File::open(&from).map_err(io)?;
         let name = inside.to_string_lossy();
         self.out.in_folder(&self.place.case, &name, |out| {
-            io::copy(&mut file, out).map(|_| ()).map_err(|error| Error::io(&to, &error))
+            io::copy(&mut file, out)
+                .map(|_| ())
+                .map_err(|error| Error::io(&to, &error))
         })
     }
 }

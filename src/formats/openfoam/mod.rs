@@ -45,12 +45,25 @@ pub use boundary::set_patch_types;
 
 use super::case::CaseFormat;
 use super::{
-    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes, StepSize,
-    WriteOptions,
+    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes,
+    StepSize, WriteOptions,
 };
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
 use std::path::Path;
+
+/// The hash of a mesh that was read from a case; `None` of others.
+pub fn hash_of_origin(mesh: &Mesh) -> Option<blake3::Hash> {
+    let origin = mesh.origin.get::<topology::Topology>();
+    origin.map(topology::Topology::content)
+}
+
+/// The patch that a cyclic one is the image of, in a mesh that was read from a case.
+pub fn neighbour_patch(mesh: &Mesh, patch: &str) -> Option<String> {
+    let origin = mesh.origin.get::<topology::Topology>()?;
+    let own = origin.patches.iter().find(|own| own.name == patch)?;
+    own.entry("neighbourPatch").map(str::to_owned)
+}
 
 /// OpenFOAM case (polyMesh).
 pub struct OpenFoam;

@@ -45,7 +45,14 @@ pub(super) fn write_time(
     let mut arrays = mesh.point_arrays.iter();
     let displacement = arrays.find(|array| array.name == DISPLACEMENT && array.n_components == 3);
     match displacement.map(|array| &array.values) {
-        Some(Values::F64(values)) => field(mesh, values.as_chunks().0, field_folder, place, out, options),
+        Some(Values::F64(values)) => field(
+            mesh,
+            values.as_chunks().0,
+            field_folder,
+            place,
+            out,
+            options,
+        ),
         _ => Ok(()),
     }
 }
@@ -67,16 +74,30 @@ fn field(
     options: &WriteOptions,
 ) -> Result<()> {
     let path = field_path(place, folder);
-    let location = path.strip_suffix(WANTED).unwrap_or_default().trim_end_matches('/');
+    let location = path
+        .strip_suffix(WANTED)
+        .unwrap_or_default()
+        .trim_end_matches('/');
     let (class, object) = ("pointVectorField", WANTED);
-    let header = Header { class, location, object, note: None };
+    let header = Header {
+        class,
+        location,
+        object,
+        note: None,
+    };
     let binary = is_binary(options);
     let patches = boundary_field(mesh)?;
     out.in_folder(&place.case, &path, |out| {
         write_all(out, header.text(binary).as_bytes())?;
-        write_all(out, b"dimensions      [0 1 0 0 0 0 0];\n\ninternalField   nonuniform List<vector> \n")?;
+        write_all(
+            out,
+            b"dimensions      [0 1 0 0 0 0 0];\n\ninternalField   nonuniform List<vector> \n",
+        )?;
         vectors(out, values, binary)?;
-        write_all(out, format!(";\n\nboundaryField\n{{\n{patches}}}\n").as_bytes())
+        write_all(
+            out,
+            format!(";\n\nboundaryField\n{{\n{patches}}}\n").as_bytes(),
+        )
     })
 }
 
@@ -84,11 +105,17 @@ fn field(
 fn boundary_field(mesh: &MeshView) -> Result<String> {
     let patches = Patches::of(mesh, mesh.origin.get::<Topology>(), &mut Notes::default())?;
     let entry = |name: &str, kind: &str| {
-        let of_field = CONSTRAINTS.iter().find(|known| **known == kind).unwrap_or(&"calculated");
+        let of_field = CONSTRAINTS
+            .iter()
+            .find(|known| **known == kind)
+            .unwrap_or(&"calculated");
         format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
     };
     let tagged = &patches.list[..patches.list.len() - 1];
-    let mut text: String = tagged.iter().map(|patch| entry(&patch.name, &patch.kind)).collect();
+    let mut text: String = tagged
+        .iter()
+        .map(|patch| entry(&patch.name, &patch.kind))
+        .collect();
     if let Some(rest) = patches.list.last() {
         // A pattern for faces of no tag, which may not be there.
         text += &entry(&format!("\"{}.*\"", rest.name), &rest.kind);

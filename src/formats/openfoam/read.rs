@@ -279,14 +279,19 @@ fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) ->
         groups.push(group(3, &zone.name, None, set));
     }
     note_pairs(&lists.patches, notes);
+    let own = [
+        topology::hash_of_cells(lists.points.len(), &cells),
+        topology::hash_of_groups(&groups),
+    ];
     let topology = Topology {
+        content: topology::hash_of_content(&files, &lists.points, &own),
+        cells: own[0],
+        groups: own[1],
         case: case.root.clone(),
         region: case.region.clone(),
         files,
         patches: lists.patches,
         n_internal_faces: n_internal,
-        cells: topology::hash_of_cells(lists.points.len(), &cells),
-        groups: topology::hash_of_groups(&groups),
     };
     Ok(Mesh {
         points: lists.points,

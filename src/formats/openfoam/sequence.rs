@@ -10,7 +10,9 @@ use crate::error::{Error, Result};
 use crate::formats::case::CaseFormat;
 use crate::formats::hash::hash_of;
 use crate::formats::output_set::hash_of_names;
-use crate::formats::{Begin, Commit, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions};
+use crate::formats::{
+    Begin, Commit, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions,
+};
 use crate::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::io;
@@ -75,7 +77,9 @@ impl CaseFormat for OpenFoam {
         if begin == Begin::Resume && is_there_already {
             let mut wanted = OutputSet::nowhere(&place.case).hashed();
             let notes = write(&mut wanted)?;
-            if is_there(&place.case, &wanted.finish().of_folder) && has_points(&place.case.join(&own)) {
+            if is_there(&place.case, &wanted.finish().of_folder)
+                && has_points(&place.case.join(&own))
+            {
                 return Ok(notes);
             }
         }
@@ -93,7 +97,13 @@ impl CaseFormat for OpenFoam {
         Ok(notes)
     }
 
-    fn write_step(&self, mesh: &MeshView, file: &str, out: &mut OutputSet, options: &WriteOptions) -> Result<()> {
+    fn write_step(
+        &self,
+        mesh: &MeshView,
+        file: &str,
+        out: &mut OutputSet,
+        options: &WriteOptions,
+    ) -> Result<()> {
         let place = Place::of(out.path(), mesh);
         let folder = file.split('/').next().unwrap_or(file);
         let of_field = match folder {
@@ -126,27 +136,39 @@ impl CaseFormat for OpenFoam {
         };
         let folder = inside.first().map_or("", |folder| folder.as_str());
         let region = (inside.len() == 4).then(|| inside[1].clone());
-        let place = Place { case: case.clone(), region };
+        let place = Place {
+            case: case.clone(),
+            region,
+        };
         // The displacement at the mesh that a case begins with lies in the folder of its first time.
         let names = TimeNames::of_case(&case).unwrap_or_default();
         let field = match folder {
             CONSTANT => field_path(&place, &names.name(0.0)),
             folder => field_path(&place, folder),
         };
-        [path.to_path_buf(), case.join(field)].into_iter().filter(|path| path.is_file()).collect()
+        [path.to_path_buf(), case.join(field)]
+            .into_iter()
+            .filter(|path| path.is_file())
+            .collect()
     }
 }
 
 /// A path of points as the case and what comes after it: `time/polyMesh/points`, or with a region in between.
 pub(super) fn split(path: &Path) -> Option<(PathBuf, Vec<String>)> {
-    let names: Vec<String> = path.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    let names: Vec<String> = path
+        .iter()
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
     let at = names.len().checked_sub(2)?;
     if names[at] != MESH {
         return None;
     }
     let is_time = |name: &String| name == CONSTANT || name.parse::<f64>().is_ok();
     let first = [at.checked_sub(1), at.checked_sub(2)];
-    let first = first.into_iter().flatten().find(|&at| is_time(&names[at]))?;
+    let first = first
+        .into_iter()
+        .flatten()
+        .find(|&at| is_time(&names[at]))?;
     let case = path.iter().take(first).collect();
     Some((case, names[first..].to_vec()))
 }
@@ -162,7 +184,9 @@ fn time_names(case: &Path, mesh: &MeshView) -> Result<TimeNames> {
 
 /// Whether all these files of a case have these hashes.
 fn is_there(case: &Path, files: &BTreeMap<String, blake3::Hash>) -> bool {
-    let is_same = |(name, hash): (&String, &blake3::Hash)| hash_of(&case.join(name)).is_ok_and(|own| own == *hash);
+    let is_same = |(name, hash): (&String, &blake3::Hash)| {
+        hash_of(&case.join(name)).is_ok_and(|own| own == *hash)
+    };
     files.iter().all(is_same)
 }
 
@@ -224,8 +248,18 @@ impl SequenceFile for Sequence {
         self.times.push(time);
         let folders = self.names.folders(&self.times)?;
         let folder = &folders[folders.len() - 1];
-        let place = Place { case: self.folder.clone(), ..Place::of(&self.folder, mesh) };
-        let mut out = OutputSet::new(&self.folder, Commit { replace: true, sync: false }).hashed();
+        let place = Place {
+            case: self.folder.clone(),
+            ..Place::of(&self.folder, mesh)
+        };
+        let mut out = OutputSet::new(
+            &self.folder,
+            Commit {
+                replace: true,
+                sync: false,
+            },
+        )
+        .hashed();
         out.into_folder(&self.folder, &[])?;
         if is_first {
             self.notes = topology(mesh, &mut out, &place, &self.options)?;

@@ -47,7 +47,9 @@ impl TimeNames {
         if let Some(text) = entry_of(bytes, "timePrecision") {
             let number = text.parse().ok().filter(|n| (1..=100).contains(n));
             names.precision = number.ok_or_else(|| {
-                Error::input(format!("timePrecision is \"{text}\"; it must be a number from 1 to 100"))
+                Error::input(format!(
+                    "timePrecision is \"{text}\"; it must be a number from 1 to 100"
+                ))
             })?;
         }
         if let Some(text) = entry_of(bytes, "timeFormat") {
@@ -80,7 +82,9 @@ impl TimeNames {
     fn general(&self, time: f64) -> String {
         let digits = self.precision.max(1);
         let text = format!("{time:.*e}", digits - 1);
-        let exponent = text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+        let exponent = text
+            .split_once('e')
+            .and_then(|(_, exponent)| exponent.parse::<i32>().ok());
         let exponent = exponent.unwrap_or(0);
         if exponent < -4 || exponent >= digits as i32 {
             let text = scientific(time, digits - 1);
@@ -181,8 +185,15 @@ mod tests {
         let names = TimeNames::default();
         let folders = names.folders(&[0.0, 0.1, 0.2]).expect("all differ");
         assert_eq!(folders, ["constant", "0.1", "0.2"]);
-        assert_eq!(names.folders(&[-1.0, 0.0]).expect("they differ"), ["-1", "0"]);
-        for times in [&[0.0, 1.0, 1.000_000_1][..], &[0.0, 1.0, 0.0], &[0.0, 1e-9, -0.0]] {
+        assert_eq!(
+            names.folders(&[-1.0, 0.0]).expect("they differ"),
+            ["-1", "0"]
+        );
+        for times in [
+            &[0.0, 1.0, 1.000_000_1][..],
+            &[0.0, 1.0, 0.0],
+            &[0.0, 1e-9, -0.0],
+        ] {
             let error = names.folders(times).expect_err("two are alike");
             assert!(error.message.contains("timePrecision"), "{error}");
         }

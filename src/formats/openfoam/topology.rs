@@ -18,6 +18,8 @@ pub(crate) struct Topology {
     pub patches: Vec<Patch>,
     /// Number of faces between two cells; they come first.
     pub n_internal_faces: usize,
+    /// Hash of the files and the points, however they are stored.
+    pub(super) content: blake3::Hash,
     /// Hash of the cells that the files give.
     pub(super) cells: blake3::Hash,
     /// Hash of the tags and zones that the files give.
@@ -49,6 +51,11 @@ pub(crate) struct Patch {
 }
 
 impl Topology {
+    /// Hash of the mesh that was read: of its files, points, cells, tags and zones.
+    pub fn content(&self) -> blake3::Hash {
+        self.content
+    }
+
     /// Whether the mesh has the nodes and cells that the files give, boundary faces too, in their order.
     pub fn has_cells_of(&self, mesh: &MeshView) -> bool {
         hash_of_cells(mesh.points.len(), mesh.cells) == self.cells
@@ -88,6 +95,28 @@ pub(super) fn hash_of_cells(n_nodes: usize, cells: &Cells) -> blake3::Hash {
     }
     update(&mut hasher, cells.connectivity());
     update(&mut hasher, cells.face_streams());
+    hasher.finalize()
+}
+
+/// Hash of files and points, and of cells, tags and zones, of which their own hashes are given.
+pub(super) fn hash_of_content(
+    files: &[StoredFile],
+    points: &[[f64; 3]],
+    further: &[blake3::Hash],
+) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    for file in files {
+        let bytes = file.stored.bytes();
+        for n in [file.name.len(), bytes.len()] {
+            hasher.update(&(n as u64).to_le_bytes());
+        }
+        hasher.update(file.name.as_bytes());
+        hasher.update_rayon(bytes);
+    }
+    hasher.update_rayon(bytemuck::cast_slice(points));
+    for hash in further {
+        hasher.update(hash.as_bytes());
+    }
     hasher.finalize()
 }
 

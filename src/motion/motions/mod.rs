@@ -208,7 +208,7 @@ pub(super) struct OnMesh<'a> {
 impl OnMesh<'_> {
     /// Whether the mesh is plane.
     pub fn in_plane(&self) -> bool {
-        self.blade.in_plane
+        self.blade.in_plane && self.mesh.dimension() < 3
     }
 
     /// The nodes of the body.

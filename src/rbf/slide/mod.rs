@@ -161,6 +161,12 @@ impl Sliding {
         !self.shapes.is_empty()
     }
 
+    /// Whether a point slides and its constraint is all that it keeps to: on planes and straight edges.
+    pub fn is_linear(&self, point: usize) -> bool {
+        let point = self.get(point);
+        point.is_some_and(|point| matches!(point.path, Path::Plane))
+    }
+
     /// The first sliding point that keeps to a curved surface or edge.
     pub fn first_curved(&self) -> Option<usize> {
         let curved = |at: &u32| {

@@ -1,0 +1,305 @@
+//! `azimesh repair`: folded cells of a mesh made valid, without a motion.
+
+use super::output::{self, OutputArgs};
+use super::{Context, Outcome};
+use crate::diagnostic::short;
+use crate::error::{Error, Result, counted};
+use crate::mesh::facets::facets;
+use crate::mesh::{Adjacency, Mesh};
+use crate::progress::Stop;
+use crate::quality::{Reference, assess};
+use crate::rbf::slide::Sliding;
+use crate::repair::{
+    Freedom, Limits, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
+};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Cells that are named in a sentence.
+const MOST_NAMED: usize = 10;
+
+/// Arguments of `azimesh repair`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Only nodes near folded cells move. Nodes of the boundary stay, but for those of --slide. Cells keep the \
+shapes that they have in the reference mesh; without --reference, those that valid cells have now, and regular ones for \
+the folded cells.\n\n\
+Exit code 0: every cell is valid; 1: some are not, and are named; the mesh is written all the same."
+)]
+pub struct RepairArgs {
+    /// Mesh; - is standard input
+    mesh: PathBuf,
+    /// Write the repaired mesh here
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Undeformed mesh with the same cells
+    #[arg(long, value_name = "MESH")]
+    reference: Option<PathBuf>,
+    /// Go on until the smallest scaled Jacobian is Q, or no better can be had
+    #[arg(long, value_name = "Q")]
+    improve: Option<f64>,
+    /// Let the nodes of this boundary tag slide in its planes and along its straight edges; repeatable
+    #[arg(long, value_name = "TAG")]
+    slide: Vec<String>,
+    #[command(flatten)]
+    write: OutputArgs,
+}
+
+/// All that is told.
+struct Findings {
+    n_before: usize,
+    repaired: Repaired,
+    improved: Vec<PatchLog>,
+    scaled_before: Option<f64>,
+    scaled: Option<f64>,
+}
+
+pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
+    if let Some(wanted) = args.improve.filter(|q| !(0.0..=1.0).contains(q)) {
+        let found = short(wanted);
+        return Err(Error::input(format!(
+            "--improve {found}: a scaled Jacobian is between 0 and 1"
+        )));
+    }
+    context.check_json_beside(&args.output)?;
+    args.write.check(&args.output)?;
+    let formats = output::Formats::of(&args.output, context)?;
+    let mut mesh = context.read_mesh_as(&args.mesh, formats.input)?;
+    let given = match &args.reference {
+        Some(path) => {
+            let given = context.read_mesh_as(path, formats.input)?;
+            if given.cells != mesh.cells {
+                let message = "its cells are not those of the reference mesh, which must have the same cells in the same order";
+                return Err(Error::input(message).file(&args.mesh));
+            }
+            given
+        }
+        None => mesh.clone(),
+    };
+    let freedom = freedom(&mesh, &args.slide)?;
+    let findings = repair(args, context, &given, &mut mesh, &freedom)?;
+    args.write
+        .save(&mesh, &args.output, formats.output, context)?;
+    findings.tell(context, args)?;
+    Ok(match findings.repaired.unrepaired.is_empty() {
+        true => Outcome::Fine,
+        false => Outcome::CheckFailed,
+    })
+}
+
+fn repair(
+    args: &RepairArgs,
+    context: &Context,
+    given: &Mesh,
+    mesh: &mut Mesh,
+    freedom: &Freedom,
+) -> Result<Findings> {
+    let reference = context.stage("reference", || Ok(Reference::upright(given)))?;
+    let task = Task {
+        mesh: given,
+        reference: &reference,
+        freedom,
+    };
+    let scaled = |points: &[[f64; 3]]| {
+        let summary = assess(given, points, &reference);
+        summary.min_scaled_jacobian.map(|extreme| extreme.value)
+    };
+    let scaled_before = scaled(&mesh.points);
+    let (limits, stop) = (Limits::default(), Stop::default());
+    let untangled = || untangle(task, &mut mesh.points, limits, &stop);
+    let repaired = context.stage("repair", untangled)?;
+    let improved = match args.improve {
+        Some(wanted) => context.stage("improve", || {
+            improve(task, &mut mesh.points, wanted, limits, &stop)
+        })?,
+        None => Vec::new(),
+    };
+    Ok(Findings {
+        n_before: repaired.n_before(),
+        repaired,
+        improved,
+        scaled_before,
+        scaled: scaled(&mesh.points),
+    })
+}
+
+/// The boundary is fixed, but for nodes of tags that slide and are in no other tag.
+fn freedom(mesh: &Mesh, slide: &[String]) -> Result<Freedom> {
+    let mut freedom = Freedom::inner(mesh, &Adjacency::of(mesh));
+    if slide.is_empty() {
+        return Ok(freedom);
+    }
+    let mut nodes: Vec<u32> = Vec::new();
+    for name in slide {
+        nodes.extend(mesh.tag_nodes(name)?);
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut slides = vec![true; nodes.len()];
+    let (mut pieces, mut numbers) = (Vec::new(), Vec::new());
+    for (number, tag) in (0..).zip(mesh.boundary_tags()) {
+        let cells = tag
+            .cells
+            .ranges()
+            .flat_map(|range| mesh.cells.runs_in(range));
+        for cell in cells.flat_map(|run| run.cell_refs()) {
+            let place = |&node: &u32| nodes.binary_search(&node).ok();
+            if !slide.contains(&tag.name) {
+                cell.nodes
+                    .iter()
+                    .filter_map(place)
+                    .for_each(|at| slides[at] = false);
+                continue;
+            }
+            for facet in facets(cell.kind, cell.nodes.len()) {
+                let corner = |i: usize| place(&cell.nodes[i]).unwrap_or_default() as u32;
+                pieces.push(facet.map(corner));
+                numbers.push(number);
+            }
+        }
+    }
+    let points: Vec<[f64; 3]> = nodes
+        .iter()
+        .map(|&node| mesh.points[node as usize])
+        .collect();
+    let sliding = Sliding::new(&points, &pieces, &numbers, &slides);
+    for (at, &node) in nodes.iter().enumerate() {
+        if sliding.is_linear(at) {
+            freedom.hold(node, sliding.constraint(at));
+        }
+    }
+    Ok(freedom)
+}
+
+impl Findings {
+    fn tell(&self, context: &Context, args: &RepairArgs) -> Result<()> {
+        match (context.common.json, args.output.as_os_str() == "-") {
+            (true, _) => context.print_json(self.as_json())?,
+            (false, true) => context.print_aside(&self.as_text()),
+            (false, false) => context.print_result(&self.as_text())?,
+        }
+        for log in self.repaired.patches.iter().chain(&self.improved) {
+            context.detail(&sentence(log));
+        }
+        if let (Some(wanted), Some(found)) = (args.improve, self.scaled)
+            && found < wanted
+        {
+            let (found, wanted) = (short(found), short(wanted));
+            context.note(&format!(
+                "the smallest scaled Jacobian is {found}, not {wanted}; no better was found"
+            ));
+        }
+        for reason in [
+            Reason::Fixed,
+            Reason::NotFound,
+            Reason::Surface,
+            Reason::Curved,
+        ] {
+            let cells = self
+                .repaired
+                .unrepaired
+                .iter()
+                .filter(|left| left.reason == reason);
+            let cells: Vec<&Unrepaired> = cells.collect();
+            if !cells.is_empty() {
+                context.complain(&left_over(&cells, reason));
+            }
+        }
+        Ok(())
+    }
+
+    fn as_text(&self) -> String {
+        let mut text = String::new();
+        let mut row = |name: &str, value: String| {
+            writeln!(text, "{name:28}{value}").expect("a string takes any text");
+        };
+        let value = |value: Option<f64>| value.map_or_else(|| "-".into(), short);
+        let patches = &self.repaired.patches;
+        row("invalid cells before", self.n_before.to_string());
+        row(
+            "invalid cells after",
+            self.repaired.unrepaired.len().to_string(),
+        );
+        row("patches", patches.len().to_string());
+        if !self.improved.is_empty() {
+            row("patches improved", self.improved.len().to_string());
+        }
+        let all = || patches.iter().chain(&self.improved);
+        row(
+            "nodes of patches",
+            all().map(|log| log.n_nodes).sum::<usize>().to_string(),
+        );
+        row(
+            "largest move",
+            short(all().map(|log| log.largest_move).fold(0.0, f64::max)),
+        );
+        row("min_scaled_jacobian before", value(self.scaled_before));
+        row("min_scaled_jacobian after", value(self.scaled));
+        text
+    }
+
+    fn as_json(&self) -> Value {
+        let unrepaired = self.repaired.unrepaired.iter();
+        json!({
+            "invalid_before": self.n_before,
+            "invalid": self.repaired.unrepaired.len(),
+            "min_scaled_jacobian_before": self.scaled_before,
+            "min_scaled_jacobian": self.scaled,
+            "patches": self.repaired.patches.iter().map(patch_json).collect::<Vec<_>>(),
+            "improved": self.improved.iter().map(patch_json).collect::<Vec<_>>(),
+            "unrepaired": unrepaired
+                .map(|left| json!({ "cell": left.cell, "reason": left.reason.name() }))
+                .collect::<Vec<_>>(),
+        })
+    }
+}
+
+fn patch_json(log: &PatchLog) -> Value {
+    json!({
+        "first_cell": log.first_cell,
+        "invalid_before": log.invalid_before,
+        "invalid": log.invalid,
+        "cells": log.n_cells,
+        "nodes": log.n_nodes,
+        "rings": log.rings,
+        "newton_steps": log.steps,
+        "solver_iterations": log.iterations,
+        "min_jacobian_before": log.least_before,
+        "min_jacobian": log.least,
+        "largest_move": log.largest_move,
+    })
+}
+
+fn sentence(log: &PatchLog) -> String {
+    format!(
+        "patch at cell {}: {} of {} before, {} after; {} rings, {} nodes, {} Newton steps, {} solver iterations; \
+         Jacobian relative to the reference from {} to {}; largest move {}",
+        log.first_cell,
+        counted(log.invalid_before, "invalid cell"),
+        log.n_cells,
+        log.invalid,
+        log.rings,
+        log.n_nodes,
+        log.steps,
+        log.iterations,
+        short(log.least_before),
+        short(log.least),
+        short(log.largest_move),
+    )
+}
+
+/// A sentence on cells that are left, and why.
+fn left_over(cells: &[&Unrepaired], reason: Reason) -> String {
+    let named = cells
+        .iter()
+        .take(MOST_NAMED)
+        .map(|left| left.cell.to_string());
+    let more = match cells.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let named = named.collect::<Vec<_>>().join(", ");
+    let n = counted(cells.len(), "invalid cell");
+    format!("{n} left ({named}{more}): {}", reason.sentence())
+}

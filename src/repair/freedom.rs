@@ -1,0 +1,121 @@
+//! Where nodes may go: fixed ones nowhere, sliding ones in a plane or along a line, partners together.
+
+use crate::geometry::Transform;
+use crate::geometry::vector::Vector;
+use crate::mesh::sides::for_each_side;
+use crate::mesh::{Across, Adjacency, Mesh};
+use crate::parallel;
+use crate::rbf::constraint::Constraint;
+use std::collections::BTreeMap;
+
+/// A node that goes where its leader's image goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Partner {
+    /// The node.
+    pub node: u32,
+    /// The node that it follows, which follows none itself.
+    pub leader: u32,
+    /// Turns the leader's displacement to that of the node.
+    pub map: Transform,
+}
+
+/// Where every node of a mesh may go. Nodes that are not named are free.
+#[derive(Debug, Clone, Default)]
+pub struct Freedom {
+    fixed: Vec<bool>,
+    held: BTreeMap<u32, Constraint>,
+    partners: Vec<Partner>,
+}
+
+impl Freedom {
+    /// Of a mesh with so many nodes: all are free.
+    pub fn new(n_nodes: usize) -> Self {
+        Self {
+            fixed: vec![false; n_nodes],
+            ..Self::default()
+        }
+    }
+
+    /// With all nodes of the boundary fixed: those of outer faces, and of cells of a lower dimension.
+    pub fn inner(mesh: &Mesh, adjacency: &Adjacency) -> Self {
+        let mut freedom = Self::new(mesh.points.len());
+        let of_chunks = parallel::map(adjacency.n_chunks(), &|chunk| {
+            let (cells, mut sides) = adjacency.chunk(chunk);
+            let mut nodes = Vec::new();
+            for run in mesh.volume_runs_in(cells) {
+                for cell in run.cell_refs() {
+                    for_each_side(&mesh.cells, &cell, |_, corners| {
+                        if let Across::Outside(_) = sides.across() {
+                            nodes.extend_from_slice(corners);
+                        }
+                    });
+                }
+            }
+            nodes
+        });
+        for node in of_chunks.into_iter().flatten() {
+            freedom.fixed[node as usize] = true;
+        }
+        let dimension = mesh.dimension();
+        for run in mesh
+            .cells
+            .runs()
+            .filter(|run| run.kind.dimension() < dimension)
+        {
+            for &node in run.connectivity {
+                freedom.fixed[node as usize] = true;
+            }
+        }
+        freedom
+    }
+
+    /// Holds a node where it is.
+    pub fn fix(&mut self, node: u32) {
+        self.fixed[node as usize] = true;
+    }
+
+    /// Lets a node move across the directions of a constraint only.
+    pub fn hold(&mut self, node: u32, constraint: Constraint) {
+        self.fixed[node as usize] = constraint.rank() == 3;
+        if constraint.rank() > 0 {
+            self.held.insert(node, constraint);
+        } else {
+            self.held.remove(&node);
+        }
+    }
+
+    /// Makes nodes follow others; in any order, each node once.
+    pub fn pair(&mut self, mut partners: Vec<Partner>) {
+        partners.sort_unstable_by_key(|partner| partner.node);
+        self.partners = partners;
+    }
+
+    /// Whether a node stays where it is.
+    #[inline]
+    pub fn is_fixed(&self, node: u32) -> bool {
+        self.fixed[node as usize]
+    }
+
+    /// The directions in which a node that moves is held.
+    pub(super) fn held(&self, node: u32) -> Option<&Constraint> {
+        self.held.get(&node)
+    }
+
+    /// What a node follows.
+    pub(super) fn partner(&self, node: u32) -> Option<&Partner> {
+        let at = self
+            .partners
+            .binary_search_by_key(&node, |partner| partner.node);
+        at.ok().map(|at| &self.partners[at])
+    }
+
+    /// All that follow others.
+    pub(super) fn partners(&self) -> &[Partner] {
+        &self.partners
+    }
+}
+
+/// The part of a displacement that a node may make.
+pub(super) fn allowed(held: Option<&Constraint>, by: Vector) -> Vector {
+    held.map_or(by, |held| held.remove(by))
+}

@@ -1,0 +1,125 @@
+//! Moves nodes until the least scaled Jacobian is what is wanted, or no better can be had.
+//!
+//! Cells below are given regular targets, with a weight that grows from round to round; a patch in which the least scaled
+//! Jacobian does not rise, or a cell becomes invalid, is put back.
+
+use super::regions::{self, Region};
+use super::solve::{Wishes, solve};
+use super::{Limits, PatchLog, Task, still_invalid};
+use crate::error::Result;
+use crate::geometry::vector::{Vector, distance};
+use crate::progress::Stop;
+use crate::quality::scaled_jacobians;
+use std::collections::BTreeSet;
+
+/// Rounds at most.
+const ROUNDS: usize = 8;
+/// Rings of neighbours around low cells.
+const RINGS: usize = 2;
+/// The weight of low cells grows by this factor.
+const GROWTH: f64 = 3.0;
+/// A round that lifts the least value by less than this part of what is missing is the last.
+const LEAST_GAIN: f64 = 0.01;
+
+/// Improves the judged cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that a cell
+/// was in. The result is the same on any number of threads.
+///
+/// # Errors
+/// Where `stop` was asked for.
+pub fn improve(
+    task: Task<'_>,
+    points: &mut [Vector],
+    wanted: f64,
+    limits: Limits,
+    stop: &Stop,
+) -> Result<Vec<PatchLog>> {
+    let mut logs = Vec::new();
+    if super::refused(task.mesh).is_some() {
+        return Ok(logs);
+    }
+    let mut weight = 1.0;
+    let mut last = f64::NEG_INFINITY;
+    for round in 0..ROUNDS {
+        let values = scaled_jacobians(task.mesh, points, task.reference);
+        let low: Vec<u32> = (0..)
+            .zip(&values)
+            .filter(|(_, value)| **value < wanted)
+            .map(|(cell, _)| cell)
+            .collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        if low.is_empty() || least - last < LEAST_GAIN * (wanted - least) {
+            break;
+        }
+        last = if round == 0 { last } else { least };
+        let set: BTreeSet<u32> = low.iter().copied().collect();
+        let (regions, _) = regions::around(task.mesh, task.freedom, &low, RINGS + round);
+        let solved = crate::parallel::try_map(regions.len(), &|i| {
+            let between = low.iter().copied().collect();
+            let wishes = Wishes {
+                between: &between,
+                low: &set,
+                weight,
+            };
+            solve(task, &regions[i], points, wishes, limits.most_steps, stop)
+        })?;
+        logs.clear();
+        for (region, solved) in regions.iter().zip(solved) {
+            let before: Vec<Vector> = solved
+                .moved
+                .iter()
+                .map(|&(node, _)| points[node as usize])
+                .collect();
+            for &(node, place) in &solved.moved {
+                points[node as usize] = place;
+            }
+            if is_better(task, region, points, &values) {
+                logs.push(log(region, &solved, &before, RINGS + round));
+                continue;
+            }
+            for (&(node, _), place) in solved.moved.iter().zip(before) {
+                points[node as usize] = place;
+            }
+        }
+        weight *= GROWTH;
+    }
+    Ok(logs)
+}
+
+/// Whether all cells of a region are valid, and the least scaled Jacobian is above what it was.
+fn is_better(task: Task<'_>, region: &Region, points: &[Vector], before: &[f64]) -> bool {
+    let least = |values: &[f64]| {
+        let own = region.cells.iter().map(|&cell| values[cell as usize]);
+        own.filter(|value| !value.is_nan())
+            .fold(f64::INFINITY, f64::min)
+    };
+    if !still_invalid(task, &region.cells, points).is_empty() {
+        return false;
+    }
+    let now = scaled_jacobians(task.mesh, points, task.reference);
+    least(&now) > least(before)
+}
+
+fn log(
+    region: &Region,
+    solved: &super::solve::Solved,
+    before: &[Vector],
+    rings: usize,
+) -> PatchLog {
+    let moves = solved
+        .moved
+        .iter()
+        .zip(before)
+        .map(|((_, place), before)| distance(*place, *before));
+    PatchLog {
+        first_cell: region.seeds.first().map_or(0, |&cell| cell as usize),
+        n_cells: region.cells.len(),
+        n_nodes: region.moving.len(),
+        rings,
+        steps: solved.course.steps,
+        iterations: solved.course.iterations,
+        least_before: solved.least_before,
+        least: solved.course.state.least,
+        largest_move: moves.fold(0.0, f64::max),
+        ..PatchLog::default()
+    }
+}

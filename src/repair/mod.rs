@@ -1,0 +1,411 @@
+//! Makes folded cells valid by moving nodes near them, where a valid mesh exists.
+//!
+//! Owns patches (folded cells and rings of neighbours), the functional that is minimised over each, and what is told
+//! of them. Leaves to others which cells are judged (`quality`), and which nodes are fixed or slide (the caller, by
+//! [`Freedom`]). `docs/method.md` has the equations.
+
+mod density;
+mod elements;
+mod freedom;
+mod improve;
+mod newton;
+mod patch;
+mod regions;
+mod shape;
+mod simplices;
+mod singular;
+mod solve;
+#[cfg(test)]
+mod tests;
+
+pub use freedom::{Freedom, Partner};
+pub use improve::improve;
+
+use crate::error::Result;
+use crate::geometry::vector::{Vector, distance};
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::progress::Stop;
+use crate::quality::Reference;
+use crate::quality::validity::{Proof, invalid, state};
+use regions::Region;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A mesh whose cells are to become valid.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// The mesh in its reference positions, which give the shapes that cells are to have.
+    pub mesh: &'a Mesh,
+    /// The orientation of its cells, and which of them are judged.
+    pub reference: &'a Reference,
+    /// Where nodes may go.
+    pub freedom: &'a Freedom,
+}
+
+/// How far a repair goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Rings of neighbours at first.
+    pub first_rings: usize,
+    /// Rings at most: they are doubled as long as a patch has a folded cell.
+    pub most_rings: usize,
+    /// Newton steps of a patch for each number of rings.
+    pub most_steps: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            first_rings: 3,
+            most_rings: 48,
+            most_steps: 60,
+        }
+    }
+}
+
+/// Why a cell is left as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// All of its nodes, or those of a folded corner, are fixed.
+    Fixed,
+    /// No valid positions were found.
+    NotFound,
+    /// A surface in space is not repaired.
+    Surface,
+    /// Cells of higher order are not repaired.
+    Curved,
+}
+
+impl Reason {
+    /// In JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::NotFound => "not_found",
+            Self::Surface => "surface",
+            Self::Curved => "curved",
+        }
+    }
+
+    /// In words.
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::Fixed => "all nodes of the cell, or of a folded corner of it, are fixed",
+            Self::NotFound => "no valid positions were found for the nodes around them",
+            Self::Surface => "cells of a surface in space are not repaired",
+            Self::Curved => {
+                "cells of higher order are not repaired; convert --linearize makes them straight"
+            }
+        }
+    }
+}
+
+/// A cell that is not valid after the repair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unrepaired {
+    /// The cell.
+    pub cell: usize,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// What was done in one patch.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PatchLog {
+    /// Cells that were not valid before.
+    pub invalid_before: usize,
+    /// Cells that are not valid after it.
+    pub invalid: usize,
+    /// The first cell that was not valid.
+    pub first_cell: usize,
+    /// Cells of the patch.
+    pub n_cells: usize,
+    /// Nodes that could move.
+    pub n_nodes: usize,
+    /// Rings of neighbours.
+    pub rings: usize,
+    /// Newton steps.
+    pub steps: usize,
+    /// Iterations of the linear systems.
+    pub iterations: usize,
+    /// The least Jacobian of a simplex relative to its reference before.
+    pub least_before: f64,
+    /// And after it.
+    pub least: f64,
+    /// The largest way of a node, in mesh units.
+    pub largest_move: f64,
+}
+
+/// What a repair came to.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Repaired {
+    /// The patches, in the order of their lowest nodes, those of fewer rings first.
+    pub patches: Vec<PatchLog>,
+    /// Cells that are still not valid, ascending.
+    pub unrepaired: Vec<Unrepaired>,
+}
+
+/// A region that is not valid yet.
+struct Open {
+    seeds: Vec<u32>,
+    /// Where its nodes were.
+    before: BTreeMap<u32, Vector>,
+    log: PatchLog,
+}
+
+/// Moves nodes of `points` so that every judged cell becomes valid, as few of them as possible. The result is the same
+/// on any number of threads.
+///
+/// # Errors
+/// Where `stop` was asked for.
+pub fn untangle(
+    task: Task<'_>,
+    points: &mut [Vector],
+    limits: Limits,
+    stop: &Stop,
+) -> Result<Repaired> {
+    let found = invalid(task.mesh, points, task.reference);
+    let mut repaired = Repaired::default();
+    let seeds: Vec<u32> = found.iter().map(|entry| entry.0).collect();
+    if seeds.is_empty() {
+        return Ok(repaired);
+    }
+    if let Some(reason) = refused(task.mesh) {
+        repaired.give_up(seeds, reason);
+        return Ok(repaired);
+    }
+    let mut between: BTreeSet<u32> = between_of(&found);
+    let mut rings = limits.first_rings;
+    let mut open = vec![Open {
+        seeds,
+        before: BTreeMap::new(),
+        log: PatchLog::default(),
+    }];
+    let mut n_moving = 0;
+    let mut tries = 0;
+    while !open.is_empty() {
+        let round = Round {
+            task,
+            rings,
+            limits,
+            stop,
+        };
+        let n_before = n_moving;
+        let outcome = round.run(points, &mut open, &between, &mut repaired)?;
+        n_moving = outcome.n_moving;
+        tries += 1;
+        let new: BTreeSet<u32> = outcome.between.difference(&between).copied().collect();
+        // Points between corners are added first, rings if that does not help.
+        if !new.is_empty() && tries < 4 {
+            between.extend(new);
+            n_moving = 0;
+            continue;
+        }
+        tries = 0;
+        rings *= 2;
+        if rings > limits.most_rings || n_moving == n_before {
+            break;
+        }
+    }
+    for open in open {
+        repaired.finish(task, open, points);
+    }
+    repaired.unrepaired.sort_unstable_by_key(|entry| entry.cell);
+    repaired.unrepaired.dedup_by_key(|entry| entry.cell);
+    Ok(repaired)
+}
+
+/// Why no cell of a mesh can be repaired, where that is so.
+fn refused(mesh: &Mesh) -> Option<Reason> {
+    if mesh.dimension() < 2 || mesh.dimension() < mesh.space_dimension() {
+        return Some(Reason::Surface);
+    }
+    let is_curved = mesh.volume_runs().any(|run| run.kind.is_curved());
+    is_curved.then_some(Reason::Curved)
+}
+
+/// Cells whose simplices between corners are needed.
+fn between_of(found: &[(u32, Proof)]) -> BTreeSet<u32> {
+    let inside = found
+        .iter()
+        .filter(|(_, proof)| matches!(proof, Proof::Inside | Proof::Unproven));
+    inside.map(|entry| entry.0).collect()
+}
+
+/// All regions for one number of rings.
+struct Round<'a> {
+    task: Task<'a>,
+    rings: usize,
+    limits: Limits,
+    stop: &'a Stop,
+}
+
+/// What a round has left.
+struct Outcome {
+    /// Nodes that could move.
+    n_moving: usize,
+    /// Cells that are valid at their corners alone.
+    between: BTreeSet<u32>,
+}
+
+impl Round<'_> {
+    /// Solves the regions around all open seeds; what becomes valid goes to `repaired`, the rest stays open.
+    fn run(
+        &self,
+        points: &mut [Vector],
+        open: &mut Vec<Open>,
+        between: &BTreeSet<u32>,
+        repaired: &mut Repaired,
+    ) -> Result<Outcome> {
+        let task = self.task;
+        let mut seeds: Vec<u32> = open.iter().flat_map(|open| open.seeds.clone()).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        let (regions, stuck) = regions::around(task.mesh, task.freedom, &seeds, self.rings);
+        repaired.give_up(stuck, Reason::Fixed);
+        let solved = parallel::try_map(regions.len(), &|i| {
+            solve::region(
+                task,
+                &regions[i],
+                points,
+                between,
+                self.limits.most_steps,
+                self.stop,
+            )
+        })?;
+        let earlier = std::mem::take(open);
+        let mut outcome = Outcome {
+            n_moving: regions.iter().map(|region| region.moving.len()).sum(),
+            between: BTreeSet::new(),
+        };
+        for (region, solved) in regions.iter().zip(solved) {
+            let mut next = self.opened(region, &earlier, points);
+            next.log.add(&solved, self.rings, region);
+            for &(node, place) in &solved.moved {
+                points[node as usize] = place;
+            }
+            let left = still_invalid(task, &region.cells, points);
+            outcome.between.extend(between_of(&left));
+            next.log.invalid = left.len();
+            next.log.largest_move = largest_move(&next.before, points);
+            let stuck: BTreeSet<u32> = solved.stuck.iter().copied().collect();
+            if left.iter().all(|(cell, _)| stuck.contains(cell)) {
+                repaired.give_up(
+                    left.into_iter().map(|entry| entry.0).collect(),
+                    Reason::Fixed,
+                );
+                repaired.patches.push(next.log);
+            } else {
+                open.push(next);
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// A region with what is known of it from rounds of fewer rings.
+    fn opened(&self, region: &Region, earlier: &[Open], points: &[Vector]) -> Open {
+        let mut next = Open {
+            seeds: region.seeds.clone(),
+            before: BTreeMap::new(),
+            log: PatchLog {
+                least_before: f64::INFINITY,
+                ..PatchLog::default()
+            },
+        };
+        for old in earlier {
+            if old
+                .seeds
+                .iter()
+                .any(|seed| region.seeds.binary_search(seed).is_ok())
+            {
+                next.before
+                    .extend(old.before.iter().map(|(node, place)| (*node, *place)));
+                next.log.steps += old.log.steps;
+                next.log.iterations += old.log.iterations;
+                if old.log.rings > 0 {
+                    next.log.least_before = next.log.least_before.min(old.log.least_before);
+                }
+            }
+        }
+        for &node in &region.moving {
+            next.before.entry(node).or_insert(points[node as usize]);
+        }
+        next
+    }
+}
+
+impl PatchLog {
+    fn add(&mut self, solved: &solve::Solved, rings: usize, region: &Region) {
+        self.invalid_before = region.seeds.len();
+        self.first_cell = region.seeds.first().map_or(0, |&cell| cell as usize);
+        self.n_cells = region.cells.len();
+        self.n_nodes = region.moving.len();
+        self.rings = rings;
+        self.steps += solved.course.steps;
+        self.iterations += solved.course.iterations;
+        if self.least_before == f64::INFINITY {
+            self.least_before = solved.least_before;
+        }
+        self.least = solved.course.state.least;
+    }
+}
+
+impl Repaired {
+    /// Cells that were not valid before.
+    pub fn n_before(&self) -> usize {
+        let repaired: usize = self.patches.iter().map(|log| log.invalid_before).sum();
+        let left_out: usize = self.patches.iter().map(|log| log.invalid).sum();
+        repaired + self.unrepaired.len() - left_out.min(self.unrepaired.len())
+    }
+
+    fn give_up(&mut self, cells: Vec<u32>, reason: Reason) {
+        let cells = cells.into_iter().map(|cell| cell as usize);
+        self.unrepaired
+            .extend(cells.map(|cell| Unrepaired { cell, reason }));
+    }
+
+    /// Closes a region that has not become valid; where it has as many invalid cells as before, it is put back.
+    fn finish(&mut self, task: Task<'_>, mut open: Open, points: &mut [Vector]) {
+        if open.log.invalid >= open.log.invalid_before {
+            for (&node, &place) in &open.before {
+                points[node as usize] = place;
+            }
+            open.log.largest_move = 0.0;
+            open.log.least = open.log.least_before;
+            open.log.invalid = open.log.invalid_before;
+        }
+        let moved: Vec<u32> = open.before.keys().copied().collect();
+        let cells = regions::cells_of(task.mesh, &moved);
+        let left = still_invalid(task, &cells, points);
+        self.give_up(
+            left.into_iter().map(|entry| entry.0).collect(),
+            Reason::NotFound,
+        );
+        self.patches.push(open.log);
+    }
+}
+
+fn largest_move(before: &BTreeMap<u32, Vector>, points: &[Vector]) -> f64 {
+    let moves = before
+        .iter()
+        .map(|(&node, &place)| distance(place, points[node as usize]));
+    moves.fold(0.0, f64::max)
+}
+
+/// Those of the cells that are not valid.
+fn still_invalid(task: Task<'_>, cells: &[u32], points: &[Vector]) -> Vec<(u32, Proof)> {
+    let states = parallel::map_blocks(cells.len(), 256, &|range| {
+        let of = |&cell: &u32| {
+            (
+                cell,
+                state(task.mesh, points, task.reference, cell as usize),
+            )
+        };
+        cells[range]
+            .iter()
+            .map(of)
+            .filter(|(_, proof)| *proof != Proof::Valid)
+            .collect::<Vec<_>>()
+    });
+    states.concat()
+}

@@ -1,0 +1,153 @@
+//! Minimises the functional of a patch by Newton steps, and lowers eps until every simplex is positive.
+//!
+//! Each step solves with the positive part of the curvature by preconditioned conjugate gradients, and is halved until
+//! the functional falls. eps follows the rule of the paper that `density` names: with it finitely many steps
+//! untangle a patch if each of them lowers the functional by a tenth.
+
+use super::density::chi;
+use super::patch::{Patch, State};
+use crate::error::Result;
+use crate::geometry::vector::{Vector, dot};
+use crate::linear::blocks::{Incomplete, solve};
+use crate::progress::Stop;
+
+/// eps once all simplices are positive.
+const LEAST_EPS: f64 = 1e-9;
+/// Residual of the linear systems, relative to their right sides.
+const TOLERANCE: f64 = 0.03;
+/// Iterations of a linear system at most.
+const MOST_ITERATIONS: usize = 150;
+/// Part of the slope by which the functional must fall.
+const ARMIJO: f64 = 1e-4;
+/// Steps shorter than this are none.
+const SHORTEST: f64 = 1e-6;
+/// A patch without folded simplices is finished when a step lowers the functional by less than this part.
+const SETTLED: f64 = 0.02;
+/// Steps without progress after which a folded patch is given up.
+const PATIENCE: usize = 6;
+
+/// How it went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Course {
+    /// Newton steps.
+    pub steps: usize,
+    /// Iterations of the linear systems, all steps together.
+    pub iterations: usize,
+    /// The functional at the end.
+    pub state: State,
+}
+
+/// Moves the nodes of a patch for at most so many steps.
+pub(super) fn minimise(
+    patch: &mut Patch,
+    most: usize,
+    settled: Option<f64>,
+    stop: &Stop,
+) -> Result<Course> {
+    let n = patch.n_unknowns();
+    let (mut slope, mut step) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+    let mut trial = patch.places.clone();
+    let mut state = patch.state(LEAST_EPS, &patch.places);
+    let mut course = Course {
+        steps: 0,
+        iterations: 0,
+        state,
+    };
+    let mut eps = match state.least > 0.0 {
+        true => LEAST_EPS,
+        false => (1e-6 + 0.04 * state.least * state.least).sqrt(),
+    };
+    let settled = settled.unwrap_or(SETTLED);
+    let mut best = state;
+    let mut waiting = 0;
+    while course.steps < most {
+        stop.check()?;
+        let before = patch.derive(eps, &mut slope);
+        let Some(iterations) = direction(patch, &slope, &mut step) else {
+            break;
+        };
+        course.iterations += iterations;
+        course.steps += 1;
+        let Some(after) = descend(patch, eps, before, &slope, &step, &mut trial) else {
+            // Nothing can be won at this eps.
+            if before.least > 0.0 || waiting > PATIENCE {
+                break;
+            }
+            waiting += 2;
+            eps = 0.5 * eps.max(LEAST_EPS);
+            continue;
+        };
+        state = after;
+        let won = 1.0 - after.value / before.value;
+        if after.least > 0.0 && won < settled {
+            break;
+        }
+        eps = lowered(eps, after.least, won);
+        let progress = after.n_folded < best.n_folded
+            || (after.least > 0.0 && best.least <= 0.0)
+            || (after.least <= 0.0 && after.least > 0.9 * best.least);
+        if progress {
+            best = after;
+            waiting = 0;
+        } else if after.least <= 0.0 && won < 0.05 {
+            waiting += 1;
+            if waiting >= PATIENCE {
+                break;
+            }
+        }
+    }
+    course.state = state;
+    Ok(course)
+}
+
+/// The next eps, after a step that has lowered the functional by the part `won` and left `least` as the least
+/// determinant.
+fn lowered(eps: f64, least: f64, won: f64) -> f64 {
+    let rate = (1.0 - won.max(0.1)) * chi(eps, least);
+    match least < rate {
+        true => (2.0 * (rate * (rate - least)).sqrt()).max(LEAST_EPS),
+        false => LEAST_EPS,
+    }
+}
+
+/// Newton's direction; `None` where the curvature has no factors.
+fn direction(patch: &Patch, slope: &[Vector], step: &mut [Vector]) -> Option<usize> {
+    let factors = Incomplete::new(patch.matrix())?;
+    let right: Vec<Vector> = slope.iter().map(|s| s.map(|x| -x)).collect();
+    let solved = solve(
+        patch.matrix(),
+        &factors,
+        &right,
+        step,
+        TOLERANCE,
+        MOST_ITERATIONS,
+    );
+    patch.clean(step);
+    Some(solved.iterations)
+}
+
+/// Moves the nodes along `step`, as far as the functional falls; `None` where it does not.
+fn descend(
+    patch: &mut Patch,
+    eps: f64,
+    before: State,
+    slope: &[Vector],
+    step: &[Vector],
+    trial: &mut Vec<Vector>,
+) -> Option<State> {
+    let along: f64 = slope.iter().zip(step).map(|(a, b)| dot(*a, *b)).sum();
+    if along.is_nan() || along >= 0.0 {
+        return None;
+    }
+    let mut length = 1.0;
+    while length > SHORTEST {
+        patch.moved(step, length, trial);
+        let after = patch.state(eps, trial);
+        if after.value < before.value + ARMIJO * length * along {
+            std::mem::swap(&mut patch.places, trial);
+            return Some(after);
+        }
+        length *= 0.5;
+    }
+    None
+}

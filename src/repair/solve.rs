@@ -1,0 +1,168 @@
+//! One region as a patch: its nodes, its cells with their targets, and where the nodes go.
+
+use super::Task;
+use super::density::Space;
+use super::elements::{Elements, Target};
+use super::newton::{Course, minimise};
+use super::patch::Patch;
+use super::regions::{Region, corners};
+use super::shape::median;
+use super::simplices::Simplices;
+use crate::error::Result;
+use crate::geometry::vector::{Vector, distance};
+use crate::mesh::CellRef;
+use crate::progress::Stop;
+use std::collections::BTreeSet;
+
+/// Where the nodes of a region go.
+pub(super) struct Solved {
+    /// Nodes that could move, with their places.
+    pub moved: Vec<(u32, Vector)>,
+    /// Cells with a folded simplex of fixed nodes.
+    pub stuck: Vec<u32>,
+    /// The least determinant of a simplex before.
+    pub least_before: f64,
+    /// How it went.
+    pub course: Course,
+}
+
+/// Solves a region from `points`. Cells of `between` have simplices between their corners too.
+pub(super) fn region(
+    task: Task<'_>,
+    region: &Region,
+    points: &[Vector],
+    between: &BTreeSet<u32>,
+    most_steps: usize,
+    stop: &Stop,
+) -> Result<Solved> {
+    let low = &BTreeSet::new();
+    let wishes = Wishes {
+        between,
+        low,
+        weight: 1.0,
+    };
+    solve(task, region, points, wishes, most_steps, stop)
+}
+
+/// What is wanted of single cells.
+#[derive(Clone, Copy)]
+pub(super) struct Wishes<'a> {
+    /// Cells with simplices between their corners.
+    pub between: &'a BTreeSet<u32>,
+    /// Cells that are to become regular, whatever the reference.
+    pub low: &'a BTreeSet<u32>,
+    /// The weight of these against the others.
+    pub weight: f64,
+}
+
+/// [`region`] with wishes.
+pub(super) fn solve(
+    task: Task<'_>,
+    region: &Region,
+    points: &[Vector],
+    wishes: Wishes<'_>,
+    most_steps: usize,
+    stop: &Stop,
+) -> Result<Solved> {
+    let (mut patch, stuck) = patch(task, region, points, wishes);
+    let least_before = patch.state(1e-9, &patch.places).least;
+    let course = minimise(&mut patch, most_steps, None, stop)?;
+    Ok(Solved {
+        moved: patch.moved_nodes().collect(),
+        stuck,
+        least_before,
+        course,
+    })
+}
+
+/// The patch of a region, and cells with a folded simplex of fixed nodes.
+fn patch(
+    task: Task<'_>,
+    region: &Region,
+    points: &[Vector],
+    wishes: Wishes<'_>,
+) -> (Patch, Vec<u32>) {
+    let mesh = task.mesh;
+    let space = match mesh.dimension() {
+        3 => Space::Solid,
+        _ => Space::Plane,
+    };
+    let cells = || {
+        region
+            .cells
+            .iter()
+            .map(|&cell| mesh.cells.get(cell as usize))
+    };
+    let nodes = nodes_of(cells(), task, region);
+    let size = typical_size(cells().take(1000), &mesh.points);
+    let mut elements = Elements::new(space);
+    let mut stuck = Vec::new();
+    for cell in cells() {
+        let own = corners(&cell);
+        let local: Vec<u32> = own
+            .iter()
+            .map(|node| nodes.binary_search(node).expect("all nodes are listed") as u32)
+            .collect();
+        let places =
+            |of: &[Vector]| -> Vec<Vector> { own.iter().map(|&node| of[node as usize]).collect() };
+        let is_between = wishes.between.contains(&(cell.index as u32));
+        let is_low = wishes.low.contains(&(cell.index as u32));
+        let can_move = own
+            .iter()
+            .map(|node| region.moving.binary_search(node).is_ok());
+        let can_move: Vec<bool> = can_move.collect();
+        let target = Target {
+            reference: &places(&mesh.points),
+            sign: f64::from(task.reference.sign(cell.index)),
+            whole: task.reference.is_valid(cell.index) && !task.reference.is_doubtful(cell.index),
+            size,
+            regular: is_low,
+            weight: if is_low { wishes.weight } else { 1.0 },
+        };
+        let simplices = Simplices::of(mesh, &cell, is_between);
+        let n_stuck = elements.push(
+            cell.kind,
+            &local,
+            simplices,
+            &target,
+            &places(points),
+            &can_move,
+        );
+        if n_stuck > 0 && target.whole {
+            stuck.push(cell.index as u32);
+        }
+    }
+    let places = nodes.iter().map(|&node| points[node as usize]).collect();
+    let patch = Patch::new(space, nodes, places, &region.moving, task.freedom, elements);
+    (patch, stuck)
+}
+
+/// All nodes of the cells, and leaders of those that follow others; ascending.
+fn nodes_of<'a>(
+    cells: impl Iterator<Item = CellRef<'a>>,
+    task: Task<'_>,
+    region: &Region,
+) -> Vec<u32> {
+    let mut nodes: Vec<u32> = region.moving.clone();
+    for cell in cells {
+        nodes.extend_from_slice(corners(&cell));
+    }
+    let followers = region
+        .moving
+        .iter()
+        .filter_map(|&node| task.freedom.partner(node));
+    nodes.extend(followers.map(|partner| partner.leader));
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// The middle length of the first edges of some cells.
+fn typical_size<'a>(cells: impl Iterator<Item = CellRef<'a>>, points: &[Vector]) -> f64 {
+    let lengths = cells.map(|cell| {
+        let at = |i: usize| points[cell.nodes[i.min(cell.nodes.len() - 1)] as usize];
+        distance(at(0), at(1)).max(distance(at(1), at(2)))
+    });
+    let size = median(lengths.filter(|length| *length > 0.0).collect());
+    if size > 0.0 { size } else { 1.0 }
+}
