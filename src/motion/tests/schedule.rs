@@ -133,6 +133,7 @@ fn every_key_of_this_version_is_read() {
         schedule.output,
         OutputOptions {
             format: "vtu".into(),
+            format_given: true,
             precision: Precision::F32,
             quality: QualityOutput::Cells,
             displacement: true,
