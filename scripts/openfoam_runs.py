@@ -12,9 +12,9 @@ every tenth, the last ones straight in time too, and OpenFOAM's Laplacian with a
 import argparse
 import os
 import pathlib
+import re
 import shutil
 import subprocess
-import time
 
 import numpy
 
@@ -54,7 +54,7 @@ def main():
     asked.folder.mkdir(exist_ok=True)
     prepare(asked.folder, asked.azimesh)
     for name in asked.only:
-        if not (asked.folder / name / "seconds").exists():
+        if seconds(asked.folder / name) is None:
             run(asked.folder, name, asked.azimesh)
     table(asked.folder)
     if asked.draw:
@@ -86,7 +86,7 @@ def sequence(folder, name, step, azimesh):
     text = SCHEDULE.format(step=step, stop=2 * PERIOD if name == "laplacian" else PERIOD)
     (folder / f"{name}.toml").write_text(text)
     if not moved.exists():
-        shell([azimesh, "deform", "wing", f"{name}.toml", "-o", moved.name, "--format", "openfoam"], folder)
+        shell([azimesh, "deform", "wing", f"{name}.toml", "-o", moved.name], folder)
     return moved
 
 
@@ -105,9 +105,15 @@ def run(folder, name, azimesh):
         for field in sequence(folder, name, step, azimesh).glob("*/wantedDisplacement"):
             (case / field.parent.name).mkdir(exist_ok=True)
             shutil.copy(field, case / field.parent.name)
-    started = time.monotonic()
     shell(["pimpleFoam"], case)
-    (case / "seconds").write_text(f"{time.monotonic() - started:.0f}\n")
+
+
+def seconds(case):
+    """Seconds of computing that OpenFOAM tells at the end of a run; None for one that has not ended."""
+    log = case / "log"
+    text = log.read_text() if log.exists() else ""
+    told = re.findall(r"ExecutionTime = ([\d.]+) s", text)
+    return float(told[-1]) if text.rstrip().endswith("End") else None
 
 
 def forces(case):
@@ -122,7 +128,7 @@ def table(folder):
     rigid = forces(folder / "rigid")
     second = rigid["Time"] > PERIOD + 1e-9
     for name, (title, *_) in RUNS.items():
-        if not (folder / name / "seconds").exists():
+        if seconds(folder / name) is None:
             continue
         found = forces(folder / name)
         assert numpy.allclose(found["Time"], rigid["Time"])
@@ -133,8 +139,7 @@ def table(folder):
                 cells.append(f"({a.min():.3f} to {a.max():.3f})")
             else:
                 cells.append(f"{abs(a - b).max():.2g} ({100 * abs(a - b).max() / numpy.ptp(a):.2g}%)")
-        seconds = (folder / name / "seconds").read_text().strip()
-        print(f"| {title} | {' | '.join(cells)} | {seconds} |")
+        print(f"| {title} | {' | '.join(cells)} | {seconds(folder / name):.0f} |")
 
 
 def draw(folder, path):
@@ -148,7 +153,7 @@ def draw(folder, path):
     shown = rigid["Time"] > 0.1
     above.plot(rigid["Time"][shown], rigid["Cl"][shown], "k", lw=2.5, alpha=0.35, label=RUNS["rigid"][0])
     for name in ("each", "tenth", "laplacian"):
-        if (folder / name / "seconds").exists():
+        if seconds(folder / name) is not None:
             found = forces(folder / name)
             above.plot(found["Time"][shown], found["Cl"][shown], lw=0.8, label=RUNS[name][0])
             below.plot(found["Time"][shown], (found["Cl"] - rigid["Cl"])[shown], lw=0.8, label=RUNS[name][0])

@@ -57,7 +57,7 @@ def compare(format_name, folder):
     for step in range(5):
         mesh = folder / format_name / f"airfoil_hybrid_{step:04}.{format_name}"
         volume = folder / f"{format_name}_{step}.su2"
-        azimesh("convert", mesh, "-o", volume)
+        azimesh("convert", mesh, volume)
         wanted, _ = su2_mesh(volume)
         found = moved(folder / format_name / f"airfoil_hybrid_surface_{step:05}.dat", 2, markers["airfoil"])
         n += len(found)

@@ -40,7 +40,7 @@ fn deform(
 /// The surface file of a step has the nodes of the moving tag, where the mesh of the step has them.
 fn check_surface(folder: &Path, step: usize) {
     let out = folder.join("out");
-    let mesh = Mesh::read(&out.join(format!("airfoil_hybrid_{step:04}.vtu"))).expect("it is there");
+    let mesh = Mesh::read(out.join(format!("airfoil_hybrid_{step:04}.vtu"))).expect("it is there");
     let name = format!("airfoil_hybrid_surface_{step:05}.dat");
     let text = std::fs::read_to_string(out.join(name)).expect("it is there");
     let lines = text.lines().map(|line| {
@@ -63,7 +63,7 @@ fn each_step_has_the_places_of_the_moving_nodes_in_a_file_of_its_own() {
     (0..4).for_each(|step| check_surface(folder.path(), step));
     // The node numbers are those of the SU2 mesh that was read.
     let first =
-        Mesh::read(&folder.path().join("out/airfoil_hybrid_0000.vtu")).expect("it is there");
+        Mesh::read(folder.path().join("out/airfoil_hybrid_0000.vtu")).expect("it is there");
     let mesh = Mesh::read(Path::new(MESH)).expect("it is there");
     assert_eq!(first.points, mesh.points);
 }
