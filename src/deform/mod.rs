@@ -27,6 +27,7 @@ mod substeps;
 mod surface;
 mod surface_displacements;
 mod tolerance;
+mod untangle;
 mod velocity;
 mod wall_angles;
 mod zone;
