@@ -41,7 +41,7 @@ def left_by(folder):
     """Files by name, without what tells of the single runs: seconds, and run.json."""
     files = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "run.json"}
     table = files["steps.csv"].decode().splitlines()
-    files["steps.csv"] = [row.rsplit(",", 1)[0] for row in table]
+    files["steps.csv"] = [row.split(",")[:-3] + row.split(",")[-2:] for row in table]
     return files
 
 

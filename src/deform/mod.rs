@@ -41,6 +41,7 @@ pub use interval::Interval;
 pub use layer::{Layer, LayerKind};
 pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use plan::Plan;
+pub(crate) use repair::Repair;
 pub(crate) use tolerance::missed_at_step;
 pub use tolerance::{check_tolerance, missed_layers};
 

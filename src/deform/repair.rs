@@ -87,6 +87,12 @@ impl Repair {
         });
     }
 
+    /// Cells that were made valid by moving nodes near them.
+    pub(crate) fn n_untangled(&self) -> usize {
+        let untangled = self.untangled.as_ref();
+        untangled.map_or(0, |untangled| untangled.repaired.n_repaired())
+    }
+
     /// What run.json holds.
     pub fn record(&self, step: &Step) -> RepairRecord {
         let mut record = RepairRecord {
