@@ -136,7 +136,7 @@ fn add_plane(
     let triangles = kind == Kind::Triangles || (kind == Kind::MixedPlane && random.next() < 0.5);
     match (kind, next) {
         // Two squares side by side as one polygon of six corners.
-        (Kind::Polygons, Some(next)) if i % 2 == 0 => {
+        (Kind::Polygons, Some(next)) if i.is_multiple_of(2) => {
             mesh.cells.push(
                 CellKind::Polygon,
                 &[q[0], q[1], next[1], next[2], q[2], q[3]],
