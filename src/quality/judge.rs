@@ -37,6 +37,7 @@ impl Assessment {
         let mut columns = self.cells.columns().to_vec();
         columns.extend(self.faces.columns());
         columns.extend(self.size_skew.columns());
+        columns.push(("unproven", Some(self.cells.unproven as f64)));
         columns
     }
 }

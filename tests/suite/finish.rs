@@ -315,9 +315,7 @@ fn a_part_with_a_lost_record_is_named_and_mended_by_resume() {
 /// steps.csv without its seconds.
 fn table(folder: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(folder.join("steps.csv")).unwrap();
-    text.lines()
-        .map(|row| row.rsplit_once(',').unwrap().0.to_owned())
-        .collect()
+    text.lines().map(crate::support::without_seconds).collect()
 }
 
 #[test]
