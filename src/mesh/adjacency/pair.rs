@@ -177,7 +177,7 @@ fn is_same(cells: &Cells, a: &Entry, b: &Entry) -> bool {
 }
 
 fn boundary_cells(mesh: &Mesh, dimension: u8) -> Vec<Open> {
-    let entries = faces::boundary_cells(mesh, dimension);
+    let entries = faces::boundary_cells(&mesh.cells, dimension);
     entries.iter().map(Open::new).collect()
 }
 
