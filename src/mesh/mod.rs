@@ -5,6 +5,7 @@
 
 pub mod adjacency;
 pub mod arrays;
+mod bounded;
 mod build;
 pub mod cells;
 mod connected;
@@ -19,17 +20,20 @@ mod nodes;
 mod reorder;
 pub mod repeated;
 pub mod sides;
+mod split;
 mod streams;
 mod view;
 
 pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
+pub use bounded::BoundedCells;
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
+pub use split::SplitCounts;
 pub use view::MeshView;
 
 use crate::diagnostic::point;

@@ -6,7 +6,7 @@ use crate::formats::su2;
 use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
-/// Changes of the mesh, made in this order: scale, rotate, linearize, tag, rename.
+/// Changes of the mesh, made in this order: scale, rotate, linearize, split, tag, rename.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Changes {
     /// Multiply all coordinates by this, as 0.001 for millimetres to metres
@@ -19,6 +19,10 @@ pub struct Changes {
     /// Keep corner nodes only: curved cells become linear
     #[arg(long)]
     linearize: bool,
+    /// Split polyhedra into tetrahedra and pyramids, polygons into triangles and quadrilaterals: for SU2,
+    /// Gmsh and UGRID, which have neither
+    #[arg(long)]
+    split_polyhedra: bool,
     /// Give outer faces without a tag the tags boundary_1, boundary_2, ..., the largest connected part
     /// first
     #[arg(long, value_name = "HOW")]
@@ -120,6 +124,9 @@ impl Changes {
                 ));
             }
         }
+        if self.split_polyhedra {
+            remarks.extend(split(mesh)?);
+        }
         if self.tag_boundary.is_some() {
             let (n_faces, n_tags) = mesh.tag_connected_boundary()?;
             remarks.push(format!(
@@ -131,6 +138,33 @@ impl Changes {
         rename(mesh, &self.rename_tag)?;
         Ok(remarks)
     }
+}
+
+/// Splits polyhedra and polygons; remarks on what has been split, and on cells that it has not done good.
+fn split(mesh: &mut Mesh) -> Result<Vec<String>> {
+    let counts = mesh.split_polyhedra()?;
+    let mut remarks = Vec::new();
+    if counts.n_cells + counts.n_faces > 0 {
+        remarks.push(format!(
+            "--split-polyhedra: {} and {} split, {} added",
+            counted(counts.n_cells, "cell"),
+            with_verb(counts.n_faces, "boundary face", "is"),
+            with_verb(counts.n_nodes, "node", "is"),
+        ));
+    }
+    if let Some(first) = counts.first_not_positive {
+        remarks.push(format!(
+            "--split-polyhedra: {} no point that sees all of its faces from within (the first is cell {first});              parts of such a cell have no or a negative volume",
+            with_verb(counts.n_not_positive, "cell", "has"),
+        ));
+    }
+    if counts.n_gone > 0 {
+        remarks.push(format!(
+            "--split-polyhedra: {} of fewer than three corners left out",
+            with_verb(counts.n_gone, "cell", "is")
+        ));
+    }
+    Ok(remarks)
 }
 
 /// Takes away what holds places as text, which would be wrong now.
