@@ -6,7 +6,7 @@ import traceback
 from importlib import import_module
 
 CHECKS = [
-    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "killed", "interrupted", "power_cut", "full_disk", "batches", "joined", "converted",
+    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "split", "paraview", "killed", "interrupted", "power_cut", "full_disk", "batches", "joined", "converted",
     "quality", "faces", "all_points", "sequence", "morph", "shells", "motions", "surface", "pvd", "pitching", "size_skew", "twist", "bending",
     "rotor", "flap", "report", "terminal", "schema", "pages",
 ]

@@ -117,10 +117,9 @@ impl Judge {
 
     /// Bytes that judging a mesh will take, one step at a time, before anything is made.
     pub fn estimate_bytes(mesh: &Mesh) -> usize {
-        let below = mesh
-            .cells
-            .runs()
-            .filter(|run| run.kind.dimension() + 1 == mesh.dimension());
+        let dimension = mesh.dimension();
+        let runs = mesh.cells.runs();
+        let below = runs.filter(|run| run.kind.dimension() + 1 == dimension);
         let bounded = 8 * below.map(|run| run.n_cells()).sum::<usize>();
         mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh) + bounded
     }

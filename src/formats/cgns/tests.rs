@@ -345,6 +345,39 @@ fn a_mixed_section_larger_than_a_block_comes_back() {
 }
 
 #[test]
+fn cells_come_first_in_the_file_and_back_in_the_order_of_the_mesh() {
+    let mut mesh = Mesh {
+        points: (0..6)
+            .map(|i| [f64::from(i), f64::from(i * i), f64::from(i % 2)])
+            .collect(),
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Vertex, &[5]);
+    mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+    mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+    mesh.cells.push(CellKind::Line, &[0, 1]);
+    mesh.cells.push(CellKind::Triangle, &[1, 2, 4]);
+    mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
+    mesh.groups = vec![
+        group(2, "all", 1..2),
+        group(2, "last", 4..5),
+        group(1, "edge", 3..4),
+        group(3, "fluid", 2..3),
+    ];
+    mesh.groups[0].cells = [1, 4].into_iter().collect();
+    // A face has the value of its cell already, an edge and a point have none.
+    let nan = f64::NAN;
+    let values = vec![nan, 3.0, 3.0, nan, 7.0, 7.0];
+    mesh.cell_arrays = vec![DataArray::scalar("p", Values::F64(values))];
+    let (bytes, notes) = written(&mesh);
+    assert_eq!(notes, []);
+    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    assert!(back.cells == mesh.cells);
+    let difference = Difference::between(&mesh, &back, Tolerance::default());
+    assert!(difference.is_same(), "{difference:?}");
+}
+
+#[test]
 fn alternating_hexahedra_and_polyhedra_are_a_section_each() {
     let mut mesh = Mesh {
         points: vec![[0.0, 0.0, 1.0]; 8],

@@ -82,7 +82,11 @@ impl Mesh {
         let mut draft = Draft::new(self);
         for stretch in stretches(&self.cells) {
             match stretch.is_split {
-                true => self.split_stretch(stretch, &faces, &mut new_nodes, &mut draft)?,
+                true => {
+                    let is_volume = stretch.dimension == dimension;
+                    let places = (&faces, &mut new_nodes);
+                    self.split_stretch(&stretch, is_volume, places, &mut draft)?;
+                }
                 false => draft.keep(&self.cells, stretch.cells)?,
             }
         }
@@ -95,12 +99,11 @@ impl Mesh {
     /// Splits consecutive cells of one dimension.
     fn split_stretch(
         &self,
-        stretch: Stretch,
-        faces: &FaceNodes,
-        new_nodes: &mut NewNodes,
+        stretch: &Stretch,
+        is_volume: bool,
+        (faces, new_nodes): (&FaceNodes, &mut NewNodes),
         draft: &mut Draft,
     ) -> Result<()> {
-        let is_volume = stretch.dimension == self.dimension();
         let first = stretch.cells.start;
         let of_blocks = map_blocks(stretch.cells.len(), SMALL_BLOCK, &|range| {
             let cells = range.map(|i| self.cells.get(first + i));
