@@ -4,7 +4,7 @@ use super::super::sides::for_each_side;
 use super::super::{CellKind, CellRef, Mesh, Values, too_many};
 use super::flat;
 use crate::error::{Error, Result};
-use std::collections::HashMap;
+use std::collections::{HashMap, hash_map::Entry};
 
 /// Nodes after those of the mesh.
 pub(super) struct NewNodes {
@@ -101,10 +101,10 @@ impl FaceNodes {
         if corners.len() <= 4 {
             return Ok(());
         }
-        let key = key(corners);
-        if !self.numbers.contains_key(&key) {
-            let number = new_nodes.add(flat::middle(corners, points).0, &key)?;
-            self.numbers.insert(key, number);
+        if let Entry::Vacant(place) = self.numbers.entry(key(corners)) {
+            let middle = flat::middle(corners, points).0;
+            let number = new_nodes.add(middle, place.key())?;
+            place.insert(number);
         }
         Ok(())
     }
