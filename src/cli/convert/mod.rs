@@ -25,7 +25,8 @@ azimesh convert [OPTIONS] IN... OUT.vtkhdf|OUT.cgns|OUT.pvd\n       \
 azimesh convert [OPTIONS] IN... -o DIR --format F",
     after_help = "The format of the input is recognised by its content; --format gives that of the output if \
 its ending does not. A .pvd, a .vtk.series and a file of several steps are sequences: they are written to one \
-file of a format that holds sequences, or to numbered files with a list, OUT.pvd or a .pvd in DIR."
+file of a format that holds sequences, or to numbered files with a list, OUT.pvd or a .pvd in DIR.\n\n\
+ParaView opens .vtkhdf from 5.12 on, earlier versions one mesh in a file that ends in .hdf."
 )]
 pub struct ConvertArgs {
     /// Meshes to read, then the one to write (without -o); - is standard input or output

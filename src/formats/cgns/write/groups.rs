@@ -4,6 +4,7 @@
 use super::super::FULL_NAME;
 use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
+use super::numbering::Numbering;
 use crate::diagnostic::formats::{Condition, GroupWritten};
 use crate::formats::Notes;
 use crate::formats::conditions::in_cgns;
@@ -46,7 +47,7 @@ pub(super) fn add(
     (base, zone): (NodeIndex, NodeIndex),
     mesh: &MeshView,
     names: &mut Names,
-    kind: DataType,
+    (numbering, kind): (&Numbering, DataType),
     notes: &mut Notes,
 ) {
     let dimension = mesh.dimension();
@@ -70,7 +71,7 @@ pub(super) fn add(
             let name = names.give(&group.name);
             add_region(draft, zone, &name, group.dimension, dimension)
         };
-        add_points(draft, node, group, mesh, kind);
+        add_points(draft, node, group, mesh, (numbering, kind));
         draft.text(node, "FamilyName", "FamilyName_t", &family);
     }
 }
@@ -103,7 +104,7 @@ fn add_points(
     parent: NodeIndex,
     group: &Group,
     mesh: &MeshView,
-    kind: DataType,
+    (numbering, kind): (&Numbering, DataType),
 ) {
     let location = match group.dimension {
         0 => "Vertex",
@@ -113,7 +114,7 @@ fn add_points(
     };
     let numbers = match group.dimension {
         0 => nodes_of(group, mesh),
-        _ => group.cells.clone(),
+        _ => numbering.elements(&group.cells),
     };
     let mut ranges = numbers.ranges();
     if let (Some(range), None) = (ranges.next(), ranges.next()) {
