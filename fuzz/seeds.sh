@@ -13,6 +13,16 @@ flavour() {
         { printf "$1"; cat "$file"; } > "corpus/ugrid/$(basename "$file")"
     done
 }
+# The first byte of an OpenFOAM input is the place of its file in the target's list.
+mkdir -p corpus/openfoam
+which=0
+for name in points faces owner neighbour boundary cellZones; do
+    for case in ascii binary wide_labels polyhedra; do
+        file="../testdata/openfoam/$case/constant/polyMesh/$name"
+        [ -f "$file" ] && { printf "\\00$which"; cat "$file"; } > "corpus/openfoam/${case}_$name"
+    done
+    which=$((which + 1))
+done
 flavour '\000' cells.ugrid
 flavour '\001' .b8.ugrid
 flavour '\004' .lb4.ugrid

@@ -177,7 +177,10 @@ def compare(program, mesh):
     grid = judged(program, mesh)
     found = {name: np.array(grid.cell_data[name]) for name in METRICS}
     kinds = grid.celltypes
-    is_volume = np.isfinite(found["Volume"]) & np.isin(kinds, list(CORNERS))
+    # Boundary faces have the values of the cells that they bound.
+    dimensions = {kind: grid.get_cell(int(np.argmax(kinds == kind))).dimension for kind in np.unique(kinds)}
+    own = [kind for kind, dimension in dimensions.items() if dimension == max(dimensions.values())]
+    is_volume = np.isfinite(found["Volume"]) & np.isin(kinds, list(CORNERS)) & np.isin(kinds, own)
     if not is_volume.any():
         return {}
     scale = 2.0 ** -np.round(np.log2(np.median(extent(grid)[is_volume])))

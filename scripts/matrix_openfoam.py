@@ -21,7 +21,8 @@ HEAD = """# Every OpenFOAM case
 
 Cases of {n} public repositories, each read by azimesh and by VTK's reader (`vtkPOpenFOAMReader`), and compared: points to the bit (VTK has
 them in 32 bits; those of 64 bits are read from the file), cells face by face, patches and cell zones face by face, at the first time and
-at the last. Zones are left out at the last time, where VTK does not move them, and where labels have 64 bits, which VTK takes for 32 there. Where VTK reads text of points inexactly, by a few units in the last place of the largest one, that is said.
+at the last. Zones of 64-bit labels are left out, since VTK takes them for 32 bits. Where VTK reads text of points inexactly, by a few units in the
+last place of the largest one, that is said.
 `python scripts/matrix_openfoam.py` makes this page from a folder of the cases, which are not part of the project.
 
 | case | stored as | points | cells | patches | times | result |
@@ -100,8 +101,8 @@ def outcome(case, mesh, region, times):
         return {"result": f"**wrong**: {words[:300]}"}
 
 
-def mended(read, region, points, with_zones, remarks):
-    """VTK's reader, but: of one region only; with exact points where its own are not; without zones where they are not asked for."""
+def mended(read, region, points, remarks):
+    """VTK's reader, but: of one region only; with exact points where its own are not; without zones of 64-bit labels."""
     import foam
 
     def reader(*arguments, **named):
@@ -117,8 +118,7 @@ def mended(read, region, points, with_zones, remarks):
             place = {point.tobytes(): new for point, new in zip(theirs.copy(), exact)}
             for block in blocks.values():
                 block.points = np.array([place[point.tobytes()] for point in block.points], np.float32)
-        has_zones = with_zones and not named.get("long_labels")
-        kept = [name for name in found.keys() if has_zones or name != "zones"]
+        kept = [name for name in found.keys() if name != "zones" or not named.get("long_labels")]
         return pyvista.MultiBlock({name: found[name] for name in kept})
 
     return reader
@@ -132,7 +132,7 @@ def compared(case, path, region, step, time, points=None):
     points = points or case / "constant" / (region or "") / "polyMesh" / "points"
     is_last = step == -1
     read, remarks, failed = foam.by_vtk, set(), []
-    foam.by_vtk = mended(read, region, points, not is_last, remarks)
+    foam.by_vtk = mended(read, region, points, remarks)
     with tempfile.TemporaryDirectory() as scratch:
         out = pathlib.Path(scratch) / "ours.vtu"
         told = {"step": None if is_last else step, "points": points, "time": time if is_last else 0.0, **chosen}

@@ -4,6 +4,7 @@ h5py reads nodes, cells and boundary conditions by the standard alone; VTK reads
 sequence; cgnscheck may find nothing but names of arrays that are not its own.
 """
 
+import json
 import re
 import shutil
 import subprocess
@@ -24,6 +25,7 @@ TYPES = {
     16: (32, 18, [*range(9), 12, 13, 14, 9, 10, 11, 15, 16, 17]), 17: (12, 8, None),
     18: (25, 20, QUADRATIC), 19: (29, 27, [*QUADRATIC, 24, 22, 21, 23, 20, 25, 26]), 21: (27, 13, None),
 }  # fmt: skip
+MIXED = 20
 # What cgnscheck says of arrays whose names are the user's own, or have units of their own.
 ALLOWED = ("not a CGNS data-name identifier", "exponents not given", "warnings (")
 
@@ -68,6 +70,13 @@ def read_section(section, elements):
     number = int(data(section)[0])
     first, last = data(section, "ElementRange")
     nodes = data(section, "ElementConnectivity") - 1
+    if number == MIXED:
+        starts = data(section, "ElementStartOffset")
+        for i, start in enumerate(starts[:-1]):
+            kind, n, order = TYPES[int(nodes[start]) + 1]
+            row = nodes[start + 1 : start + 1 + n]
+            elements[int(first) + i] = (kind, tuple(int(node) for node in (row[order] if order else row)))
+        return
     if number in TYPES:
         kind, n, order = TYPES[number]
         rows = nodes.reshape(-1, n)
@@ -122,7 +131,19 @@ def check_source(source, folder):
         tags = {name: faces for name, faces in wanted.tags.items() if faces}
         meshes.assert_same_groups(read.tags, tags, f"{target}: tags by h5py")
     azimesh("diff", source, target, expect=(0, 1))
+    check_arrays(source, folder / f"judged_{target.name}", len(wanted.volume_cells))
     return len(wanted.points)
+
+
+def check_arrays(source, target, n_cells):
+    """VTK's reader has every cell array, with a value for each cell and for nothing else."""
+    judged = json.loads(azimesh("quality", source, "-o", target, "--json"))
+    arrays = by_vtk(target).GetCellData()
+    assert arrays.HasArray("Volume"), f"{target}: VTK has no cell array"
+    volumes = vtk_to_numpy(arrays.GetArray("Volume"))
+    assert len(volumes) == n_cells, f"{target}: {len(volumes)} values of {n_cells} cells"
+    total = volumes[~np.isnan(volumes)].sum()
+    assert np.isclose(total, judged["total_volume"], rtol=1e-9), f"{target}: the volumes add up to {total}"
 
 
 def check_sequence(folder):

@@ -28,7 +28,7 @@ def without_seconds(path):
     """Rows of a table that is whole."""
     text = path.read_text()
     assert text.endswith("\n"), f"{path} is cut"
-    return [row.rsplit(",", 1)[0] for row in text.splitlines()]
+    return [row.split(",")[:-3] + row.split(",")[-2:] for row in text.splitlines()]
 
 
 def check_named(out, expected, name, what):

@@ -119,6 +119,17 @@ $Elements
 2 2 2 8 1 1 2 3
 $EndElements
 """
+BENT = """NDIME= 2
+NELEM= 2
+5 0 1 2 0
+5 0 2 3 1
+NPOIN= 4
+0 0 0
+1 0 1
+-1 -0.5 2
+0 1 3
+NMARK= 0
+"""
 ONE_STEP = """<VTKFile type="Collection" version="0.1"><Collection>
 <DataSet timestep="2.5" part="0" file="small.vtu"/>
 </Collection></VTKFile>
@@ -189,6 +200,9 @@ def folding(folder, told, record):
     text = (folder / "block.toml").read_text().replace("angle = 60.0", "angle = 100.0")
     schedules = {
         "substeps": text + '\n[output]\non_inverted = "substeps"\n',
+        "repair": text + '\n[output]\non_inverted = "repair"\n',
+        "repair": text + '\n[output]\non_inverted = "repair"\n',
+        "warn": text,
         "stop": text + '\n[output]\non_inverted = "stop"\n',
         "twist": text.replace('method = "all"', "tolerance = 1e-3").replace("[rbf]", '[rbf]\ninterpolate = "twist"'),
     }
@@ -199,6 +213,11 @@ def folding(folder, told, record):
         yield told("deform", mesh, folder / f"{name}.toml", "-o", folder / name, *more, expect=(0, 1))
         yield record(folder / name / "run.json")
         yield told("select", mesh, folder / f"{name}.toml", "-o", base)
+    folded = sorted((folder / "warn").glob("*.vtu"))[-1]
+    given = ("--reference", folder / "block.vtu", "--improve", "0.9")
+    yield told("repair", folded, "-o", folder / "untangled.vtu", *given)
+    (folder / "bent.su2").write_text(BENT)
+    yield told("repair", folder / "bent.su2", "-o", folder / "stuck.vtu", expect=1)
     yield told("deform", folder / "block.vtu", folder / "stop.toml", "-o", folder / "stopped", expect=1)
     yield record(folder / "stopped" / "run.json")
 
@@ -206,7 +225,7 @@ def folding(folder, told, record):
 # ---------------------------------------------------------------- the page
 
 ORDER = [
-    "info", "convert", "quality", "check", "select", "deform", "finish", "diff", "report", "sample", "completions", "man", "run",
+    "info", "convert", "quality", "repair", "check", "select", "deform", "finish", "diff", "report", "sample", "completions", "man", "run",
 ]  # fmt: skip
 HEAD = """# The JSON of the commands
 

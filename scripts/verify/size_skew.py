@@ -104,7 +104,9 @@ def compare_cells(name):
             copy.points = nodes
             copy.save(folder / f"{file}.vtu")
         results, out = faces.judged(folder / "moved.vtu", folder / "plain.vtu")
-    wanted, found = of_grid(grid, before, points), np.asarray(out.cell_data["SizeSkew"])
+    own = np.array([cell.dimension for cell in grid.cell])
+    own = own == own.max()
+    wanted, found = of_grid(grid, before, points)[own], np.asarray(out.cell_data["SizeSkew"])[own]
     assert (np.isnan(wanted) == np.isnan(found)).all(), f"{name}: not defined for the same cells"
     known = ~np.isnan(wanted)
     differences = [

@@ -23,7 +23,9 @@ const SHOWN: usize = 5;
 /// Arguments of `azimesh deform`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "The format of the mesh is recognised by its content; --format replaces output.format of the schedule."
+    after_help = "The format of the mesh is recognised by its content; --format replaces output.format of the schedule.\n\n\
+In ParaView open the .pvd (VTU files), the .vtk.series (vtk) or the .cgns, in any version; a .vtkhdf \
+needs 5.12 or later."
 )]
 pub struct DeformArgs {
     /// Mesh with boundary tags; `-` reads standard input

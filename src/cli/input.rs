@@ -225,6 +225,21 @@ impl Input {
         }
     }
 
+    /// Refuses a step that the sequence does not have.
+    pub fn check_step(&self, step: Option<usize>) -> Result<()> {
+        let n = self.times().map_or(1, |times| times.len());
+        let message = match (step, n) {
+            (Some(step), 1) if step > 0 => {
+                format!("--step {step}: this is one mesh; its only step is 0")
+            }
+            (Some(step), n) if step >= n => {
+                format!("--step {step}: the sequence has steps 0 to {}", n - 1)
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::input(message).file(&self.path))
+    }
+
     /// Name without folder and endings.
     pub fn stem(&self) -> String {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();

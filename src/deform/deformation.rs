@@ -9,6 +9,7 @@ use super::measures::Measures;
 use super::plan::Plan;
 use super::repair::{self, Repair};
 use super::tolerance::check_tolerance;
+use super::untangle::untangle_step;
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -339,7 +340,16 @@ impl Deformation {
                 Ok((error, self.measures().cells(plan, points)))
             };
             let error = &mut selection_error;
-            repair = Some(repair::repair(plan, points, cells, error, attempt)?);
+            let mut done = repair::repair(plan, points, cells, error, attempt)?;
+            if plan.schedule.output.on_inverted == OnInverted::Repair
+                && cells.inverted + cells.unproven > 0
+            {
+                let found = untangle_step(plan, self.measures(), step, points, &self.stop)?;
+                round(points);
+                *cells = self.measures().cells(plan, points);
+                done.untangled(found, cells);
+            }
+            repair = Some(done);
         }
         Ok(Positions {
             selection_error,

@@ -3,8 +3,8 @@
 use super::plan::Plan;
 use super::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
-use crate::mesh::DataArray;
-use crate::quality::{Assessment, Judge, Quality, Summary};
+use crate::mesh::{Adjacency, DataArray};
+use crate::quality::{Assessment, Judge, Quality, Reference, Summary};
 
 /// Data of the reference mesh that the quality of every step is measured with.
 pub(crate) struct Measures {
@@ -20,6 +20,16 @@ impl Measures {
             walls: WallAngles::find(&plan.mesh, &judge.adjacency, &plan.moving_faces),
             judge,
         }
+    }
+
+    /// Orientation of the cells in the reference mesh.
+    pub fn orientation(&self) -> &Reference {
+        &self.judge.reference
+    }
+
+    /// Which cells share each face.
+    pub fn adjacency(&self) -> &Adjacency {
+        &self.judge.adjacency
     }
 
     /// The quality of the cells with their nodes at `points`.

@@ -27,6 +27,7 @@ mod substeps;
 mod surface;
 mod surface_displacements;
 mod tolerance;
+mod untangle;
 mod velocity;
 mod wall_angles;
 mod zone;
@@ -40,6 +41,7 @@ pub use interval::Interval;
 pub use layer::{Layer, LayerKind};
 pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use plan::Plan;
+pub(crate) use repair::Repair;
 pub(crate) use tolerance::missed_at_step;
 pub use tolerance::{check_tolerance, missed_layers};
 

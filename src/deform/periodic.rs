@@ -112,6 +112,11 @@ impl PeriodicNodes {
         Ok(())
     }
 
+    /// The nodes that follow others, ascending.
+    pub(super) fn followers(&self) -> &[Follower] {
+        &self.followers
+    }
+
     /// Puts every follower where its leader's image is. Where the reference mesh has them in the same
     /// relation to the last bit, so has `out`.
     pub fn follow(

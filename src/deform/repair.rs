@@ -1,18 +1,19 @@
 //! `on_inverted = "substeps"`: a step with inverted cells is repeated in 2, 4 and 8 substeps, from
-//! the same base points.
+//! the same base points. With `"repair"` the cells that are left are untangled after that.
 
 use super::plan::Plan;
 use crate::error::{ErrorKind, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::{OnInverted, Step};
 use crate::quality::Summary;
-use crate::record::RepairRecord;
+use crate::record::{PatchRecord, RepairRecord};
+use crate::repair::Repaired;
 
 /// Substeps that are tried, one after the other.
 const TRIES: [usize; 3] = [2, 4, 8];
 
 /// The result of repeating a step with inverted cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Repair {
     /// Substeps of the result; none where they did not help.
     pub substeps: Option<usize>,
@@ -20,11 +21,25 @@ pub(crate) struct Repair {
     before: usize,
     /// Inverted cells with them.
     after: usize,
+    /// What was untangled then; none where nothing was.
+    untangled: Option<Untangled>,
+}
+
+/// The cells of a step that were untangled.
+#[derive(Debug, Clone, PartialEq)]
+struct Untangled {
+    repaired: Repaired,
+    /// Inverted and unproven cells after it.
+    left: usize,
 }
 
 /// Whether a step is to be repaired.
 pub(super) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
-    plan.schedule.output.on_inverted == OnInverted::Substeps && summary.inverted > 0
+    match plan.schedule.output.on_inverted {
+        OnInverted::Substeps => summary.inverted > 0,
+        OnInverted::Repair => summary.inverted + summary.unproven > 0,
+        OnInverted::Warn | OnInverted::Stop => false,
+    }
 }
 
 /// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
@@ -59,10 +74,25 @@ pub(super) fn repair(
         substeps,
         before,
         after: summary.inverted,
+        untangled: None,
     })
 }
 
 impl Repair {
+    /// Takes in what was untangled after the substeps; `summary` is of the result.
+    pub(super) fn untangled(&mut self, repaired: Repaired, summary: &Summary) {
+        self.untangled = Some(Untangled {
+            repaired,
+            left: summary.inverted + summary.unproven,
+        });
+    }
+
+    /// Cells that were made valid by moving nodes near them.
+    pub(crate) fn n_untangled(&self) -> usize {
+        let untangled = self.untangled.as_ref();
+        untangled.map_or(0, |untangled| untangled.repaired.n_repaired())
+    }
+
     /// What run.json holds.
     pub fn record(&self, step: &Step) -> RepairRecord {
         let mut record = RepairRecord {
@@ -70,10 +100,31 @@ impl Repair {
             substeps: self.substeps,
             inverted_before: self.before,
             inverted: self.after,
+            patches: self.untangled.as_ref().map(Untangled::records),
+            unrepaired: self.untangled.as_ref().map(|untangled| untangled.left),
             sentence: String::new(),
         };
         record.sentence = record.note(step.azimuth_deg(), step.time_s()).to_string();
         record
+    }
+}
+
+impl Untangled {
+    fn records(&self) -> Vec<PatchRecord> {
+        let patches = self.repaired.patches.iter();
+        patches
+            .map(|log| PatchRecord {
+                first_cell: log.first_cell,
+                invalid_before: log.invalid_before,
+                invalid: log.invalid,
+                cells: log.n_cells,
+                nodes: log.n_nodes,
+                rings: log.rings,
+                min_jacobian_before: log.least_before,
+                min_jacobian: log.least,
+                largest_move: log.largest_move,
+            })
+            .collect()
     }
 }
 
@@ -89,6 +140,7 @@ mod tests {
             substeps: Some(2),
             before: 3,
             after: 0,
+            untangled: None,
         };
         let record = repair.record(&steps.expect("they are good")[0]);
         assert_eq!(

@@ -107,9 +107,14 @@ DeformNote as Deform {
         substeps: Option<usize>,
         /// Inverted cells with them.
         after: usize,
+        /// Patches that were untangled then; none where that was not asked for.
+        patches: Option<usize>,
+        /// Inverted and unproven cells after all.
+        left: usize,
     } => (
-        "{} had {}: {}",
-        named_step(*step, *azimuth_deg, *time_s), counted(*before, "inverted cell"), outcome(*substeps, *after)
+        "{} had {}: {}{}",
+        named_step(*step, *azimuth_deg, *time_s), counted(*before, "inverted cell"), outcome(*substeps, *after),
+        untangled(*patches, *left)
     )
 }}
 
@@ -157,6 +162,21 @@ fn outcome(substeps: Option<usize>, after: usize) -> String {
     }
 }
 
+/// What untangling has done after that.
+fn untangled(patches: Option<usize>, left: usize) -> String {
+    let Some(patches) = patches else {
+        return String::new();
+    };
+    let patches = match patches {
+        1 => "1 patch".to_owned(),
+        n => format!("{n} patches"),
+    };
+    match left {
+        0 => format!("; {patches} moved, and none is left"),
+        left => format!("; {patches} moved, and {left} are left"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,6 +191,8 @@ mod tests {
                 before: 43,
                 substeps,
                 after,
+                patches: None,
+                left: after,
             };
             note.to_string()
         };

@@ -5,6 +5,7 @@
 
 mod case;
 pub mod cgns;
+mod conditions;
 mod decompress;
 pub mod gmsh;
 mod growing;

@@ -165,8 +165,19 @@ impl<'a> OutputSet<'a> {
             replace: true,
             ..commit
         };
-        let ((written, hash), file) = stage_whole(&path, replace, counted)?;
-        file.keep()?;
+        let known = |mut error: Error| {
+            // The user knows the folder, not the staged one.
+            if error
+                .path
+                .as_ref()
+                .is_some_and(|path| path.starts_with(staged.temporary.path()))
+            {
+                error.path = Some(folder.join(name));
+            }
+            error
+        };
+        let ((written, hash), file) = stage_whole(&path, replace, counted).map_err(known)?;
+        file.keep().map_err(known)?;
         staged.names.push(name.to_owned());
         self.tally
             .of_folder

@@ -151,6 +151,10 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         let mut registry = registry();
+        // Files in a staged folder are no longer looked for there: open ones would keep their room on the disk.
+        registry
+            .locked
+            .retain(|folder, _| !folder.starts_with(&self.path));
         if registry.entries.remove(&self.path).is_some() {
             remove(&self.path);
         }
@@ -363,6 +367,22 @@ mod tests {
         assert_eq!(found, expected);
         drop(written);
         assert_eq!(names(folder.path()).len(), others.len());
+    }
+
+    #[test]
+    fn a_staged_folder_leaves_no_file_open() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let target = folder.path().join("case");
+        let staged = Temporary::folder_for(&target).expect("it is made");
+        let inside = staged.path().join("mesh.vtu");
+        let mut file = Temporary::file_for(&inside).expect("it is made").1;
+        file.set_complete(&inside, Commit::REPLACE);
+        file.commit(&inside, Commit::REPLACE).expect("it is named");
+        let is_locked = |path: &Path| registry().locked.contains_key(path);
+        let path = staged.path().to_path_buf();
+        assert!(is_locked(&path));
+        drop(staged);
+        assert!(!is_locked(&path) && !path.exists());
     }
 
     #[test]

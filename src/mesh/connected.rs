@@ -2,7 +2,7 @@
 
 use super::faces::Faces;
 use super::sides::side;
-use super::{CellSet, Group, Mesh, Values};
+use super::{CellSet, Group, Mesh};
 use crate::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,13 +17,13 @@ impl Mesh {
     /// tag into new tags `boundary_1`, `boundary_2`, ...: faces that share a node into the same. The
     /// largest part comes first. Returns how many cells and tags are new.
     ///
-    /// In cell arrays, new cells hold NaN, 0 or no text.
+    /// In cell arrays, new cells have the values of the cells that they bound.
     pub fn tag_connected_boundary(&mut self) -> Result<(usize, usize)> {
         let Some(dimension) = self.dimension().checked_sub(1) else {
             return Ok((0, 0));
         };
         let faces = Faces::of(self);
-        let n_before = self.cells.len();
+        let mut owners = Vec::new();
         let mut parts = UnionFind::new(self.points.len());
         let mut untagged = Vec::new();
         let tagged = self.in_a_boundary_tag();
@@ -31,15 +31,20 @@ impl Mesh {
             let cell = match outer.boundary.map(|cell| cell as usize) {
                 Some(cell) if tagged[cell] => continue,
                 Some(cell) => cell,
-                None => self.add_side(outer.cell as usize, outer.face as usize)?,
+                None => {
+                    owners.push(outer.cell as usize);
+                    self.add_side(outer.cell as usize, outer.face as usize)?
+                }
             };
             let nodes = self.cells.get(cell).nodes;
             parts.join(nodes);
             let first_node = nodes[0];
             untagged.push(Untagged { first_node, cell });
         }
-        let n_cells = self.cells.len() - n_before;
-        self.extend_cell_arrays();
+        for array in &mut self.cell_arrays {
+            let values = array.values.select(array.n_components, &owners);
+            array.values.append(&values);
+        }
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for face in &untagged {
             let part = parts.of(face.first_node);
@@ -52,7 +57,7 @@ impl Mesh {
         sets.sort_by_key(|set| (usize::MAX - set.len(), set.iter().next()));
         let n_tags = sets.len();
         self.add_boundary_tags(dimension, sets);
-        Ok((n_cells, n_tags))
+        Ok((owners.len(), n_tags))
     }
 
     /// For each cell, whether a boundary tag holds it.
@@ -78,12 +83,6 @@ impl Mesh {
         Ok(self.cells.len() - 1)
     }
 
-    fn extend_cell_arrays(&mut self) {
-        for array in &mut self.cell_arrays {
-            array.values.fill_to(self.cells.len() * array.n_components);
-        }
-    }
-
     fn add_boundary_tags(&mut self, dimension: u8, sets: Vec<CellSet>) {
         let taken = self.groups.iter().map(|group| group.name.clone());
         let taken: BTreeSet<String> = taken.collect();
@@ -97,25 +96,6 @@ impl Mesh {
                 condition: None,
                 cells,
             });
-        }
-    }
-}
-
-impl Values {
-    /// Lengthens the array to `n` values: NaN, 0 or no text.
-    fn fill_to(&mut self, n: usize) {
-        match self {
-            Values::I8(v) => v.resize(n, 0),
-            Values::U8(v) => v.resize(n, 0),
-            Values::I16(v) => v.resize(n, 0),
-            Values::U16(v) => v.resize(n, 0),
-            Values::I32(v) => v.resize(n, 0),
-            Values::U32(v) => v.resize(n, 0),
-            Values::I64(v) => v.resize(n, 0),
-            Values::U64(v) => v.resize(n, 0),
-            Values::F32(v) => v.resize(n, f32::NAN),
-            Values::F64(v) => v.resize(n, f64::NAN),
-            Values::Text(v) => v.resize(n, String::new()),
         }
     }
 }
@@ -151,7 +131,7 @@ impl UnionFind {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{CellKind, DataArray};
+    use super::super::{CellKind, DataArray, Values};
     use super::*;
 
     /// Two squares of two triangles each, apart; the first has one edge tagged, one edge untagged.
@@ -194,6 +174,10 @@ mod tests {
         );
         assert!(mesh.groups[2].cells.contains(5));
         assert_eq!(Faces::of(&mesh).bare().count(), 0);
+        // Of the edges that were made two belong to each of the first and second triangles, and so on; the
+        // edges that were there keep their values.
+        let id = Values::I32(vec![1, 2, 3, 4, 5, 6, 2, 2, 3, 3, 4, 4]);
+        assert_eq!(mesh.cell_arrays[0].values, id);
         assert_eq!(mesh.tag_connected_boundary().expect("again"), (0, 0));
     }
 }

@@ -145,19 +145,7 @@ impl Faces {
         if dimension == 0 {
             return Self::default();
         }
-        let mut entries = boundary_cells(&mesh.cells, dimension);
-        let mut near_boundary = vec![false; mesh.points.len()];
-        for entry in &entries {
-            near_boundary[entry.corners[0] as usize] = true;
-        }
-        let left = map_blocks(mesh.cells.len(), CHUNK, &|cells| {
-            unpaired(mesh, cells, dimension, &wanted, &near_boundary)
-        });
-        entries.reserve_exact(left.iter().map(Vec::len).sum());
-        for part in left {
-            entries.extend(part);
-        }
-        sort_by_key(&mut entries, Entry::order);
+        let mut entries = entries(&mesh.cells, mesh.points.len(), dimension, wanted);
         let mut faces = Self::default();
         for_each_face(&mesh.cells, &mut entries, |same| faces.add(same));
         faces.outer.sort_unstable();
@@ -190,6 +178,30 @@ impl Faces {
     }
 }
 
+/// Boundary cells and faces of the `wanted` cells, sorted so that those with the same smallest corners are
+/// together. Faces that two cells share may be left out where no boundary cell can lie on them.
+pub(super) fn entries(
+    cells: &Cells,
+    n_points: usize,
+    dimension: u8,
+    wanted: impl Fn(&CellRef<'_>) -> bool + Sync,
+) -> Vec<Entry> {
+    let mut entries = boundary_cells(cells, dimension);
+    let mut near_boundary = vec![false; n_points];
+    for entry in &entries {
+        near_boundary[entry.corners[0] as usize] = true;
+    }
+    let left = map_blocks(cells.len(), CHUNK, &|range| {
+        unpaired(cells, range, dimension, &wanted, &near_boundary)
+    });
+    entries.reserve_exact(left.iter().map(Vec::len).sum());
+    for part in left {
+        entries.extend(part);
+    }
+    sort_by_key(&mut entries, Entry::order);
+    entries
+}
+
 /// Cells of one dimension less than the mesh's.
 pub(super) fn boundary_cells(cells: &Cells, dimension: u8) -> Vec<Entry> {
     let runs = cells.runs();
@@ -206,14 +218,14 @@ pub(super) fn boundary_cells(cells: &Cells, dimension: u8) -> Vec<Entry> {
 
 /// Faces of a range of cells, without those that two of them share and no boundary cell can have.
 fn unpaired(
-    mesh: &Mesh,
-    cells: std::ops::Range<usize>,
+    cells: &Cells,
+    range: std::ops::Range<usize>,
     dimension: u8,
     wanted: impl Fn(&CellRef<'_>) -> bool,
     near_boundary: &[bool],
 ) -> Vec<Entry> {
     let mut entries = Vec::new();
-    for run in mesh.cells.runs_in(cells) {
+    for run in cells.runs_in(range) {
         if run.kind.dimension() != dimension {
             continue;
         }
@@ -224,7 +236,7 @@ fn unpaired(
                 nodes,
             };
             if wanted(&cell) {
-                for_each_side(&mesh.cells, &cell, |face, corners| {
+                for_each_side(cells, &cell, |face, corners| {
                     let least = usize::from(dimension);
                     entries.extend(Entry::new(corners, least, cell.index, face as u32));
                 });
@@ -233,7 +245,7 @@ fn unpaired(
     }
     entries.sort_unstable_by_key(Entry::order);
     let mut left = Vec::new();
-    for_each_face(&mesh.cells, &mut entries, |same| {
+    for_each_face(cells, &mut entries, |same| {
         if same.len() != 2 || near_boundary[same[0].corners[0] as usize] {
             left.extend_from_slice(same);
         }
@@ -242,7 +254,7 @@ fn unpaired(
 }
 
 /// Visits the entries of each face. `entries` are sorted.
-fn for_each_face(cells: &Cells, entries: &mut [Entry], mut visit: impl FnMut(&[Entry])) {
+pub(super) fn for_each_face(cells: &Cells, entries: &mut [Entry], mut visit: impl FnMut(&[Entry])) {
     for alike in entries.chunk_by_mut(|a, b| a.key() == b.key()) {
         if alike.len() == 1 || alike[0].size() <= 4 {
             visit(alike);

@@ -5,6 +5,7 @@
 
 pub mod adjacency;
 pub mod arrays;
+mod bounded;
 mod build;
 pub mod cells;
 mod connected;
@@ -22,11 +23,13 @@ mod origin;
 mod reorder;
 pub mod repeated;
 pub mod sides;
+mod split;
 mod streams;
 mod view;
 
 pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
+pub use bounded::BoundedCells;
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use faces::Faces;
@@ -35,6 +38,7 @@ pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
 pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
+pub use split::SplitCounts;
 pub use view::MeshView;
 
 use crate::diagnostic::point;

@@ -49,6 +49,9 @@ pub enum OnInverted {
     Stop,
     /// Take the step again in 2, 4, 8 substeps; warn where that does not help.
     Substeps,
+    /// As `Substeps`, then move nodes near cells that are still inverted until these are valid; warn where that does
+    /// not help.
+    Repair,
 }
 
 /// Files of the moving surfaces beside the meshes, for solvers that move the volume themselves.
@@ -168,6 +171,7 @@ impl OutputOptions {
             ("warn", OnInverted::Warn),
             ("stop", OnInverted::Stop),
             ("substeps", OnInverted::Substeps),
+            ("repair", OnInverted::Repair),
         ];
         section.set("on_inverted", &mut options.on_inverted, |entry| {
             entry.choice(&known)

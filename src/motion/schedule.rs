@@ -178,6 +178,9 @@ impl Schedule {
             _ if self.output.on_inverted == OnInverted::Substeps => {
                 "`velocity` = true cannot be used with `on_inverted` = \"substeps\"; use \"warn\" or \"stop\""
             }
+            _ if self.output.on_inverted == OnInverted::Repair => {
+                "`velocity` = true cannot be used with `on_inverted` = \"repair\"; use \"warn\" or \"stop\""
+            }
             _ => return Ok(()),
         };
         Err(self.places.error("output", message))

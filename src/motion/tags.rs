@@ -193,6 +193,9 @@ fn offers(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> String {
             (Some("cyclic"), Some(partner)) if tag.name < partner => offers.push(format!(
                 "periodic = [{{ pair = [\"{}\", \"{partner}\"] }}] suits the cyclic patches {} and {partner}", tag.name, tag.name
             )),
+            (Some(kind), _) if is_interface(kind) => {
+                offers.push(format!("fixed = [\"{}\"] suits the {kind} {}", tag.name, tag.name));
+            }
             (Some(kind), _) if is_plane(kind) => {
                 offers.push(format!("slide = [\"{}\"] suits the {kind} {}", tag.name, tag.name));
             }
@@ -221,6 +224,11 @@ fn check_free(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> Result<()> {
             offers(mesh, tags, &[i])
         ))),
     }
+}
+
+/// Whether a boundary of this type has a partner whose nodes are others.
+fn is_interface(kind: &str) -> bool {
+    kind.starts_with("cyclic") && kind != "cyclic" || kind.starts_with("nonConformal")
 }
 
 /// Whether a solver takes boundaries of this type for planes.

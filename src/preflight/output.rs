@@ -60,7 +60,8 @@ fn check_dense(plan: &Plan) -> Result<()> {
 /// Refuses conditions on columns of steps.csv that have no value in this run.
 fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     let quality = Assessment::default().columns();
-    let is_quality = |name: &str| quality.iter().any(|(column, _)| *column == name);
+    let is_quality =
+        |name: &str| name == "repaired" || quality.iter().any(|(column, _)| *column == name);
     let skipped = plan.schedule.output.quality == QualityOutput::None;
     let numbers = COLUMNS.iter().filter(|column| column.is_number);
     let numbers = numbers.map(|column| column.name);

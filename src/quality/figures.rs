@@ -18,10 +18,13 @@ use crate::mesh::Mesh;
 pub struct Quality {
     /// Cells of the mesh's own dimension.
     pub n_cells: usize,
-    /// Cells that are valid in the reference mesh and have a corner Jacobian of zero or of the other sign.
+    /// Cells that are valid in the reference mesh and have a Jacobian of zero or of the other sign, at a corner or
+    /// between corners.
     pub inverted: usize,
     /// Cells whose corner Jacobians are not all positive in the reference mesh.
     pub inverted_reference: usize,
+    /// Cells that are valid at their corners and neither proven to be so between them nor refuted.
+    pub unproven: usize,
     /// Smallest volume (area in 2D), in mesh units cubed (squared).
     pub min_volume: f64,
     /// Smallest scaled Jacobian.
@@ -57,6 +60,7 @@ impl From<&Assessment> for Quality {
             n_cells: found.cells.n_cells,
             inverted: found.cells.inverted,
             inverted_reference: found.cells.inverted_reference,
+            unproven: found.cells.unproven,
             min_volume: value("min_volume"),
             min_scaled_jacobian: value("min_scaled_jacobian"),
             mean_scaled_jacobian: value("mean_scaled_jacobian"),

@@ -8,7 +8,8 @@ use super::size_skew::{self, SizeSkew};
 use super::summary::{Summary, assess};
 use super::validity;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Adjacency, DataArray, Mesh};
+use crate::mesh::{Adjacency, BoundedCells, DataArray, Mesh};
+use std::sync::OnceLock;
 
 /// Data of the reference mesh that later positions are judged by. Its positions are not kept here: the
 /// methods take them.
@@ -18,6 +19,8 @@ pub struct Judge {
     pub reference: Reference,
     /// Which cells share each face.
     pub adjacency: Adjacency,
+    /// Of which cell a boundary face has the values; made with the first arrays.
+    bounded: OnceLock<BoundedCells>,
 }
 
 /// All that a mesh is assessed by, with the cells that have the extremes.
@@ -37,6 +40,7 @@ impl Assessment {
         let mut columns = self.cells.columns().to_vec();
         columns.extend(self.faces.columns());
         columns.extend(self.size_skew.columns());
+        columns.push(("unproven", Some(self.cells.unproven as f64)));
         columns
     }
 }
@@ -47,6 +51,7 @@ impl Judge {
         Self {
             reference: Reference::new(mesh),
             adjacency: Adjacency::of(mesh),
+            bounded: OnceLock::new(),
         }
     }
 
@@ -91,7 +96,8 @@ impl Judge {
     }
 
     /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::cells::CellMetrics) and
-    /// [`detail_arrays`], then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`.
+    /// [`detail_arrays`], then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`. A boundary
+    /// face has the values of the cell that it bounds, so that pictures of a boundary show them.
     ///
     /// # Panics
     /// As [`Judge::assess`].
@@ -101,15 +107,24 @@ impl Judge {
         let faces = faces::per_cell(mesh, points, &self.reference, &self.adjacency);
         arrays.extend(faces.into_arrays());
         arrays.push(size_skew::per_cell(mesh, points, before, &self.reference));
+        let bounded = self.bounded.get_or_init(|| BoundedCells::of(mesh));
+        for array in &mut arrays {
+            bounded.give_values(array);
+        }
         arrays
     }
 
     /// Bytes of one cell in all [arrays](Self::arrays): a flag, four metrics of the summary, the
-    /// details, three of faces, and the size-skew.
+    /// details, three of faces, and the size-skew. The cells of boundary faces are in
+    /// [estimate_bytes](Self::estimate_bytes).
     pub const ARRAY_BYTES: usize = 1 + 8 * (4 + N_DETAILS + 3 + 1);
 
     /// Bytes that judging a mesh will take, one step at a time, before anything is made.
     pub fn estimate_bytes(mesh: &Mesh) -> usize {
-        mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh)
+        let dimension = mesh.dimension();
+        let runs = mesh.cells.runs();
+        let below = runs.filter(|run| run.kind.dimension() + 1 == dimension);
+        let bounded = 8 * below.map(|run| run.n_cells()).sum::<usize>();
+        mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh) + bounded
     }
 }

@@ -15,6 +15,6 @@ pub use base::BaseFile;
 pub use names::{file_name, numbered, part_of, parts_in, step_of};
 pub use run::{
     BodyRecord, EndRecord, FunctionRecord, InputRecord, LayerRecord, MotionRecord, OptionsRecord,
-    RepairRecord, RunRecord, SelectionRecord, Timings,
+    PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings,
 };
 pub use steps::{COLUMNS, Row, Rows, lines, parse, text};

@@ -211,8 +211,38 @@ pub struct RepairRecord {
     pub inverted_before: usize,
     /// Inverted cells with them.
     pub inverted: usize,
+    /// Patches that were untangled after that; none without `on_inverted = "repair"`, and where nothing was left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub patches: Option<Vec<PatchRecord>>,
+    /// Inverted and unproven cells after it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unrepaired: Option<usize>,
     /// The repair as a sentence.
     pub sentence: String,
+}
+
+/// A patch of a step whose cells were untangled.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct PatchRecord {
+    /// The first cell that was not valid.
+    pub first_cell: usize,
+    /// Cells that were not valid before.
+    pub invalid_before: usize,
+    /// Cells that are not valid after it.
+    pub invalid: usize,
+    /// Cells of the patch.
+    pub cells: usize,
+    /// Nodes that could move.
+    pub nodes: usize,
+    /// Rings of neighbours around the cells that were not valid.
+    pub rings: usize,
+    /// The least Jacobian relative to the reference before.
+    pub min_jacobian_before: f64,
+    /// And after it.
+    pub min_jacobian: f64,
+    /// The largest way of a node, in mesh units.
+    pub largest_move: f64,
 }
 
 /// What a run came to.
@@ -319,6 +349,8 @@ impl RepairRecord {
             before: self.inverted_before,
             substeps: self.substeps,
             after: self.inverted,
+            patches: self.patches.as_ref().map(Vec::len),
+            left: self.unrepaired.unwrap_or(self.inverted),
         }
     }
 }

@@ -109,6 +109,10 @@ columns! {
     blake3: String => "BLAKE3 of the file", "",
     /// Seconds of computing and writing, in thousandths.
     seconds: f64 as thousandths => "computing and writing", "s",
+    /// Cells neither proven to be valid between their corners nor refuted.
+    unproven: Option<usize> => "unproven cells", "",
+    /// Cells that were untangled.
+    repaired: Option<usize> => "repaired cells", "",
 }
 
 impl Row {
@@ -217,6 +221,9 @@ pub fn text(rows: &Rows) -> String {
         .fold(joined(names()), |text, row| text + &row.line())
 }
 
+/// Columns at the end that tables of earlier versions do not have.
+const N_NEW: usize = 2;
+
 /// The rows in the bytes of a table. A row that a killed run left cut is none; nor is one that is no row,
 /// as a power cut may leave it.
 ///
@@ -224,7 +231,9 @@ pub fn text(rows: &Rows) -> String {
 /// Where the table has other columns.
 pub fn parse(bytes: &[u8]) -> Result<Rows> {
     let mut lines = lines(bytes);
+    let mut n_missing = 0;
     match lines.next() {
+        Some((_, Some(header))) if header == names()[..COLUMNS.len() - N_NEW] => n_missing = N_NEW,
         Some((line, Some(header))) if header != names() => {
             return Err(Error::input(format!(
                 "the columns are \"{}\"; this version has \"{}\"",
@@ -235,7 +244,11 @@ pub fn parse(bytes: &[u8]) -> Result<Rows> {
         }
         _ => {}
     }
-    let rows = lines.filter_map(|(_, values)| Row::of_texts(&values?));
+    let rows = lines.filter_map(|(_, values)| {
+        let mut values = values?;
+        values.extend(std::iter::repeat_n(String::new(), n_missing));
+        Row::of_texts(&values)
+    });
     Ok(rows.map(|row| (row.step, row)).collect())
 }
 
@@ -310,7 +323,7 @@ mod tests {
         let line = row.line();
         assert_eq!(
             line,
-            "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250\n"
+            "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250,,\n"
         );
         let table = text(&[(3, row.clone())].into());
         assert_eq!(parse(table.as_bytes()).expect("it is whole")[&3], row);

@@ -112,7 +112,15 @@ fn a_table_that_is_read_and_written_is_the_same_file() {
         let before = fs::read_to_string(&path).expect("it is text");
         let rows = parse(before.as_bytes()).expect("it is a table");
         assert_eq!(rows.keys().copied().collect::<Vec<_>>(), [0, 1, 2, 3]);
-        assert_eq!(text(&rows), before, "{path:?}");
+        // Their writers had no columns after the seconds.
+        let mut lines = before.lines();
+        let header = lines.next().expect("it has a header");
+        let rest = lines.map(|row| format!("{row},,\n"));
+        let wanted = rest.fold(format!("{header},unproven,repaired\n"), |all, row| {
+            all + &row
+        });
+        assert_eq!(text(&rows), wanted, "{path:?}");
+        assert_eq!(parse(wanted.as_bytes()).expect("it is a table"), rows);
     }
 }
 

@@ -135,7 +135,7 @@ impl Elements {
                 continue;
             }
             let positive = determinant(self.space, edges, &now, target.sign) > 0.0;
-            if !target.whole && !(positive && is_good(edges)) {
+            if !(target.whole || (positive && is_good(edges))) {
                 continue;
             }
             let moves = |point: u16| match simplices

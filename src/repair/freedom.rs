@@ -74,6 +74,12 @@ impl Freedom {
         self.fixed[node as usize] = true;
     }
 
+    /// Lets a node move as it likes.
+    pub fn free(&mut self, node: u32) {
+        self.fixed[node as usize] = false;
+        self.held.remove(&node);
+    }
+
     /// Lets a node move across the directions of a constraint only.
     pub fn hold(&mut self, node: u32, constraint: Constraint) {
         self.fixed[node as usize] = constraint.rank() == 3;

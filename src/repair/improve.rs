@@ -4,7 +4,7 @@
 //! Jacobian does not rise, or a cell becomes invalid, is put back.
 
 use super::regions::{self, Region};
-use super::solve::{Wishes, solve};
+use super::solve::{Solved, Wishes, solve};
 use super::{Limits, PatchLog, Task, still_invalid};
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
@@ -62,18 +62,13 @@ pub fn improve(
             };
             solve(task, &regions[i], points, wishes, limits.most_steps, stop)
         })?;
+        let before = place(&solved, points);
+        let now = scaled_jacobians(task.mesh, points, task.reference);
         logs.clear();
-        for (region, solved) in regions.iter().zip(solved) {
-            let before: Vec<Vector> = solved
-                .moved
-                .iter()
-                .map(|&(node, _)| points[node as usize])
-                .collect();
-            for &(node, place) in &solved.moved {
-                points[node as usize] = place;
-            }
-            if is_better(task, region, points, &values) {
-                logs.push(log(region, &solved, &before, RINGS + round));
+        for ((region, solved), before) in regions.iter().zip(&solved).zip(before) {
+            let rises = least_of(region, &now) > least_of(region, &values);
+            if rises && still_invalid(task, &region.cells, points).is_empty() {
+                logs.push(log(region, solved, &before, RINGS + round));
                 continue;
             }
             for (&(node, _), place) in solved.moved.iter().zip(before) {
@@ -85,26 +80,28 @@ pub fn improve(
     Ok(logs)
 }
 
-/// Whether all cells of a region are valid, and the least scaled Jacobian is above what it was.
-fn is_better(task: Task<'_>, region: &Region, points: &[Vector], before: &[f64]) -> bool {
-    let least = |values: &[f64]| {
-        let own = region.cells.iter().map(|&cell| values[cell as usize]);
-        own.filter(|value| !value.is_nan())
-            .fold(f64::INFINITY, f64::min)
-    };
-    if !still_invalid(task, &region.cells, points).is_empty() {
-        return false;
+/// Puts the nodes of all regions in their new places; gives their old ones.
+fn place(solved: &[Solved], points: &mut [Vector]) -> Vec<Vec<Vector>> {
+    let mut before = Vec::with_capacity(solved.len());
+    for solved in solved {
+        let moved = solved.moved.iter();
+        before.push(
+            moved
+                .map(|&(node, place)| std::mem::replace(&mut points[node as usize], place))
+                .collect(),
+        );
     }
-    let now = scaled_jacobians(task.mesh, points, task.reference);
-    least(&now) > least(before)
+    before
 }
 
-fn log(
-    region: &Region,
-    solved: &super::solve::Solved,
-    before: &[Vector],
-    rings: usize,
-) -> PatchLog {
+/// The least scaled Jacobian of a region.
+fn least_of(region: &Region, values: &[f64]) -> f64 {
+    let own = region.cells.iter().map(|&cell| values[cell as usize]);
+    own.filter(|value| !value.is_nan())
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn log(region: &Region, solved: &Solved, before: &[Vector], rings: usize) -> PatchLog {
     let moves = solved
         .moved
         .iter()

@@ -2,7 +2,7 @@
 
 use super::base_points::BasePointStore;
 use super::record::Clock;
-use crate::deform::{Deformation, Evaluated, Plan};
+use crate::deform::{Deformation, Evaluated, Plan, Repair};
 use crate::error::Result;
 use crate::formats::DISPLACEMENT;
 use crate::geometry::vector::{Vector, sub};
@@ -141,6 +141,8 @@ pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
     {
         row.inverted = Some(cells.inverted);
         row.inverted_reference = Some(cells.inverted_reference);
+        row.unproven = Some(cells.unproven);
+        row.repaired = Some(computed.repair.as_ref().map_or(0, Repair::n_untangled));
         row.min_volume = value(cells.min_volume);
         row.min_scaled_jacobian = value(cells.min_scaled_jacobian);
         row.mean_scaled_jacobian = cells.mean_scaled_jacobian;

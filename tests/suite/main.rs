@@ -30,6 +30,7 @@ mod real_meshes;
 mod real_msh_su2;
 mod records;
 mod refusals;
+mod repair;
 mod report;
 mod resume;
 mod same_bytes;

@@ -15,7 +15,9 @@ const SPHERE: &str = "azimuth.values = [0, 45, 90]\noutput.displacement = true\n
 /// A folder with the case `in` of a sphere in a box, and a schedule.
 fn sphere() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let mesh = Path::new("testdata/sphere_in_box_raw.vtu").canonicalize().unwrap();
+    let mesh = Path::new("testdata/sphere_in_box_raw.vtu")
+        .canonicalize()
+        .unwrap();
     let case = folder.path().join("in");
     for inside in ["system", "0", "0.5", "constant"] {
         fs::create_dir_all(case.join(inside)).unwrap();
@@ -24,7 +26,17 @@ fn sphere() -> tempfile::TempDir {
     fs::write(case.join("0/U"), "a field").unwrap();
     fs::write(case.join("0.5/U"), "a later field").unwrap();
     fs::write(case.join("constant/transportProperties"), "nu 1e-5;").unwrap();
-    succeed(folder.path(), &["-q", "convert", mesh.to_str().unwrap(), "in", "--patch-type", "sphere=wall"]);
+    succeed(
+        folder.path(),
+        &[
+            "-q",
+            "convert",
+            mesh.to_str().unwrap(),
+            "in",
+            "--patch-type",
+            "sphere=wall",
+        ],
+    );
     fs::write(folder.path().join("s.toml"), SPHERE).unwrap();
     folder
 }
@@ -39,7 +51,12 @@ fn all_files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
             match path.is_dir() {
                 true => folders.push(path),
                 false => {
-                    let name = path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned();
+                    let name = path
+                        .strip_prefix(folder)
+                        .unwrap()
+                        .to_str()
+                        .unwrap()
+                        .to_owned();
                     found.insert(name, fs::read(&path).unwrap());
                 }
             }
@@ -66,22 +83,51 @@ fn a_mesh_written_read_and_written_again_is_the_same() {
     let case = folder.join("in/constant/polyMesh");
     for encoding in ["raw", "ascii"] {
         let out = format!("again_{encoding}");
-        succeed(folder, &["-q", "convert", "in", &out, "--format", "openfoam", "--encoding", encoding]);
+        succeed(
+            folder,
+            &[
+                "-q",
+                "convert",
+                "in",
+                &out,
+                "--format",
+                "openfoam",
+                "--encoding",
+                encoding,
+            ],
+        );
         succeed(folder, &["-q", "diff", "in", &out]);
         let again = folder.join(&out).join("constant/polyMesh");
         for file in ["faces", "owner", "neighbour", "boundary", "cellZones"] {
-            assert_eq!(fs::read(case.join(file)).unwrap(), fs::read(again.join(file)).unwrap(), "{file}");
+            assert_eq!(
+                fs::read(case.join(file)).unwrap(),
+                fs::read(again.join(file)).unwrap(),
+                "{file}"
+            );
         }
         let (a, b) = (read(&folder.join("in")), read(&folder.join(&out)));
-        let bits = |mesh: &Mesh| mesh.points.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let bits = |mesh: &Mesh| {
+            mesh.points
+                .iter()
+                .flatten()
+                .map(|x| x.to_bits())
+                .collect::<Vec<_>>()
+        };
         assert!(bits(&a).len() > 1000 && bits(&a) == bits(&b));
     }
     // By way of another format its faces are found again, in the same order.
     succeed(folder, &["-q", "convert", "in", "by.vtu"]);
-    succeed(folder, &["-q", "convert", "by.vtu", "by", "--format", "openfoam"]);
+    succeed(
+        folder,
+        &["-q", "convert", "by.vtu", "by", "--format", "openfoam"],
+    );
     let by = folder.join("by/constant/polyMesh");
     for file in ["owner", "neighbour"] {
-        assert_eq!(fs::read(case.join(file)).unwrap(), fs::read(by.join(file)).unwrap(), "{file}");
+        assert_eq!(
+            fs::read(case.join(file)).unwrap(),
+            fs::read(by.join(file)).unwrap(),
+            "{file}"
+        );
     }
 }
 
@@ -94,23 +140,53 @@ fn a_sequence_lies_in_a_case_beside_what_was_copied_and_the_input_stays() {
     let out = folder.join("out");
     let files = all_files(&out);
     for (name, content) in &before {
-        let is_copied = !name.starts_with("0.5/") && !name.ends_with("points") && !name.ends_with(".foam");
-        assert_eq!(files.get(name).filter(|_| is_copied), Some(content).filter(|_| is_copied), "{name}");
+        let is_copied =
+            !name.starts_with("0.5/") && !name.ends_with("points") && !name.ends_with(".foam");
+        assert_eq!(
+            files.get(name).filter(|_| is_copied),
+            Some(content).filter(|_| is_copied),
+            "{name}"
+        );
     }
-    for name in ["45/polyMesh/points", "90/wantedDisplacement", "0/wantedDisplacement", "out.foam", "azimesh/run.json"] {
+    for name in [
+        "45/polyMesh/points",
+        "90/wantedDisplacement",
+        "0/wantedDisplacement",
+        "out.foam",
+        "azimesh/run.json",
+    ] {
         assert!(files.contains_key(name), "{name}");
     }
     assert!(!files.contains_key("0.5/U") && !files.contains_key("0/polyMesh/points"));
     // The same positions as in a format of its own, bit for bit.
-    succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "vtu", "--format", "vtu"]);
+    succeed(
+        folder,
+        &[
+            "-q", "deform", "in", "s.toml", "-o", "vtu", "--format", "vtu",
+        ],
+    );
     for (time, step) in [("constant", 0), ("45", 1), ("90", 2)] {
         let own = read(&out.join(time));
         let other = read(&folder.join(format!("vtu/in_{step:04}.vtu")));
-        assert!(own.points.iter().flatten().map(|x| x.to_bits()).eq(other.points.iter().flatten().map(|x| x.to_bits())), "{time}");
+        assert!(
+            own.points.iter().flatten().map(|x| x.to_bits()).eq(other
+                .points
+                .iter()
+                .flatten()
+                .map(|x| x.to_bits())),
+            "{time}"
+        );
     }
     assert_eq!(all_files(&folder.join("in")), before);
     let text = String::from_utf8_lossy(&files["90/wantedDisplacement"]).into_owned();
-    assert_says(&text, &["class       pointVectorField;", "dimensions      [0 1 0 0 0 0 0];", "sphere\n    {\n        type            calculated;"]);
+    assert_says(
+        &text,
+        &[
+            "class       pointVectorField;",
+            "dimensions      [0 1 0 0 0 0 0];",
+            "sphere\n    {\n        type            calculated;",
+        ],
+    );
 }
 
 #[test]
@@ -120,26 +196,43 @@ fn a_run_in_a_case_is_resumed_and_joined_from_parts_to_the_same_files() {
     succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out"]);
     let wanted = meshes(&folder.join("out"));
     for steps in ["1..3", "0..1"] {
-        succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "parts", "--steps", steps]);
+        succeed(
+            folder,
+            &[
+                "-q", "deform", "in", "s.toml", "-o", "parts", "--steps", steps,
+            ],
+        );
     }
     succeed(folder, &["-q", "finish", "parts"]);
     assert_eq!(meshes(&folder.join("parts")), wanted);
     let damages: [(&str, fn(&Path)); 5] = [
         ("90/polyMesh/points", |path| fs::remove_file(path).unwrap()),
         ("45/wantedDisplacement", |path| fs::write(path, "").unwrap()),
-        ("constant/polyMesh/owner", |path| fs::remove_file(path).unwrap()),
-        ("constant/polyMesh/points", |path| fs::remove_file(path).unwrap()),
-        ("0/wantedDisplacement", |path| fs::remove_file(path).unwrap()),
+        ("constant/polyMesh/owner", |path| {
+            fs::remove_file(path).unwrap()
+        }),
+        ("constant/polyMesh/points", |path| {
+            fs::remove_file(path).unwrap()
+        }),
+        ("0/wantedDisplacement", |path| {
+            fs::remove_file(path).unwrap()
+        }),
     ];
     for (name, damage) in damages {
         damage(&folder.join("out").join(name));
-        succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out", "--resume"]);
+        succeed(
+            folder,
+            &["-q", "deform", "in", "s.toml", "-o", "out", "--resume"],
+        );
         assert_eq!(meshes(&folder.join("out")), wanted, "{name}");
     }
     // Fields of a solver beside the meshes stay, with --force too.
     fs::write(folder.join("out/90/p"), "a pressure").unwrap();
     rewrite(folder, "s.toml", "s.toml", &[("[0, 45, 90]", "[0, 30]")]);
-    succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out", "--force"]);
+    succeed(
+        folder,
+        &["-q", "deform", "in", "s.toml", "-o", "out", "--force"],
+    );
     let left = meshes(&folder.join("out"));
     assert!(left.contains_key("30/polyMesh/points") && left.contains_key("90/p"));
     assert!(!left.contains_key("90/polyMesh/points") && !folder.join("out/45").exists());
@@ -156,23 +249,65 @@ fn what_a_case_cannot_take_is_refused() {
         assert_says(&run.err, parts);
         assert_eq!(all_files(folder), before, "{args:?}");
     };
-    refused(&["deform", "in", "s.toml", "-o", "in"], &["this is the case that the mesh is read from"]);
-    refused(&["deform", "in", "s.toml", "-o", "in/constant/out"], &["lies in the folder constant"]);
-    refused(&["convert", "in", "in", "--format", "openfoam"], &["constant/polyMesh", "exists already"]);
+    refused(
+        &["deform", "in", "s.toml", "-o", "in"],
+        &["this is the case that the mesh is read from"],
+    );
+    refused(
+        &["deform", "in", "s.toml", "-o", "in/constant/out"],
+        &["lies in the folder constant"],
+    );
+    refused(
+        &["convert", "in", "in", "--format", "openfoam"],
+        &["constant/polyMesh", "exists already"],
+    );
     let plane = Path::new("testdata/naca0012.vtu").canonicalize().unwrap();
-    refused(&["convert", plane.to_str().unwrap(), "plane.foam"], &["--extrude H makes one layer"]);
-    refused(&["convert", "in", "x.vtu", "--patch-type", "spere=wall"], &["\"spere\" is not in the mesh", "sphere"]);
-    refused(&["convert", "in", "x.vtu", "--patch-type", "sphere=wal"], &["did you mean wall?"]);
-    refused(&["convert", "in", "list.pvd", "--format", "openfoam"], &["give its name instead"]);
-    rewrite(folder, "s.toml", "close.toml", &[("[0, 45, 90]", "[0, 90, 90.001]")]);
-    refused(&["deform", "in", "close.toml", "-o", "out"], &["steps 1 and 2", "would have one folder, 90", "timePrecision"]);
+    refused(
+        &["convert", plane.to_str().unwrap(), "plane.foam"],
+        &["--extrude H makes one layer"],
+    );
+    refused(
+        &["convert", "in", "x.vtu", "--patch-type", "spere=wall"],
+        &["\"spere\" is not in the mesh", "sphere"],
+    );
+    refused(
+        &["convert", "in", "x.vtu", "--patch-type", "sphere=wal"],
+        &["did you mean wall?"],
+    );
+    refused(
+        &["convert", "in", "list.pvd", "--format", "openfoam"],
+        &["give its name instead"],
+    );
+    rewrite(
+        folder,
+        "s.toml",
+        "close.toml",
+        &[("[0, 45, 90]", "[0, 90, 90.001]")],
+    );
+    refused(
+        &["deform", "in", "close.toml", "-o", "out"],
+        &[
+            "steps 1 and 2",
+            "would have one folder, 90",
+            "timePrecision",
+        ],
+    );
 }
 
 /// A folder with the case `in` of one layer of an airfoil's cells, and a schedule.
 fn layer() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let mesh = Path::new("testdata/naca0012.vtu").canonicalize().unwrap();
-    let args = ["-q", "convert", mesh.to_str().unwrap(), "in", "--format", "openfoam", "--extrude", "0.1"];
+    let args = [
+        "-q",
+        "convert",
+        mesh.to_str().unwrap(),
+        "in",
+        "--format",
+        "openfoam",
+        "--extrude",
+        "0.1",
+    ];
     succeed(folder.path(), &args);
     let schedule = fs::read_to_string("testdata/naca0012.toml").unwrap();
     fs::write(folder.path().join("s.toml"), schedule).unwrap();
@@ -183,7 +318,12 @@ fn layer() -> tempfile::TempDir {
 fn a_layer_between_empty_sides_moves_in_its_plane_as_the_plane_mesh_does() {
     let folder = layer();
     let folder = folder.path();
-    succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out", "--steps", "3..6"]);
+    succeed(
+        folder,
+        &[
+            "-q", "deform", "in", "s.toml", "-o", "out", "--steps", "3..6",
+        ],
+    );
     let at_rest = read(&folder.join("in"));
     let n = at_rest.points.len() / 2;
     let mut moved = 0;
@@ -216,7 +356,10 @@ fn a_layer_is_not_moved_out_of_its_plane_nor_held_by_its_sides() {
     assert_says(&held.err, &["tag \"front\" is of type empty"]);
     for (motion, says) in [
         ("rigid = { translate = [0.0, 0.1, 0.1] }", "plane"),
-        ("rigid = { rotate = { axis = [0, 1, 0], origin = [0, 0, 0], angle = 5.0 } }", "plane"),
+        (
+            "rigid = { rotate = { axis = [0, 1, 0], origin = [0, 0, 0], angle = 5.0 } }",
+            "plane",
+        ),
     ] {
         let run = schedule("others = \"fixed\"", motion);
         assert_eq!(run.code, 2, "{motion}: {}", run.err);

@@ -6,11 +6,10 @@ use std::path::Path;
 
 const PARTS: [&str; 3] = ["0..3", "3..4", "4..7"];
 
-/// steps.csv as rows without their last column, the seconds.
+/// steps.csv as rows without their seconds.
 fn rows(table: &[u8]) -> Vec<String> {
     let text = std::str::from_utf8(table).unwrap();
-    let row = |line: &str| line.rsplit_once(',').unwrap().0.to_owned();
-    text.lines().map(row).collect()
+    text.lines().map(crate::support::without_seconds).collect()
 }
 
 /// Meshes and rows that a run left; a part calls its table steps_A-B.csv.

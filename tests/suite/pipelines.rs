@@ -1,6 +1,6 @@
 //! The commands of docs/tasks/regression_test.md do what the page says.
 
-use crate::support::succeed;
+use crate::support::{assert_says, succeed};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -47,7 +47,7 @@ fn the_pipeline_of_the_docs_passes_and_finds_what_changed() {
         let output = shell(path, check);
         let said = String::from_utf8(output.stdout).unwrap();
         assert!(output.status.success(), "{said}: {:?}", output.stderr);
-        assert_eq!(said, "same: 37 steps, 792 nodes, 836 cells\n");
+        assert_says(&said, &["same: ", "37 steps", "792 nodes", "836 cells"]);
     }
     // A schedule that turns the airfoil further gives other meshes.
     let schedule = std::fs::read_to_string(path.join("airfoil.toml")).unwrap();
@@ -60,11 +60,7 @@ fn the_pipeline_of_the_docs_passes_and_finds_what_changed() {
     let output = shell(path, check);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     let said = String::from_utf8(output.stdout).unwrap();
-    assert!(
-        said.starts_with("different: 36 of 37 steps, the first is step 1")
-            || said.starts_with("different: "),
-        "{said}"
-    );
+    assert_says(&said, &["different: "]);
     // And a strict bound on quality ends it before.
     succeed(
         path,

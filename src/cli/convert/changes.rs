@@ -7,7 +7,7 @@ use crate::formats::su2;
 use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
-/// Changes of the mesh, made in this order: scale, rotate, linearize, extrude, tag, rename, types
+/// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, tag, rename, types
 /// of patches.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Changes {
@@ -21,6 +21,10 @@ pub struct Changes {
     /// Keep corner nodes only: curved cells become linear
     #[arg(long)]
     linearize: bool,
+    /// Split polyhedra into tetrahedra and pyramids, polygons into triangles and quadrilaterals: for SU2,
+    /// Gmsh and UGRID, which have neither
+    #[arg(long)]
+    split_polyhedra: bool,
     /// Make one layer of cells of this height, along z, from a mesh in a plane; its two sides get the
     /// tags back and front, which OpenFOAM takes as empty
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
@@ -143,6 +147,9 @@ impl Changes {
                 ));
             }
         }
+        if self.split_polyhedra {
+            remarks.extend(split(mesh)?);
+        }
         if let Some(height) = self.extrude {
             mesh.extrude(height)?;
         }
@@ -158,6 +165,33 @@ impl Changes {
         set_patch_types(mesh, &self.patch_type)?;
         Ok(remarks)
     }
+}
+
+/// Splits polyhedra and polygons; remarks on what has been split, and on cells that it has not done good.
+fn split(mesh: &mut Mesh) -> Result<Vec<String>> {
+    let counts = mesh.split_polyhedra()?;
+    let mut remarks = Vec::new();
+    if counts.n_cells + counts.n_faces > 0 {
+        remarks.push(format!(
+            "--split-polyhedra: {} and {} split, {} added",
+            counted(counts.n_cells, "cell"),
+            with_verb(counts.n_faces, "boundary face", "is"),
+            with_verb(counts.n_nodes, "node", "is"),
+        ));
+    }
+    if let Some(first) = counts.first_not_positive {
+        remarks.push(format!(
+            "--split-polyhedra: {} no point that sees all of its faces from within (the first is cell {first});              parts of such a cell have no or a negative volume",
+            with_verb(counts.n_not_positive, "cell", "has"),
+        ));
+    }
+    if counts.n_gone > 0 {
+        remarks.push(format!(
+            "--split-polyhedra: {} of fewer than three corners left out",
+            with_verb(counts.n_gone, "cell", "is")
+        ));
+    }
+    Ok(remarks)
 }
 
 /// Takes away what holds places as text, which would be wrong now.

@@ -25,7 +25,8 @@ azimesh convert [OPTIONS] IN... OUT.vtkhdf|OUT.cgns|OUT.pvd\n       \
 azimesh convert [OPTIONS] IN... -o DIR --format F",
     after_help = "The format of the input is recognised by its content; --format gives that of the output if \
 its ending does not. A .pvd, a .vtk.series and a file of several steps are sequences: they are written to one \
-file of a format that holds sequences, or to numbered files with a list, OUT.pvd or a .pvd in DIR."
+file of a format that holds sequences, or to numbered files with a list, OUT.pvd or a .pvd in DIR.\n\n\
+ParaView opens .vtkhdf from 5.12 on, earlier versions one mesh in a file that ends in .hdf."
 )]
 pub struct ConvertArgs {
     /// Meshes to read, then the one to write (without -o); - is standard input or output
@@ -213,7 +214,7 @@ impl Run<'_> {
         let Place::File { path, format } = place else {
             return self.sequence(input, &[0.0], place);
         };
-        self.check_step(input)?;
+        input.check_step(self.args.step)?;
         if let (Some(times), None) = (input.times(), self.args.step) {
             self.tell(format!(
                 "{}: a sequence of {} meshes; only the last is written (--step I chooses another, -o DIR writes all)",
@@ -223,20 +224,6 @@ impl Run<'_> {
         }
         let mesh = self.read(input, self.args.step)?;
         self.save(&mesh, path, *format)
-    }
-
-    fn check_step(&self, input: &Input) -> Result<()> {
-        let n = input.times().map_or(1, |times| times.len());
-        let message = match (self.args.step, n) {
-            (Some(step), 1) if step > 0 => {
-                format!("--step {step}: this is one mesh; its only step is 0")
-            }
-            (Some(step), n) if step >= n => {
-                format!("--step {step}: the sequence has steps 0 to {}", n - 1)
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::input(message).file(input.path()))
     }
 
     /// The mesh of a step, changed as asked.

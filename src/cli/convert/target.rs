@@ -117,7 +117,7 @@ impl Run<'_> {
         let is_sequence = input.times().is_some();
         let steps: Vec<usize> = match self.args.step {
             Some(step) => {
-                self.check_step(input)?;
+                input.check_step(self.args.step)?;
                 vec![step]
             }
             None => (0..times.len()).collect(),

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// What `azimesh info` tells.
 pub struct Facts<'a> {
-    /// The mesh; of a sequence, the last.
+    /// The mesh; of a sequence, the last or the one that was asked for.
     pub mesh: &'a Mesh,
     /// What the file's format is.
     pub format: String,
@@ -17,6 +17,8 @@ pub struct Facts<'a> {
     pub notes: Vec<String>,
     /// Times of a sequence.
     pub times: Option<Vec<f64>>,
+    /// The step of the sequence that was asked for.
+    pub step: Option<usize>,
     /// Number of cells of each kind.
     pub cells: BTreeMap<CellKind, usize>,
     /// Cells with nodes besides their corners.
@@ -45,7 +47,7 @@ pub struct Boundary {
 
 impl<'a> Facts<'a> {
     /// Looks at the mesh.
-    pub fn of(input: &Input, loaded: &'a Loaded) -> Self {
+    pub fn of(input: &Input, step: Option<usize>, loaded: &'a Loaded) -> Self {
         let mesh = &loaded.mesh;
         let mut cells = BTreeMap::new();
         for run in mesh.cells.runs() {
@@ -65,6 +67,7 @@ impl<'a> Facts<'a> {
             version: input.version(),
             notes: input.remark_on_times().into_iter().chain(notes).collect(),
             times: input.times(),
+            step,
             cells,
             n_curved,
             n_orphan_nodes,

@@ -16,13 +16,18 @@ use std::path::PathBuf;
 pub struct InfoArgs {
     /// Mesh or sequence; - is standard input
     mesh: PathBuf,
+
+    /// Look at this step of a sequence, counted from 0; the last by default
+    #[arg(long, value_name = "I")]
+    step: Option<usize>,
 }
 
 pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     let format = context.common.format.as_deref().map(formats::by_name);
     let input = Input::open(&args.mesh, format.transpose()?, context)?;
-    let loaded = input.read(None, context)?;
-    let facts = context.stage("inspecting", || Ok(Facts::of(&input, &loaded)))?;
+    input.check_step(args.step)?;
+    let loaded = input.read(args.step, context)?;
+    let facts = context.stage("inspecting", || Ok(Facts::of(&input, args.step, &loaded)))?;
     if context.common.json {
         context.print_json(json::of(&facts))?;
     } else {

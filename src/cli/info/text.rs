@@ -85,9 +85,12 @@ pub fn of(facts: &Facts) -> String {
         rows.push(
             "steps",
             format!(
-                "{n}, times {} to {}; the last follows",
+                "{n}, times {} to {}; {} follows",
                 short(from),
-                short(to)
+                short(to),
+                facts
+                    .step
+                    .map_or("the last".to_owned(), |step| format!("step {step}"))
             ),
         );
     }

@@ -211,7 +211,7 @@ fn json_of_mesh(object: &mut Map<String, Value>, quality: &Assessment) {
     object.insert("outer_faces".into(), quality.faces.n_outer.into());
     for (name, value) in quality.columns() {
         let value = match (name, value) {
-            ("inverted" | "inverted_reference", Some(count)) => json!(count as u64),
+            ("inverted" | "inverted_reference" | "unproven", Some(count)) => json!(count as u64),
             (_, value) => json!(value),
         };
         object.insert(name.into(), value);

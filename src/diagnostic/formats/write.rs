@@ -121,7 +121,7 @@ GroupWritten {
 
 fn zones_held(format: &str) -> &'static str {
     match format {
-        "SU2" => "zones only where they are all of the mesh and share no nodes",
+        "SU2" => "zones only where two or more make up the mesh and share no nodes",
         _ => "no zones",
     }
 }
@@ -188,6 +188,8 @@ Written {
     CellsByType => (
         "cells are written in the order of their types: in their own order there would be too many sections"
     )
+    /// A mesh that was joined from the pieces of a decomposed case.
+    AsOne => ("the mesh is written as one, not in the pieces that it was read from; decomposePar cuts it again")
     /// Files of an OpenFOAM mesh that say what its faces and points belong to.
     FilesLeftOut { names: Vec<String> } => (
         "left out, since faces have another order now: {}", names.join(", ")

@@ -43,6 +43,9 @@ const FULL_NAME: &str = "FullName";
 /// Name of the node that holds arrays of the mesh as a whole.
 const FIELD_ARRAYS: &str = "FieldArrays";
 
+/// Name of the node of a zone with the first cell of each section, in the order of the elements.
+const CELL_ORDER: &str = "CellOrder";
+
 /// Name of the list of these nodes, one for each step of a sequence.
 const FIELD_POINTERS: &str = "FieldArraysPointers";
 

@@ -8,7 +8,7 @@ use super::time::Step;
 use super::zone::Zone;
 use super::{solution, structured, unstructured};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{BoundedCells, Mesh, first_where};
 use std::ops::Range;
 
 /// Reads a file at one of its steps.
@@ -38,7 +38,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     found.say(notes);
     root.note_latin1(notes);
     let n_cells = found.cells.len();
-    Ok(Mesh {
+    let mut mesh = Mesh {
         point_arrays: found.point_arrays.into_data_arrays(found.points.len()),
         cell_arrays: found.cell_arrays.into_data_arrays(n_cells),
         points: found.points,
@@ -46,7 +46,23 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
         groups: found.tags.into_groups(),
         field_arrays: found.field_arrays,
         ..Mesh::default()
-    })
+    };
+    give_to_faces(&mut mesh);
+    Ok(mesh)
+}
+
+/// Solutions have values of cells alone: a boundary face gets those of the cell that it bounds.
+fn give_to_faces(mesh: &mut Mesh) {
+    let n_points = mesh.points.len();
+    let outside = |node: &u32| *node as usize >= n_points;
+    if mesh.cell_arrays.is_empty() || first_where(mesh.cells.connectivity(), outside).is_some() {
+        // Nodes that are not there are refused when all is read.
+        return;
+    }
+    let bounded = BoundedCells::of(mesh);
+    for array in &mut mesh.cell_arrays {
+        bounded.give_values(array);
+    }
 }
 
 fn version(root: &Node) -> Result<f64> {

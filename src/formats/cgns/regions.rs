@@ -61,6 +61,9 @@ pub(super) fn regions<'a>(
         regions.extend(region(node, dimension, None, families, found)?);
     }
     for node in zone.node.labelled("UserDefinedData_t")? {
+        if node.name() == super::CELL_ORDER {
+            continue;
+        }
         let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
         if has("FamilyName")? && (has("PointRange")? || has("PointList")?) {
             let is_of_nodes = node.child_text("GridLocation")?.as_deref() == Some("Vertex");

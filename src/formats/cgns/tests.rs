@@ -147,7 +147,13 @@ fn ghost_layers_are_left_out() {
         panic!("pressure is of 64 bits");
     };
     assert_eq!(values[..2], [7.0, 8.0]);
-    assert!(values[2..].iter().all(|value| value.is_nan()));
+    // A face has the value of the cell that it bounds.
+    for face in mesh.cells.iter().skip(2) {
+        let has = |cell: usize| set(mesh.cells.get(cell).nodes).is_superset(&set(face.nodes));
+        let cell = (0..2).find(|&cell| has(cell)).expect("it bounds one");
+        assert_eq!(values[face.index], values[cell], "face {}", face.index);
+    }
+    assert!(values[2..].contains(&7.0) && values[2..].contains(&8.0));
 }
 
 #[test]
@@ -336,6 +342,39 @@ fn a_mixed_section_larger_than_a_block_comes_back() {
     assert_eq!(notes, []);
     let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
     assert!(back.cells == mesh.cells);
+}
+
+#[test]
+fn cells_come_first_in_the_file_and_back_in_the_order_of_the_mesh() {
+    let mut mesh = Mesh {
+        points: (0..6)
+            .map(|i| [f64::from(i), f64::from(i * i), f64::from(i % 2)])
+            .collect(),
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Vertex, &[5]);
+    mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+    mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+    mesh.cells.push(CellKind::Line, &[0, 1]);
+    mesh.cells.push(CellKind::Triangle, &[1, 2, 4]);
+    mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
+    mesh.groups = vec![
+        group(2, "all", 1..2),
+        group(2, "last", 4..5),
+        group(1, "edge", 3..4),
+        group(3, "fluid", 2..3),
+    ];
+    mesh.groups[0].cells = [1, 4].into_iter().collect();
+    // A face has the value of its cell already, an edge and a point have none.
+    let nan = f64::NAN;
+    let values = vec![nan, 3.0, 3.0, nan, 7.0, 7.0];
+    mesh.cell_arrays = vec![DataArray::scalar("p", Values::F64(values))];
+    let (bytes, notes) = written(&mesh);
+    assert_eq!(notes, []);
+    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    assert!(back.cells == mesh.cells);
+    let difference = Difference::between(&mesh, &back, Tolerance::default());
+    assert!(difference.is_same(), "{difference:?}");
 }
 
 #[test]

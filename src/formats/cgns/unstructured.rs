@@ -53,24 +53,46 @@ fn read_cells(
     found: &mut MeshBuilder,
 ) -> Result<Vec<Span>> {
     let has_polygons = |s: &Section| [NGON_N, NFACE_N].contains(&s.element_type);
-    let mut spans = Vec::with_capacity(sections.len());
-    if !sections.iter().any(has_polygons) {
-        for section in sections {
-            spans.push(section.read(zone, found)?);
-        }
-        return Ok(spans);
-    }
-    let polyhedra = Polyhedra::read(zone, sections)?;
-    let named = named_faces(zone, &polyhedra, regions);
-    for section in sections {
-        spans.push(match section.element_type {
-            NGON_N => polyhedra.append_faces(section, &named, found)?,
-            NFACE_N => polyhedra.append_section(section, found)?,
+    let polyhedra = match sections.iter().any(has_polygons) {
+        true => Some(Polyhedra::read(zone, sections)?),
+        false => None,
+    };
+    let named = polyhedra
+        .as_ref()
+        .map_or_else(Vec::new, |polyhedra| named_faces(zone, polyhedra, regions));
+    let mut spans: Vec<Option<Span>> = sections.iter().map(|_| None).collect();
+    for i in order(zone, sections)? {
+        let section = &sections[i];
+        spans[i] = Some(match (&polyhedra, section.element_type) {
+            (Some(polyhedra), NGON_N) => polyhedra.append_faces(section, &named, found)?,
+            (Some(polyhedra), NFACE_N) => polyhedra.append_section(section, found)?,
             _ => section.read(zone, found)?,
         });
     }
-    spans.extend(polyhedra.append_others(sections, zone.node, found)?);
+    let mut spans: Vec<Span> = spans.into_iter().flatten().collect();
+    if let Some(polyhedra) = &polyhedra {
+        spans.extend(polyhedra.append_others(sections, zone.node, found)?);
+    }
     Ok(spans)
+}
+
+/// The order in which the sections make up the cells: that of their elements, unless azimesh has written
+/// which cell each begins with. Faces of polyhedra that are no cells may follow as a section.
+fn order(zone: &Zone, sections: &[Section]) -> Result<Vec<usize>> {
+    let mut order: Vec<usize> = (0..sections.len()).collect();
+    let said = zone.node.child(super::CELL_ORDER)?;
+    let Some(first) = said
+        .map(|node| node.child("FirstCell"))
+        .transpose()?
+        .flatten()
+    else {
+        return Ok(order);
+    };
+    let first = first.integers()?;
+    if first.len() <= sections.len() {
+        order.sort_by_key(|&i| first.get(i).copied().unwrap_or(i64::MAX));
+    }
+    Ok(order)
 }
 
 /// Notes a zone whose declared number of cells is wrong, as Gmsh writes where it leaves out cells

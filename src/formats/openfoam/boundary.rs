@@ -73,22 +73,7 @@ impl Patches {
                 }
             }
         }
-        let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
-        let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
-            .give_all(&names, &NAMES);
-        let mut list = Vec::with_capacity(tags.len() + 1);
-        for (tag, name) in tags.iter().zip(written) {
-            notes.extend(NAMES.note("boundary tag", &tag.name, &name));
-            let known = origin
-                .and_then(|origin| origin.patches.iter().find(|patch| patch.name == tag.name));
-            let kind = kind_of(tag.condition.as_deref(), known, &tag.name, notes);
-            list.push(NewPatch::of(name, kind, known)?);
-        }
-        list.push(NewPatch {
-            name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
-            kind: "patch".to_owned(),
-            entries: Vec::new(),
-        });
+        let list = patches_of(mesh, origin, notes)?;
         Ok(Self {
             list,
             of_cell,
@@ -140,6 +125,32 @@ impl Patches {
         text.push_str(")\n");
         text
     }
+}
+
+/// The patches of the tags, and one for faces without a tag, without the faces.
+pub(super) fn patches_of(
+    mesh: &MeshView,
+    origin: Option<&Topology>,
+    notes: &mut Notes,
+) -> Result<Vec<NewPatch>> {
+    let tags: Vec<_> = mesh.boundary_tags().collect();
+    let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
+    let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
+        .give_all(&names, &NAMES);
+    let mut list = Vec::with_capacity(tags.len() + 1);
+    for (tag, name) in tags.iter().zip(written) {
+        notes.extend(NAMES.note("boundary tag", &tag.name, &name));
+        let known =
+            origin.and_then(|origin| origin.patches.iter().find(|patch| patch.name == tag.name));
+        let kind = kind_of(tag.condition.as_deref(), known, &tag.name, notes);
+        list.push(NewPatch::of(name, kind, known)?);
+    }
+    list.push(NewPatch {
+        name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
+        kind: "patch".to_owned(),
+        entries: Vec::new(),
+    });
+    Ok(list)
 }
 
 impl NewPatch {
@@ -255,4 +266,176 @@ pub fn set_patch_types(mesh: &mut Mesh, types: &[(String, String)]) -> Result<()
         own.for_each(|group| group.condition = (kind != "patch").then(|| kind.to_owned()));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::CellKind;
+
+    /// A tetrahedron with a tag for each of these conditions, on its faces in turn.
+    fn tagged(tags: &[(&str, Option<&str>)]) -> Mesh {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        for face in [[0, 1, 3], [1, 2, 3], [2, 0, 3]] {
+            mesh.cells.push(CellKind::Triangle, &face);
+        }
+        for (i, (name, condition)) in tags.iter().enumerate() {
+            mesh.add_tag(*name, [1 + i % 3])
+                .expect("it is a boundary face");
+            mesh.groups[i].condition = condition.map(str::to_owned);
+        }
+        mesh
+    }
+
+    fn written(mesh: &Mesh) -> (Vec<(String, String)>, Notes) {
+        let mut notes = Notes::default();
+        let list = patches_of(&mesh.view(), None, &mut notes).expect("they can be written");
+        (
+            list.into_iter()
+                .map(|patch| (patch.name, patch.kind))
+                .collect(),
+            notes,
+        )
+    }
+
+    #[test]
+    fn types_come_from_the_words_of_openfoam_and_cgns() {
+        let mesh = tagged(&[
+            ("a", None),
+            ("b", Some("wall")),
+            ("c", Some("BCWallViscousHeatFlux")),
+            ("d", Some("BCSymmetryPlane")),
+            ("e", Some("symmetryPlane")),
+            ("f", Some("BCFarfield")),
+        ]);
+        let (patches, notes) = written(&mesh);
+        let kinds: Vec<&str> = patches.iter().map(|(_, kind)| &**kind).collect();
+        assert_eq!(
+            kinds,
+            [
+                "patch",
+                "wall",
+                "wall",
+                "symmetry",
+                "symmetryPlane",
+                "patch",
+                "patch"
+            ]
+        );
+        let note = Condition::AsPatch {
+            condition: "BCFarfield".into(),
+            tag: "f".into(),
+        };
+        assert_eq!(notes, [note.into()]);
+    }
+
+    #[test]
+    fn names_become_words_of_openfoam_each_once() {
+        let mesh = tagged(&[
+            ("upper wall", None),
+            ("upper_wall", None),
+            ("7", None),
+            ("a{b;c}", None),
+            ("defaultFaces", None),
+        ]);
+        let (patches, notes) = written(&mesh);
+        let names: Vec<&str> = patches.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(
+            names,
+            [
+                "upper_wall_2",
+                "upper_wall",
+                "patch7",
+                "a_b_c_",
+                "defaultFaces",
+                "defaultFaces_2"
+            ]
+        );
+        assert_eq!(notes.len(), 3);
+    }
+
+    #[test]
+    fn a_cyclic_patch_keeps_its_entries_or_is_refused() {
+        let mesh = tagged(&[("side", Some("cyclic"))]);
+        let refused =
+            patches_of(&mesh.view(), None, &mut Notes::default()).expect_err("it has no neighbour");
+        assert!(
+            refused.message.contains("\"side\"") && refused.message.contains("neighbourPatch"),
+            "{refused}"
+        );
+        let known = Patch {
+            name: "side".into(),
+            kind: "cyclic".into(),
+            n_faces: 7,
+            start_face: 70,
+            entries: [
+                ("type", "cyclic"),
+                ("nFaces", "7"),
+                ("startFace", "70"),
+                ("neighbourPatch", "other"),
+                ("coeffs", "{ a 1; }"),
+            ]
+            .map(|(key, text)| (key.to_owned(), text.to_owned()))
+            .to_vec(),
+        };
+        let patch =
+            NewPatch::of("side".into(), "cyclic".into(), Some(&known)).expect("it has its entries");
+        let mut text = String::new();
+        patch.push_text(&mut text, 3, 20);
+        let words: Vec<&str> = text.split_whitespace().collect();
+        assert_eq!(
+            words.join(" "),
+            "side { type cyclic; neighbourPatch other; coeffs { a 1; } nFaces 3; startFace 20; }"
+        );
+    }
+
+    #[test]
+    fn faces_in_no_patch_are_told_and_the_last_patch_is_written_only_with_faces() {
+        let mesh = tagged(&[("a", None), ("b", None), ("c", None), ("again", None)]);
+        let patches =
+            Patches::of(&mesh.view(), None, &mut Notes::default()).expect("it can be written");
+        assert_eq!(patches.of_cell, [4, 0, 1, 2]);
+        let notes = patches.notes_on_faces(&mesh.view(), &[1, 1, 0, 0, 2]);
+        let told: Vec<String> = notes.iter().map(ToString::to_string).collect();
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(
+            told[1].contains("\"c\"") && told[2].contains("defaultFaces"),
+            "{told:?}"
+        );
+        assert!(patches.text(0, &[1, 1, 1, 0, 1]).contains("defaultFaces"));
+        let without = patches.text(10, &[1, 1, 1, 0, 0]);
+        assert!(
+            !without.contains("defaultFaces") && without.starts_with("4\n(\n"),
+            "{without}"
+        );
+    }
+
+    #[test]
+    fn types_are_given_to_tags_that_are_there() {
+        let mut mesh = tagged(&[("a", None), ("b", Some("wall"))]);
+        let types = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
+            pairs
+                .iter()
+                .map(|(tag, kind)| ((*tag).to_owned(), (*kind).to_owned()))
+                .collect()
+        };
+        set_patch_types(&mut mesh, &types(&[("a", "symmetryPlane"), ("b", "patch")]))
+            .expect("both are there");
+        let conditions: Vec<_> = mesh
+            .groups
+            .iter()
+            .map(|tag| tag.condition.as_deref())
+            .collect();
+        assert_eq!(conditions, [Some("symmetryPlane"), None]);
+        for wrong in [("c", "wall"), ("a", "cyclic")] {
+            assert!(
+                set_patch_types(&mut mesh, &types(&[wrong])).is_err(),
+                "{wrong:?}"
+            );
+        }
+    }
 }

@@ -5,7 +5,7 @@
 //! CASE/any.foam                   the same; any{REGION}.foam: of a region
 //! CASE/constant/REGION            the mesh of a region at every time
 //! CASE/TIME/polyMesh, CASE/TIME   the mesh at this time alone (constant too)
-//! CASE/processor0                 one piece as a case of its own
+//! CASE/processor0                 one piece as a case of its own; CASE/processors4: all pieces
 //! ```
 //!
 //! As in OpenFOAM, a file that a time does not have is that of the latest time before it.
@@ -144,23 +144,31 @@ impl Case {
             )
             .file(path)
         })?;
-        let pieces = pieces_in(&spot.root);
+        let collated = parent_of(&spot.root).filter(|(name, _)| name.starts_with("processors"));
+        let is_collated = collated.is_some();
+        let root = collated.map_or(spot.root, |(_, case)| case);
+        let pieces = pieces_in(&root);
         let mut case = Self {
             steps: Vec::new(),
-            regions: regions_of(&spot.root, &pieces),
+            regions: regions_of(&root, &pieces),
             region: spot.region,
-            root: spot.root,
+            root,
             pieces,
         };
         case.steps = match (spot.is_bare, spot.only) {
             (true, _) => vec![Step::constant()],
             (false, Some(name)) => vec![Step {
                 time: time_of(&name).unwrap_or(0.0),
-                is_decomposed: false,
+                is_decomposed: is_collated,
                 name,
             }],
             (false, None) => case.find_steps(),
         };
+        if is_collated {
+            case.steps
+                .iter_mut()
+                .for_each(|step| step.is_decomposed = true);
+        }
         match case.steps.is_empty() {
             true => Err(case.without_mesh(path)),
             false => Ok(case),
@@ -442,7 +450,8 @@ fn pieces_in(root: &Path) -> Vec<Pieces> {
             is_collated: false,
         })
     });
-    let mut pieces: Vec<Pieces> = pieces.filter(|pieces| pieces.folder.is_dir()).collect();
+    let is_one = |pieces: &Pieces| pieces.folder.is_dir() && pieces.first < u32::MAX as usize;
+    let mut pieces: Vec<Pieces> = pieces.filter(is_one).collect();
     let has_single = pieces.iter().any(|pieces| !pieces.is_collated);
     // A case has the one or the other; both after it was decomposed twice.
     pieces.retain(|pieces| pieces.is_collated != has_single);

@@ -39,20 +39,12 @@ impl CellFaces {
         };
         for (ends, faces) in parts {
             let first = all.faces.len();
-            all.starts.extend(
-                ends[..ends.len() - 1]
-                    .iter()
-                    .map(|end| first + *end as usize),
-            );
+            all.starts
+                .extend(ends[..ends.len() - 1].iter().map(|end| first + end));
             all.faces.extend_from_slice(&faces);
         }
         all.starts.push(all.faces.len());
         all
-    }
-
-    /// Number of cells.
-    pub fn len(&self) -> usize {
-        self.starts.len() - 1
     }
 
     /// The faces of a cell.
@@ -86,16 +78,16 @@ impl Blocks {
         cells: Range<usize>,
         owner: &[u32],
         neighbour: &[u32],
-    ) -> (Vec<u32>, Vec<u32>) {
-        let mut ends = vec![0u32; cells.len() + 1];
+    ) -> (Vec<usize>, Vec<u32>) {
+        let mut ends = vec![0usize; cells.len() + 1];
         self.visit(&cells, owner, neighbour, |cell, _| ends[cell + 1] += 1);
         for i in 1..ends.len() {
             ends[i] += ends[i - 1];
         }
         let mut next = ends.clone();
-        let mut faces = vec![0; ends[cells.len()] as usize];
+        let mut faces = vec![0; ends[cells.len()]];
         self.visit(&cells, owner, neighbour, |cell, face| {
-            faces[next[cell] as usize] = face;
+            faces[next[cell]] = face;
             next[cell] += 1;
         });
         (ends, faces)

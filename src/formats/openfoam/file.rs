@@ -38,7 +38,9 @@ impl FoamFile {
 
     /// A file in memory.
     pub fn of(stored: Source) -> Result<Self> {
-        let content = stored.content()?;
+        let content = stored
+            .content()
+            .map_err(|error| error.dataset("compressed data"))?;
         let mut file = Self {
             header: Header::default(),
             body: 0..content.bytes().len(),

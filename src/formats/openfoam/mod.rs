@@ -41,6 +41,11 @@ mod topology;
 mod write;
 mod zones;
 
+#[cfg(test)]
+mod fixtures;
+#[cfg(test)]
+mod tests;
+
 pub use boundary::set_patch_types;
 
 use super::case::CaseFormat;

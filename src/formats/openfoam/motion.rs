@@ -1,6 +1,6 @@
 //! The files of a time: the points, and the displacement of the points that solvers interpolate between times.
 
-use super::boundary::Patches;
+use super::boundary::patches_of;
 use super::points::{Header, is_binary, vectors};
 use super::topology::Topology;
 use super::write::{Place, points};
@@ -103,7 +103,7 @@ fn field(
 
 /// The entry of each patch. The patch of faces without a tag is there where such faces are.
 fn boundary_field(mesh: &MeshView) -> Result<String> {
-    let patches = Patches::of(mesh, mesh.origin.get::<Topology>(), &mut Notes::default())?;
+    let patches = patches_of(mesh, mesh.origin.get::<Topology>(), &mut Notes::default())?;
     let entry = |name: &str, kind: &str| {
         let of_field = CONSTRAINTS
             .iter()
@@ -111,12 +111,12 @@ fn boundary_field(mesh: &MeshView) -> Result<String> {
             .unwrap_or(&"calculated");
         format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
     };
-    let tagged = &patches.list[..patches.list.len() - 1];
+    let (tagged, rest) = patches.split_at(patches.len() - 1);
     let mut text: String = tagged
         .iter()
         .map(|patch| entry(&patch.name, &patch.kind))
         .collect();
-    if let Some(rest) = patches.list.last() {
+    for rest in rest {
         // A pattern for faces of no tag, which may not be there.
         text += &entry(&format!("\"{}.*\"", rest.name), &rest.kind);
     }

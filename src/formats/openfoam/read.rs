@@ -255,9 +255,11 @@ fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) ->
             "the last cell is {}, but there are {} faces, too few for so many cells",
             n_cells - 1,
             lists.owner.len()
-        )));
+        ))
+        .dataset("owner"));
     }
-    let cells = cells::assemble(&lists.faces, &lists.owner, &lists.neighbour, n_cells)?;
+    let cells = cells::assemble(&lists.faces, &lists.owner, &lists.neighbour, n_cells)
+        .map_err(|error| error.dataset("faces"))?;
     let mut groups = Vec::new();
     for patch in &lists.patches {
         let mut set = CellSet::new();

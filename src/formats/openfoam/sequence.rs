@@ -295,3 +295,30 @@ impl SequenceFile for Sequence {
         false
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_points_of_a_step_tell_their_case_and_time() {
+        let parts = |path: &str| {
+            split(Path::new(path))
+                .map(|(case, inside)| (case.display().to_string(), inside.join(" ")))
+        };
+        let found = |case: &str, inside: &str| Some((case.to_owned(), inside.to_owned()));
+        assert_eq!(
+            parts("c/azimesh/../0.1/polyMesh/points"),
+            found("c/azimesh/..", "0.1 polyMesh points")
+        );
+        assert_eq!(
+            parts("c/constant/solid/polyMesh/points"),
+            found("c", "constant solid polyMesh points")
+        );
+        assert_eq!(
+            parts("10/1e-05/polyMesh/points"),
+            found("10", "1e-05 polyMesh points")
+        );
+        assert_eq!(parts("c/0.1/points"), None);
+    }
+}

@@ -4,13 +4,15 @@
 use super::boundary::Patches;
 use super::order::{CellNumbers, OrderedFaces};
 use super::points::{Header, entries, is_binary, labels, vectors};
+use super::times::CONSTANT;
 use super::topology::Topology;
 use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result, option};
 use crate::formats::records::{left_out, push_integer, write_all};
 use crate::formats::{Notes, OutputSet, WriteOptions};
 use crate::mesh::{Group, MeshView};
-use std::io::Write;
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The files that are written from cells, tags and zones.
@@ -102,9 +104,9 @@ pub(super) fn write(mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions
     check(mesh)?;
     let place = Place::of(out.path(), mesh);
     let foam = foam_file(out.path());
-    out.into_folder(&place.case, &[&place.folder("constant")])?;
+    out.into_folder(&place.case, &[&place.folder(CONSTANT)])?;
     let notes = topology(mesh, out, &place, options)?;
-    points(mesh.points, out, &place, "constant", options)?;
+    points(mesh.points, out, &place, CONSTANT, options)?;
     if !place.case.join(&foam).exists() {
         out.in_folder(&place.case, &foam, |_| Ok(()))?;
     }
@@ -163,6 +165,9 @@ pub(super) fn topology(
     {
         return Ok(notes);
     }
+    if origin.is_some_and(|origin| origin.files.is_empty()) {
+        notes.push(Written::AsOne);
+    }
     files.of_cells(mesh, origin, &mut notes)?;
     Ok(notes)
 }
@@ -183,23 +188,33 @@ impl Files<'_, '_> {
     /// The files that the mesh was read from; patches and zones anew where those of the mesh are others. Writes nothing
     /// where the faces would need another order, which it tells.
     fn of_origin(&mut self, mesh: &MeshView, origin: &Topology, notes: &mut Notes) -> Result<bool> {
-        let is_same = origin.has_groups_of(mesh);
-        let mut remarks = Notes::default();
-        let patches = Patches::of(mesh, Some(origin), &mut remarks)?;
-        let sizes = sizes_of(mesh, &patches);
-        if !is_same && sizes.is_none() {
-            return Ok(false);
+        let mut new = None;
+        if !origin.has_groups_of(mesh) {
+            let mut remarks = Notes::default();
+            let patches = Patches::of(mesh, Some(origin), &mut remarks)?;
+            let Some(sizes) = sizes_of(mesh, &patches) else {
+                return Ok(false);
+            };
+            notes.extend(remarks);
+            notes.extend(patches.notes_on_faces(mesh, &sizes));
+            new = Some(patches.text(origin.n_internal_faces, &sizes));
         }
         for file in &origin.files {
             let is_group = ["boundary", "cellZones"].contains(&plain(&file.name));
-            if is_same || !is_group {
+            if new.is_none() || !is_group {
                 self.file(&file.name, |out| write_all(out, file.stored.bytes()))?;
             }
         }
-        if let Some(sizes) = sizes.filter(|_| !is_same) {
-            notes.extend(remarks);
-            notes.extend(patches.notes_on_faces(mesh, &sizes));
-            self.boundary(&patches.text(origin.n_internal_faces, &sizes))?;
+        for (name, path) in further_files(origin) {
+            let mut file = File::open(&path).map_err(|error| Error::io(&path, &error))?;
+            self.file(&name, |out| {
+                io::copy(&mut file, out)
+                    .map(|_| ())
+                    .map_err(|error| Error::io(&path, &error))
+            })?;
+        }
+        if let Some(boundary) = new {
+            self.boundary(&boundary)?;
             self.zones(mesh)?;
         }
         Ok(true)
@@ -313,7 +328,7 @@ impl Files<'_, '_> {
         note: Option<&str>,
         write: impl FnOnce(&mut dyn Write) -> Result<()>,
     ) -> Result<()> {
-        let location = self.place.folder("constant");
+        let location = self.place.folder(CONSTANT);
         let note = note.map(str::to_owned);
         let header = Header {
             class,
@@ -329,9 +344,32 @@ impl Files<'_, '_> {
     }
 
     fn file(&mut self, name: &str, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
-        let path = format!("{}/{name}", self.place.folder("constant"));
+        let path = format!("{}/{name}", self.place.folder(CONSTANT));
         self.out.in_folder(&self.place.case, &path, write)
     }
+}
+
+/// Files in the folder of the mesh that are none of its own, such as levels of refinement: their names and paths.
+fn further_files(origin: &Topology) -> Vec<(String, PathBuf)> {
+    let place = Place {
+        case: origin.case.clone(),
+        region: origin.region.clone(),
+    };
+    let own = |name: &str| {
+        let mut files = origin.files.iter();
+        plain(name) == "points" || files.any(|file| plain(&file.name) == plain(name))
+    };
+    let entries = fs::read_dir(place.case.join(place.folder(CONSTANT)))
+        .into_iter()
+        .flatten();
+    let files = entries.flatten().filter(|entry| entry.path().is_file());
+    let named =
+        files.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path())));
+    let mut found: Vec<_> = named
+        .filter(|(name, _)| !name.starts_with('.') && !own(name))
+        .collect();
+    found.sort();
+    found
 }
 
 /// Sizes of the patches where the faces keep their order; `None` where those of a tag do not follow one another.

@@ -1,5 +1,7 @@
 //! Boundary conditions: FUN3D's numbers, and their names in CGNS.
 
+use crate::formats::conditions::in_cgns;
+
 /// A line of a `.mapbc`: a face number with its condition and name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Patch {
@@ -65,6 +67,7 @@ pub(super) fn condition(number: i32) -> Option<String> {
 
 /// The number of a condition, where it has one; for a symmetry plane `normal` is the axis.
 pub(super) fn number(condition: &str, normal: usize) -> Option<i32> {
+    let condition = in_cgns(condition);
     if condition == SYMMETRY {
         return Some(6661 + normal as i32);
     }
@@ -87,6 +90,10 @@ mod tests {
         }
         assert_eq!(condition(6100).as_deref(), Some("6100"));
         assert_eq!(number("6100", 0), Some(6100));
+        assert_eq!(
+            [number("wall", 0), number("symmetry", 2)],
+            [Some(4000), Some(6663)]
+        );
         assert_eq!(number(SYMMETRY, 2), Some(6663));
         assert_eq!(condition(0), None);
         assert_eq!(number("UserDefined", 0), None);

@@ -45,7 +45,7 @@ impl Format for VtkHdf {
     }
 
     fn extensions(&self) -> &'static [&'static str] {
-        &["vtkhdf"]
+        &["vtkhdf", "hdf"]
     }
 
     /// The start of an HDF5 file does not tell its format.

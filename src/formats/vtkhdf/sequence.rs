@@ -6,7 +6,7 @@ use super::super::vtk::arrays::VtkArrays;
 use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
-use super::write::Grid;
+use super::write::{Grid, POLYHEDRA, SEQUENCE};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::{Cells, MeshView};
@@ -258,7 +258,10 @@ fn tree<'a>(
     columns: &'a [(&'static str, Column)],
     n_steps: usize,
 ) -> Grid<'a> {
-    let mut grid = Grid::new(topology.has_polyhedra);
+    let mut grid = Grid::new(match topology.has_polyhedra {
+        true => POLYHEDRA,
+        false => SEQUENCE,
+    });
     grid.tree.links(grid.root, &topology.datasets);
     for series in series {
         series.add_to(&mut grid);

@@ -17,7 +17,10 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     let plan = VtkArrays::new(mesh, options, &NAMES);
     let blocks = Blocks::new(mesh, &plan);
     let notes = blocks.notes;
-    let mut grid = Grid::new(mesh.cells.has_polyhedra());
+    let mut grid = Grid::new(match mesh.cells.has_polyhedra() {
+        true => POLYHEDRA,
+        false => ONE_MESH,
+    });
     for (name, n) in blocks.counts {
         grid.tree.numbers(grid.root, name, &[n as i64]);
     }
@@ -33,6 +36,13 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     Ok(notes)
 }
 
+/// Version of a file of one mesh, which the readers of all of VTK since 9.1 know.
+const ONE_MESH: [i64; 2] = [1, 0];
+/// The first version with sequences.
+pub(super) const SEQUENCE: [i64; 2] = [2, 0];
+/// The first version with polyhedra.
+pub(super) const POLYHEDRA: [i64; 2] = [2, 5];
+
 /// The group of an unstructured grid in a file to be.
 pub(super) struct Grid<'a> {
     pub tree: Tree<'a>,
@@ -41,10 +51,9 @@ pub(super) struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    pub fn new(has_polyhedra: bool) -> Self {
+    pub fn new(version: [i64; 2]) -> Self {
         let mut tree = Tree::new();
         let root = tree.group(Tree::ROOT, ROOT);
-        let version = if has_polyhedra { [2_i64, 5] } else { [2, 0] };
         tree.number_attribute(root, "Version", &version, false);
         tree.text_attribute(root, "Type", "UnstructuredGrid");
         Self {

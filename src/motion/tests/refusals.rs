@@ -56,8 +56,8 @@ fn features_of_later_versions_are_refused_in_one_sentence() {
         (
             "output",
             17,
-            "on_inverted = \"repair\"",
-            "unknown on_inverted \"repair\"; known: warn, stop, substeps",
+            "on_inverted = \"untangle\"",
+            "unknown on_inverted \"untangle\"; known: warn, stop, substeps, repair",
         ),
     ] {
         assert_eq!(

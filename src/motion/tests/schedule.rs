@@ -132,6 +132,7 @@ fn every_key_of_this_version_is_read() {
     assert_eq!(
         schedule.output,
         OutputOptions {
+            format_given: true,
             format: "vtu".into(),
             format_given: true,
             precision: Precision::F32,

@@ -43,6 +43,11 @@ impl Good {
             assert!(n > 0, "{} is damaged nowhere", format.name());
         }
         let own = 0..files.len();
+        for case in cases_in(&testdata("openfoam")) {
+            let location = Location::open(&case).unwrap();
+            let format = formats::recognize(&location).expect("it is a case");
+            damaged_there(format, &case, &folder.path().join("cases"), &mut files);
+        }
         for path in all_files(&testdata("")) {
             let small = fs::metadata(&path).unwrap().len() < 61_000;
             let location = Location::open(&path).unwrap();
@@ -121,7 +126,7 @@ fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
             let bytes = fs::read(&file).unwrap();
             // What belongs to a mesh is read the same whichever way that is written.
             let is_new = !files.iter().any(|known| known.bytes == bytes);
-            if is_new && (file == mesh || n == 1) {
+            if is_new && (file == mesh || n == 1 || format.is_folder()) {
                 let mesh = mesh.clone();
                 files.push(Good {
                     format,
@@ -189,6 +194,37 @@ fn ways(format: &dyn Format) -> Vec<WriteOptions> {
         }
     }
     ways
+}
+
+/// The cases in a folder.
+fn cases_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut cases: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    cases.retain(|path| path.is_dir());
+    cases.sort();
+    cases
+}
+
+/// The small files of a case, copied so that they can be damaged.
+fn damaged_there(format: &'static dyn Format, case: &Path, to: &Path, files: &mut Vec<Good>) {
+    let mesh = to.join(case.file_name().unwrap());
+    for file in all_files(case) {
+        let bytes = fs::read(&file).unwrap();
+        let copy = mesh.join(file.strip_prefix(case).unwrap());
+        fs::create_dir_all(copy.parent().unwrap()).unwrap();
+        fs::write(&copy, &bytes).unwrap();
+        let is_of_mesh = copy.parent().unwrap().ends_with("polyMesh");
+        let is_packed = copy.extension().is_some_and(|ending| ending == "gz");
+        if is_of_mesh && !is_packed {
+            let (mesh, file) = (mesh.clone(), copy);
+            files.push(Good {
+                format,
+                mesh,
+                file,
+                bytes,
+            });
+        }
+    }
 }
 
 /// Every file in a folder and the folders in it, by name.

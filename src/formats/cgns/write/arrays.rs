@@ -5,8 +5,10 @@ use super::draft::{DataType, Draft, Make, NodeIndex};
 use super::names::{Names, RULE};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::formats::Notes;
-use crate::mesh::{CellKind, DataArray, MeshView, Values};
+use crate::mesh::arrays::with_numbers;
+use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, Values};
 use crate::parallel::collect;
+use std::cell::LazyCell;
 use std::ops::Range;
 
 /// Name of the solution at the nodes.
@@ -103,7 +105,8 @@ pub(super) fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
     joined
 }
 
-/// A note for cell arrays that have values on the boundary, which CGNS does not keep.
+/// A note for cell arrays with values on the boundary, which CGNS does not keep, other than those of the
+/// cells, which faces get again when the file is read.
 pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     let dimension = mesh.dimension();
     let runs = mesh
@@ -113,27 +116,30 @@ pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     let others: Vec<Range<usize>> = runs
         .map(|run| run.first_cell..run.first_cell + run.n_cells())
         .collect();
+    let bounded = LazyCell::new(|| BoundedCells::of_view(mesh));
     for array in &mesh.cell_arrays {
-        let n = array.n_components;
-        let mut values = others.iter().map(|range| range.start * n..range.end * n);
-        if values.any(|range| says_something(&array.values, range)) {
+        let mut cells = others.iter().cloned().flatten();
+        if cells.any(|cell| says_more(array, cell, &bounded)) {
             let name = array.name.clone();
             notes.push(ArrayWritten::FaceValues { name });
         }
     }
 }
 
-fn says_something(values: &Values, range: Range<usize>) -> bool {
-    match values {
-        Values::F64(v) => v[range].iter().any(|x| !x.is_nan() && *x != 0.0),
-        Values::F32(v) => v[range].iter().any(|x| !x.is_nan() && *x != 0.0),
-        Values::Text(_) => false,
-        other => {
-            let mut any = false;
-            other.for_each_stretch(range, |value, _| any |= value != 0);
-            any
-        }
-    }
+/// Whether a cell has a value that is neither nothing nor that of the cell which it bounds.
+#[allow(clippy::unnecessary_cast)] // one text for numbers of every type
+fn says_more(
+    array: &DataArray,
+    cell: usize,
+    bounded: &LazyCell<BoundedCells, impl FnOnce() -> BoundedCells>,
+) -> bool {
+    let n = array.n_components;
+    with_numbers!(&array.values, v => (0..n).any(|i| {
+        let value = v[cell * n + i];
+        let is_nothing = (value as f64).is_nan() || value as f64 == 0.0;
+        let is_given = || bounded.cell_of(cell).is_some_and(|of| v[of * n + i] == value);
+        !is_nothing && !is_given()
+    }), _text => false)
 }
 
 fn kind(values: &Values) -> DataType {

@@ -1,5 +1,6 @@
 //! The faces of all polyhedra, each once, with the element numbers that CGNS gives them.
 
+use super::numbering::Numbering;
 use crate::mesh::{CellKind, MeshView};
 use crate::parallel::{collect, sort};
 
@@ -26,7 +27,7 @@ struct Met<'a> {
 
 impl FaceTable {
     /// Numbers the faces of a mesh.
-    pub fn of(mesh: &MeshView) -> Self {
+    pub fn of(mesh: &MeshView, numbering: &Numbering) -> Self {
         let mut table = Self {
             first_element: mesh.cells.len() + 1,
             starts: vec![0],
@@ -35,7 +36,7 @@ impl FaceTable {
         if !mesh.cells.has_polyhedra() {
             return table;
         }
-        let met = table.meet(mesh);
+        let met = table.meet(mesh, numbering);
         let first_of = first_alike(&met);
         let mut numbers = vec![0_i64; met.len()];
         let n_cells = met.iter().filter(|face| face.cell.is_some()).count();
@@ -60,14 +61,14 @@ impl FaceTable {
     }
 
     /// All polygon cells, then the faces of all polyhedra.
-    fn meet<'a>(&mut self, mesh: &'a MeshView<'a>) -> Vec<Met<'a>> {
+    fn meet<'a>(&mut self, mesh: &'a MeshView<'a>, numbering: &'a Numbering) -> Vec<Met<'a>> {
         let polygons = mesh
             .cells
             .runs()
             .filter(|run| run.kind == CellKind::Polygon);
         let polygons = polygons.flat_map(|run| {
             let cells = run.cells().enumerate();
-            cells.map(move |(i, nodes)| (run.first_cell + i + 1, nodes))
+            cells.map(move |(i, nodes)| (numbering.element(run.first_cell + i), nodes))
         });
         let mut met: Vec<Met> = polygons
             .map(|(element, nodes)| Met {

@@ -4,8 +4,10 @@
 use super::super::FULL_NAME;
 use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
+use super::numbering::Numbering;
 use crate::diagnostic::formats::{Condition, GroupWritten};
 use crate::formats::Notes;
+use crate::formats::conditions::in_cgns;
 use crate::formats::records::shared_names;
 use crate::mesh::{CellSet, Group, MeshView};
 use std::collections::{BTreeMap, BTreeSet};
@@ -45,7 +47,7 @@ pub(super) fn add(
     (base, zone): (NodeIndex, NodeIndex),
     mesh: &MeshView,
     names: &mut Names,
-    kind: DataType,
+    (numbering, kind): (&Numbering, DataType),
     notes: &mut Notes,
 ) {
     let dimension = mesh.dimension();
@@ -69,7 +71,7 @@ pub(super) fn add(
             let name = names.give(&group.name);
             add_region(draft, zone, &name, group.dimension, dimension)
         };
-        add_points(draft, node, group, mesh, kind);
+        add_points(draft, node, group, mesh, (numbering, kind));
         draft.text(node, "FamilyName", "FamilyName_t", &family);
     }
 }
@@ -92,7 +94,7 @@ fn add_region(draft: &mut Draft, zone: NodeIndex, name: &str, of: u8, mesh: u8) 
 }
 
 fn known_condition(group: &Group) -> Option<&str> {
-    let condition = group.condition.as_deref()?;
+    let condition = in_cgns(group.condition.as_deref()?);
     CONDITIONS.contains(&condition).then_some(condition)
 }
 
@@ -102,7 +104,7 @@ fn add_points(
     parent: NodeIndex,
     group: &Group,
     mesh: &MeshView,
-    kind: DataType,
+    (numbering, kind): (&Numbering, DataType),
 ) {
     let location = match group.dimension {
         0 => "Vertex",
@@ -112,7 +114,7 @@ fn add_points(
     };
     let numbers = match group.dimension {
         0 => nodes_of(group, mesh),
-        _ => group.cells.clone(),
+        _ => numbering.elements(&group.cells),
     };
     let mut ranges = numbers.ranges();
     if let (Some(range), None) = (ranges.next(), ranges.next()) {

@@ -1,7 +1,7 @@
 //! A mesh as a CGNS file: one base, one zone, a section for each run of cells of one type.
 //!
 //! ```text
-//! plan      which cells make up which section; names: what CGNS takes for a name
+//! plan      which cells make up which section; numbering: their numbers; names: what CGNS takes for a name
 //! sections  connectivity; faces: those of polyhedra, each once
 //! groups    boundary conditions, subregions, families; arrays: solutions; fields: of the mesh as a whole
 //! sequence  steps in one file; series: arrays that change
@@ -14,12 +14,14 @@ mod faces;
 mod fields;
 mod groups;
 mod names;
+mod numbering;
 mod plan;
 mod sections;
 pub(super) mod sequence;
 mod series;
 
 use super::super::{Precision, WriteOptions};
+use super::CELL_ORDER;
 use crate::diagnostic::formats::Written;
 use crate::error::Result;
 use crate::formats::Notes;
@@ -27,6 +29,8 @@ use crate::mesh::{Mesh, MeshView};
 use draft::{DataType, Draft, Make, NodeIndex};
 use faces::FaceTable;
 use names::Names;
+use numbering::Numbering;
+use plan::Planned;
 use std::io::Write;
 use std::slice::from_ref;
 
@@ -48,9 +52,10 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     let sorted = plan::sorted(mesh)?;
     let sorted_view = sorted.as_ref().map(Mesh::view);
     let mesh = sorted_view.as_ref().unwrap_or(mesh);
-    let faces = FaceTable::of(mesh);
+    let numbering = Numbering::of(mesh);
+    let faces = FaceTable::of(mesh, &numbering);
     let is_flat = mesh.points.iter().all(|point| point[2] == 0.0);
-    let mut static_part = Static::new(mesh, &faces, is_flat)?;
+    let mut static_part = Static::new(mesh, (&numbering, &faces), is_flat)?;
     let (draft, zone) = (&mut static_part.draft, static_part.zone);
     options.check_coordinates(mesh)?;
     let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
@@ -99,7 +104,11 @@ struct Static<'a> {
 
 impl<'a> Static<'a> {
     /// Of a mesh, all of whose nodes lie in the plane z = 0 where `is_flat`.
-    fn new(mesh: &'a MeshView<'a>, faces: &'a FaceTable, is_flat: bool) -> Result<Self> {
+    fn new(
+        mesh: &'a MeshView<'a>,
+        (numbering, faces): (&Numbering, &'a FaceTable),
+        is_flat: bool,
+    ) -> Result<Self> {
         let mut notes = Notes::default();
         let dimension = mesh.dimension().max(1);
         let n_axes = match dimension {
@@ -108,7 +117,9 @@ impl<'a> Static<'a> {
             _ => 3,
         };
         let mut names = Names::of_zone();
-        let sections = plan::sections(mesh, &mut names)?;
+        let mut sections = plan::sections(mesh, &mut names)?;
+        // VTK's reader wants those of cells first in the file as well.
+        sections.sort_by_key(|section| numbering.element(section.cells.start));
         let kind = index_kind(mesh, faces);
         let mut draft = Draft::default();
         draft.version(VERSION);
@@ -122,13 +133,25 @@ impl<'a> Static<'a> {
         let zone = draft.integers(base, (ZONE, "Zone_t"), kind, &[1, 3], &sizes);
         draft.text(zone, "ZoneType", "ZoneType_t", "Unstructured");
         for section in &sections {
-            sections::add(&mut draft, zone, section, mesh, faces, kind);
+            let first = numbering.element(section.cells.start);
+            sections::add(&mut draft, zone, (section, first), mesh, faces, kind);
+        }
+        if !numbering.is_order_of_cells() {
+            add_order(&mut draft, zone, &sections, kind);
         }
         if faces.len() > 0 {
             let name = names.give("NGON_n");
             sections::add_faces(&mut draft, zone, &name, faces, kind);
         }
-        groups::add(&mut draft, (base, zone), mesh, &mut names, kind, &mut notes);
+        let numbers = (numbering, kind);
+        groups::add(
+            &mut draft,
+            (base, zone),
+            mesh,
+            &mut names,
+            numbers,
+            &mut notes,
+        );
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
             draft,
@@ -138,6 +161,15 @@ impl<'a> Static<'a> {
             notes,
         })
     }
+}
+
+/// Adds the first cell of each section, so that cells come back in the order of the mesh.
+fn add_order(draft: &mut Draft, zone: NodeIndex, sections: &[Planned], kind: DataType) {
+    let first = sections.iter().map(|section| section.cells.start as i64);
+    let first: Vec<i64> = first.collect();
+    let order = draft.group(zone, CELL_ORDER, "UserDefinedData_t");
+    let name = ("FirstCell", "DataArray_t");
+    draft.integers(order, name, kind, &[first.len() as u64], &first);
 }
 
 /// The type of integers in which all numbers of nodes, elements and entries fit.

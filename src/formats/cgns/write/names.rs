@@ -33,6 +33,7 @@ impl Names {
             "ArbitraryGridMotion",
             super::arrays::AT_NODES,
             super::arrays::AT_CELLS,
+            super::super::CELL_ORDER,
         ])
     }
 

@@ -1,5 +1,5 @@
-//! Which cells make up which section. Every cell is one element, in the order of the mesh: the number
-//! of an element is that of its cell plus one. Faces of polyhedra that are no cells follow.
+//! Which cells make up which section. Every cell is one element; `numbering` has their numbers. Faces of
+//! polyhedra that are no cells follow.
 
 use super::super::element::ElementType;
 use super::names::Names;
@@ -40,10 +40,11 @@ pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
     if stretches.len() <= MOST_SECTIONS {
         return Ok(None);
     }
-    let mut kinds: Vec<Form> = Vec::new();
+    let dimension = mesh.dimension();
+    let mut kinds: Vec<(Form, u8)> = Vec::new();
     let mut ranks = Vec::with_capacity(mesh.cells.len());
     for run in mesh.cells.runs() {
-        let form = form(&run)?;
+        let form = (form(&run, dimension)?, run.kind.dimension());
         let rank = kinds.iter().position(|known| *known == form);
         let rank = rank.unwrap_or_else(|| {
             kinds.push(form);
@@ -60,18 +61,22 @@ pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
 type Stretch = (Form, u8, Range<usize>);
 
 fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
+    let dimension = mesh.dimension();
     let mut stretches: Vec<Stretch> = Vec::new();
     for run in mesh.cells.runs() {
-        let (form, range) = (form(&run)?, run.first_cell..run.first_cell + run.n_cells());
+        let (form, range) = (
+            form(&run, dimension)?,
+            run.first_cell..run.first_cell + run.n_cells(),
+        );
         match stretches.last_mut() {
-            Some((last, _, cells)) if *last == form => cells.end = range.end,
+            Some((last, of, cells)) if *last == form && *of == run.kind.dimension() => {
+                cells.end = range.end;
+            }
             _ => stretches.push((form, run.kind.dimension(), range)),
         }
     }
-    for of_one_dimension in [true, false] {
-        if stretches.len() > MOST_SECTIONS {
-            stretches = mixed(stretches, of_one_dimension);
-        }
+    if stretches.len() > MOST_SECTIONS {
+        stretches = mixed(stretches);
     }
     Ok(stretches)
 }
@@ -96,15 +101,13 @@ pub(super) fn sections(mesh: &MeshView, names: &mut Names) -> Result<Vec<Planned
     Ok(sections)
 }
 
-/// Joins neighbours that a MIXED section can hold.
-fn mixed(stretches: Vec<Stretch>, of_one_dimension: bool) -> Vec<Stretch> {
+/// Joins neighbours of one dimension that a MIXED section can hold.
+fn mixed(stretches: Vec<Stretch>) -> Vec<Stretch> {
     let mut joined: Vec<Stretch> = Vec::new();
     let can = |form: &Form| matches!(form, Form::Fixed(_) | Form::Mixed);
     for (form, dimension, range) in stretches {
         match joined.last_mut() {
-            Some((last, of, cells))
-                if can(last) && can(&form) && (!of_one_dimension || *of == dimension) =>
-            {
+            Some((last, of, cells)) if can(last) && can(&form) && *of == dimension => {
                 *last = Form::Mixed;
                 cells.end = range.end;
             }
@@ -114,12 +117,18 @@ fn mixed(stretches: Vec<Stretch>, of_one_dimension: bool) -> Vec<Stretch> {
     joined
 }
 
-fn form(run: &CellRun) -> Result<Form> {
+/// The form of cells of a mesh of this dimension. VTK's reader counts edges and points of a solid mesh as cells
+/// unless they are in a MIXED section after all cells.
+fn form(run: &CellRun, dimension: u8) -> Result<Form> {
+    let is_far_below = run.kind.dimension() + 1 < dimension;
     match run.kind {
         CellKind::Polygon => Ok(Form::Polygons),
         CellKind::Polyhedron => Ok(Form::Polyhedra),
         kind => ElementType::of(kind, run.n_nodes)
-            .map(Form::Fixed)
+            .map(|element| match is_far_below {
+                true => Form::Mixed,
+                false => Form::Fixed(element),
+            })
             .ok_or_else(|| {
                 Error::input(format!(
                     "cell {} is a {} with {} nodes, which CGNS cannot hold; {} keeps only corner nodes",

@@ -13,11 +13,11 @@ use std::ops::Range;
 /// Cells made into elements at a time.
 const BLOCK: usize = 1 << 16;
 
-/// Adds a section to a zone.
+/// Adds a section to a zone, with the number of its first element.
 pub(super) fn add<'a>(
     draft: &mut Draft<'a>,
     zone: NodeIndex,
-    planned: &Planned,
+    (planned, first): (&Planned, usize),
     mesh: &'a MeshView<'a>,
     faces: &'a FaceTable,
     kind: DataType,
@@ -30,7 +30,7 @@ pub(super) fn add<'a>(
         Form::Polygons => (NGON_N, 0),
         Form::Polyhedra => (NFACE_N, 0),
     };
-    let range = [cells.start as i64 + 1, cells.end as i64];
+    let range = [first as i64, (first + cells.len() - 1) as i64];
     let section = header(
         draft,
         zone,

@@ -9,6 +9,7 @@ use super::draft::{self, DataType, Draft, Open};
 use super::faces::FaceTable;
 use super::fields::fields;
 use super::names::LONGEST;
+use super::numbering::Numbering;
 use super::series::{Given, Series, names, padded, step_name};
 use super::{SIMULATION, Static, TIMES};
 use super::{add_length_exponents, coordinates, plan};
@@ -77,14 +78,15 @@ impl Sequence {
                 ))),
             };
         }
-        let faces = FaceTable::of(mesh);
+        let numbering = Numbering::of(mesh);
+        let faces = FaceTable::of(mesh, &numbering);
         let Static {
             mut draft,
             base,
             zone,
             n_axes,
             notes,
-        } = Static::new(mesh, &faces, is_flat(mesh))?;
+        } = Static::new(mesh, (&numbering, &faces), is_flat(mesh))?;
         self.notes = notes;
         draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
         draft.text(zone, MOTION, "ArbitraryGridMotion_t", "DeformingGrid");

@@ -1,0 +1,651 @@
+//! The small mesh read from every kind of file, and what is refused.
+
+use super::fixtures::{ASCII, BINARY, PATCHES, Small, Way, small};
+use super::topology::Topology;
+use crate::diagnostic::formats::Foam;
+use crate::formats::{Loaded, Location, ReadOptions, read};
+use crate::mesh::{CellKind, Mesh};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+fn loaded(path: &Path) -> crate::error::Result<Loaded> {
+    read(&Location::open(path)?, &ReadOptions::default())
+}
+
+fn mesh(path: &Path) -> Mesh {
+    loaded(path).unwrap_or_else(|error| panic!("{error}")).mesh
+}
+
+fn refused(path: &Path) -> String {
+    let error = loaded(path).err().expect("it is refused").to_string();
+    error.replace(&path.display().to_string(), "CASE")
+}
+
+fn step(path: &Path, step: usize) -> Mesh {
+    let options = ReadOptions {
+        step: Some(step),
+        ..ReadOptions::default()
+    };
+    let location = Location::open(path).expect("it is there");
+    read(&location, &options).expect("it is read").mesh
+}
+
+fn case_of(mesh: &Small, way: Way) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    mesh.write(folder.path(), way);
+    folder
+}
+
+/// Replaces the text of one file.
+fn change(case: &TempDir, name: &str, from: &str, to: &str) {
+    let path = case.path().join("constant/polyMesh").join(name);
+    let text = fs::read_to_string(&path).expect("a text");
+    assert!(text.contains(from), "{text}");
+    fs::write(path, text.replacen(from, to, 1)).expect("it is written");
+}
+
+#[test]
+fn a_mesh_has_the_cells_faces_tags_and_zones_of_its_files() {
+    let case = case_of(&small(), ASCII);
+    let found = loaded(case.path()).expect("it is read");
+    assert_eq!(found.format.name(), "openfoam");
+    let mesh = found.mesh;
+    assert_eq!(mesh.points, small().points);
+    let cells: Vec<_> = mesh
+        .cells
+        .iter()
+        .map(|cell| (cell.kind, cell.nodes.to_vec()))
+        .collect();
+    assert_eq!(cells.len(), 3 + 13);
+    let kinds = [
+        CellKind::Hexahedron,
+        CellKind::Hexahedron,
+        CellKind::Pyramid,
+    ];
+    assert_eq!([0, 1, 2].map(|i| cells[i].0), kinds);
+    let mut nodes = cells[1].1.clone();
+    nodes.sort_unstable();
+    assert_eq!(nodes, [1, 2, 4, 5, 7, 8, 10, 11]);
+    assert_eq!(cells[2].1[4], 12, "the apex");
+    // Boundary faces follow the cells, in their order and as they are.
+    for (cell, face) in cells[3..].iter().zip(&small().faces[2..]) {
+        let face: Vec<u32> = face.iter().map(|node| *node as u32).collect();
+        assert_eq!(cell.1, face);
+    }
+    let tags: Vec<_> = mesh.boundary_tags().collect();
+    assert_eq!(tags.len(), PATCHES.len());
+    for (tag, (name, kind, faces)) in tags.iter().zip(PATCHES) {
+        assert_eq!(tag.name, name);
+        assert_eq!(tag.condition.as_deref().unwrap_or("patch"), kind);
+        let expected: Vec<usize> = faces.map(|face| face + 1).collect();
+        assert_eq!(tag.cells.iter().collect::<Vec<_>>(), expected);
+    }
+    let zone = mesh.zones().next().expect("a zone");
+    assert_eq!(
+        (zone.name.as_str(), zone.cells.iter().collect()),
+        ("top", vec![1, 2])
+    );
+    let quality = crate::quality::quality(&mesh);
+    assert!(quality.is_ok_and(|quality| quality.inverted == 0));
+}
+
+#[test]
+fn every_way_to_store_the_lists_gives_the_same_mesh() {
+    let expected = mesh(case_of(&small(), ASCII).path());
+    let mut n = 0;
+    for label in [4, 8] {
+        for scalar in [4, 8] {
+            for is_big_endian in [false, true] {
+                for is_compact in [false, true] {
+                    for arch in [
+                        None,
+                        Some("LSB;label=32;scalar=64"),
+                        Some("LSB;label=64;scalar=32"),
+                    ] {
+                        let arch = if is_big_endian {
+                            Some("MSB;label=64")
+                        } else {
+                            arch
+                        };
+                        let way = Way {
+                            label,
+                            scalar,
+                            is_big_endian,
+                            is_compact,
+                            arch,
+                            ..BINARY
+                        };
+                        assert_eq!(mesh(case_of(&small(), way).path()), expected, "{way:?}");
+                        n += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(n, 48);
+    for way in [
+        Way {
+            is_packed: true,
+            ..ASCII
+        },
+        Way {
+            is_packed: true,
+            ..BINARY
+        },
+        Way {
+            is_compact: true,
+            ..ASCII
+        },
+    ] {
+        assert_eq!(mesh(case_of(&small(), way).path()), expected, "{way:?}");
+    }
+}
+
+#[test]
+fn text_may_have_comments_and_lists_of_one_value() {
+    let expected = mesh(case_of(&small(), ASCII).path());
+    let case = case_of(&small(), ASCII);
+    change(&case, "points", "(\n(0.0", "( /* ( 1 */ // )\n(\n0.0");
+    change(&case, "points", "// **** //", "/* ) */ // ) ( 5");
+    change(&case, "faces", "(\n4", "( // 3 ( 0 1 2 )\n4");
+    change(&case, "owner", "0", "0 // 9 )\n");
+    change(
+        &case,
+        "neighbour",
+        "2\n(\n1\n2\n)",
+        "15 (1 2 -1 -1 -1 -1 -1 -1 -1 -1 -1 -1 -1 -1 -1)",
+    );
+    change(&case, "cellZones", "List<label> 2\n(\n1\n2\n)", "2(1 2)");
+    assert_eq!(mesh(case.path()), expected);
+    // All cells in one zone.
+    let case = case_of(
+        &Small {
+            zone: vec![2, 2],
+            ..small()
+        },
+        ASCII,
+    );
+    change(&case, "cellZones", "2\n(\n2\n2\n)", "2{2}");
+    let zone = mesh(case.path());
+    assert_eq!(
+        zone.zones()
+            .next()
+            .expect("a zone")
+            .cells
+            .iter()
+            .collect::<Vec<_>>(),
+        [2]
+    );
+    // An empty binary list has no brackets.
+    let empty = mesh(
+        case_of(
+            &Small {
+                zone: Vec::new(),
+                ..small()
+            },
+            BINARY,
+        )
+        .path(),
+    );
+    assert!(
+        empty
+            .zones()
+            .next()
+            .is_some_and(|zone| zone.cells.is_empty())
+    );
+}
+
+#[test]
+fn a_file_that_does_not_fit_is_refused_with_its_place() {
+    let mut wrong = Vec::new();
+    for (name, from, to, expected) in [
+        (
+            "points",
+            "(0.0 0.0 0.0)",
+            "(0.0 x 0.0)",
+            "points:12: expected a finite number, found \"x 0.0)\"",
+        ),
+        (
+            "points",
+            "13\n(",
+            "14\n(",
+            "points:11: the list is said to have 14 values, but it has 13",
+        ),
+        (
+            "points",
+            ")\n\n// **** //",
+            "",
+            "points:24: expected ) after three numbers, found \")\"",
+        ),
+        (
+            "points",
+            "FoamFile",
+            "Foam",
+            "points:1: the file has no header (FoamFile), so it is none of OpenFOAM",
+        ),
+        (
+            "faces",
+            " 1 4 10 7 ",
+            " 1 4 10 70 ",
+            "faces: face 0 has node 70, but the mesh has 13 nodes (from 0)",
+        ),
+        (
+            "faces",
+            "4 ( 1 ",
+            "5 ( 1 ",
+            "faces:12: expected a face with as many nodes as it says, found \"5 ( 1 4 10 7 ) 4 ( 7 8 11 10 ) 4 ( 0 6 9...\"",
+        ),
+        (
+            "owner",
+            "15\n(",
+            "13\n(",
+            "owner:11: the list is said to have 13 values, but it has 15",
+        ),
+        (
+            "owner",
+            "15\n(\n0",
+            "14\n(",
+            "owner: 14 faces have an owner, but there are 15",
+        ),
+        (
+            "owner",
+            "0\n1\n",
+            "0\n-1\n",
+            "owner:13: expected an index, found \"-1\"",
+        ),
+        (
+            "owner",
+            "\n2\n2\n",
+            "\n2\n7000\n",
+            "owner: the last cell is 7000, but there are 15 faces, too few for so many cells",
+        ),
+        (
+            "owner",
+            "\n2\n2\n",
+            "\n2\n3\n",
+            "faces: cell 3 has 1 face; it must have at least 4",
+        ),
+        (
+            "neighbour",
+            "(\n1\n2",
+            "(\n0\n2",
+            "neighbour: face 0 has cell 0 on both sides",
+        ),
+        (
+            "neighbour",
+            "(\n1\n2",
+            "(\n-1\n2",
+            "neighbour: face 0 has no neighbour, but face 1 after it has one",
+        ),
+        (
+            "boundary",
+            "startFace 2",
+            "startFace 1",
+            "boundary: patch \"left\" starts at face 1, which is between two cells",
+        ),
+        (
+            "boundary",
+            "nFaces 10",
+            "nFaces 11",
+            "boundary: patch \"far\" ends at face 16, but there are 15",
+        ),
+        (
+            "boundary",
+            "startFace 3",
+            "startFace 2",
+            "boundary: patch \"bottom\" starts at face 2, which is in a patch before it",
+        ),
+        (
+            "cellZones",
+            "(\n1\n2\n)",
+            "(\n1\n3\n)",
+            "cellZones: zone \"top\" has cell 3, but the mesh has 3 cells (from 0)",
+        ),
+        (
+            "boundary",
+            "far\n{",
+            "#include \"far\"\n{",
+            "boundary:30: the directive #include is not followed; write what it stands for in its place",
+        ),
+    ] {
+        let case = case_of(&small(), ASCII);
+        change(&case, name, from, to);
+        let error = refused(case.path());
+        let found = error
+            .trim_start_matches("CASE/constant/polyMesh/")
+            .trim_start_matches("CASE: ");
+        let found = found.replace(&format!("{name}: {name}: "), &format!("{name}: "));
+        if found != expected {
+            wrong.push(format!("{name} {to}: {found}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_binary_list_that_ends_elsewhere_is_refused_with_its_byte() {
+    for name in ["points", "faces", "owner"] {
+        let case = case_of(&small(), BINARY);
+        let path = case.path().join("constant/polyMesh").join(name);
+        let bytes = fs::read(&path).expect("a file");
+        fs::write(&path, &bytes[..bytes.len() - 20]).expect("it is written");
+        let error = refused(case.path());
+        assert!(
+            error.contains(&format!("polyMesh/{name}: byte ")),
+            "{error}"
+        );
+        assert!(error.contains("the file is cut off or damaged"), "{error}");
+    }
+}
+
+#[test]
+fn a_case_is_a_sequence_of_the_times_at_which_its_mesh_is() {
+    let case = case_of(&small(), ASCII);
+    let moved = |by: f64| {
+        let points = small()
+            .points
+            .iter()
+            .map(|[x, y, z]| [x + by, *y, *z])
+            .collect();
+        Small { points, ..small() }
+    };
+    for (name, by) in [("0.5", 0.5), ("10", 10.0), ("2", 2.0)] {
+        let files = BINARY.files(&moved(by));
+        BINARY.write(&case.path().join(name).join("polyMesh"), &files[..1]);
+    }
+    // Fields alone are no mesh; names that are no times are passed over.
+    fs::create_dir_all(case.path().join("5")).expect("a folder");
+    fs::create_dir_all(case.path().join("0.org/polyMesh")).expect("a folder");
+    fs::write(case.path().join("5/U"), "x").expect("a file");
+    let location = Location::open(case.path()).expect("it is there");
+    let times = crate::formats::by_name("openfoam")
+        .expect("a format")
+        .steps(&location);
+    assert_eq!(times.expect("times"), [0.0, 0.5, 2.0, 10.0]);
+    let firsts: Vec<f64> = (0..4).map(|i| step(case.path(), i).points[0][0]).collect();
+    assert_eq!(firsts, [0.0, 0.5, 2.0, 10.0]);
+    assert_eq!(mesh(case.path()).points, moved(10.0).points);
+    assert_eq!(
+        mesh(&case.path().join("2/polyMesh")).points,
+        moved(2.0).points
+    );
+    assert_eq!(
+        mesh(&case.path().join("constant/polyMesh")).points,
+        small().points
+    );
+    let notes = loaded(case.path()).expect("it is read").notes;
+    assert!(notes.has(Foam::Fields { n: 1 }));
+    fs::write(case.path().join("any.foam"), "").expect("a file");
+    assert_eq!(mesh(&case.path().join("any.foam")), mesh(case.path()));
+    // A mesh with other cells at a time: its own files count from then on.
+    let mut other = moved(3.0);
+    other.zone = Vec::new();
+    BINARY.write(&case.path().join("3/polyMesh"), &BINARY.files(&other));
+    let zone = |i: usize| {
+        step(case.path(), i)
+            .zones()
+            .next()
+            .map(|zone| zone.cells.len())
+    };
+    assert_eq!(
+        [0, 1, 2, 3, 4].map(zone),
+        [Some(2), Some(2), Some(2), Some(0), Some(0)]
+    );
+}
+
+#[test]
+fn a_region_is_chosen_by_its_path() {
+    let case = tempfile::tempdir().expect("a folder");
+    for (region, z) in [("fluid", 0.0), ("solid", 5.0)] {
+        let points = small()
+            .points
+            .iter()
+            .map(|[x, y, h]| [*x, *y, h + z])
+            .collect();
+        let mesh = Small { points, ..small() };
+        BINARY.write(
+            &case.path().join("constant").join(region).join("polyMesh"),
+            &BINARY.files(&mesh),
+        );
+        BINARY.write(
+            &case.path().join("1").join(region).join("polyMesh"),
+            &BINARY.files(&small())[..1],
+        );
+    }
+    let error = refused(case.path());
+    assert_eq!(
+        error,
+        "CASE: the case has no mesh of its own but regions; give one of constant/fluid, constant/solid"
+    );
+    let z = |path: &str| mesh(&case.path().join(path)).points[0][2];
+    assert_eq!(z("constant/solid/polyMesh"), 5.0);
+    assert_eq!(z("constant/solid"), 0.0, "the latest time");
+    assert_eq!(
+        step(&case.path().join("constant/solid"), 0).points[0][2],
+        5.0
+    );
+    fs::write(case.path().join("x{solid}.foam"), "").expect("a file");
+    assert_eq!(
+        step(&case.path().join("x{solid}.foam"), 0).points[0][2],
+        5.0
+    );
+}
+
+/// Writes the mesh in two pieces, with their numbers in the whole or without.
+fn decomposed(way: Way, is_collated: bool, has_numbers: bool) -> TempDir {
+    let case = tempfile::tempdir().expect("a folder");
+    let mut blocks: Vec<Vec<(&str, Vec<u8>)>> = Vec::new();
+    for (number, cells) in [&[0][..], &[1, 2]].into_iter().enumerate() {
+        let (piece, numbers) = small().piece(cells, number, 1 - number);
+        let mut files = way.files(&piece);
+        let names = [
+            "pointProcAddressing",
+            "faceProcAddressing",
+            "cellProcAddressing",
+        ];
+        for (name, numbers) in names.into_iter().zip(numbers).filter(|_| has_numbers) {
+            files.push((
+                name,
+                [way.header("labelList").into_bytes(), way.labels(&numbers)].concat(),
+            ));
+        }
+        let folder = case
+            .path()
+            .join(format!("processor{number}/constant/polyMesh"));
+        if !is_collated {
+            way.write(&folder, &files);
+        }
+        blocks.push(files);
+    }
+    if is_collated {
+        let [first, second] = <[_; 2]>::try_from(blocks).expect("two pieces");
+        let files: Vec<(&str, Vec<u8>)> = first
+            .into_iter()
+            .zip(second)
+            .map(|((name, one), (_, two))| {
+                let start =
+                    memchr::memmem::find(&two, b"// * * //\n").expect("the end of the header") + 10;
+                let mut file = way.header("decomposedBlockData").into_bytes();
+                // Blocks after the first have no header.
+                for (i, block) in [&one[..], &two[start..]].into_iter().enumerate() {
+                    file.extend(format!("// Processor{i}\n{}\n(", block.len()).bytes());
+                    file.extend(block);
+                    file.extend(b")\n");
+                }
+                (name, file)
+            })
+            .collect();
+        way.write(&case.path().join("processors2/constant/polyMesh"), &files);
+    }
+    case
+}
+
+#[test]
+fn pieces_with_their_numbers_are_joined_to_the_mesh_that_was_decomposed() {
+    let expected = mesh(case_of(&small(), ASCII).path());
+    for way in [
+        ASCII,
+        BINARY,
+        Way {
+            label: 8,
+            arch: None,
+            ..BINARY
+        },
+        Way {
+            is_packed: true,
+            ..ASCII
+        },
+    ] {
+        for is_collated in [false, true] {
+            let case = decomposed(way, is_collated, true);
+            let found = loaded(case.path()).expect("it is read");
+            assert_eq!(found.mesh, expected, "{way:?} {is_collated}");
+            let by = "the numbers of the whole";
+            assert!(found.notes.has(Foam::Joined { n: 2, by }));
+            let topology = found.mesh.origin.get::<Topology>().expect("it is left");
+            assert!(topology.files.is_empty() && topology.has_cells_of(&found.mesh.view()));
+        }
+    }
+    let collated = decomposed(BINARY, true, true);
+    assert_eq!(mesh(&collated.path().join("processors2")), expected);
+}
+
+#[test]
+fn pieces_without_numbers_are_joined_at_the_faces_that_they_share() {
+    let expected = mesh(case_of(&small(), ASCII).path());
+    for is_collated in [false, true] {
+        let joined = mesh(decomposed(BINARY, is_collated, false).path());
+        assert_eq!(joined.points.len(), expected.points.len());
+        let cells = |mesh: &Mesh| {
+            let places = mesh.cells.iter().map(|cell| {
+                let at = cell
+                    .nodes
+                    .iter()
+                    .map(|node| mesh.points[*node as usize].map(f64::to_bits));
+                let mut at: Vec<_> = at.collect();
+                at.sort_unstable();
+                (cell.kind, at)
+            });
+            let mut places: Vec<_> = places.collect();
+            places.sort();
+            places
+        };
+        assert_eq!(cells(&joined), cells(&expected));
+        let tags = |mesh: &Mesh| -> Vec<_> {
+            let tags = mesh.boundary_tags();
+            tags.map(|tag| (tag.name.clone(), tag.condition.clone(), tag.cells.len()))
+                .collect()
+        };
+        assert_eq!(tags(&joined), tags(&expected));
+        assert_eq!(joined.zones().next().map(|zone| zone.cells.len()), Some(2));
+    }
+}
+
+#[test]
+fn pieces_that_do_not_fit_are_refused() {
+    let case = decomposed(ASCII, false, false);
+    fs::remove_dir_all(case.path().join("processor1")).expect("it was there");
+    let error = refused(case.path());
+    assert!(
+        error.ends_with("patch \"procBoundary0to1\" is shared with piece 1, which is not there"),
+        "{error}"
+    );
+    let case = decomposed(ASCII, false, true);
+    fs::remove_dir_all(case.path().join("processor0")).expect("it was there");
+    assert_eq!(
+        refused(case.path()),
+        "CASE: the case is decomposed, but piece 0 is missing"
+    );
+    let case = decomposed(ASCII, false, true);
+    let path = case
+        .path()
+        .join("processor1/constant/polyMesh/cellProcAddressing");
+    let text = fs::read_to_string(&path).expect("a file");
+    fs::write(&path, text.replace("\n2\n)", "\n7\n)")).expect("it is written");
+    let error = refused(case.path());
+    assert!(
+        error.contains(
+            "a cell has number 7 in the whole, but all pieces have only 3 cells together"
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn two_faces_at_one_place_stay_two() {
+    // A wall without thickness: both cells have it on their boundary.
+    let mut baffle = small();
+    let face = baffle.faces.remove(0);
+    baffle.owner.remove(0);
+    baffle.neighbour = vec![2];
+    baffle.faces.extend([
+        face.clone(),
+        [
+            &face[..1],
+            &face.iter().skip(1).rev().copied().collect::<Vec<_>>()[..],
+        ]
+        .concat(),
+    ]);
+    baffle.owner.extend([0, 1]);
+    for patch in &mut baffle.patches {
+        patch.2 -= 1;
+    }
+    baffle
+        .patches
+        .push(("one side".to_owned(), "type wall;".to_owned(), 14, 1));
+    baffle
+        .patches
+        .push(("other side".to_owned(), "type wall;".to_owned(), 15, 1));
+    for patch in &mut baffle.patches {
+        patch.0 = format!("\"{}\"", patch.0);
+    }
+    let found = mesh(case_of(&baffle, ASCII).path());
+    assert_eq!(found.cells.len(), 3 + 15);
+    let n = |name: &str| {
+        found
+            .boundary_tags()
+            .find(|tag| tag.name == name)
+            .map(|tag| tag.cells.len())
+    };
+    assert_eq!([n("one side"), n("other side")], [Some(1), Some(1)]);
+    let topology = found.origin.get::<Topology>().expect("it is left");
+    assert!(topology.has_cells_of(&found.view()));
+}
+
+#[test]
+fn the_files_are_left_for_the_writer_as_they_are() {
+    let case = case_of(
+        &small(),
+        Way {
+            is_packed: true,
+            ..ASCII
+        },
+    );
+    let mut found = mesh(case.path());
+    let topology = found.origin.get::<Topology>().expect("it is left");
+    let names: Vec<&str> = topology
+        .files
+        .iter()
+        .map(|file| file.name.as_str())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "faces.gz",
+            "owner.gz",
+            "neighbour.gz",
+            "boundary.gz",
+            "cellZones.gz"
+        ]
+    );
+    for file in &topology.files {
+        let path = case.path().join("constant/polyMesh").join(&file.name);
+        assert_eq!(file.stored.bytes(), fs::read(path).expect("a file"));
+    }
+    assert_eq!(topology.patches[1].entry("type"), Some("symmetryPlane"));
+    assert!(topology.has_cells_of(&found.view()) && topology.has_groups_of(&found.view()));
+    found.groups[0].name = "wall".to_owned();
+    let topology = found.origin.get::<Topology>().expect("it is left");
+    assert!(topology.has_cells_of(&found.view()) && !topology.has_groups_of(&found.view()));
+}

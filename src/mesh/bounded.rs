@@ -1,0 +1,142 @@
+//! Which cell each boundary face lies on, so that cell arrays can give the face the value of that cell.
+
+use super::arrays::with_numbers;
+use super::faces::{entries, for_each_face};
+use super::{DataArray, Mesh, MeshView, Values};
+
+/// The cell that each boundary face bounds: of a face between two cells the one that comes first in the
+/// mesh.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct BoundedCells {
+    /// Boundary face and cell, ascending; without faces that lie on no cell.
+    pairs: Vec<(u32, u32)>,
+}
+
+impl BoundedCells {
+    /// Of a mesh. Time and memory are those of [`Faces::of`](super::Faces::of).
+    pub fn of(mesh: &Mesh) -> Self {
+        Self::of_view(&mesh.view())
+    }
+
+    /// Of a mesh that is to be written.
+    pub fn of_view(mesh: &MeshView<'_>) -> Self {
+        let dimension = mesh.dimension();
+        let has_boundary = |run: super::CellRun<'_>| run.kind.dimension() + 1 == dimension;
+        if !mesh.cells.runs().any(has_boundary) {
+            return Self::default();
+        }
+        let mut entries = entries(mesh.cells, mesh.points.len(), dimension, |_| true);
+        let mut pairs = Vec::new();
+        for_each_face(mesh.cells, &mut entries, |same| {
+            let cells = same.iter().filter(|entry| !entry.is_boundary());
+            let Some(cell) = cells.map(|entry| entry.cell).min() else {
+                return;
+            };
+            let faces = same.iter().filter(|entry| entry.is_boundary());
+            pairs.extend(faces.map(|face| (face.cell, cell)));
+        });
+        pairs.sort_unstable();
+        Self { pairs }
+    }
+
+    /// The cell that a boundary face bounds.
+    pub fn cell_of(&self, face: usize) -> Option<usize> {
+        let at = self
+            .pairs
+            .binary_search_by_key(&face, |(face, _)| *face as usize);
+        at.ok().map(|at| self.pairs[at].1 as usize)
+    }
+
+    /// Gives every boundary face the values of the cell that it bounds.
+    ///
+    /// # Panics
+    /// When the array has fewer tuples than the mesh cells.
+    pub fn give_values(&self, array: &mut DataArray) {
+        let n = array.n_components;
+        with_numbers!(&mut array.values, v => self.copy(n, v), text => self.copy(n, text));
+    }
+
+    fn copy<T: Clone>(&self, n: usize, values: &mut [T]) {
+        for &(face, cell) in &self.pairs {
+            for i in 0..n {
+                values[face as usize * n + i] = values[cell as usize * n + i].clone();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::CellKind;
+    use super::*;
+
+    /// Two tetrahedra; faces 2 outside, 3 between them, 4 on no cell, 5 the first again.
+    fn mesh() -> Mesh {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 6],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        for face in [[2, 1, 0], [3, 2, 1], [0, 1, 5], [0, 1, 2]] {
+            mesh.cells.push(CellKind::Triangle, &face);
+        }
+        mesh.cells.push(CellKind::Line, &[0, 1]);
+        mesh
+    }
+
+    #[test]
+    fn every_face_knows_the_first_cell_that_it_bounds() {
+        let bounded = BoundedCells::of(&mesh());
+        let cells: Vec<_> = (0..7).map(|face| bounded.cell_of(face)).collect();
+        assert_eq!(
+            cells,
+            [None, None, Some(1), Some(0), None, Some(1), None],
+            "{bounded:?}"
+        );
+    }
+
+    #[test]
+    fn values_of_any_type_go_from_a_cell_to_its_faces_and_nowhere_else() {
+        let bounded = BoundedCells::of(&mesh());
+        let numbers = Values::F32(vec![
+            1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14.,
+        ]);
+        let mut vectors = DataArray::tuples("v", 2, numbers);
+        bounded.give_values(&mut vectors);
+        let wanted = vec![1., 2., 3., 4., 3., 4., 1., 2., 9., 10., 3., 4., 13., 14.];
+        assert_eq!(vectors.values, Values::F32(wanted));
+        let mut flags = DataArray::scalar("flag", Values::U8(vec![7, 9, 0, 0, 0, 0, 1]));
+        bounded.give_values(&mut flags);
+        assert_eq!(flags.values, Values::U8(vec![7, 9, 9, 7, 0, 9, 1]));
+        let words = ["a", "b", "", "", "c", "", "d"].map(str::to_owned).to_vec();
+        let mut words = DataArray::scalar("word", Values::Text(words));
+        bounded.give_values(&mut words);
+        let wanted = ["a", "b", "b", "a", "c", "b", "d"].map(str::to_owned);
+        assert_eq!(words.values, Values::Text(wanted.to_vec()));
+    }
+
+    #[test]
+    fn edges_bound_plane_cells_and_polygons_polyhedra() {
+        let mut plane = Mesh {
+            points: vec![[0.0; 3]; 4],
+            ..Mesh::default()
+        };
+        plane.cells.push(CellKind::Line, &[3, 2]);
+        plane.cells.push(CellKind::Triangle, &[0, 1, 2]);
+        plane.cells.push(CellKind::Polygon, &[0, 2, 3]);
+        assert_eq!(BoundedCells::of(&plane).cell_of(0), Some(2));
+        let mut solid = Mesh {
+            points: vec![[0.0; 3]; 10],
+            ..Mesh::default()
+        };
+        let sides = (0..5).flat_map(|i| [4, i, (i + 1) % 5, 5 + (i + 1) % 5, 5 + i]);
+        let stream = [7, 5, 0, 1, 2, 3, 4, 5, 9, 8, 7, 6, 5]
+            .into_iter()
+            .chain(sides);
+        let stream: Vec<u32> = stream.collect();
+        solid.cells.push_polyhedron(&stream).expect("a good stream");
+        solid.cells.push(CellKind::Polygon, &[4, 3, 2, 1, 0]);
+        assert_eq!(BoundedCells::of(&solid).cell_of(1), Some(0));
+    }
+}
