@@ -6,15 +6,10 @@ import traceback
 from importlib import import_module
 
 CHECKS = [
-<<<<<<< HEAD
-    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam_write", "killed", "interrupted", "power_cut", "full_disk", "batches", "joined", "converted",
-    "quality", "faces", "all_points", "sequence", "morph", "shells", "motions", "surface", "su2_surface", "openfoam_motion", "pvd", "pitching", "size_skew", "twist", "bending",
-    "rotor", "flap", "report", "terminal", "schema", "pages",
-=======
     "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "split", "paraview", "killed", "interrupted", "power_cut",
     "full_disk", "batches", "joined", "converted", "quality", "faces", "all_points", "sequence", "morph", "shells", "motions", "surface",
-    "su2_surface", "pvd", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "repair", "report", "terminal", "schema", "pages",
->>>>>>> integration
+    "openfoam_motion", "su2_surface", "pvd", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "repair", "report", "terminal", "schema",
+    "pages",
 ]
 
 
