@@ -134,7 +134,6 @@ fn every_key_of_this_version_is_read() {
         OutputOptions {
             format_given: true,
             format: "vtu".into(),
-            format_given: true,
             precision: Precision::F32,
             quality: QualityOutput::Cells,
             displacement: true,
