@@ -24,8 +24,7 @@ FACES = {
 
 def by_vtk(case, time=None, region=None, long_labels=False, float_scalars=False):
     """The blocks of VTK's reader: the mesh, patches and cell zones. It is told the widths of binary numbers."""
-    name = f"mesh{{{region}}}.foam" if region else "mesh.foam"
-    marker = case / name
+    marker = case / "mesh.foam"
     there = marker.exists()
     if not there:
         marker.touch()
@@ -48,7 +47,11 @@ def by_vtk(case, time=None, region=None, long_labels=False, float_scalars=False)
         if time is not None:
             reader.SetTimeValue(time)
         reader.Update()
-        return pyvista.wrap(reader.GetOutput())
+        found = dict(blocks(pyvista.wrap(reader.GetOutput())))
+        # A case with regions has their names before all others.
+        own = f"{region or 'defaultRegion'}/"
+        of_region = {name[len(own) :]: block for name, block in found.items() if name.startswith(own)}
+        return of_region or found
     finally:
         if not there:
             marker.unlink()
@@ -124,8 +127,8 @@ def compare(case, path, out, step=None, points=None, **told):
 
     `points` is the file of the points, where it is not that of the case.
     """
-    found = dict(blocks(by_vtk(case, **told)))
-    internal = next(block for name, block in found.items() if name.split("/")[-1] == "internalMesh")
+    found = by_vtk(case, **told)
+    internal = found["internalMesh"]
     grid, volume, tags, zones = by_azimesh(path, out, step)
     expected = points_in(points or case / "constant/polyMesh/points", told.get("float_scalars", False))
     assert np.array_equal(grid.points, expected), f"{path}: points differ"

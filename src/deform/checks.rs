@@ -82,10 +82,7 @@ pub(super) fn check_one_layer(layer: &OneLayer, mesh: &Mesh, motion: &Motion) ->
             Role::Fixed | Role::Sliding => None,
         }
     };
-    let moving = layer
-        .pairs
-        .iter()
-        .filter_map(|pair| Some((pair, pair.map(body_of))));
+    let moving = layer.pairs.iter().map(|pair| (pair, pair.map(body_of)));
     let moving: Vec<_> = moving
         .filter(|(_, bodies)| bodies.iter().any(Option::is_some))
         .collect();

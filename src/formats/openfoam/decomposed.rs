@@ -172,9 +172,7 @@ fn numbers_of(of: &Lists, files: [Option<FoamFile>; 3]) -> Result<Option<Numbers
     ] {
         if found != needed {
             let message = format!("the list has {found} numbers; the piece needs {needed}");
-            return Err(file
-                .checked::<()>(Err(file.text().error(message)))
-                .unwrap_err());
+            return Err(file.refuse(file.text().error(message)));
         }
     }
     Ok(Some(numbers))

@@ -119,8 +119,16 @@ struct Part {
     owner: Vec<u32>,
     neighbour: Vec<u32>,
     outer: FaceList,
-    /// Patch, boundary cell if there is one, and owner of each outer face.
-    on_patch: Vec<(u32, u32, u32)>,
+    on_patch: Vec<OnPatch>,
+}
+
+/// Where an outer face belongs.
+#[derive(Clone, Copy)]
+struct OnPatch {
+    patch: u32,
+    /// Its boundary cell; [`NONE`] without a tag.
+    boundary: u32,
+    owner: u32,
 }
 
 const NONE: u32 = u32::MAX;
@@ -164,13 +172,11 @@ impl OrderedFaces {
     }
 
     /// The faces of the patches, after the inner ones.
-    fn add_patches(&mut self, parts: &[(FaceList, Vec<(u32, u32, u32)>)]) -> Result<()> {
+    fn add_patches(&mut self, parts: &[(FaceList, Vec<OnPatch>)]) -> Result<()> {
         let mut order: Vec<(u32, u32, u32, u32)> = Vec::new();
         for (part, (_, faces)) in parts.iter().enumerate() {
             let faces = faces.iter().enumerate();
-            order.extend(
-                faces.map(|(i, (patch, boundary, _))| (*patch, *boundary, part as u32, i as u32)),
-            );
+            order.extend(faces.map(|(i, face)| (face.patch, face.boundary, part as u32, i as u32)));
         }
         order.sort_unstable();
         let n: usize = order.len() + self.owner.len();
@@ -182,7 +188,7 @@ impl OrderedFaces {
         for (patch, _, part, i) in order {
             let (faces, on_patch) = &parts[part as usize];
             self.faces.push(faces.get(i as usize));
-            self.owner.push(on_patch[i as usize].2);
+            self.owner.push(on_patch[i as usize].owner);
             self.patch_sizes[patch as usize] += 1;
         }
         Ok(())
@@ -254,7 +260,11 @@ impl Walk<'_> {
             face.rotate_left(at);
         }
         let of_tag = boundary.filter(|_| patch != self.rest);
-        part.on_patch.push((patch, of_tag.unwrap_or(NONE), owner));
+        part.on_patch.push(OnPatch {
+            patch,
+            boundary: of_tag.unwrap_or(NONE),
+            owner,
+        });
     }
 }
 
