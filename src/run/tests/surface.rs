@@ -62,8 +62,7 @@ fn each_step_has_the_places_of_the_moving_nodes_in_a_file_of_its_own() {
     deform(folder.path(), &format!("{STEPS}{REST}"), None, false).expect("it runs");
     (0..4).for_each(|step| check_surface(folder.path(), step));
     // The node numbers are those of the SU2 mesh that was read.
-    let first =
-        Mesh::read(folder.path().join("out/airfoil_hybrid_0000.vtu")).expect("it is there");
+    let first = Mesh::read(folder.path().join("out/airfoil_hybrid_0000.vtu")).expect("it is there");
     let mesh = Mesh::read(Path::new(MESH)).expect("it is there");
     assert_eq!(first.points, mesh.points);
 }

@@ -1,0 +1,139 @@
+"""Cases of OpenFOAM by others: read by azimesh and by VTK's reader, compared point by point and face by face.
+
+    python scripts/matrix_openfoam.py FOLDER --azimesh target/release/azimesh -o docs/matrix_openfoam.md
+
+FOLDER holds the cases, and SOURCES.tsv with the name of each of its folders and the repository that it is of. Compared are the mesh at its first time
+and, where there are several, at the last one. VTK is told the width of labels, which it does not find out.
+"""
+
+import argparse
+import csv
+import pathlib
+import re
+import sys
+import tempfile
+
+import pyvista
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent / "verify"))
+HEAD = """# Every OpenFOAM case
+
+Cases of {n} public repositories, each read by azimesh and by VTK's reader (`vtkPOpenFOAMReader`), and compared: points to the bit (VTK has
+them in 32 bits; those of 64 bits are read from the file), cells face by face, patches and cell zones face by face, at the first time and
+at the last. Zones of 64-bit labels are left out, since VTK takes them for 32 bits.
+`python scripts/matrix_openfoam.py` makes this page from a folder of the cases, which are not part of the project.
+
+| case | stored as | points | cells | patches | times | result |
+|---|---|---|---|---|---|---|
+"""
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("folder", type=pathlib.Path)
+    arguments.add_argument("--azimesh")
+    arguments.add_argument("-o", "--output", type=pathlib.Path)
+    asked = arguments.parse_args()
+    import program
+
+    program.AZIMESH = asked.azimesh or program.AZIMESH
+    with open(asked.folder / "SOURCES.tsv", newline="") as file:
+        sources = dict(csv.reader(file, delimiter="\t"))
+    rows = []
+    for name, source in sorted(sources.items(), key=lambda row: row[1].lower()):
+        for mesh in meshes(asked.folder / name):
+            rows.append((source, row(asked.folder / name, mesh, source)))
+            print(rows[-1][1], flush=True)
+    if asked.output:
+        text = HEAD.format(n=len({source for source, _ in rows})) + "".join(f"{line}\n" for _, line in rows)
+        asked.output.write_text(text)
+    sys.exit(any("**wrong**" in line for _, line in rows))
+
+
+def meshes(folder):
+    """The polyMesh folders that a case begins with, without pieces of decomposed cases."""
+    for faces in sorted(folder.rglob("constant/**/polyMesh/faces*")):
+        inside = faces.relative_to(folder).parts
+        if faces.name in ("faces", "faces.gz") and not any(part.startswith("processor") for part in inside):
+            yield faces.parent
+
+
+def row(folder, mesh, source):
+    parts = mesh.parts
+    at = len(parts) - 1 - parts[::-1].index("constant")
+    case, region = pathlib.Path(*parts[:at]), "/".join(parts[at + 1 : -1]) or None
+    name = "/".join([source, *case.relative_to(folder).parts, *([region] if region else [])])
+    times = sorted((path.parts[at] for path in case.glob(f"*/{region + '/' if region else ''}polyMesh/points*")
+                    if re.fullmatch(r"[\d.e-]+", path.parts[at])), key=float)  # fmt: skip
+    found = outcome(case, mesh, region, times)
+    seen = [found.get(key, "") for key in ("points", "cells", "tags")]
+    return f"| {name} | {stored(mesh)} | {' | '.join(map(str, seen))} | {len(times) or ''} | {found['result']} |"
+
+
+def stored(mesh):
+    """How the faces are stored, as their header says."""
+    import gzip
+
+    packed = mesh / "faces.gz"
+    data = gzip.decompress(packed.read_bytes()) if packed.exists() else (mesh / "faces").read_bytes()
+    header = data[:2000].decode("latin1")
+    word = lambda key: (re.search(rf"\b{key}\s+(\w+);", header) or ["", ""])[1]
+    return ", ".join([word("format"), word("class")] + (["gzip"] if packed.exists() else []))
+
+
+def outcome(case, mesh, region, times):
+    """What was compared, and whether it is the same."""
+    path = mesh if region else case
+    several = bool(times)
+    try:
+        # Without a folder 0, VTK has no mesh of constant.
+        if not several or (case / "0").exists():
+            found = compared(case, path, region, 0 if several else None, 0.0)
+        if several:
+            last = case / times[-1] / (region or "") / "polyMesh" / "points"
+            found = compared(case, path, region, -1, float(times[-1]), last)
+        wide = ", labels of 64 bits" if found["wide"] else ""
+        return found | {"result": f"same as VTK{wide}"}
+    except AssertionError as error:
+        words = " ".join(str(error).replace(str(case), "").split()).replace("|", "/")
+        return {"result": f"**wrong**: {words[:300]}"}
+
+
+def of_region(read, region):
+    """VTK's reader, but of one region only, and without zones of 64-bit labels."""
+
+    def reader(*arguments, **named):
+        found = read(*arguments, **named)
+        if region or "internalMesh" not in found.keys():
+            found = found[region or "defaultRegion"]
+        kept = [name for name in found.keys() if name != "zones" or not named.get("long_labels")]
+        return pyvista.MultiBlock({name: found[name] for name in kept})
+
+    return reader
+
+
+def compared(case, path, region, step, time, points=None):
+    """What `foam.compare` says, with labels of 32 bits or else of 64; the first failure where both fail."""
+    import foam
+
+    chosen = {} if region is None else {"region": region}
+    points = points or case / "constant" / (region or "") / "polyMesh" / "points"
+    is_last = step == -1
+    read, failed = foam.by_vtk, []
+    foam.by_vtk = of_region(read, region)
+    with tempfile.TemporaryDirectory() as scratch:
+        out = pathlib.Path(scratch) / "ours.vtu"
+        told = {"step": None if is_last else step, "points": points, "time": time if is_last else 0.0, **chosen}
+        try:
+            for wide in (False, True):
+                try:
+                    return foam.compare(case, path, out, long_labels=wide, **told) | {"wide": wide}
+                except (AssertionError, KeyError, StopIteration, ValueError) as error:
+                    failed.append(error)
+        finally:
+            foam.by_vtk = read
+    raise AssertionError(" / ".join(f"{type(error).__name__} {error}" for error in failed))
+
+
+if __name__ == "__main__":
+    main()
