@@ -69,7 +69,7 @@ pub fn push_integer(buffer: &mut Vec<u8>, value: u64) {
     while left >= 100 {
         at -= 2;
         let pair = 2 * (left % 100) as usize;
-        digits[at..at + 2].copy_from_slice(&PAIRS[pair..pair + 2]);
+        [digits[at], digits[at + 1]] = [PAIRS[pair], PAIRS[pair + 1]];
         left /= 100;
     }
     if left >= 10 {

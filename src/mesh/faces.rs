@@ -58,6 +58,7 @@ impl Entry {
     };
 
     /// `None` for a face that has collapsed to fewer corners than `least`.
+    #[inline]
     pub fn new(corners: &[u32], least: usize, cell: usize, face: u32) -> Option<Self> {
         let mut smallest = [NONE; 4];
         let size = match corners.len() {
@@ -80,23 +81,29 @@ impl Entry {
         })
     }
 
+    #[inline]
     pub fn key(&self) -> (u128, u32) {
-        let [a, b, c, d] = self.corners.map(u128::from);
-        (a << 96 | b << 64 | c << 32 | d, self.size())
+        let pair = |high: u32, low: u32| u128::from(high) << 32 | u128::from(low);
+        let [a, b, c, d] = self.corners;
+        (pair(a, b) << 64 | pair(c, d), self.size())
     }
 
+    #[inline]
     pub fn size(&self) -> u32 {
         self.face_and_size & 255
     }
 
+    #[inline]
     pub fn face(&self) -> u32 {
         self.face_and_size >> 8
     }
 
+    #[inline]
     pub fn is_boundary(&self) -> bool {
         self.face() == BOUNDARY
     }
 
+    #[inline]
     fn order(&self) -> ((u128, u32), u32, u32) {
         (self.key(), self.cell, self.face_and_size)
     }

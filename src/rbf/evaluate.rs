@@ -161,18 +161,26 @@ impl NearbyBase {
 #[inline(always)]
 fn load_points<S: Simd>(simd: S, points: &[Vector], inverse: f64) -> [S::f64s; 3] {
     let last = points.len() - 1;
-    std::array::from_fn(|axis| {
-        let lanes: [f64; MOST_LANES] =
-            std::array::from_fn(|lane| points[lane.min(last)][axis] * inverse);
-        simd.partial_load_f64s(&lanes[..S::F64_LANES])
-    })
+    let mut lanes = [[0.0; MOST_LANES]; 3];
+    for lane in 0..MOST_LANES {
+        let point = points[lane.min(last)];
+        for axis in 0..3 {
+            lanes[axis][lane] = point[axis] * inverse;
+        }
+    }
+    [
+        simd.partial_load_f64s(&lanes[0][..S::F64_LANES]),
+        simd.partial_load_f64s(&lanes[1][..S::F64_LANES]),
+        simd.partial_load_f64s(&lanes[2][..S::F64_LANES]),
+    ]
 }
 
 /// Squared distances of a register of points from a base point.
 #[inline(always)]
 fn squared_distance<S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
-    let [dx, dy, dz] =
-        std::array::from_fn(|axis| simd.sub_f64s(x[axis], simd.splat_f64s(base[axis])));
+    let dx = simd.sub_f64s(x[0], simd.splat_f64s(base[0]));
+    let dy = simd.sub_f64s(x[1], simd.splat_f64s(base[1]));
+    let dz = simd.sub_f64s(x[2], simd.splat_f64s(base[2]));
     simd.mul_add_e_f64s(dz, dz, simd.mul_add_e_f64s(dy, dy, simd.mul_f64s(dx, dx)))
 }
 

@@ -110,7 +110,7 @@ GroupWritten {
 
 fn zones_held(format: &str) -> &'static str {
     match format {
-        "SU2" => "zones only where they are all of the mesh and share no nodes",
+        "SU2" => "zones only where two or more make up the mesh and share no nodes",
         _ => "no zones",
     }
 }

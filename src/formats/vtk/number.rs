@@ -160,6 +160,7 @@ pub trait Number: bytemuck::Pod + Send + Sync {
 
 macro_rules! integer {
     ($($T:ident),*) => { $(impl Number for $T {
+        #[inline]
         fn from_bytes(bytes: &[u8]) -> Self {
             Self::from_ne_bytes(bytes.try_into().expect("the caller cuts to size"))
         }
@@ -203,6 +204,7 @@ fn parse_digits(digits: &[u8]) -> Option<u64> {
 
 macro_rules! float {
     ($($T:ident),*) => { $(impl Number for $T {
+        #[inline]
         fn from_bytes(bytes: &[u8]) -> Self {
             Self::from_ne_bytes(bytes.try_into().expect("the caller cuts to size"))
         }

@@ -77,6 +77,7 @@ impl Open {
     }
 }
 
+#[inline]
 fn hash(entry: &Entry) -> u64 {
     let (corners, size) = entry.key();
     let mixed = (corners as u64 ^ u64::from(size)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -170,6 +171,7 @@ impl Desk {
 }
 
 /// Whether two sides are one face of two cells.
+#[inline]
 fn is_same(cells: &Cells, a: &Entry, b: &Entry) -> bool {
     a.key() == b.key()
         && a.cell != b.cell

@@ -62,9 +62,10 @@ impl Corner {
         }
     }
 
+    #[inline]
     fn at(p: &[Vector], corner: [usize; 4]) -> Self {
-        let [at, a, b, c] = corner.map(|i| p[i]);
-        Self::new([sub(a, at), sub(b, at), sub(c, at)])
+        let [at, a, b, c] = corner;
+        Self::new([sub(p[a], p[at]), sub(p[b], p[at]), sub(p[c], p[at])])
     }
 
     /// `|A| |A^-1| / 3` in Frobenius norms for the matrix `A` of the edges; infinite where the

@@ -217,17 +217,17 @@ impl<'a> Finder<'a> {
 
 /// A kind of solid cell with `N` corners.
 trait Solid<const N: usize> {
-    fn centre(p: &[Vector; N]) -> Centre;
+    fn centre(corner: impl Fn(usize) -> Vector) -> Centre;
 }
 
 #[inline(always)]
-fn tri<const N: usize>(p: &[Vector; N], nodes: [usize; 3]) -> Face {
-    geometry::triangle(p[nodes[0]], p[nodes[1]], p[nodes[2]])
+fn tri(corner: &impl Fn(usize) -> Vector, nodes: [usize; 3]) -> Face {
+    geometry::triangle(corner(nodes[0]), corner(nodes[1]), corner(nodes[2]))
 }
 
 #[inline(always)]
-fn quad<const N: usize>(p: &[Vector; N], nodes: [usize; 4]) -> Face {
-    geometry::polygon(4, |i| p[nodes[i]])
+fn quad(corner: &impl Fn(usize) -> Vector, nodes: [usize; 4]) -> Face {
+    geometry::polygon(4, |i| corner(nodes[i]))
 }
 
 macro_rules! solids {
@@ -237,8 +237,8 @@ macro_rules! solids {
 
             impl Solid<$n> for $name {
                 #[inline(always)]
-                fn centre(p: &[Vector; $n]) -> Centre {
-                    geometry::cell(&[$($face(p, $nodes)),+], 3)
+                fn centre(corner: impl Fn(usize) -> Vector) -> Centre {
+                    geometry::cell(&[$($face(&corner, $nodes)),+], 3)
                 }
             }
         )*
@@ -277,11 +277,7 @@ fn solid_centres<S: Solid<N>, const N: usize>(
     }
     let mut found = [[0.0; BLOCK]; 4];
     for i in 0..BLOCK {
-        let mut p = [[0.0; 3]; N];
-        for k in 0..N {
-            p[k] = [corners[k][0][i], corners[k][1][i], corners[k][2][i]];
-        }
-        let centre = S::centre(&p);
+        let centre = S::centre(|k| [corners[k][0][i], corners[k][1][i], corners[k][2][i]]);
         found[0][i] = centre.at[0];
         found[1][i] = centre.at[1];
         found[2][i] = centre.at[2];

@@ -86,7 +86,10 @@ impl Walk<'_> {
         for cell in run.cell_refs() {
             let own = self.own(&cell);
             for side in sides {
-                let corners = side.map(|corner| cell.nodes[corner]);
+                let mut corners = [0; N];
+                for k in 0..N {
+                    corners[k] = cell.nodes[side[k]];
+                }
                 self.side(&own, &corners, sink);
             }
         }
