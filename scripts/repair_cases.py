@@ -13,7 +13,6 @@ import tempfile
 import time
 from pathlib import Path
 
-import meshio
 import numpy as np
 
 AZIMESH = Path(sys.argv[1]).resolve()
@@ -39,13 +38,6 @@ def su2(path, points, cells, tags, dimension=2):
         lines += [f"MARKER_TAG= {name}", f"MARKER_ELEMS= {len(members)}"]
         lines += [" ".join(map(str, (faces[len(face)], *face))) for face in members]
     path.write_text("\n".join(lines) + "\n")
-
-
-def cut_out(n, extent, holes):
-    """Squares of a box of `n` x `n` cells around rectangular holes (name, x0, x1, y0, y1); edges of each hole."""
-    xs = np.unique(np.concatenate([np.linspace(*extent, n + 1), *[hole[1:3] for hole in holes]]).round(9))
-    ys = np.unique(np.concatenate([np.linspace(*extent, n + 1), *[hole[3:5] for hole in holes]]).round(9))
-    return xs, ys
 
 
 def two_blocks(folder, gap, move, n=60):
@@ -99,8 +91,8 @@ def blocks(folder, xs, ys, holes):
     return folder / "mesh.su2"
 
 
-def half_body(folder, angle, slides, n=48):
-    """Half a cylinder on a plane, turned about its centre: its flat side would dive into the plane where it is one of the body's."""
+def half_body(folder, by, slides, n=48):
+    """Half a cylinder on a plane, moved along it. Where the plane is fixed the body overtakes its nodes: no valid mesh exists."""
     rings, around = 24, n
     radii = 0.1 * (10 ** np.linspace(0, 1, rings + 1))
     angles = np.linspace(0, np.pi, around + 1)
@@ -113,7 +105,6 @@ def half_body(folder, angle, slides, n=48):
         "plane": [(node(0, j), node(0, j + 1)) for j in range(rings)] + [(node(around, j), node(around, j + 1)) for j in range(rings)],
     }
     su2(folder / "mesh.su2", points, cells, tags)
-    # A pitching about the centre that keeps the body on its plane would need a body of revolution: here it moves along it.
     return folder / "mesh.su2", f"""version = 1
 [time]
 values = [0.0, 1.0]
@@ -121,7 +112,7 @@ values = [0.0, 1.0]
 name = "body"
 tags = ["body"]
 [body.rigid]
-translate = [{angle / 180.0}, 0.0, 0.0]
+translate = [{by}, 0.0, 0.0]
 ramp = true
 [boundaries]
 fixed = ["outer"{'' if slides else ', "plane"'}]
@@ -158,11 +149,24 @@ fixed = ["{fixed}"]
 """
 
 
-def blade(folder, angle, nodes=500_000):
-    """A blade of hexahedra, pitched."""
-    azimesh("sample", "blade", "--nodes", nodes, "-o", folder / "mesh.vtu", "--force")
-    text = (folder / "mesh.toml").read_text()
-    return folder / "mesh.vtu", text, angle
+def blade(folder, angle, cells, nodes=20_000):
+    """A blade with first cells of 1e-5 chord, turned about its span."""
+    azimesh("sample", "blade", "--nodes", nodes, "--cells", cells, "-o", folder / "mesh.vtu", "--force")
+    return folder / "mesh.vtu", f"""version = 1
+[time]
+values = [0.0, 1.0]
+[[body]]
+name = "blade"
+tags = ["blade"]
+[body.rigid]
+rotate = {{ axis = [1.0, 0.0, 0.0], origin = [0.0, 0.0, 0.0], angle = {angle} }}
+ramp = true
+[boundaries]
+fixed = ["outer"]
+[rbf]
+support_radius = 5.625
+interpolate = "twist"
+"""
 
 
 def run(name, folder, mesh, schedule):
@@ -198,11 +202,14 @@ CASES = {}
 for gap in (0.05, 0.005, 0.0005):
     for times in (2, 4, 20, 60):
         CASES[f"gap {gap} moved by {times} gaps"] = lambda folder, gap=gap, times=times: two_blocks(folder, gap, min(gap * times, 0.3))
-for along in (30, 90, 180):
-    CASES[f"half body sliding plane {along}"] = lambda folder, along=along: half_body(folder, along, True)
-    CASES[f"half body fixed plane {along}"] = lambda folder, along=along: half_body(folder, along, False)
+for by in (0.2, 0.5, 0.7):
+    CASES[f"half body on a sliding plane, {by}"] = lambda folder, by=by: half_body(folder, by, True)
+    CASES[f"half body on a fixed plane, {by} (none)"] = lambda folder, by=by: half_body(folder, by, False)
 for angle in (90, 120, 180, 270):
     CASES[f"o-grid {angle}"] = lambda folder, angle=angle: o_grid(folder, angle)
+for angle in (120, 180):
+    for cells in ("hex", "wedge", "tet"):
+        CASES[f"blade of {cells}, {angle}"] = lambda folder, angle=angle, cells=cells: blade(folder, angle, cells)
 
 
 def main():

@@ -120,14 +120,16 @@ $Elements
 $EndElements
 """
 BENT = """NDIME= 2
-NELEM= 2
+NELEM= 3
 5 0 1 2 0
 5 0 2 3 1
-NPOIN= 4
+5 1 4 2 2
+NPOIN= 5
 0 0 0
 1 0 1
--1 -0.5 2
+1 1 2
 0 1 3
+0.8 0.5 4
 NMARK= 0
 """
 ONE_STEP = """<VTKFile type="Collection" version="0.1"><Collection>
@@ -214,7 +216,7 @@ def folding(folder, told, record):
         yield record(folder / name / "run.json")
         yield told("select", mesh, folder / f"{name}.toml", "-o", base)
     folded = sorted((folder / "warn").glob("*.vtu"))[-1]
-    given = ("--reference", folder / "block.vtu", "--improve", "0.9")
+    given = ("--reference", folder / "block.vtu", "--improve", "0.2")
     yield told("repair", folded, "-o", folder / "untangled.vtu", *given)
     (folder / "bent.su2").write_text(BENT)
     yield told("repair", folder / "bent.su2", "-o", folder / "stuck.vtu", expect=1)

@@ -376,7 +376,10 @@ impl Derivatives {
         let mut blocks = [[[0.0; 9]; N]; N];
         for k in 0..N {
             for l in k..N {
-                let block = density.block(right[k], right[l]).map(|x| w * x);
+                let mut block = density.block(right[k], right[l]);
+                for value in &mut block {
+                    *value *= w;
+                }
                 blocks[k][l] = block;
                 if l > k {
                     blocks[l][k] = transposed(&block);

@@ -21,8 +21,8 @@ const GROWTH: f64 = 3.0;
 /// A round that lifts the least value by less than this part of what is missing is the last.
 const LEAST_GAIN: f64 = 0.01;
 
-/// Improves the judged cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that a cell
-/// was in. The result is the same on any number of threads.
+/// Improves the judged cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that
+/// improved one. The result is the same on any number of threads.
 ///
 /// # Errors
 /// Where `stop` was asked for.
@@ -64,16 +64,19 @@ pub fn improve(
         })?;
         let before = place(&solved, points);
         let now = scaled_jacobians(task.mesh, points, task.reference);
-        logs.clear();
+        let mut accepted = Vec::new();
         for ((region, solved), before) in regions.iter().zip(&solved).zip(before) {
             let rises = least_of(region, &now) > least_of(region, &values);
             if rises && still_invalid(task, &region.cells, points).is_empty() {
-                logs.push(log(region, solved, &before, RINGS + round));
+                accepted.push(log(region, solved, &before, RINGS + round));
                 continue;
             }
             for (&(node, _), place) in solved.moved.iter().zip(before) {
                 points[node as usize] = place;
             }
+        }
+        if !accepted.is_empty() {
+            logs = accepted;
         }
         weight *= GROWTH;
     }

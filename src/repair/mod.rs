@@ -145,13 +145,21 @@ pub struct Repaired {
     pub unrepaired: Vec<Unrepaired>,
 }
 
-/// A region that is not valid yet.
+/// A region that is not finished.
 struct Open {
     seeds: Vec<u32>,
     /// Where its nodes were.
     before: BTreeMap<u32, Vector>,
+    /// The least determinant when it was valid; 0 where it never was.
+    least: f64,
     log: PatchLog,
 }
+
+/// A valid region is solved again with more rings while its least determinant is below this and has become larger by
+/// this factor.
+const ENOUGH: f64 = 0.02;
+const WORTH: f64 = 1.5;
+const MOST_RINGS_OF_VALID: usize = 24;
 
 /// Moves nodes of `points` so that every judged cell becomes valid, as few of them as possible. The result is the same
 /// on any number of threads.
@@ -179,6 +187,7 @@ pub fn untangle(
     let mut open = vec![Open {
         seeds,
         before: BTreeMap::new(),
+        least: 0.0,
         log: PatchLog::default(),
     }];
     let mut n_moving = 0;
@@ -289,7 +298,9 @@ impl Round<'_> {
             next.log.invalid = left.len();
             next.log.largest_move = largest_move(&next.before, points);
             let stuck: BTreeSet<u32> = solved.stuck.iter().copied().collect();
-            if left.iter().all(|(cell, _)| stuck.contains(cell)) {
+            if left.is_empty() && self.is_squeezed(&mut next) {
+                open.push(next);
+            } else if left.iter().all(|(cell, _)| stuck.contains(cell)) {
                 repaired.give_up(
                     left.into_iter().map(|entry| entry.0).collect(),
                     Reason::Fixed,
@@ -302,11 +313,21 @@ impl Round<'_> {
         Ok(outcome)
     }
 
+    /// Whether a valid region should be solved again with more rings, since its cells are much smaller than in the
+    /// reference, and more rings have helped so far.
+    fn is_squeezed(&self, region: &mut Open) -> bool {
+        let least = region.log.least;
+        let helped = least > WORTH * region.least;
+        region.least = least;
+        least < ENOUGH && helped && 2 * self.rings <= MOST_RINGS_OF_VALID
+    }
+
     /// A region with what is known of it from rounds of fewer rings.
     fn opened(&self, region: &Region, earlier: &[Open], points: &[Vector]) -> Open {
         let mut next = Open {
             seeds: region.seeds.clone(),
             before: BTreeMap::new(),
+            least: 0.0,
             log: PatchLog {
                 least_before: f64::INFINITY,
                 ..PatchLog::default()
@@ -322,6 +343,7 @@ impl Round<'_> {
                     .extend(old.before.iter().map(|(node, place)| (*node, *place)));
                 next.log.steps += old.log.steps;
                 next.log.iterations += old.log.iterations;
+                next.least = next.least.max(old.least);
                 if old.log.rings > 0 {
                     next.log.least_before = next.log.least_before.min(old.log.least_before);
                 }
@@ -370,8 +392,13 @@ impl Repaired {
             .extend(cells.map(|cell| Unrepaired { cell, reason }));
     }
 
-    /// Closes a region that has not become valid; where it has as many invalid cells as before, it is put back.
+    /// Closes a region that is not finished when no more rings are left. One that has not become valid, and has as
+    /// many invalid cells as before, is put back.
     fn finish(&mut self, task: Task<'_>, mut open: Open, points: &mut [Vector]) {
+        if open.log.invalid == 0 {
+            self.patches.push(open.log);
+            return;
+        }
         if open.log.invalid >= open.log.invalid_before {
             for (&node, &place) in &open.before {
                 points[node as usize] = place;

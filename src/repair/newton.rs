@@ -23,6 +23,9 @@ const ARMIJO: f64 = 1e-4;
 const SHORTEST: f64 = 1e-6;
 /// A patch without folded simplices is finished when a step lowers the functional by less than this part.
 const SETTLED: f64 = 0.02;
+/// The least determinant that is sought, and steps that are spent on it once the functional has settled.
+const ENOUGH: f64 = 0.02;
+const POLISH: usize = 4;
 /// Steps without progress after which a folded patch is given up.
 const PATIENCE: usize = 6;
 
@@ -59,7 +62,7 @@ pub(super) fn minimise(
     };
     let settled = settled.unwrap_or(SETTLED);
     let mut best = state;
-    let mut waiting = 0;
+    let (mut waiting, mut polished) = (0, 0);
     while course.steps < most {
         stop.check()?;
         let before = patch.derive(eps, &mut slope);
@@ -79,7 +82,8 @@ pub(super) fn minimise(
         };
         state = after;
         let won = 1.0 - after.value / before.value;
-        if after.least > 0.0 && won < settled {
+        polished += usize::from(after.least > 0.0 && won < settled);
+        if (after.least > ENOUGH && polished > 0) || polished > POLISH {
             break;
         }
         eps = lowered(eps, after.least, won);

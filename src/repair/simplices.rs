@@ -7,6 +7,9 @@
 
 use crate::mesh::{CellKind, CellRef, Mesh};
 
+/// Cells of more nodes are left as they are: work grows with the square.
+const MOST_NODES: usize = 500;
+
 /// Three edges, each from one point of the cell to another.
 pub(super) type Edges = [[u16; 2]; 3];
 
@@ -49,9 +52,12 @@ fn at_corners(kind: CellKind) -> &'static [[u16; 4]] {
 }
 
 impl Simplices {
-    /// Those of a cell; with `between` also those between corners.
+    /// Those of a cell; with `between` also those between corners. None for a cell of very many nodes.
     pub(super) fn of(mesh: &Mesh, cell: &CellRef<'_>, between: bool) -> Self {
         let mut all = Self::default();
+        if cell.nodes.len() > MOST_NODES {
+            return all;
+        }
         let kind = cell.kind.linear();
         for [from, to @ ..] in at_corners(kind) {
             all.edges.push(to.map(|to| [*from, to]));

@@ -1,7 +1,6 @@
 //! Conjugate gradients with the incomplete factorisation.
 
-use super::{Blocks, Incomplete};
-use crate::geometry::vector::{Vector, dot};
+use super::{Blocks, Incomplete, Vector};
 
 /// What the solver came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,5 +61,8 @@ pub fn solve(
 
 /// `a . b`, summed in order.
 fn product(a: &[Vector], b: &[Vector]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| dot(*a, *b)).sum()
+    let terms = a.iter().zip(b);
+    terms
+        .map(|(a, b)| a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+        .sum()
 }

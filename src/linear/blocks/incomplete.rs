@@ -10,8 +10,7 @@
 //! (T. A. Manteuffel, An incomplete factorization technique for positive definite linear systems, Math. Comp. 34,
 //! 1980).
 
-use super::{Block, Blocks, subtract_times, subtract_transposed_times, times};
-use crate::geometry::vector::Vector;
+use super::{Block, Blocks, Vector, subtract_times, subtract_transposed_times, times};
 use multiversion::multiversion;
 
 /// Part of the diagonal that is added where a pivot is not positive; four times as much at each try.

@@ -10,9 +10,10 @@ mod tests;
 pub use conjugate::{Solved, solve};
 pub use incomplete::Incomplete;
 
-use crate::geometry::vector::Vector;
 use multiversion::multiversion;
 
+/// The three numbers of a block row.
+pub type Vector = [f64; 3];
 /// A 3x3 block by rows.
 pub type Block = [f64; 9];
 
