@@ -124,7 +124,10 @@ impl FoamFile {
             });
             text.at = end + 1;
         }
-        Ok(blocks)
+        match blocks.is_empty() {
+            true => Err(text.error("the file has no block of any piece: it is cut off or damaged")),
+            false => Ok(blocks),
+        }
     }
 }
 

@@ -86,8 +86,6 @@ fn a_mesh_has_the_cells_faces_tags_and_zones_of_its_files() {
         (zone.name.as_str(), zone.cells.iter().collect()),
         ("top", vec![1, 2])
     );
-    let quality = crate::quality::quality(&mesh);
-    assert!(quality.is_ok_and(|quality| quality.inverted == 0));
 }
 
 #[test]
@@ -568,6 +566,18 @@ fn pieces_that_do_not_fit_are_refused() {
         error.contains(
             "a cell has number 7 in the whole, but all pieces have only 3 cells together"
         ),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_collated_file_without_blocks_is_refused() {
+    let case = decomposed(BINARY, true, true);
+    let path = case.path().join("processors2/constant/polyMesh/points");
+    fs::write(&path, BINARY.header("decomposedBlockData")).expect("it is written");
+    let error = refused(case.path());
+    assert!(
+        error.ends_with("the file has no block of any piece: it is cut off or damaged"),
         "{error}"
     );
 }
