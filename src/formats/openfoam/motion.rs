@@ -40,7 +40,7 @@ pub(super) fn write_time(
     out: &mut OutputSet,
     options: &WriteOptions,
 ) -> Result<()> {
-    out.into_folder(&place.case, &[])?;
+    out.place_in(&place.case, &[])?;
     points(mesh.points, out, place, folder, options)?;
     let mut arrays = mesh.point_arrays.iter();
     let displacement = arrays.find(|array| array.name == DISPLACEMENT && array.n_components == 3);

@@ -70,7 +70,7 @@ impl CaseFormat for OpenFoam {
         let place = Place::of(case, mesh);
         let own = place.folder(CONSTANT);
         let write = |out: &mut OutputSet| -> Result<Notes> {
-            out.into_folder(&place.case, &[&own])?;
+            out.place_in(&place.case, &[&own])?;
             topology(mesh, out, &place, options)
         };
         let is_there_already = place.case.join(&own).exists();
@@ -260,7 +260,7 @@ impl SequenceFile for Sequence {
             },
         )
         .hashed();
-        out.into_folder(&self.folder, &[])?;
+        out.place_in(&self.folder, &[])?;
         if is_first {
             self.notes = topology(mesh, &mut out, &place, &self.options)?;
             points(mesh.points, &mut out, &place, CONSTANT, &self.options)?;

@@ -104,7 +104,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions
     check(mesh)?;
     let place = Place::of(out.path(), mesh);
     let foam = foam_file(out.path());
-    out.into_folder(&place.case, &[&place.folder(CONSTANT)])?;
+    out.place_in(&place.case, &[&place.folder(CONSTANT)])?;
     let notes = topology(mesh, out, &place, options)?;
     points(mesh.points, out, &place, CONSTANT, options)?;
     if !place.case.join(&foam).exists() {
