@@ -20,36 +20,27 @@ const PARTS: usize = 16;
 
 /// The faces of each cell, ascending.
 pub(super) struct CellFaces {
-    starts: Vec<usize>,
-    faces: Vec<u32>,
+    /// Cells of a part.
+    size: usize,
+    /// Of each part, the ends of its lists with a 0 before them, and the lists.
+    parts: Vec<(Vec<usize>, Vec<u32>)>,
 }
 
 impl CellFaces {
     /// Collects the faces of `n_cells` cells. `neighbour` has the faces between two cells, which are the first.
     pub fn new(n_cells: usize, owner: &[u32], neighbour: &[u32]) -> Self {
         let blocks = Blocks::new(owner, neighbour);
-        let part = |i: usize| {
-            let size = n_cells.div_ceil(PARTS);
-            (i * size).min(n_cells)..((i + 1) * size).min(n_cells)
-        };
+        let size = n_cells.div_ceil(PARTS).max(1);
+        let part = |i: usize| (i * size).min(n_cells)..((i + 1) * size).min(n_cells);
         let parts = map(PARTS, &|i| blocks.of_cells(part(i), owner, neighbour));
-        let mut all = Self {
-            starts: Vec::with_capacity(n_cells + 1),
-            faces: Vec::with_capacity(owner.len() + neighbour.len()),
-        };
-        for (ends, faces) in parts {
-            let first = all.faces.len();
-            all.starts
-                .extend(ends[..ends.len() - 1].iter().map(|end| first + end));
-            all.faces.extend_from_slice(&faces);
-        }
-        all.starts.push(all.faces.len());
-        all
+        Self { size, parts }
     }
 
     /// The faces of a cell.
     pub fn get(&self, cell: usize) -> &[u32] {
-        &self.faces[self.starts[cell]..self.starts[cell + 1]]
+        let (ends, faces) = &self.parts[cell / self.size];
+        let cell = cell % self.size;
+        &faces[ends[cell]..ends[cell + 1]]
     }
 }
 
@@ -177,11 +168,17 @@ fn in_batches(
     part: &(dyn Fn(Range<usize>) -> Result<Cells> + Sync),
 ) -> Result<()> {
     let mut start = range.start;
+    let n_entries = cells.connectivity().len();
     while start < range.end {
         let end = range.end.min(start + BATCH * CELLS);
         let of_block = |block: Range<usize>| part(start + block.start..start + block.end);
         for part in map_blocks(end - start, CELLS, &of_block) {
             cells.append(&part?);
+        }
+        if start == range.start {
+            // The others take about as much as the first.
+            let first = cells.connectivity().len() - n_entries;
+            cells.reserve(first / (end - start) * (range.end - end));
         }
         start = end;
     }
