@@ -72,7 +72,14 @@ pub(super) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result
 }
 
 /// Refuses a motion that leaves the plane of a mesh of one layer, or that moves its sides apart.
-pub(super) fn check_one_layer(layer: &OneLayer, mesh: &Mesh, motion: &Motion) -> Result<()> {
+pub(super) fn check_one_layer(
+    layer: Option<&OneLayer>,
+    mesh: &Mesh,
+    motion: &Motion,
+) -> Result<()> {
+    let Some(layer) = layer else {
+        return Ok(());
+    };
     let least = LEAST_RADIUS * Bounds::around(&mesh.points).diagonal();
     let surface = &motion.surface.nodes;
     let body_of = |node: u32| {

@@ -75,9 +75,7 @@ impl Plan {
         choices.extend(periodic.found.iter().cloned());
         check_combination(&schedule, &motion, &surface, &periodic).map_err(in_schedule)?;
         let one_layer = OneLayer::find(&mesh)?;
-        if let Some(layer) = &one_layer {
-            check_one_layer(layer, &mesh, &motion).map_err(in_schedule)?;
-        }
+        check_one_layer(one_layer.as_ref(), &mesh, &motion).map_err(in_schedule)?;
         let cell = first_cells.smallest().unwrap_or(f64::INFINITY);
         let truncation = TRUNCATION * tolerance.min(cell);
         let method = method(&schedule, &surface, &periodic, basis, tolerance, truncation);

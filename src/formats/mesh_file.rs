@@ -1,7 +1,7 @@
 //! Reads and writes meshes by their paths: the entry points of this module.
 
-use super::output_set::stage_folder;
 use super::save::stage_file;
+use super::staged_folder::stage_folder;
 use super::{
     Begin, Commit, Format, Loaded, Location, Notes, OutputSet, ReadOptions, SequenceFile, Staged,
     WriteOptions, by_extension, read,

@@ -29,6 +29,7 @@ mod series;
 mod sink;
 mod source;
 mod staged;
+mod staged_folder;
 pub mod su2;
 #[cfg(test)]
 mod toy;
@@ -45,7 +46,7 @@ pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
-pub use output_set::{Output, OutputSet, SharedFolder};
+pub use output_set::{Output, OutputSet};
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
@@ -54,6 +55,7 @@ pub use staged::{
     Commit, clear_left, end_staged, end_staged_soon, folder_of, is_same, register_temporary,
     sync_folder, unregister_temporary,
 };
+pub use staged_folder::SharedFolder;
 
 use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result, option};

@@ -58,19 +58,11 @@ impl TagRoles {
         }
         let names: Vec<&str> = tags.iter().map(|tag| tag.name.as_str()).collect();
         let mut named = named_tags(&names, bodies, boundaries)?;
-        let is_empty_side =
-            |i: usize| mesh.dimension() == 3 && tags[i].condition.as_deref() == Some(EMPTY);
-        let wrong = |i: &usize| is_empty_side(*i) && !matches!(named[*i], None | Some(Named::Free));
-        if let Some(i) = (0..tags.len()).find(wrong) {
-            return Err(Error::input(format!(
-                "tag \"{}\" is of type empty: the nodes of that side move in its plane with the rest of the mesh, so give it \
-                 no role",
-                names[i]
-            ))
-            .at(schedule.places.of("boundaries")));
-        }
+        let is_side = |i: usize| is_empty_side(mesh, tags[i]);
+        check_sides(&names, &named, is_side)
+            .map_err(|error| error.at(schedule.places.of("boundaries")))?;
         let unnamed: Vec<usize> = (0..tags.len())
-            .filter(|&i| named[i].is_none() && !is_empty_side(i) && touches(tags[i], zone, mesh))
+            .filter(|&i| named[i].is_none() && !is_side(i) && touches(tags[i], zone, mesh))
             .collect();
         let others = match boundaries.others {
             Some(Others::Free) => None,
@@ -181,6 +173,27 @@ fn not_named(names: &[&str], unnamed: &[usize]) -> Error {
          set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         list(unnamed.iter().map(|&i| names[i]))
     ))
+}
+
+/// Whether a tag is a side of a mesh of one layer.
+fn is_empty_side(mesh: &Mesh, tag: &Group) -> bool {
+    mesh.dimension() == 3 && tag.condition.as_deref() == Some(EMPTY)
+}
+
+/// Refuses a role for the sides of a mesh of one layer.
+fn check_sides(
+    names: &[&str],
+    named: &[Option<Named>],
+    is_side: impl Fn(usize) -> bool,
+) -> Result<()> {
+    let wrong = |i: &usize| is_side(*i) && !matches!(named[*i], None | Some(Named::Free));
+    match (0..names.len()).find(wrong) {
+        None => Ok(()),
+        Some(i) => Err(Error::input(format!(
+            "tag \"{}\" is of type empty: the nodes of that side move in its plane with the rest of the mesh, so give it no role",
+            names[i]
+        ))),
+    }
 }
 
 /// What suits tags that the mesh says more of: pairs of periodic sides, and planes.

@@ -5,6 +5,7 @@
 
 pub mod base_file;
 mod base_points;
+mod case;
 mod compatibility;
 mod finished;
 mod lock;

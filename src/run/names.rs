@@ -1,13 +1,13 @@
 //! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
 
-use super::table;
+use super::case::{Case, steps_in_case};
 use crate::error::{Error, Result, counted};
 use crate::formats::{
     Begin, CaseFormat, Commit, Format, Notes, WriteOptions, case_name, hash_of, pvd, vtk_series,
 };
 use crate::mesh::MeshView;
 use crate::motion::Step;
-use crate::record::{Row, Rows, file_name, numbered, part_of, parts_in, step_of};
+use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -54,25 +54,6 @@ pub struct Names {
     case: Option<Case>,
     /// How files take these names.
     pub commit: Commit,
-}
-
-/// A case that holds the steps of a sequence; the folder of [`Names`] lies in it.
-#[derive(Clone)]
-struct Case {
-    format: &'static dyn CaseFormat,
-    folder: PathBuf,
-    /// File of each step, from the case on; empty until [`Names::place_steps`].
-    files: Vec<String>,
-    /// Folder of the mesh that all steps share.
-    shared: String,
-}
-
-impl std::fmt::Debug for Case {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Case")
-            .field("folder", &self.folder)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Names {
@@ -252,35 +233,6 @@ impl Names {
     }
 }
 
-impl Case {
-    fn of(format: &'static dyn CaseFormat, folder: &Path) -> Self {
-        let is_records = folder
-            .file_name()
-            .is_some_and(|name| name == format.records());
-        let is_there = is_records && !folder.join(format.records()).exists() && has_records(folder);
-        Self {
-            format,
-            folder: match folder.parent() {
-                Some(above) if is_there => above.to_path_buf(),
-                _ => folder.to_path_buf(),
-            },
-            files: Vec::new(),
-            shared: String::new(),
-        }
-    }
-
-    /// The folder of the records.
-    fn records(&self) -> PathBuf {
-        self.folder.join(self.format.records())
-    }
-}
-
-/// Whether runs have left records in a folder.
-fn has_records(folder: &Path) -> bool {
-    let is_there = |name: &str| folder.join(file_name(name, None, "json")).exists();
-    is_there("run") || parts_in(folder, "run", "json").is_ok_and(|parts| !parts.is_empty())
-}
-
 /// Files of an earlier run that stand in the folder.
 pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     let mut found = files(names, |name| names.is_ours(name));
@@ -292,25 +244,6 @@ pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
         found.extend(steps_in_case(names, case));
     }
     found
-}
-
-/// Files of the steps that the tables of earlier runs in a case name.
-fn steps_in_case(names: &Names, case: &Case) -> Vec<PathBuf> {
-    let mut tables = vec![names.table()];
-    if !names.is_part() {
-        let parts = parts_in(&names.folder, "steps", "csv").unwrap_or_default();
-        tables.extend(parts.into_iter().map(|(_, path)| path));
-    }
-    let rows = tables
-        .iter()
-        .filter_map(|table| table::read(table).ok())
-        .flatten();
-    // The mesh that all steps share is no step's own.
-    let own = |row: &Row| !case.format.is_shared(row.file.trim_start_matches("../"));
-    let files = rows
-        .filter(|(_, row)| own(row))
-        .flat_map(|(_, row)| case.format.files_of(&names.path(&row.file)));
-    files.collect()
 }
 
 pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {

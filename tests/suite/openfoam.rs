@@ -205,7 +205,8 @@ fn a_run_in_a_case_is_resumed_and_joined_from_parts_to_the_same_files() {
     }
     succeed(folder, &["-q", "finish", "parts"]);
     assert_eq!(meshes(&folder.join("parts")), wanted);
-    let damages: [(&str, fn(&Path)); 5] = [
+    type Damage = (&'static str, fn(&Path));
+    let damages: [Damage; 5] = [
         ("90/polyMesh/points", |path| fs::remove_file(path).unwrap()),
         ("45/wantedDisplacement", |path| fs::write(path, "").unwrap()),
         ("constant/polyMesh/owner", |path| {
