@@ -110,10 +110,13 @@ def foam_vectors(path):
 
 def case_steps(folder):
     """Nodes at every time of a case, ten degrees a step; each time is whole, with its displacement."""
-    found = {}
+    found, done = {}, finished(folder, CASE)
     for points in folder.glob("*/polyMesh/points"):
         time_name = points.parent.parent.name
         step = 0 if time_name == "constant" else round(float(time_name) / 10)
+        if step == 0 and 0 not in done:
+            # `constant` is a copy of the mesh that is given until step 0 is written.
+            continue
         found[step] = foam_vectors(points)
         if step:
             displacement = foam_vectors(points.parent.parent / "wantedDisplacement")
