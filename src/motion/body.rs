@@ -130,7 +130,7 @@ impl Body {
         body.places.add(String::new(), section.line);
         body.tags = section
             .require("tags", "tags = [\"blade\"]")?
-            .patterns("tags")?;
+            .patterns("name the tags of the body")?;
         body.parent = section
             .optional("parent", Entry::string)?
             .map(str::to_owned);

@@ -60,7 +60,8 @@ impl Boundaries {
             ("fixed", "tags", &mut boundaries.fixed),
             ("slide", "tags", &mut boundaries.slide),
         ] {
-            section.set(key, names, |entry| entry.patterns(what))?;
+            let remedy = format!("name the {what}, or leave the key out");
+            section.set(key, names, |entry| entry.patterns(&remedy))?;
         }
         section.set("periodic", &mut boundaries.periodic, read_pairs)?;
         let known = [

@@ -189,11 +189,11 @@ impl<'a> Entry<'a> {
         })
     }
 
-    /// A list of names or globs that is not empty.
-    pub(super) fn patterns(&self, what: &str) -> Result<Vec<Pattern>> {
+    /// A list of names or globs that is not empty; `remedy` is said of one that is.
+    pub(super) fn patterns(&self, remedy: &str) -> Result<Vec<Pattern>> {
         let elements = self.elements("strings")?;
         if elements.is_empty() {
-            return Err(self.error(&format!("is empty; name the {what}, or leave the key out")));
+            return Err(self.error(&format!("is empty; {remedy}")));
         }
         elements.iter().map(Self::pattern).collect()
     }

@@ -188,6 +188,10 @@ fn values_of_the_wrong_type_or_range_are_told_what_would_be_right() {
             "11: `fixed` is the string \"farfield\"; it must be an array of strings",
         ),
         (
+            "top:[[body]]\nname = \"flap\"\ntags = []",
+            "3: `tags` is empty; name the tags of the body",
+        ),
+        (
             "boundaries:fixed = []",
             "11: `fixed` is empty; name the tags, or leave the key out",
         ),
