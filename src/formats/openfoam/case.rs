@@ -424,6 +424,15 @@ fn regions_in(root: &Path) -> Vec<String> {
         .collect()
 }
 
+/// Names of the folders of the pieces in a case.
+pub(super) fn piece_folders(root: &Path) -> Vec<String> {
+    let pieces = pieces_in(root);
+    let names = pieces.iter().filter_map(|pieces| pieces.folder.file_name());
+    names
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect()
+}
+
 /// The folders of the pieces of a decomposed case, in the order of the pieces.
 fn pieces_in(root: &Path) -> Vec<Pieces> {
     let entries = fs::read_dir(root).into_iter().flatten().flatten();

@@ -12,7 +12,7 @@
 //! write        a mesh -> the files of a polyMesh
 //! order, orientation  cells -> faces
 //! boundary     tags -> patches
-//! points       headers and lists, written
+//! points       headers and lists, written; pieces: files of each piece of a decomposed case
 //! motion       points and displacement of a time; times: names of their folders
 //! sequence     a case with many times; beside: what is copied to it
 //! ```
@@ -31,6 +31,7 @@ mod matched;
 mod motion;
 mod order;
 mod orientation;
+mod pieces;
 mod points;
 mod read;
 mod sequence;
@@ -114,7 +115,7 @@ impl Format for OpenFoam {
     fn shared_folder(&self, path: &Path) -> Option<SharedFolder> {
         Some(SharedFolder {
             folder: write::case_of(path),
-            own: "constant/polyMesh",
+            own: write::owned_in(&write::case_of(path)),
             mark: write::foam_file(path),
         })
     }

@@ -6,7 +6,7 @@ use super::decomposed;
 use super::dictionary;
 use super::file::FoamFile;
 use super::lists::{self, Faces};
-use super::topology::{self, Patch, StoredFile, Topology};
+use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
 use crate::diagnostic::formats::Foam;
 use crate::error::{Error, Result};
@@ -40,11 +40,25 @@ pub(super) fn read(location: &Location, options: &ReadOptions, notes: &mut Notes
             .file(location.path())
     })?;
     note_rest(&case, notes);
-    let (lists, files) = match step.is_decomposed {
-        true => (decomposed::read(&case, step, notes)?, Vec::new()),
+    let stored = match step.is_decomposed {
+        true => {
+            let (lists, pieces) = decomposed::read(&case, step, notes)?;
+            Stored {
+                lists,
+                pieces,
+                files: Vec::new(),
+            }
+        }
         false => whole(&case, step, notes)?,
     };
-    mesh(lists, files, &case, notes)
+    mesh(stored, &case, notes)
+}
+
+/// The lists of a mesh and the files that they were read from, whole or in pieces.
+struct Stored {
+    lists: Lists,
+    files: Vec<StoredFile>,
+    pieces: Vec<StoredPieces>,
 }
 
 /// What of a case is not read.
@@ -61,7 +75,7 @@ fn note_rest(case: &Case, notes: &mut Notes) {
 }
 
 /// The mesh of the case as a whole, and its files.
-fn whole(case: &Case, step: &Step, notes: &mut Notes) -> Result<(Lists, Vec<StoredFile>)> {
+fn whole(case: &Case, step: &Step, notes: &mut Notes) -> Result<Stored> {
     let found = case.whole(step);
     let topology = found.since_faces();
     let read = LabelFiles::open(&topology)?;
@@ -81,7 +95,11 @@ fn whole(case: &Case, step: &Step, notes: &mut Notes) -> Result<(Lists, Vec<Stor
         }
         files.push(StoredFile::of(&file));
     }
-    Ok((lists, files))
+    Ok(Stored {
+        lists,
+        files,
+        pieces: Vec::new(),
+    })
 }
 
 /// The files of faces and patches.
@@ -145,7 +163,7 @@ impl LabelFiles {
 }
 
 impl StoredFile {
-    fn of(file: &FoamFile) -> Self {
+    pub fn of(file: &FoamFile) -> Self {
         let name = file.path().file_name().unwrap_or_default();
         Self {
             name: name.to_string_lossy().into_owned(),
@@ -247,7 +265,12 @@ impl Lists {
 }
 
 /// Puts the cells together, with their tags and zones.
-fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) -> Result<Mesh> {
+fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
+    let Stored {
+        lists,
+        files,
+        pieces,
+    } = stored;
     let n_cells = lists.n_cells();
     let n_internal = lists.neighbour.len();
     if n_cells > lists.owner.len() + n_internal {
@@ -286,12 +309,13 @@ fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) ->
         topology::hash_of_groups(&groups),
     ];
     let topology = Topology {
-        content: topology::hash_of_content(&files, &lists.points, &own),
+        content: topology::hash_of_content(all_files(&files, &pieces), &lists.points, &own),
         cells: own[0],
         groups: own[1],
         case: case.root.clone(),
         region: case.region.clone(),
         files,
+        pieces,
         patches: lists.patches,
         n_internal_faces: n_internal,
     };
@@ -302,6 +326,15 @@ fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) ->
         origin: Origin::new(topology),
         ..Mesh::default()
     })
+}
+
+/// The files of the whole and of its pieces.
+fn all_files<'f>(
+    whole: &'f [StoredFile],
+    pieces: &'f [StoredPieces],
+) -> impl Iterator<Item = &'f StoredFile> {
+    let of_pieces = pieces.iter().flat_map(|folder| &folder.files);
+    whole.iter().chain(of_pieces)
 }
 
 fn group(dimension: u8, name: &str, condition: Option<String>, cells: CellSet) -> Group {

@@ -2,10 +2,12 @@
 //! cells, tags and zones.
 
 use super::boundary::Patches;
+use super::case::piece_folders;
 use super::order::{CellNumbers, OrderedFaces};
+use super::pieces::{self, Named};
 use super::points::{Header, entries, is_binary, labels, vectors};
 use super::times::CONSTANT;
-use super::topology::Topology;
+use super::topology::{StoredFile, StoredPieces, Topology};
 use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result, option};
 use crate::formats::records::{left_out, push_integer, write_all};
@@ -22,30 +24,88 @@ const WRITTEN: [&str; 5] = ["faces", "owner", "neighbour", "boundary", "cellZone
 pub(super) const MESH: &str = "polyMesh";
 
 /// The folders of a mesh in its case.
-pub(super) struct Place {
+pub(super) struct Place<'m> {
     /// The case.
     pub case: PathBuf,
     /// Region, where it is not the default one.
     pub region: Option<String>,
+    /// The pieces that it is written in; none where it is written as a whole.
+    pub pieces: &'m [StoredPieces],
 }
 
-impl Place {
-    /// Of a path that is a case or a `.foam` file in it. The mesh keeps the region that it was read from.
-    pub fn of(path: &Path, mesh: &MeshView) -> Self {
+impl<'m> Place<'m> {
+    /// Of a path that is a case or a `.foam` file in it. The mesh keeps the region that it was read from, and its
+    /// pieces, unless its cells or tags are others now.
+    pub fn of(path: &Path, mesh: &MeshView<'m>) -> Self {
         let origin = mesh.origin.get::<Topology>();
+        let fits = |origin: &&Topology| {
+            !origin.pieces.is_empty() && origin.has_groups_of(mesh) && origin.has_cells_of(mesh)
+        };
         Self {
             case: case_of(path),
             region: origin.and_then(|origin| origin.region.clone()),
+            pieces: origin.filter(fits).map_or(&[], |origin| &origin.pieces),
         }
     }
 
-    /// The folder of the mesh at a time, from the case on.
+    /// [`Place::of`], as a whole where one piece is wanted.
+    pub fn with(path: &Path, mesh: &MeshView<'m>, options: &WriteOptions) -> Self {
+        let place = Self::of(path, mesh);
+        match options.pieces {
+            Some(_) => Self {
+                pieces: &[],
+                ..place
+            },
+            None => place,
+        }
+    }
+
+    /// The folder of the mesh at a time, in the folder of the case or of a piece.
     pub fn folder(&self, time: &str) -> String {
         match &self.region {
             Some(region) => format!("{time}/{region}/{MESH}"),
             None => format!("{time}/{MESH}"),
         }
     }
+
+    /// The folders of the mesh at a time, from the case on: one, or that of each folder of pieces.
+    pub fn folders(&self, time: &str) -> Vec<String> {
+        let folder = self.folder(time);
+        match self.pieces {
+            [] => vec![folder],
+            pieces => {
+                let of_pieces = pieces.iter();
+                let of_pieces = of_pieces.map(|pieces| format!("{}/{folder}", pieces.folder));
+                of_pieces.collect()
+            }
+        }
+    }
+
+    /// The folders that this mesh replaces as a whole. Beside pieces no other mesh of the case stays: that would be read in
+    /// their place.
+    pub fn owned(&self) -> Vec<String> {
+        let mut owned = self.folders(CONSTANT);
+        if !self.pieces.is_empty() {
+            let folder = self.folder(CONSTANT);
+            let there = piece_folders(&self.case);
+            owned.extend(there.iter().map(|pieces| format!("{pieces}/{folder}")));
+            owned.push(folder);
+            owned.sort();
+            owned.dedup();
+        }
+        owned
+    }
+}
+
+/// The folders in a case that hold a mesh at the beginning, whole or in pieces.
+pub(super) fn owned_in(case: &Path) -> Vec<String> {
+    let folder = format!("{CONSTANT}/{MESH}");
+    let mut owned: Vec<String> = piece_folders(case)
+        .iter()
+        .map(|pieces| format!("{pieces}/{folder}"))
+        .collect();
+    owned.push(folder);
+    owned
 }
 
 /// The case that a path stands for: its folder where it is a `.foam` file.
@@ -102,9 +162,9 @@ pub(super) fn check(mesh: &MeshView) -> Result<()> {
 /// Writes a mesh to the case of the output.
 pub(super) fn write(mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
     check(mesh)?;
-    let place = Place::of(out.path(), mesh);
+    let place = Place::with(out.path(), mesh, options);
     let foam = foam_file(out.path());
-    out.place_in(&place.case, &[&place.folder(CONSTANT)])?;
+    out.place_in(&place.case, &place.owned())?;
     let notes = topology(mesh, out, &place, options)?;
     points(mesh.points, out, &place, CONSTANT, options)?;
     if !place.case.join(&foam).exists() {
@@ -122,17 +182,16 @@ pub(super) fn points(
     options: &WriteOptions,
 ) -> Result<()> {
     let location = place.folder(time);
-    let (class, object) = ("vectorField", "points");
-    let header = Header {
-        class,
+    let named = Named {
+        path: &format!("{location}/points"),
+        class: "vectorField",
         location: &location,
-        object,
-        note: None,
+        object: "points",
     };
     let binary = is_binary(options);
-    out.in_folder(&place.case, &format!("{location}/points"), |out| {
-        write_all(out, header.text(binary).as_bytes())?;
-        vectors(out, points, binary)
+    pieces::write(out, place, &named, options, &|out, piece| match piece {
+        None => vectors(out, points, binary),
+        Some(piece) => vectors(out, &piece.of(points), binary),
     })
 }
 
@@ -159,13 +218,17 @@ pub(super) fn topology(
         place,
         options,
     };
+    if let (Some(origin), false) = (origin, place.pieces.is_empty()) {
+        files.of_pieces(origin)?;
+        return Ok(notes);
+    }
     let is_kept = |origin: &&Topology| !origin.files.is_empty() && origin.has_cells_of(mesh);
     if let Some(origin) = origin.filter(is_kept)
         && files.of_origin(mesh, origin, &mut notes)?
     {
         return Ok(notes);
     }
-    if origin.is_some_and(|origin| origin.files.is_empty()) {
+    if origin.is_some_and(|origin| !origin.pieces.is_empty()) && options.pieces.is_none() {
         notes.push(Written::AsOne);
     }
     files.of_cells(mesh, origin, &mut notes)?;
@@ -175,7 +238,7 @@ pub(super) fn topology(
 /// The files of one mesh.
 struct Files<'a, 'b> {
     out: &'a mut OutputSet<'b>,
-    place: &'a Place,
+    place: &'a Place<'a>,
     options: &'a WriteOptions,
 }
 
@@ -205,19 +268,38 @@ impl Files<'_, '_> {
                 self.file(&file.name, |out| write_all(out, file.stored.bytes()))?;
             }
         }
-        for (name, path) in further_files(origin) {
-            let mut file = File::open(&path).map_err(|error| Error::io(&path, &error))?;
-            self.file(&name, |out| {
-                io::copy(&mut file, out)
-                    .map(|_| ())
-                    .map_err(|error| Error::io(&path, &error))
-            })?;
-        }
+        let folder = self.place.folder(CONSTANT);
+        self.further(&origin.case.join(&folder), &origin.files, &folder)?;
         if let Some(boundary) = new {
             self.boundary(&boundary)?;
             self.zones(mesh)?;
         }
         Ok(true)
+    }
+
+    /// The files of the pieces that the mesh was read from.
+    fn of_pieces(&mut self, origin: &Topology) -> Result<()> {
+        for (pieces, folder) in self.place.pieces.iter().zip(self.place.folders(CONSTANT)) {
+            for file in &pieces.files {
+                let path = format!("{folder}/{}", file.name);
+                let write = |out: &mut dyn Write| write_all(out, file.stored.bytes());
+                self.out.in_folder(&self.place.case, &path, write)?;
+            }
+            self.further(&origin.case.join(&folder), &pieces.files, &folder)?;
+        }
+        Ok(())
+    }
+
+    /// Copies the files of a folder that are none of the mesh, such as levels of refinement, to a folder in the case.
+    fn further(&mut self, from: &Path, own: &[StoredFile], to: &str) -> Result<()> {
+        for (name, path) in further_files(from, own) {
+            let io = |error: io::Error| Error::io(&path, &error);
+            let mut file = File::open(&path).map_err(io)?;
+            let copy = |out: &mut dyn Write| io::copy(&mut file, out).map(|_| ()).map_err(io);
+            let path = format!("{to}/{name}");
+            self.out.in_folder(&self.place.case, &path, copy)?;
+        }
+        Ok(())
     }
 
     /// Files from cells, tags and zones.
@@ -349,19 +431,13 @@ impl Files<'_, '_> {
     }
 }
 
-/// Files in the folder of the mesh that are none of its own, such as levels of refinement: their names and paths.
-fn further_files(origin: &Topology) -> Vec<(String, PathBuf)> {
-    let place = Place {
-        case: origin.case.clone(),
-        region: origin.region.clone(),
-    };
+/// Files in the folder of a mesh that are neither points nor these of its own: their names and paths.
+fn further_files(folder: &Path, own: &[StoredFile]) -> Vec<(String, PathBuf)> {
     let own = |name: &str| {
-        let mut files = origin.files.iter();
+        let mut files = own.iter();
         plain(name) == "points" || files.any(|file| plain(&file.name) == plain(name))
     };
-    let entries = fs::read_dir(place.case.join(place.folder(CONSTANT)))
-        .into_iter()
-        .flatten();
+    let entries = fs::read_dir(folder).into_iter().flatten();
     let files = entries.flatten().filter(|entry| entry.path().is_file());
     let named =
         files.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path())));
