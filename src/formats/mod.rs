@@ -243,6 +243,12 @@ pub fn records_in(folder: &Path) -> Option<PathBuf> {
     })
 }
 
+/// The case and the index in it of the step whose file this is, where the file has a part of the mesh only.
+pub fn step_in_case(path: &Path) -> Option<(std::path::PathBuf, usize)> {
+    let mut cases = FORMATS.iter().filter_map(|format| format.case());
+    cases.find_map(|case| case.step_at(path))
+}
+
 /// A mesh that was read, with its format and notes. See [`Mesh::read_with`].
 pub struct Loaded {
     /// The mesh.

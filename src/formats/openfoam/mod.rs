@@ -3,7 +3,7 @@
 //! ```text
 //! case         which folders and times a path stands for
 //! file         a file, decompressed, and its header; text: its words; dictionary: text in braces
-//! lists        points, labels and faces, binary; ascii: as text; zones: named lists of cells
+//! lists        points, labels and faces, binary; ascii: as text; zones: named lists of cells, faces or points
 //! cells        which faces each cell has; shapes: the kind of cell that they make
 //! read         all of it -> a mesh
 //! decomposed   the pieces of a case, joined by numbers (addressed) or by the faces that they share (matched)
@@ -11,7 +11,7 @@
 //!
 //! write        a mesh -> the files of a polyMesh
 //! order, orientation  cells -> faces
-//! boundary     tags -> patches
+//! boundary     tags -> patches; kept: zones of faces and points, which a mesh does not hold
 //! points       headers and lists, written; pieces: files of each piece of a decomposed case
 //! motion       points and displacement of a time; times: names of their folders
 //! sequence     a case with many times; beside: what is copied to it
@@ -26,6 +26,7 @@ mod cells;
 mod decomposed;
 mod dictionary;
 mod file;
+mod kept;
 mod lists;
 mod matched;
 mod motion;

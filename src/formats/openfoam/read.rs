@@ -39,7 +39,7 @@ pub(super) fn read(location: &Location, options: &ReadOptions, notes: &mut Notes
         Error::input(format!("there is no step {step}: the case has {n}, from 0"))
             .file(location.path())
     })?;
-    note_rest(&case, notes);
+    note_rest(&case, step.is_decomposed, notes);
     let stored = match step.is_decomposed {
         true => {
             let (lists, pieces) = decomposed::read(&case, step, notes)?;
@@ -62,10 +62,15 @@ struct Stored {
 }
 
 /// What of a case is not read.
-fn note_rest(case: &Case, notes: &mut Notes) {
+fn note_rest(case: &Case, is_decomposed: bool, notes: &mut Notes) {
     if case.region.is_none() && !case.regions.is_empty() {
         notes.push(Foam::Regions {
             names: case.regions.clone(),
+        });
+    }
+    if !is_decomposed && !case.pieces.is_empty() {
+        notes.push(Foam::PiecesLeft {
+            n: case.pieces.len(),
         });
     }
     match case.n_times_with_fields() {

@@ -1,7 +1,7 @@
 //! A case with the points of many times: that of a run, written step by step beside a mesh that all steps share, and that
 //! of a conversion, written as a whole.
 
-use super::case::piece_folders;
+use super::case::{Case, piece_folders};
 use super::motion::{field_path, write_time};
 use super::times::{CONSTANT, TimeNames};
 use super::topology::Topology;
@@ -12,7 +12,7 @@ use crate::formats::case::CaseFormat;
 use crate::formats::hash::hash_of;
 use crate::formats::output_set::hash_of_names;
 use crate::formats::{
-    Begin, Commit, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions,
+    Begin, Commit, Location, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions,
 };
 use crate::mesh::MeshView;
 use std::collections::BTreeMap;
@@ -137,6 +137,17 @@ impl CaseFormat for OpenFoam {
             hashes.insert(name.to_string_lossy().replace('\\', "/"), hash_of(&file)?);
         }
         Ok(hash_of_names(&hashes).to_string() == hash)
+    }
+
+    fn step_at(&self, path: &Path) -> Option<(PathBuf, usize)> {
+        let (root, inside) = split(path)?;
+        let (case, _) = roots_of(root.clone());
+        if case == root {
+            return None;
+        }
+        let all = Case::at(&Location::open(&case).ok()?).ok()?.steps;
+        let step = all.iter().position(|step| step.name == inside[0])?;
+        Some((case, step))
     }
 
     fn files_of(&self, path: &Path) -> Vec<PathBuf> {

@@ -3,9 +3,10 @@
 
 use super::boundary::Patches;
 use super::case::piece_folders;
+use super::kept::KeptZones;
 use super::order::{CellNumbers, OrderedFaces};
 use super::pieces::{self, Named};
-use super::points::{Header, entries, is_binary, labels, vectors};
+use super::points::{Header, entries, flags, is_binary, labels, vectors};
 use super::times::CONSTANT;
 use super::topology::{StoredFile, StoredPieces, Topology};
 use crate::diagnostic::formats::{GroupWritten, Written};
@@ -19,6 +20,9 @@ use std::path::{Path, PathBuf};
 
 /// The files that are written from cells, tags and zones.
 const WRITTEN: [&str; 5] = ["faces", "owner", "neighbour", "boundary", "cellZones"];
+
+/// The files of zones that a mesh does not hold.
+const ZONES: [&str; 2] = ["faceZones", "pointZones"];
 
 /// Where a mesh lies in a case: `constant/polyMesh`, or that of a region.
 pub(super) const MESH: &str = "polyMesh";
@@ -242,6 +246,12 @@ struct Files<'a, 'b> {
     options: &'a WriteOptions,
 }
 
+/// The zones of faces and points of the mesh that was read, where it has the same cells still and they can be read.
+fn kept_zones(mesh: &MeshView, origin: Option<&Topology>) -> Option<KeptZones> {
+    let origin = origin.filter(|origin| origin.has_cells_of(mesh))?;
+    KeptZones::of(origin).ok()
+}
+
 /// Name of a file without the ending of compression.
 fn plain(name: &str) -> &str {
     name.strip_suffix(".gz").unwrap_or(name)
@@ -314,8 +324,10 @@ impl Files<'_, '_> {
             .into_iter()
             .flat_map(|origin| &origin.files)
             .map(|file| plain(&file.name));
+        let kept = kept_zones(mesh, origin);
+        let is_kept = |name: &&str| kept.is_some() && ZONES.contains(name);
         let sets: Vec<String> = sets
-            .filter(|name| !WRITTEN.contains(name))
+            .filter(|name| !WRITTEN.contains(name) && !is_kept(name))
             .map(str::to_owned)
             .collect();
         if !sets.is_empty() {
@@ -335,7 +347,49 @@ impl Files<'_, '_> {
         self.labels("owner", &ordered.owner, &counts)?;
         self.labels("neighbour", &ordered.neighbour, &counts)?;
         self.boundary(&patches.text(ordered.neighbour.len(), &ordered.patch_sizes))?;
-        self.zones(mesh)
+        self.zones(mesh)?;
+        match kept {
+            Some(kept) if !kept.is_empty() => self.kept_zones(&kept, &ordered),
+            _ => Ok(()),
+        }
+    }
+
+    /// Zones of faces and points.
+    fn kept_zones(&mut self, kept: &KeptZones, ordered: &OrderedFaces) -> Result<()> {
+        let binary = is_binary(self.options);
+        let faces = kept.numbered(&ordered.faces);
+        let list = |out: &mut dyn Write, key: &str, values: &[u32]| {
+            write_all(out, format!("    {key:<15} List<label> ").as_bytes())?;
+            labels(out, values, binary)?;
+            write_all(out, b";\n")
+        };
+        if !faces.is_empty() {
+            self.with_header("faceZones", "regIOobject", binary, None, |out| {
+                write_all(out, format!("{}\n(\n", faces.len()).as_bytes())?;
+                for zone in &faces {
+                    let head = format!("{}\n{{\n    type            faceZone;\n", zone.name);
+                    write_all(out, head.as_bytes())?;
+                    list(out, "faceLabels", &zone.labels)?;
+                    write_all(out, b"    flipMap         List<bool> ")?;
+                    flags(out, &zone.flips, binary)?;
+                    write_all(out, b";\n}\n")?;
+                }
+                write_all(out, b")\n")
+            })?;
+        }
+        if !kept.points.is_empty() {
+            self.with_header("pointZones", "regIOobject", binary, None, |out| {
+                write_all(out, format!("{}\n(\n", kept.points.len()).as_bytes())?;
+                for zone in &kept.points {
+                    let head = format!("{}\n{{\n    type            pointZone;\n", zone.name);
+                    write_all(out, head.as_bytes())?;
+                    list(out, "pointLabels", &zone.labels)?;
+                    write_all(out, b"}\n")?;
+                }
+                write_all(out, b")\n")
+            })?;
+        }
+        Ok(())
     }
 
     fn faces(&mut self, ordered: &OrderedFaces) -> Result<()> {
