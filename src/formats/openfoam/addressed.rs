@@ -3,7 +3,7 @@
 
 use super::cells::NONE;
 use super::decomposed::{Piece, is_shared, whole_patch, zones_of};
-use super::lists::Faces;
+use super::faces::Faces;
 use super::read::Lists;
 use super::topology::Patch;
 use crate::error::{Error, Result};

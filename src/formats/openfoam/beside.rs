@@ -1,9 +1,9 @@
 //! What belongs to a case beside its mesh: `system`, `0` and `constant`, and those of its pieces where these are written,
 //! copied where the mesh was read from a case.
 
-use super::times::CONSTANT;
+use super::folders::{CONSTANT, MESH};
+use super::place::Place;
 use super::topology::{StoredPieces, Topology};
-use super::write::{MESH, Place};
 use crate::error::{Error, Result};
 use crate::formats::{OutputSet, check_file};
 use crate::mesh::MeshView;

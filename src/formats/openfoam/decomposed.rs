@@ -2,8 +2,9 @@
 //! the numbers that their cells, faces and points had in the whole (`addressed`) or, without these, by the faces that
 //! they share (`matched`).
 
-use super::case::{Case, Instances, Pieces, Step};
+use super::case::{Case, Instances};
 use super::file::FoamFile;
+use super::folders::{Pieces, Step};
 use super::read::{LabelFiles, Lists};
 use super::topology::{Patch, StoredFile, StoredPiece, StoredPieces};
 use super::zones::{self, Zone};

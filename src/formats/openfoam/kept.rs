@@ -1,8 +1,8 @@
 //! Zones of faces and of points, which a mesh does not hold: read again from the files that it was read from, so that they
 //! can be written where faces have another order, or where pieces are joined.
 
+use super::faces::{self, Faces};
 use super::file::FoamFile;
-use super::lists::{self, Faces};
 use super::order::FaceList;
 use super::topology::{StoredFile, Topology};
 use super::zones::{self, Zone};
@@ -95,7 +95,7 @@ impl KeptZones {
             return Ok(());
         }
         let flips = zones::zones(file, "flipMap", MOST)?;
-        let faces = lists::faces(faces)?;
+        let faces = faces::faces(faces)?;
         for (zone, flips) in zones.into_iter().zip(flips) {
             let place = self.faces.iter().position(|known| known.name == zone.name);
             let place = place.unwrap_or(self.faces.len());

@@ -2,9 +2,10 @@
 
 use super::boundary::patches_of;
 use super::pieces::{self, Named};
+use super::place::Place;
 use super::points::{is_binary, vectors};
 use super::topology::{StoredPiece, Topology};
-use super::write::{Place, points};
+use super::write::points;
 use crate::error::Result;
 use crate::formats::case::DISPLACEMENT;
 use crate::formats::records::write_all;

@@ -1,9 +1,9 @@
 //! A file of the mesh at some time, written once for the whole or, where the mesh is written in the pieces of a decomposed
 //! case, for each of them: in the folder of the piece, or as a block of a collated file.
 
+use super::place::Place;
 use super::points::{Header, is_binary};
 use super::topology::{StoredPiece, StoredPieces};
-use super::write::Place;
 use crate::error::Result;
 use crate::formats::records::write_all;
 use crate::formats::{OutputSet, WriteOptions};

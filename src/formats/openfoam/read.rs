@@ -1,11 +1,13 @@
 //! Reads a mesh: from the files of the whole case, or from its pieces.
 
-use super::case::{Case, Instances, Step};
+use super::case::{Case, Instances};
 use super::cells::{self, NONE};
 use super::decomposed;
 use super::dictionary;
+use super::faces::{self, Faces};
 use super::file::FoamFile;
-use super::lists::{self, Faces};
+use super::folders::Step;
+use super::lists;
 use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
 use crate::diagnostic::formats::Foam;
@@ -133,14 +135,17 @@ impl LabelFiles {
 
     /// Reads them all, and the points.
     pub fn lists(&self, points: &FoamFile) -> Result<Lists> {
-        let faces = lists::faces(&self.faces)?;
+        let faces = faces::faces(&self.faces)?;
+        self.faces.release();
         let n_faces = faces.len();
         let index = |label: i64| u32::try_from(label).ok().filter(|cell| *cell < NONE - 1);
         let owner = lists::labels(&self.owner, n_faces, index)?;
+        self.owner.release();
         let mut neighbour = lists::labels(&self.neighbour, n_faces, |label| match label {
             -1 => Some(NONE),
             label => index(label),
         })?;
+        self.neighbour.release();
         // Old files have -1 for each face on the boundary.
         while neighbour.last() == Some(&NONE) {
             neighbour.pop();
@@ -148,9 +153,10 @@ impl LabelFiles {
         let mut text = self.boundary.text();
         text.is_binary = false;
         let patches = self.boundary.checked(dictionary::patches(&mut text))?;
-        let points = lists::points(points, faces.nodes.len().max(1))?;
+        let read = lists::points(points, faces.nodes.len().max(1))?;
+        points.release();
         let lists = Lists {
-            points,
+            points: read,
             faces,
             owner,
             neighbour,
@@ -199,11 +205,7 @@ impl Lists {
         }
         let n_points = self.points.len() as u32;
         if let Some(at) = crate::mesh::first_where(&self.faces.nodes, |node| *node >= n_points) {
-            let face = self
-                .faces
-                .starts
-                .partition_point(|start| *start as usize <= at)
-                - 1;
+            let face = self.faces.face_at(at);
             let node = self.faces.nodes[at];
             let message =
                 format!("face {face} has node {node}, but the mesh has {n_points} nodes (from 0)");
@@ -272,7 +274,7 @@ impl Lists {
 /// Puts the cells together, with their tags and zones.
 fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
     let Stored {
-        lists,
+        mut lists,
         files,
         pieces,
     } = stored;
@@ -288,6 +290,7 @@ fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
     }
     let cells = cells::assemble(&lists.faces, &lists.owner, &lists.neighbour, n_cells)
         .map_err(|error| error.dataset("faces"))?;
+    (lists.faces, lists.owner, lists.neighbour) = Default::default();
     let mut groups = Vec::new();
     for patch in &lists.patches {
         let mut set = CellSet::new();

@@ -1,11 +1,13 @@
 //! A case with the points of many times: that of a run, written step by step beside a mesh that all steps share, and that
 //! of a conversion, written as a whole.
 
-use super::case::{Case, piece_folders};
+use super::case::Case;
+use super::folders::{CONSTANT, MESH, piece_folders};
 use super::motion::{field_path, write_time};
-use super::times::{CONSTANT, TimeNames};
+use super::place::{Place, foam_file};
+use super::times::TimeNames;
 use super::topology::Topology;
-use super::write::{MESH, Place, check, foam_file, points, topology};
+use super::write::{check, points, topology};
 use super::{OpenFoam, beside};
 use crate::error::{Error, Result};
 use crate::formats::case::CaseFormat;

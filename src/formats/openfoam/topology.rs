@@ -142,6 +142,7 @@ pub(super) fn hash_of_content<'f>(
         }
         hasher.update(file.name.as_bytes());
         hasher.update_rayon(bytes);
+        file.stored.release();
     }
     hasher.update_rayon(bytemuck::cast_slice(points));
     for hash in further {
@@ -152,6 +153,10 @@ pub(super) fn hash_of_content<'f>(
 
 fn update(hasher: &mut blake3::Hasher, numbers: &[u32]) {
     hasher.update(&(numbers.len() as u64).to_le_bytes());
+    if cfg!(target_endian = "little") {
+        hasher.update_rayon(bytemuck::cast_slice(numbers));
+        return;
+    }
     let mut bytes = Vec::with_capacity(1 << 20);
     for block in numbers.chunks(1 << 18) {
         bytes.clear();
