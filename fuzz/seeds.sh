@@ -16,12 +16,23 @@ flavour() {
 # The first byte of an OpenFOAM input is the place of its file in the target's list.
 mkdir -p corpus/openfoam
 which=0
+seed() {
+    file="../testdata/openfoam/$1/$2"
+    [ -f "$file" ] && { printf "\\$(printf %03o "$which")"; cat "$file"; } > "corpus/openfoam/$(echo "$1_$2" | tr / _)"
+    return 0
+}
 for name in points faces owner neighbour boundary cellZones; do
     for case in ascii binary wide_labels polyhedra; do
-        file="../testdata/openfoam/$case/constant/polyMesh/$name"
-        [ -f "$file" ] && { printf "\\00$which"; cat "$file"; } > "corpus/openfoam/${case}_$name"
+        seed "$case" "constant/polyMesh/$name"
     done
     which=$((which + 1))
+done
+for piece in decomposed/processor1 collated/processors2; do
+    for name in points faces owner neighbour boundary cellZones \
+        pointProcAddressing faceProcAddressing cellProcAddressing boundaryProcAddressing; do
+        seed "${piece%/*}" "${piece#*/}/constant/polyMesh/$name"
+        which=$((which + 1))
+    done
 done
 flavour '\000' cells.ugrid
 flavour '\001' .b8.ugrid

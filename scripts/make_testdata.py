@@ -313,6 +313,8 @@ def readme():
     lines += ["bases. `scripts/make_cgns.py` writes them with h5py 3.16.0."]
     lines += ["The folder `vtk/` holds legacy files of four versions, structured and rectilinear grids, polydata and a grid in two pieces,"]
     lines += ["written by VTK 9.7.2 (`scripts/make_vtk_files.py`)."]
+    lines += ["The folder `openfoam/` holds cases of two blocks, hexahedra and wedges, in two zones, with two times: as text, gzip, binary, with"]
+    lines += ["labels of 64 bits, in two pieces, collated, and its dual of polyhedra, by OpenFOAM v1912 (`scripts/make_openfoam.py`)."]
     (FOLDER / "README.md").write_text("\n".join(lines) + "\n")
 
 

@@ -1,40 +1,67 @@
-//! Any bytes in one file of an OpenFOAM case, whose others are good. The first byte says which file.
+//! Any bytes in one file of an OpenFOAM case, whose others are good. The first byte says which file: of a whole case, of
+//! one in pieces, of one whose pieces are collated.
 
 #![no_main]
 
 use azimesh::formats::openfoam::OpenFoam;
-use azimesh::formats::{Format, Location, Notes, ReadOptions};
+use azimesh::formats::{Format, Location, Notes, OutputSet, ReadOptions, WriteOptions};
 use libfuzzer_sys::fuzz_target;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 const FILES: [&str; 6] = ["points", "faces", "owner", "neighbour", "boundary", "cellZones"];
+/// Numbers of a piece in the whole.
+const NUMBERS: [&str; 4] = ["pointProcAddressing", "faceProcAddressing", "cellProcAddressing", "boundaryProcAddressing"];
+/// Cases of `testdata/`, and the folder of one of their meshes.
+const CASES: [(&str, &str); 3] = [
+    ("binary", "constant/polyMesh"),
+    ("decomposed", "processor1/constant/polyMesh"),
+    ("collated", "processors2/constant/polyMesh"),
+];
 
-/// A case of this process, with a copy of the files of `testdata/`.
-static CASE: LazyLock<PathBuf> = LazyLock::new(|| {
-    let good = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../testdata/openfoam/binary/constant/polyMesh"));
-    let case = std::env::temp_dir().join(format!("azimesh_fuzz_{}", std::process::id()));
-    let mesh = case.join("constant/polyMesh");
-    fs::create_dir_all(&mesh).expect("a folder");
-    for name in FILES {
-        fs::copy(good.join(name), mesh.join(name)).expect("a file");
+/// Copies of the cases for this process, and the files that are replaced: the case and the path of each.
+static PLACES: LazyLock<Vec<(PathBuf, PathBuf)>> = LazyLock::new(|| {
+    let good = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../testdata/openfoam"));
+    let own = std::env::temp_dir().join(format!("azimesh_fuzz_{}", std::process::id()));
+    let mut places = Vec::new();
+    for (case, mesh) in CASES {
+        copy(&good.join(case), &own.join(case));
+        let names = FILES.iter().chain(NUMBERS.iter().filter(|_| case != "binary"));
+        places.extend(names.map(|name| (own.join(case), own.join(case).join(mesh).join(name))));
     }
-    case
+    places
 });
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("a folder").flatten() {
+        let to = to.join(entry.file_name());
+        match entry.path().is_dir() {
+            true => copy(&entry.path(), &to),
+            false => drop(fs::copy(entry.path(), to).expect("a file")),
+        }
+    }
+}
 
 fuzz_target!(|bytes: &[u8]| {
     let Some((which, bytes)) = bytes.split_first() else {
         return;
     };
-    let path = CASE.join("constant/polyMesh").join(FILES[usize::from(*which) % FILES.len()]);
-    let good = fs::read(&path).expect("a file");
-    fs::write(&path, bytes).expect("it is written");
-    let location = Location::open(&CASE).expect("it is there");
+    let (case, path) = &PLACES[usize::from(*which) % PLACES.len()];
+    let good = fs::read(path).expect("a file");
+    fs::write(path, bytes).expect("it is written");
+    let location = Location::open(case).expect("it is there");
     let read = OpenFoam.read(&location, &ReadOptions::default(), &mut Notes::default());
-    fs::write(&path, good).expect("it is written");
     match read {
-        Ok(mesh) => drop(mesh.validate()),
+        Ok(mesh) => {
+            if mesh.validate().is_ok() {
+                // What the format cannot hold is an error of its own; a panic is a bug.
+                let mut out = OutputSet::nowhere(Path::new("out"));
+                let _ = OpenFoam.write(&mesh.view(), &mut out, &WriteOptions::default());
+            }
+        }
         Err(error) => assert!(error.position.is_some(), "no place: {error}"),
     }
+    fs::write(path, good).expect("it is written");
 });

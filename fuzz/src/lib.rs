@@ -1,6 +1,6 @@
 //! What every target asks of a reader.
 
-use azimesh::formats::{Format, Notes, ReadOptions, Source, WriteOptions};
+use azimesh::formats::{Format, Location, Notes, ReadOptions, Source, WriteOptions};
 use std::path::Path;
 
 /// Any bytes are a mesh that can be written, or an error that says where.
@@ -18,5 +18,5 @@ pub fn read_and_written(format: &dyn Format, bytes: &[u8]) {
         }
         Err(error) => assert!(error.position.is_some(), "no place: {error}"),
     }
-    let _ = format.steps(&source);
+    let _ = format.steps(&Location::from(source));
 }

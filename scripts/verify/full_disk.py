@@ -1,5 +1,6 @@
 """A disk that is too small, and one that fills up half way: `deform` refuses the first with both figures
-and ends with exit code 3 on the second, whole files left, which --resume completes when there is room.
+and ends with exit code 3 on the second, whole files left, which --resume completes when there is room. However small the
+mesh, run.json says how a run on a full disk ended.
 
 Needs a file system of its own, a small tmpfs, which only root can mount; says so where it cannot.
 """
@@ -17,6 +18,7 @@ from killed import CASE, FORMATS, finished, inputs, make_layer, records, steps_o
 from program import AZIMESH, report, scratch
 
 NODES = 4_000
+SMALL = 300
 
 
 @contextmanager
@@ -76,6 +78,21 @@ def check(mesh, folder, name):
         return len(rows)
 
 
+def check_ends(mesh, folder, name):
+    """A small mesh on disks of many sizes: run.json says how each run ended."""
+    whole = folder / f"{name}_small"
+    assert deform(mesh, whole, name).returncode == 0, name
+    total = sum(path.stat().st_size for path in whole.rglob("*") if path.is_file())
+    for part in range(6, 18):
+        with disk(folder / f"{name}_{part}", 100_000 + total * part // 10) as small:
+            if small is None:
+                return
+            done = deform(mesh, small / "out", name, "--no-space-check")
+            outcome = json.loads((records(small / "out", name) / "run.json").read_text())["outcome"]
+            expected = {0: "complete", 3: "No space left on device"}[done.returncode]
+            assert expected in outcome, f"{name}: exit code {done.returncode}, but run.json says {outcome}"
+
+
 def main(nodes=NODES):
     """One line in all."""
     with scratch() as folder:
@@ -83,6 +100,11 @@ def main(nodes=NODES):
         make_layer(mesh)
         names = [*FORMATS, CASE]
         fitted = [check(mesh, folder, name) for name in names]
+        (folder / "small").mkdir()
+        small = case(folder / "small", SMALL)
+        make_layer(small)
+        for name in names:
+            check_ends(small, folder, name)
     if None in fitted:
         print("full_disk: SKIPPED: no tmpfs can be mounted here (that takes root)", file=sys.stderr, flush=True)
         return

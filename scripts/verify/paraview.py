@@ -1,5 +1,5 @@
 """ParaView itself (`pvpython`, 5.11 of Debian or later) opens what `deform` writes, at three times: a .pvd, a .vtk.series,
-a .cgns; and one mesh as VTKHDF. Cells, times, and the range of every array are those that VTK's own reader finds in the
+a .cgns, a case of OpenFOAM; and one mesh as VTKHDF. Cells, times, and the range of every array are those that VTK's own reader finds in the
 .vtu files. Skipped, and said so, where pvpython is not installed.
 """
 
@@ -9,25 +9,29 @@ import shutil
 import subprocess
 import sys
 
+import foam
 import numpy as np
 import pyvista
 from program import TESTDATA, azimesh, report, scratch
 
 STEPS = (0, 2, 7)
+CASE_STEPS = (2, 5, 7)
 # Run by ParaView's Python: all that it finds, as JSON.
 INSIDE = """
 import json, sys
-from paraview.simple import OpenDataFile
+from paraview.simple import *
 found = {}
 for path in sys.argv[2:]:
     reader = OpenDataFile(path)
+    # Of a case ParaView leaves out the time 0, the mesh in constant, unless "Skip Zero Time" is off.
+    first = 1 if path.endswith(".foam") else 0
     reader.UpdatePipelineInformation()
     for name in ("CellArrayStatus", "PointArrayStatus"):
         if hasattr(reader, name):
             reader.GetProperty(name).SelectAll()
     times = list(getattr(reader, "TimestepValues", None) or [])
     steps = []
-    for time in [times[i] for i in (0, 2, 7)] if len(times) > 1 else [0.0]:
+    for time in [times[i - first] for i in ((2, 5, 7) if first else (0, 2, 7))] if len(times) > 1 else [0.0]:
         reader.UpdatePipeline(time)
         arrays = {}
         for kind, data in (("point", reader.PointData), ("cell", reader.CellData)):
@@ -38,6 +42,21 @@ for path in sys.argv[2:]:
         steps.append({"cells": info.GetNumberOfCells(), "points": info.GetNumberOfPoints(),
                       "bounds": list(info.GetBounds()), "arrays": arrays})
     found[path] = {"times": times, "steps": steps}
+    if path.endswith(".foam"):
+        found[path]["patches"] = patches = {}
+        for region in reader.MeshRegions.Available:
+            reader.MeshRegions = [region]
+            reader.UpdatePipeline(times[6])
+            patches[region] = reader.GetDataInformation().GetNumberOfCells()
+        reader.MeshRegions = ["patch/wing", "patch/symmetry"]
+        view = CreateRenderView(ViewSize=[800, 600], ViewTime=times[6])
+        shown = Show(reader, view)
+        ColorBy(shown, ("POINTS", "wantedDisplacement", "Magnitude"))
+        shown.RescaleTransferFunctionToDataRange(False)
+        shown.SetRepresentationType("Surface With Edges")
+        Render(view)
+        ResetCamera(view)
+        SaveScreenshot(sys.argv[1].replace(".json", ".png"), view)
 json.dump(found, open(sys.argv[1], "w"))
 """
 
@@ -65,10 +84,36 @@ def wanted(grid, volume_only):
     return {"cells": int(chosen.sum()), "points": grid.n_points, "bounds": list(grid.bounds), "arrays": arrays}
 
 
+def wanted_in_case(grid, first):
+    """What there is to find inside a case of the same mesh: the cells, and the displacement from its first step."""
+    return {**wanted(grid, True), "arrays": {"point wantedDisplacement": ranges(grid.points - first.points)}}
+
+
+def faces_of(grid):
+    """The number of cells in each region of a case: inside, and on each patch."""
+    names = [str(name) for name in grid.field_data["BoundaryTagNames"]]
+    tag = grid.cell_data["BoundaryTag"]
+    return {"internalMesh": int((tag == 0).sum())} | {f"patch/{name}": int((tag == i + 1).sum()) for i, name in enumerate(names)}
+
+
+def check_picture(path):
+    """A picture of a surface with colours."""
+    pixels = pyvista.read(path).point_data["PNGImage"]
+    assert len(np.unique(pixels[:, :3], axis=0)) > 50, f"{path}: nothing is seen"
+
+
 def ranges(values):
     """Smallest and largest value of each component; None where all are NaN."""
     columns = np.asarray(values, float).reshape(len(values), -1).T
     return [None if np.isnan(column).all() else [np.nanmin(column), np.nanmax(column)] for column in columns]
+
+
+def by_vtk(case, meshes):
+    """Compares every node of a case at three times with VTK's own reader, which has 32 bits; the number of values."""
+    for step, grid in zip(STEPS, meshes, strict=True):
+        inside = foam.by_vtk(case, time=45.0 * step)["internalMesh"]
+        assert np.array_equal(inside.points, grid.points.astype(np.float32)), f"{case}: step {step}"
+    return 3 * sum(grid.n_points for grid in meshes)
 
 
 def compare(what, found, expected):
@@ -101,16 +146,30 @@ def main():
             assert not np.isnan(step.cell_data["ScaledJacobian"]).any(), "boundary faces have values"
         azimesh("convert", folder / "vtu/wing_on_plane_0007.vtu", folder / "one.hdf")
         azimesh("convert", folder / "vtu/wing_on_plane_0007.vtu", folder / "one.cgns")
+        azimesh("convert", mesh, folder / "wing", "--format", "openfoam")
+        azimesh("deform", folder / "wing", schedule, "-o", folder / "foam")
         sequences = [folder / name for name in ("vtu/wing_on_plane.pvd", "vtk/wing_on_plane.vtk.series", "cgns/wing_on_plane.cgns")]
         alone = [folder / "one.hdf", folder / "one.cgns"]
-        found = pvpython(folder, *sequences, *alone)
+        cases = [folder / "foam/foam.foam"]
+        found = pvpython(folder, *sequences, *cases, *alone)
         for path in sequences:
             assert found[str(path)]["times"] == [45.0 * step for step in range(9)], f"{path}: {found[str(path)]['times']}"
             for step, grid in zip(found[str(path)]["steps"], meshes, strict=True):
                 n += compare(path.name, step, wanted(grid, path.suffix == ".cgns"))
+        for path in cases:
+            by_paraview = found[str(path)]
+            in_case = [pyvista.read(folder / f"vtu/wing_on_plane_{step:04}.vtu") for step in CASE_STEPS]
+            assert by_paraview["times"] == [45.0 * step for step in range(1, 9)], f"{path}: {by_paraview['times']}"
+            for step, grid in zip(by_paraview["steps"], in_case, strict=True):
+                n += compare(path.name, step, wanted_in_case(grid, meshes[0]))
+            assert by_paraview["patches"] == faces_of(meshes[-1]), f"{path}: {by_paraview['patches']}"
+            n += len(by_paraview["patches"]) + by_vtk(folder / "foam", meshes)
+            check_picture(folder / "found.png")
+            if len(sys.argv) > 1:
+                shutil.copy(folder / "found.png", sys.argv[1])
         for path in alone:
             n += compare(path.name, found[str(path)]["steps"][0], wanted(meshes[-1], path.suffix == ".cgns"))
-    report("paraview", n, 0.0, note="of .pvd, .vtk.series and .cgns at three times, and of one mesh as VTKHDF and CGNS")
+    report("paraview", n, 0.0, note="of .pvd, .vtk.series, .cgns and a case at three times, and of one mesh as VTKHDF and CGNS")
 
 
 if __name__ == "__main__":

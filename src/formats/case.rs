@@ -60,6 +60,9 @@ pub trait CaseFormat: Sync {
     /// Whether a step that was written has this hash, as [`OutputSet`] gave it.
     fn has_hash(&self, path: &Path, hash: &str) -> io::Result<bool>;
 
+    /// The case and the index in it of the step whose file this is, where the file has a part of the mesh only.
+    fn step_at(&self, path: &Path) -> Option<(std::path::PathBuf, usize)>;
+
     /// All files of a step that are there, as paths.
     fn files_of(&self, path: &Path) -> Vec<std::path::PathBuf>;
 }

@@ -23,6 +23,7 @@ mod options;
 mod output_set;
 pub mod pvtu;
 mod records;
+mod reserve;
 mod save;
 mod sequence;
 mod series;
@@ -47,6 +48,7 @@ pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use output_set::{Output, OutputSet};
+pub use reserve::Reserve;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
@@ -241,6 +243,12 @@ pub fn records_in(folder: &Path) -> Option<PathBuf> {
         let records = folder.join(case.records());
         records.is_dir().then_some(records)
     })
+}
+
+/// The case and the index in it of the step whose file this is, where the file has a part of the mesh only.
+pub fn step_in_case(path: &Path) -> Option<(std::path::PathBuf, usize)> {
+    let mut cases = FORMATS.iter().filter_map(|format| format.case());
+    cases.find_map(|case| case.step_at(path))
 }
 
 /// A mesh that was read, with its format and notes. See [`Mesh::read_with`].

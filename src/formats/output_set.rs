@@ -119,7 +119,7 @@ impl<'a> OutputSet<'a> {
 
     /// Makes `folder`, which may be there and hold other files, the folder of all files. The folders in `owned` inside it
     /// are replaced as a whole.
-    pub fn place_in(&mut self, folder: &Path, owned: &[&str]) -> Result<()> {
+    pub fn place_in<N: AsRef<str>>(&mut self, folder: &Path, owned: &[N]) -> Result<()> {
         let Some(commit) = self.commit else {
             return Ok(());
         };

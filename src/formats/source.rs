@@ -125,6 +125,15 @@ impl Source {
         without_mark((*self.bytes).as_ref())
     }
 
+    /// Lets go of the memory that holds a mapped file: its bytes are read again from the file where they are needed again.
+    pub(super) fn release(&self) {
+        #[cfg(unix)]
+        if let Bytes::Mapped(map) = &*self.bytes {
+            // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
+            let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+        }
+    }
+
     /// A shared handle on the bytes, for a reader that has to own them; nothing is copied.
     pub(super) fn shared(&self) -> Shared {
         Shared(Arc::clone(&self.bytes))

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 pub struct SharedFolder {
     /// The folder.
     pub folder: PathBuf,
-    /// The folder inside it that is the mesh's own.
-    pub own: &'static str,
+    /// The folders inside it that are the mesh's own.
+    pub own: Vec<String>,
     /// An empty file that viewers open.
     pub mark: String,
 }
@@ -29,7 +29,7 @@ pub(super) fn stage_folder<T>(
     write: impl FnOnce(&Path) -> Result<T>,
 ) -> Result<(T, Staged)> {
     let mut folder = match &shared {
-        Some(shared) => Folder::into(&shared.folder, &[shared.own], commit)?,
+        Some(shared) => Folder::into(&shared.folder, &shared.own, commit)?,
         None => Folder::new(path, commit)?,
     };
     let written = write(folder.temporary.path()).map_err(|mut error| {
@@ -78,10 +78,10 @@ impl Folder {
 
     /// An empty staged folder for files in `target`, inside it where it exists. Refuses an existing folder of those
     /// that are to be replaced as a whole, unless they may be.
-    pub fn into(target: &Path, owned: &[&str], commit: Commit) -> Result<Self> {
+    pub fn into<N: AsRef<str>>(target: &Path, owned: &[N], commit: Commit) -> Result<Self> {
         let taken = owned
             .iter()
-            .map(|name| target.join(name))
+            .map(|name| target.join(name.as_ref()))
             .find(|path| path.exists());
         if let (Some(taken), false) = (taken, commit.replace) {
             return Err(exists(&taken));
@@ -96,7 +96,7 @@ impl Folder {
             temporary,
             target: target.to_path_buf(),
             names: Vec::new(),
-            owned: owned.iter().map(|&name| name.to_owned()).collect(),
+            owned: owned.iter().map(|name| name.as_ref().to_owned()).collect(),
             replace: commit.replace,
         })
     }

@@ -95,6 +95,13 @@ fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option
 }
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
+    if let Some((case, step)) = formats::step_in_case(path) {
+        let options = ReadOptions {
+            step: Some(step),
+            ..options.clone()
+        };
+        return Ok(Mesh::read_with(&case, &options)?.mesh);
+    }
     // A step in a case is a file in the folder of the mesh at its time.
     let folder = path
         .parent()

@@ -6,7 +6,7 @@ use super::request::Request;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result, counted};
-use crate::formats::{Commit, Precision, check_file, hash_of, hash_of_input, save_text};
+use crate::formats::{Commit, Precision, Reserve, check_file, hash_of, hash_of_input, save_text};
 use crate::motion::SurfaceOutput;
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
@@ -21,9 +21,14 @@ use std::time::Instant;
 pub(super) struct RecordFile {
     path: PathBuf,
     commit: Commit,
+    /// Room for the last words of a run that fills the disk.
+    room: Option<Reserve>,
     /// What it holds.
     pub content: RunRecord,
 }
+
+/// Bytes that a record may grow by until it is closed.
+const GROWTH: usize = 64 << 10;
 
 /// A clock that gives seconds.
 pub struct Clock(Instant);
@@ -82,6 +87,7 @@ impl RecordFile {
         Self {
             path: names.record(),
             commit: names.commit,
+            room: None,
             content,
         }
     }
@@ -110,6 +116,18 @@ impl RecordFile {
         });
         let before = content.seconds.unwrap_or_default();
         content.seconds = Some(before.plus(finished.timings));
+    }
+
+    /// Keeps room on the disk for the record of a run that fills it.
+    pub fn keep_room(&mut self) {
+        let n_bytes = self.content.text().len() + GROWTH;
+        self.room = Some(Reserve::beside(&self.path, n_bytes));
+    }
+
+    /// Writes the record of a run that has ended, with the room that was kept.
+    pub fn save_last(&mut self) -> Result<()> {
+        self.room = None;
+        self.save()
     }
 
     /// Writes the record as it stands.

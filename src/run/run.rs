@@ -83,6 +83,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         displaced_from: None,
     };
     run.save_record()?;
+    run.record.keep_room();
     let result = run.steps(&mut base_points);
     run.close(result, base_points, &clock)
 }
@@ -373,13 +374,14 @@ impl Run<'_> {
         if self.earlier.is_unverified {
             return result.map(|()| finished);
         }
-        self.record.close(&finished, result.as_ref().err());
-        finished.outcome.clone_from(&self.record.content.outcome);
         let lists = names::series(self.names, &self.rows);
         let mut lists = lists.iter();
         let saved =
             lists.try_for_each(|(path, text)| formats::save_text(text, path, self.names.commit));
-        let saved = saved.and_then(|()| self.record.save());
+        let result = result.and(saved);
+        self.record.close(&finished, result.as_ref().err());
+        finished.outcome.clone_from(&self.record.content.outcome);
+        let saved = self.record.save_last();
         // The first failure is the one to tell of.
         match result.and(saved) {
             Err(error) if error.kind == ErrorKind::Check => finished.ended_by = Some(error),

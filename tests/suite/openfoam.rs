@@ -367,3 +367,308 @@ fn a_layer_is_not_moved_out_of_its_plane_nor_held_by_its_sides() {
         assert_says(&run.err, &["airfoil", says]);
     }
 }
+
+/// Files of the pieces that do not change while the mesh moves.
+fn topology_of(files: &BTreeMap<String, Vec<u8>>) -> BTreeMap<String, Vec<u8>> {
+    let mut files = files.clone();
+    files.retain(|name, _| name.contains("constant/polyMesh/") && !name.ends_with("/points"));
+    files
+}
+
+fn same_bits(a: &Mesh, b: &Mesh) -> bool {
+    let bits = |mesh: &Mesh| -> Vec<u64> {
+        let all = mesh.points.iter().flatten();
+        all.map(|x| x.to_bits()).collect()
+    };
+    bits(a) == bits(b)
+}
+
+#[test]
+fn a_decomposed_case_is_written_in_its_pieces_and_whole_where_that_is_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for name in ["decomposed", "collated"] {
+        let case = Path::new("testdata/openfoam").join(name).canonicalize();
+        let case = case.unwrap();
+        let input = case.to_str().unwrap();
+        let (out, whole) = (folder.join(name), folder.join(format!("{name}_whole")));
+        let to = |out: &Path| out.to_str().unwrap().to_owned();
+        let args = ["-q", "convert", input, &to(&out), "--format", "openfoam"];
+        succeed(folder, &args);
+        let (before, after) = (all_files(&case), all_files(&out));
+        assert_eq!(topology_of(&before), topology_of(&after));
+        assert!(!after.contains_key("constant/polyMesh/points"));
+        assert!(same_bits(&read(&case), &read(&out)));
+        succeed(folder, &["-q", "diff", input, &to(&out)]);
+        succeed(
+            folder,
+            &[&args[..3], &[&to(&whole)], &args[4..], &["--pieces", "1"]].concat(),
+        );
+        let files = all_files(&whole);
+        assert!(files.contains_key("constant/polyMesh/points"));
+        assert!(!files.keys().any(|name| name.starts_with("processor")));
+        assert!(same_bits(&read(&case), &read(&whole)));
+        // Other tags than those of the pieces: it is one mesh, and that is said.
+        let renamed = format!("{name}_renamed");
+        let run = azimesh(
+            folder,
+            &[
+                "convert",
+                input,
+                &renamed,
+                "--format",
+                "openfoam",
+                "--rename-tag",
+                "floor=ground",
+            ],
+        );
+        assert_eq!(run.code, 0, "{}", run.err);
+        assert_says(&run.err, &["the mesh is written as one", "decomposePar"]);
+        assert!(
+            folder
+                .join(renamed)
+                .join("constant/polyMesh/faces")
+                .exists()
+        );
+    }
+    let case = Path::new("testdata/openfoam/decomposed")
+        .canonicalize()
+        .unwrap();
+    let several = azimesh(
+        folder,
+        &[
+            "convert",
+            case.to_str().unwrap(),
+            "x",
+            "--format",
+            "openfoam",
+            "--pieces",
+            "3",
+        ],
+    );
+    assert_eq!(several.code, 2);
+    assert_says(&several.err, &["--pieces 3", "decomposePar cuts it"]);
+}
+
+#[test]
+fn a_sequence_of_a_decomposed_case_lies_in_its_pieces() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let schedule = "time = { stop = 1.0, step = 0.5, frequency = 1.0 }\noutput.displacement = true\n\
+        boundaries.others = \"free\"\nboundaries.fixed = [\"inlet\"]\n[[body]]\nname = \"floor\"\ntags = [\"floor\"]\n\
+        rigid = { translate = [0.02, 0.0, 0.03], ramp = true }\n";
+    fs::write(folder.join("s.toml"), schedule).unwrap();
+    for name in ["decomposed", "collated"] {
+        let case = folder.join(name);
+        for (file, content) in all_files(&Path::new("testdata/openfoam").join(name)) {
+            fs::create_dir_all(case.join(&file).parent().unwrap()).unwrap();
+            fs::write(case.join(&file), content).unwrap();
+        }
+        let piece = match name {
+            "decomposed" => "processor1",
+            _ => "processors2",
+        };
+        fs::create_dir_all(case.join("system")).unwrap();
+        fs::write(case.join("system/controlDict"), CONTROL).unwrap();
+        fs::create_dir_all(case.join(piece).join("0")).unwrap();
+        fs::write(case.join(piece).join("0/U"), "a field").unwrap();
+        let before = all_files(&case);
+        let out = format!("{name}_out");
+        let deform = ["-q", "deform", name, "s.toml", "-o", &out];
+        succeed(folder, &deform);
+        let files = all_files(&folder.join(&out));
+        assert_eq!(topology_of(&before), topology_of(&files));
+        for inside in ["0/U", "0.5/polyMesh/points", "1/wantedDisplacement"] {
+            let inside = format!("{piece}/{inside}");
+            assert!(files.contains_key(&inside), "{inside}");
+        }
+        let field =
+            String::from_utf8_lossy(&files[&format!("{piece}/1/wantedDisplacement")]).into_owned();
+        assert_says(
+            &field,
+            &["procBoundary1to0\n    {\n        type            processor;"],
+        );
+        // The positions are those of a run of the whole mesh, bit for bit.
+        let vtu = format!("{name}_vtu");
+        succeed(
+            folder,
+            &[
+                "-q", "deform", name, "s.toml", "-o", &vtu, "--format", "vtu",
+            ],
+        );
+        let last = folder.join(&vtu).join(format!("{name}_0002.vtu"));
+        assert!(same_bits(&read(&folder.join(&out)), &read(&last)));
+        assert!(!same_bits(&read(&folder.join(&out)), &read(&case)));
+        succeed(folder, &["-q", "report", &out]);
+        // A piece that lost a file is written again.
+        let wanted = meshes(&folder.join(&out));
+        for lost in [
+            "0.5/polyMesh/points",
+            "1/wantedDisplacement",
+            "constant/polyMesh/points",
+            "constant/polyMesh/owner",
+        ] {
+            fs::remove_file(folder.join(&out).join(piece).join(lost)).unwrap();
+            succeed(folder, &[&deform[..], &["--resume"]].concat());
+            assert_eq!(meshes(&folder.join(&out)), wanted, "{lost}");
+        }
+        succeed(folder, &[&deform[..], &["--force"]].concat());
+        assert_eq!(meshes(&folder.join(&out)), wanted);
+        assert_eq!(all_files(&case), before);
+        // As a sequence of a conversion.
+        let again = format!("{name}_again");
+        succeed(
+            folder,
+            &["-q", "convert", &out, &again, "--format", "openfoam"],
+        );
+        let own = all_files(&folder.join(&again));
+        let points = format!("{piece}/0.5/polyMesh/points");
+        assert_eq!(own[&points], files[&points]);
+    }
+}
+
+#[test]
+fn zones_of_faces_and_points_are_kept_where_pieces_are_joined() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let case = folder.join("in");
+    for (file, content) in all_files(Path::new("testdata/openfoam/decomposed")) {
+        fs::create_dir_all(case.join(&file).parent().unwrap()).unwrap();
+        fs::write(case.join(&file), content).unwrap();
+    }
+    let zone = |piece: usize, object: &str, entries: &str| {
+        let mesh = case.join(format!("processor{piece}/constant/polyMesh"));
+        let head = format!("FoamFile {{ format ascii; class regIOobject; object {object}; }}\n");
+        fs::write(
+            mesh.join(object),
+            format!("{head}1\n(\nzone\n{{ {entries} }}\n)\n"),
+        )
+        .unwrap();
+    };
+    // The first face between the pieces, as both have it, and one inside the first of them.
+    let faces = |piece: usize| -> usize {
+        let path = case.join(format!("processor{piece}/constant/polyMesh/boundary"));
+        let text = fs::read_to_string(path).unwrap();
+        let shared = text.find("procBoundary").unwrap();
+        let start = text[shared..].find("startFace").unwrap() + shared + 9;
+        text[start..]
+            .trim_start()
+            .split(';')
+            .next()
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    let (first, second) = (faces(0), faces(1));
+    zone(
+        0,
+        "faceZones",
+        &format!("type faceZone; faceLabels List<label> 2(0 {first}); flipMap List<bool> 2(1 0);"),
+    );
+    zone(
+        1,
+        "faceZones",
+        &format!("type faceZone; faceLabels List<label> 1({second}); flipMap List<bool> 1{{1}};"),
+    );
+    zone(
+        0,
+        "pointZones",
+        "type pointZone; pointLabels List<label> 2(0 32);",
+    );
+    zone(
+        1,
+        "pointZones",
+        "type pointZone; pointLabels List<label> 1(0);",
+    );
+    let args = [
+        "-q",
+        "convert",
+        "in",
+        "whole",
+        "--format",
+        "openfoam",
+        "--encoding",
+        "ascii",
+        "--pieces",
+        "1",
+    ];
+    succeed(folder, &args);
+    let text = |case: &str, name: &str| {
+        fs::read_to_string(folder.join(case).join("constant/polyMesh").join(name)).unwrap()
+    };
+    let words = |case: &str, name: &str| -> Vec<String> {
+        let text = text(case, name).replace(['(', ')', ';'], " ");
+        text.split_whitespace().map(str::to_owned).collect()
+    };
+    let after = |words: &[String], key: &str| -> Vec<usize> {
+        let at = words.iter().position(|word| word == key).unwrap() + 2;
+        let n: usize = words[at].parse().unwrap();
+        words[at + 1..][..n]
+            .iter()
+            .map(|word| word.parse().unwrap())
+            .collect()
+    };
+    let zone = words("whole", "faceZones");
+    let (labels, flips) = (after(&zone, "faceLabels"), after(&zone, "flipMap"));
+    assert_eq!((labels.len(), flips.len()), (2, 2));
+    // Each is the face of the piece that it was, and turns as the zone has it.
+    let mesh = read(&folder.join("whole"));
+    let list = words("whole", "faces");
+    let start = list.iter().position(|word| word == "}").unwrap() + 2;
+    let mut places = vec![start];
+    while places.len() <= *labels.iter().max().unwrap() {
+        let last = places[places.len() - 1];
+        places.push(last + 1 + list[last].parse::<usize>().unwrap());
+    }
+    let normal = |face: usize| -> [f64; 3] {
+        let at = places[face];
+        let node = |i: usize| mesh.points[list[at + i].parse::<usize>().unwrap()];
+        let [a, b, c] = [node(1), node(2), node(3)];
+        let (u, v) = (
+            [0, 1, 2].map(|i| b[i] - a[i]),
+            [0, 1, 2].map(|i| c[i] - b[i]),
+        );
+        [0, 1, 2].map(|i| u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3])
+    };
+    let mut found: Vec<[f64; 3]> = labels
+        .iter()
+        .zip(&flips)
+        .map(|(face, flip)| normal(*face).map(|x| if *flip == 1 { -x } else { x }))
+        .map(|normal| {
+            let size = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+            normal.map(|x| (x / size).round())
+        })
+        .collect();
+    found.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    let expected = expected_normals(&case, first);
+    assert_eq!(found, expected);
+    let points = after(&words("whole", "pointZones"), "pointLabels");
+    assert_eq!(points, [0, 3, 34]);
+}
+
+/// Directions of face 0, turned round, and of this face, of the first piece.
+fn expected_normals(case: &Path, face: usize) -> Vec<[f64; 3]> {
+    let piece = read(&case.join("processor0"));
+    let text = fs::read_to_string(case.join("processor0/constant/polyMesh/faces")).unwrap();
+    let body = &text[text.find("\n(\n").unwrap() + 3..];
+    let faces: Vec<&str> = body.lines().collect();
+    let normal = |face: usize, sign: f64| {
+        let nodes = faces[face].split_once('(').unwrap().1.trim_end_matches(')');
+        let nodes: Vec<usize> = nodes
+            .split_whitespace()
+            .map(|node| node.parse().unwrap())
+            .collect();
+        let [a, b, c] = [0, 1, 2].map(|i| piece.points[nodes[i]]);
+        let (u, v) = (
+            [0, 1, 2].map(|i| b[i] - a[i]),
+            [0, 1, 2].map(|i| c[i] - b[i]),
+        );
+        let n =
+            [0, 1, 2].map(|i| u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3]);
+        let size = n.iter().map(|x| x * x).sum::<f64>().sqrt();
+        n.map(|x| (sign * x / size).round())
+    };
+    let mut both = vec![normal(0, -1.0), normal(face, 1.0)];
+    both.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    both
+}

@@ -38,7 +38,7 @@ pub struct ConvertArgs {
     /// Read only this step of a sequence, counted from 0
     #[arg(long, value_name = "I")]
     step: Option<usize>,
-    /// Write N pieces and a .pvtu that lists them
+    /// Write N pieces and a .pvtu that lists them; 1 with an OpenFOAM case joins the pieces of a decomposed one
     #[arg(long, value_name = "N", value_parser = number_of_pieces)]
     pieces: Option<NonZeroUsize>,
     #[command(flatten)]
@@ -60,14 +60,6 @@ struct Run<'a> {
 
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     args.changes.check()?;
-    if let (Some(_), [.., out], None) = (args.pieces, &args.paths[..], &args.output)
-        && out
-            .extension()
-            .is_none_or(|ending| ending != formats::in_pieces().extensions()[0])
-    {
-        let message = "--pieces N writes a .pvtu and its pieces; the name must end in .pvtu";
-        return Err(Error::input(message).file(out));
-    }
     let run = Run {
         args,
         context,
@@ -75,6 +67,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         written: RefCell::default(),
         waiting: RefCell::default(),
     };
+    run.check_pieces()?;
     let is_new = |folder: &&PathBuf| !folder.exists();
     let new_folder = args.output.as_ref().filter(is_new);
     let done = match &args.output {
@@ -90,6 +83,40 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 }
 
 impl Run<'_> {
+    /// Refuses `--pieces` for what is not written in pieces, unless it joins those of a case.
+    fn check_pieces(&self) -> Result<()> {
+        let Some(n) = self.args.pieces else {
+            return Ok(());
+        };
+        let out = self
+            .args
+            .paths
+            .last()
+            .filter(|_| self.args.output.is_none());
+        let format = self.output_format(out.map(PathBuf::as_path));
+        if format.is_ok_and(|format| format.case().is_some()) {
+            return match n.get() {
+                1 => Ok(()),
+                _ => Err(Error::input(format!(
+                    "--pieces {n}: a case is written in the pieces that it was read from, or with --pieces 1 as a whole; \
+                     decomposePar cuts it"
+                ))),
+            };
+        }
+        let is_list = |out: &PathBuf| {
+            let ending = formats::in_pieces().extensions()[0];
+            out.extension().is_some_and(|found| found == ending)
+        };
+        match out.filter(|out| !is_list(out)) {
+            None => Ok(()),
+            Some(out) => {
+                let message =
+                    "--pieces N writes a .pvtu and its pieces; the name must end in .pvtu";
+                Err(Error::input(message).file(out))
+            }
+        }
+    }
+
     /// Gives the files their names. After wrong input there are none; after a failure of the system those
     /// that are whole stay.
     fn keep(&self, done: Result<()>) -> Result<()> {

@@ -106,7 +106,8 @@ impl Run<'_> {
 
     /// Writes every mesh of a sequence.
     pub(super) fn sequence(&self, input: &Input, times: &[f64], place: &Place) -> Result<()> {
-        if self.args.pieces.is_some() {
+        let is_case = matches!(place, Place::File { format, .. } if format.case().is_some());
+        if self.args.pieces.is_some() && !is_case {
             return Err(
                 Error::input("--pieces is for one mesh, and this is a sequence").file(input.path()),
             );
@@ -127,7 +128,7 @@ impl Run<'_> {
             .map(|step| (is_sequence.then_some(step), times[step]));
         match place {
             Place::File { path, format } => {
-                let (options, commit) = (self.args.write.options(), self.args.write.commit());
+                let (options, commit) = (self.options(), self.args.write.commit());
                 let write = |file: &mut dyn SequenceFile| {
                     self.write_one_file(input, steps, (path, file), *format)
                 };
@@ -215,11 +216,11 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         self.remark_on_options(format);
-        let options = WriteOptions {
-            pieces: self.args.pieces,
-            ..self.args.write.options()
+        let options = self.options();
+        let written_as = match options.pieces {
+            Some(_) if format.case().is_none() => formats::in_pieces(),
+            _ => format,
         };
-        let written_as = options.pieces.map_or(format, |_| formats::in_pieces());
         let commit = self.args.write.commit();
         let write = || formats::stage(&mesh.view(), path, written_as, &options, commit);
         let (notes, files) = self.context.stage("writing", write)?;
@@ -230,6 +231,13 @@ impl Run<'_> {
         }
         self.note_written(mesh, path, format, None);
         Ok(())
+    }
+
+    fn options(&self) -> WriteOptions {
+        WriteOptions {
+            pieces: self.args.pieces,
+            ..self.args.write.options()
+        }
     }
 
     /// Leaves files without their names until all are whole.

@@ -17,7 +17,13 @@ Foam {
     Fields { n: usize } => ("the fields of {} are not read", counted(*n, "time"))
     /// Zones of faces or points.
     Zones { what: &'static str, names: Vec<String> } => (
-        "{what} are not read: {}{}", quoted(&names[..names.len().min(LISTED)]), more(names.len(), LISTED)
+        "{what} are kept for OpenFOAM alone: {}{}",
+        quoted(&names[..names.len().min(LISTED)]), more(names.len(), LISTED)
+    )
+    /// A case has its mesh whole and in pieces.
+    PiecesLeft { n: usize } => (
+        "the case is decomposed too, in {}; the whole mesh is read, and not its pieces: they are where constant/polyMesh is not there",
+        counted(*n, "folder")
     )
     /// Patches that belong together, with their type.
     Pairs { pairs: Vec<(String, [String; 2])> } => ("{}", listed_pairs(pairs))

@@ -189,7 +189,9 @@ Written {
         "cells are written in the order of their types: in their own order there would be too many sections"
     )
     /// A mesh that was joined from the pieces of a decomposed case.
-    AsOne => ("the mesh is written as one, not in the pieces that it was read from; decomposePar cuts it again")
+    AsOne => (
+        "the mesh is written as one: its cells or tags are not those of the pieces that it was read from; decomposePar cuts it again"
+    )
     /// Files of an OpenFOAM mesh that say what its faces and points belong to.
     FilesLeftOut { names: Vec<String> } => (
         "left out, since faces have another order now: {}", names.join(", ")

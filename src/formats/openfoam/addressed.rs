@@ -2,11 +2,10 @@
 //! decomposed, in its order.
 
 use super::cells::NONE;
-use super::decomposed::{Piece, is_shared, whole_patch};
-use super::lists::Faces;
+use super::decomposed::{Piece, is_shared, whole_patch, zones_of};
+use super::faces::Faces;
 use super::read::Lists;
 use super::topology::Patch;
-use super::zones::Zone;
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 
@@ -19,16 +18,16 @@ struct Place {
 }
 
 /// The whole mesh.
-pub(super) fn join(pieces: Vec<Piece>) -> Result<Lists> {
-    let places = places(&pieces)?;
-    let (owner, neighbour) = sides(&pieces, places.len())?;
+pub(super) fn join(pieces: &[Piece]) -> Result<Lists> {
+    let places = places(pieces)?;
+    let (owner, neighbour) = sides(pieces, places.len())?;
     let n_internal = neighbour.iter().take_while(|cell| **cell != NONE).count();
     if let Some(face) = (n_internal..neighbour.len()).find(|face| neighbour[*face] != NONE) {
         return Err(pieces[0].refuse(format!(
             "face {face} of the whole lies between two cells, but face {n_internal} before it does not"
         )));
     }
-    let patches = patches(&pieces, owner.len())?;
+    let patches = patches(pieces, owner.len())?;
     let mut faces = Faces::default();
     for place in &places {
         let piece = &pieces[place.piece as usize];
@@ -41,12 +40,15 @@ pub(super) fn join(pieces: Vec<Piece>) -> Result<Lists> {
         }
     }
     Ok(Lists {
-        points: points(&pieces)?,
+        points: points(pieces)?,
         faces,
         owner,
         neighbour: neighbour[..n_internal].to_vec(),
         patches,
-        zones: zones(&pieces),
+        zones: zones_of(pieces, |piece, cell| {
+            let cells = &numbers(piece).cells;
+            cells.get(cell as usize).copied().unwrap_or(NONE)
+        }),
     })
 }
 
@@ -199,24 +201,4 @@ fn patches(pieces: &[Piece], n_faces: usize) -> Result<Vec<Patch>> {
     }
     patches.sort_by_key(|patch| patch.start_face);
     Ok(patches)
-}
-
-/// Zones of one name as one.
-fn zones(pieces: &[Piece]) -> Vec<Zone> {
-    let mut zones: Vec<Zone> = Vec::new();
-    for piece in pieces {
-        let cells = &numbers(piece).cells;
-        for zone in &piece.lists.zones {
-            let labels = zone.labels.iter();
-            let labels = labels.map(|cell| cells.get(*cell as usize).copied().unwrap_or(NONE));
-            match zones.iter_mut().find(|known| known.name == zone.name) {
-                Some(known) => known.labels.extend(labels),
-                None => zones.push(Zone {
-                    name: zone.name.clone(),
-                    labels: labels.collect(),
-                }),
-            }
-        }
-    }
-    zones
 }

@@ -1,6 +1,6 @@
 //! Lists as text, parsed in parts on all threads. Line ends mean nothing: a list is cut between its values.
 
-use super::lists::{Faces, too_many_nodes};
+use super::faces::{Faces, too_many_nodes};
 use super::text::{Text, integer};
 use crate::error::{Error, Result};
 use crate::parallel::map_items;
@@ -83,24 +83,21 @@ pub(super) fn faces(text: &mut Text, n: Option<usize>) -> Result<Faces> {
         }
         Ok(faces)
     };
-    let mut all = Faces {
-        starts: vec![0],
-        ..Faces::default()
-    };
+    let (mut starts, mut all) = (vec![0], Vec::new());
     body.parse(text, b')', parse, |(sizes, nodes): (Vec<u32>, Vec<u32>)| {
-        let mut end = all.nodes.len();
+        let mut end = all.len();
         if end + nodes.len() > u32::MAX as usize {
             return Err(text.error(too_many_nodes()));
         }
-        all.nodes.extend_from_slice(&nodes);
-        all.starts.extend(sizes.iter().map(|size| {
+        all.extend_from_slice(&nodes);
+        starts.extend(sizes.iter().map(|size| {
             end += *size as usize;
             end as u32
         }));
         Ok(())
     })?;
-    checked(text, &body, n, all.len())?;
-    Ok(all)
+    checked(text, &body, n, starts.len() - 1)?;
+    Ok(Faces::new(starts, all))
 }
 
 fn checked(text: &Text, body: &Body, n: Option<usize>, found: usize) -> Result<()> {

@@ -1,8 +1,9 @@
-//! What belongs to a case beside its mesh: `system`, `0` and `constant`, copied where the mesh was read from a case.
+//! What belongs to a case beside its mesh: `system`, `0` and `constant`, and those of its pieces where these are written,
+//! copied where the mesh was read from a case.
 
-use super::times::CONSTANT;
-use super::topology::Topology;
-use super::write::{MESH, Place};
+use super::folders::{CONSTANT, MESH};
+use super::place::Place;
+use super::topology::{StoredPieces, Topology};
 use crate::error::{Error, Result};
 use crate::formats::{OutputSet, check_file};
 use crate::mesh::MeshView;
@@ -10,8 +11,17 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The folders of a case that are copied.
+/// The folders of a case that are copied, and of each piece.
 const COPIED: [&str; 4] = ["system", CONSTANT, "0", "0.orig"];
+
+/// The folders that are copied, from the case on.
+fn copied(pieces: &[StoredPieces]) -> Vec<PathBuf> {
+    let roots = pieces.iter().map(|pieces| Path::new(&pieces.folder));
+    let roots = [Path::new("")].into_iter().chain(roots);
+    roots
+        .flat_map(|root| COPIED.map(|name| root.join(name)))
+        .collect()
+}
 
 /// Folders inside one another, at the most: links may lead in circles.
 const DEPTH: usize = 32;
@@ -29,9 +39,11 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
         )
         .file(case));
     }
-    match COPIED.iter().find(|name| to.starts_with(from.join(name))) {
+    let copied = copied(&origin.pieces);
+    match copied.iter().find(|name| to.starts_with(from.join(name))) {
         Some(name) => Err(Error::input(format!(
-            "this lies in the folder {name} of the case that the mesh is read from, which is copied; give a folder outside it"
+            "this lies in the folder {} of the case that the mesh is read from, which is copied; give a folder outside it",
+            name.display()
         ))
         .file(case)),
         None => Ok(()),
@@ -58,16 +70,17 @@ pub(super) fn copy(mesh: &MeshView, place: &Place, out: &mut OutputSet) -> Resul
     let Some(origin) = mesh.origin.get::<Topology>() else {
         return Ok(());
     };
-    let own = PathBuf::from(place.folder(CONSTANT));
+    let mut own: Vec<PathBuf> = place.folders(CONSTANT).iter().map(PathBuf::from).collect();
+    own.push(PathBuf::from(place.folder(CONSTANT)));
     let mut copying = Copying {
         from: &origin.case,
         place,
         own,
         out,
     };
-    for name in COPIED {
-        if origin.case.join(name).is_dir() {
-            copying.folder(Path::new(name), 0)?;
+    for name in copied(place.pieces) {
+        if origin.case.join(&name).is_dir() {
+            copying.folder(&name, 0)?;
         }
     }
     Ok(())
@@ -75,9 +88,9 @@ pub(super) fn copy(mesh: &MeshView, place: &Place, out: &mut OutputSet) -> Resul
 
 struct Copying<'a, 'b> {
     from: &'a Path,
-    place: &'a Place,
-    /// The folder of the mesh, which is written, not copied.
-    own: PathBuf,
+    place: &'a Place<'a>,
+    /// The folders of the mesh, whole and in pieces, which are written, not copied.
+    own: Vec<PathBuf>,
     out: &'a mut OutputSet<'b>,
 }
 
@@ -85,13 +98,13 @@ impl Copying<'_, '_> {
     fn folder(&mut self, inside: &Path, depth: usize) -> Result<()> {
         let folder = self.from.join(inside);
         // Points of the first time are those of the mesh that is written.
-        let is_mesh =
-            inside.file_name().is_some_and(|name| name == MESH) && inside.starts_with("0");
+        let is_first = inside.iter().any(|name| name == "0");
+        let is_mesh = is_first && inside.file_name().is_some_and(|name| name == MESH);
         if is_mesh {
             return Ok(());
         }
         // Of the folder of the mesh only what lies in folders, such as sets.
-        let is_own = inside == self.own;
+        let is_own = self.own.iter().any(|own| inside == own);
         if depth > DEPTH {
             return Err(
                 Error::input(format!("has more than {DEPTH} folders inside one another"))

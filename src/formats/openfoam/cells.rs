@@ -1,10 +1,10 @@
 //! Cells from faces: which faces each cell has, and the cells in the order of the file, in blocks on all threads.
 
-use super::lists::Faces;
+use super::faces::Faces;
 use super::shapes;
 use crate::error::{Error, Result, counted};
 use crate::mesh::{CellKind, Cells};
-use crate::parallel::{map, map_blocks};
+use crate::parallel::{map, map_blocks, n_threads};
 use std::ops::Range;
 
 /// In place of the neighbour of a face on the boundary.
@@ -17,41 +17,48 @@ const CELLS: usize = 1 << 14;
 const BATCH: usize = 32;
 /// Parts of the cells whose faces are collected one beside the other.
 const PARTS: usize = 16;
+/// Parts whose faces are held at a time, at the least: a few, so that they take little memory.
+const HELD: usize = 4;
 
-/// The faces of each cell, ascending.
-pub(super) struct CellFaces {
+/// The faces of each of some cells, ascending.
+struct CellFaces {
+    cells: Range<usize>,
     /// Cells of a part.
     size: usize,
     /// Of each part, the ends of its lists with a 0 before them, and the lists.
-    parts: Vec<(Vec<usize>, Vec<u32>)>,
+    parts: Vec<(Vec<u32>, Vec<u32>)>,
 }
 
 impl CellFaces {
-    /// Collects the faces of `n_cells` cells. `neighbour` has the faces between two cells, which are the first.
-    pub fn new(n_cells: usize, owner: &[u32], neighbour: &[u32]) -> Self {
-        let blocks = Blocks::new(owner, neighbour);
-        let size = n_cells.div_ceil(PARTS).max(1);
-        let part = |i: usize| (i * size).min(n_cells)..((i + 1) * size).min(n_cells);
-        let parts = map(PARTS, &|i| blocks.of_cells(part(i), owner, neighbour));
-        Self { size, parts }
+    /// Collects the faces of `cells`, in parts of `size`.
+    fn new(blocks: &Blocks, cells: Range<usize>, size: usize) -> Self {
+        let first = |i: usize| (cells.start + i * size).min(cells.end);
+        let part = |i: usize| blocks.of_cells(first(i)..first(i + 1));
+        let parts = map(cells.len().div_ceil(size), &part);
+        Self { cells, size, parts }
     }
 
     /// The faces of a cell.
-    pub fn get(&self, cell: usize) -> &[u32] {
+    fn get(&self, cell: usize) -> &[u32] {
+        let cell = cell - self.cells.start;
         let (ends, faces) = &self.parts[cell / self.size];
         let cell = cell % self.size;
-        &faces[ends[cell]..ends[cell + 1]]
+        &faces[ends[cell] as usize..ends[cell + 1] as usize]
     }
 }
 
-/// The cells that blocks of faces belong to, so that those of other cells are passed over.
-struct Blocks {
+/// The cells on both sides of all faces, and those that blocks of faces belong to, so that faces of other cells are passed
+/// over.
+struct Blocks<'a> {
+    owner: &'a [u32],
+    /// Of the faces between two cells, which are the first.
+    neighbour: &'a [u32],
     of_owner: Vec<Range<u32>>,
     of_neighbour: Vec<Range<u32>>,
 }
 
-impl Blocks {
-    fn new(owner: &[u32], neighbour: &[u32]) -> Self {
+impl<'a> Blocks<'a> {
+    fn new(owner: &'a [u32], neighbour: &'a [u32]) -> Self {
         let span = |cells: &[u32]| {
             let low = cells.iter().copied().min().unwrap_or(0);
             low..cells.iter().copied().max().unwrap_or(0) + 1
@@ -60,38 +67,32 @@ impl Blocks {
         Self {
             of_owner: spans(owner),
             of_neighbour: spans(neighbour),
+            owner,
+            neighbour,
         }
     }
 
     /// Ends of the lists of these cells, with a 0 before them, and the lists.
-    fn of_cells(
-        &self,
-        cells: Range<usize>,
-        owner: &[u32],
-        neighbour: &[u32],
-    ) -> (Vec<usize>, Vec<u32>) {
-        let mut ends = vec![0usize; cells.len() + 1];
-        self.visit(&cells, owner, neighbour, |cell, _| ends[cell + 1] += 1);
+    fn of_cells(&self, cells: Range<usize>) -> (Vec<u32>, Vec<u32>) {
+        // The end of a list is where the next face of the cell before it goes, until that has all of its faces.
+        let n = cells.len();
+        let mut ends = vec![0u32; n + 2];
+        self.visit(&cells, |cell, _| ends[cell + 2] += 1);
         for i in 1..ends.len() {
             ends[i] += ends[i - 1];
         }
-        let mut next = ends.clone();
-        let mut faces = vec![0; ends[cells.len()]];
-        self.visit(&cells, owner, neighbour, |cell, face| {
-            faces[next[cell]] = face;
-            next[cell] += 1;
+        let mut faces = vec![0; ends[n + 1] as usize];
+        self.visit(&cells, |cell, face| {
+            faces[ends[cell + 1] as usize] = face;
+            ends[cell + 1] += 1;
         });
+        ends.pop();
         (ends, faces)
     }
 
     /// Calls `act(cell, face)` for the sides of these cells, counted from the first of them, in the order of the faces.
-    fn visit(
-        &self,
-        cells: &Range<usize>,
-        owner: &[u32],
-        neighbour: &[u32],
-        mut act: impl FnMut(usize, u32),
-    ) {
+    fn visit(&self, cells: &Range<usize>, mut act: impl FnMut(usize, u32)) {
+        let (owner, neighbour) = (self.owner, self.neighbour);
         let (first, n) = (cells.start as u32, cells.len() as u32);
         let touches = |span: Option<&Range<u32>>| {
             span.is_some_and(|span| (span.start as usize) < cells.end && span.end > first)
@@ -125,25 +126,30 @@ pub(super) fn assemble(
     neighbour: &[u32],
     n_cells: usize,
 ) -> Result<Cells> {
-    let of_cells = CellFaces::new(n_cells, owner, neighbour);
+    let blocks = Blocks::new(owner, neighbour);
+    let size = n_cells.div_ceil(PARTS).max(1);
     let mut cells = Cells::new();
-    in_batches(0..n_cells, &mut cells, &|range| {
-        let mut part = Cells::new();
-        let mut scratch = shapes::Scratch::default();
-        for cell in range {
-            let found = of_cells.get(cell);
-            if found.len() < 4 {
-                return Err(Error::input(format!(
-                    "cell {cell} has {}; it must have at least 4",
-                    counted(found.len(), "face")
-                )));
+    for first in (0..n_cells).step_by(size * n_threads().max(HELD)) {
+        let held = first..n_cells.min(first + size * n_threads().max(HELD));
+        let of_cells = CellFaces::new(&blocks, held.clone(), size);
+        in_batches(held, n_cells, &mut cells, &|range| {
+            let mut part = Cells::new();
+            let mut scratch = shapes::Scratch::default();
+            for cell in range {
+                let found = of_cells.get(cell);
+                if found.len() < 4 {
+                    return Err(Error::input(format!(
+                        "cell {cell} has {}; it must have at least 4",
+                        counted(found.len(), "face")
+                    )));
+                }
+                shapes::push(&mut part, faces, owner, cell as u32, found, &mut scratch)?;
             }
-            shapes::push(&mut part, faces, owner, cell as u32, found, &mut scratch)?;
-        }
-        Ok(part)
-    })?;
-    drop(of_cells);
-    in_batches(neighbour.len()..faces.len(), &mut cells, &|range| {
+            Ok(part)
+        })?;
+    }
+    let outside = neighbour.len()..faces.len();
+    in_batches(outside, faces.len(), &mut cells, &|range| {
         let mut part = Cells::new();
         for face in range {
             push_face(&mut part, faces.get(face));
@@ -162,8 +168,10 @@ fn push_face(cells: &mut Cells, nodes: &[u32]) {
     cells.push(kind, nodes);
 }
 
+/// Appends the cells of a range; after the first batch of them room is made for those up to `last`.
 fn in_batches(
     range: Range<usize>,
+    last: usize,
     cells: &mut Cells,
     part: &(dyn Fn(Range<usize>) -> Result<Cells> + Sync),
 ) -> Result<()> {
@@ -178,7 +186,7 @@ fn in_batches(
         if start == range.start {
             // The others take about as much as the first.
             let first = cells.connectivity().len() - n_entries;
-            cells.reserve(first / (end - start) * (range.end - end));
+            cells.reserve(first / (end - start) * (last - end));
         }
         start = end;
     }

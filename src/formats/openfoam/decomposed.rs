@@ -2,11 +2,13 @@
 //! the numbers that their cells, faces and points had in the whole (`addressed`) or, without these, by the faces that
 //! they share (`matched`).
 
-use super::case::{Case, Instances, Pieces, Step};
+use super::case::{Case, Instances};
 use super::file::FoamFile;
+use super::folders::{Pieces, Step};
 use super::read::{LabelFiles, Lists};
-use super::topology::Patch;
-use super::{addressed, lists, matched, zones};
+use super::topology::{Patch, StoredFile, StoredPiece, StoredPieces};
+use super::zones::{self, Zone};
+use super::{addressed, lists, matched};
 use crate::diagnostic::formats::Foam;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
@@ -58,11 +60,43 @@ pub(super) fn whole_patch(patch: &Patch) -> Option<&str> {
     }
 }
 
-/// Reads and joins the pieces at a step.
-pub(super) fn read(case: &Case, step: &Step, notes: &mut Notes) -> Result<Lists> {
+/// The names of the files that say what points, faces, cells and patches of a piece are called in the whole.
+const NUMBERS: [&str; 4] = [
+    "pointProcAddressing",
+    "faceProcAddressing",
+    "cellProcAddressing",
+    "boundaryProcAddressing",
+];
+
+/// The zones of all pieces, those of one name as one; `whole` gives the number in the whole of a cell of a piece.
+pub(super) fn zones_of(pieces: &[Piece], whole: impl Fn(&Piece, u32) -> u32) -> Vec<Zone> {
+    let mut zones: Vec<Zone> = Vec::new();
+    for piece in pieces {
+        for zone in &piece.lists.zones {
+            let labels = zone.labels.iter().map(|cell| whole(piece, *cell));
+            match zones.iter_mut().find(|known| known.name == zone.name) {
+                Some(known) => known.labels.extend(labels),
+                None => zones.push(Zone {
+                    name: zone.name.clone(),
+                    labels: labels.collect(),
+                }),
+            }
+        }
+    }
+    zones
+}
+
+/// Reads and joins the pieces at a step; gives what is left for the writer too.
+pub(super) fn read(
+    case: &Case,
+    step: &Step,
+    notes: &mut Notes,
+) -> Result<(Lists, Vec<StoredPieces>)> {
     let mut pieces: Vec<Piece> = Vec::new();
+    let mut stored = Vec::new();
     for folder in &case.pieces {
-        pieces_of(folder, &case.of_pieces(folder, step), &mut pieces)?;
+        let files = pieces_of(folder, &case.of_pieces(folder, step), &mut pieces)?;
+        stored.push((folder, files));
     }
     for (i, piece) in pieces.iter().enumerate() {
         if piece.number != i {
@@ -74,16 +108,55 @@ pub(super) fn read(case: &Case, step: &Step, notes: &mut Notes) -> Result<Lists>
     }
     let has_numbers = |piece: &Piece| piece.numbers.is_some();
     let n = pieces.len();
-    let (lists, by) = match pieces.iter().all(has_numbers) {
-        true => (addressed::join(pieces)?, "the numbers of the whole"),
-        false => (matched::join(pieces)?, "the faces that they share"),
+    let (lists, nodes, by) = match pieces.iter().all(has_numbers) {
+        true => {
+            let lists = addressed::join(&pieces)?;
+            let numbers = pieces.iter_mut().map(|piece| piece.numbers.take());
+            let nodes = numbers.map(|numbers| numbers.map_or(Vec::new(), |numbers| numbers.points));
+            (lists, nodes.collect(), "the numbers of the whole")
+        }
+        false => {
+            let (lists, nodes) = matched::join(&pieces)?;
+            (lists, nodes, "the faces that they share")
+        }
     };
     notes.push(Foam::Joined { n, by });
-    Ok(lists)
+    Ok((lists, left(stored, pieces, nodes)))
 }
 
-/// Reads the pieces of one folder.
-fn pieces_of(folder: &Pieces, found: &Instances, pieces: &mut Vec<Piece>) -> Result<()> {
+/// What is left for the writer: files folder by folder, and of each piece its nodes in the whole and its patches.
+fn left(
+    folders: Vec<(&Pieces, Vec<StoredFile>)>,
+    pieces: Vec<Piece>,
+    nodes: Vec<Vec<u32>>,
+) -> Vec<StoredPieces> {
+    let mut all = pieces.into_iter().zip(nodes).peekable();
+    let mut left = Vec::new();
+    for (folder, files) in folders {
+        let name = folder.folder.file_name().unwrap_or_default();
+        let mut own = Vec::new();
+        while let Some((piece, nodes)) = all.next_if(|(piece, _)| piece.folder == folder.folder) {
+            own.push(StoredPiece {
+                nodes,
+                patches: piece.lists.patches,
+            });
+        }
+        left.push(StoredPieces {
+            folder: name.to_string_lossy().into_owned(),
+            is_collated: folder.is_collated,
+            files,
+            pieces: own,
+        });
+    }
+    left
+}
+
+/// Reads the pieces of one folder; gives the files of their topology.
+fn pieces_of(
+    folder: &Pieces,
+    found: &Instances,
+    pieces: &mut Vec<Piece>,
+) -> Result<Vec<StoredFile>> {
     let topology = found.since_faces();
     let files = |instances: &Instances, name: &str| -> Result<Option<Vec<FoamFile>>> {
         let Some(file) = instances.find(name)? else {
@@ -104,12 +177,8 @@ fn pieces_of(folder: &Pieces, found: &Instances, pieces: &mut Vec<Piece>) -> Res
     let mesh = [faces, owner, neighbour, boundary].map(|name| needed(&topology, name));
     let [faces, owner, neighbour, boundary] = mesh;
     let mesh = [faces?, owner?, neighbour?, boundary?];
-    let further = [
-        "pointProcAddressing",
-        "faceProcAddressing",
-        "cellProcAddressing",
-        "cellZones",
-    ];
+    let [points_in, faces_in, cells_in, _] = NUMBERS;
+    let further = [points_in, faces_in, cells_in, "cellZones"];
     let further = further.map(|name| files(&topology, name));
     let mut optional = Vec::new();
     for files in further {
@@ -143,7 +212,18 @@ fn pieces_of(folder: &Pieces, found: &Instances, pieces: &mut Vec<Piece>) -> Res
             lists,
         });
     }
-    Ok(())
+    stored_files(&topology)
+}
+
+/// The files of the topology as they are.
+fn stored_files(topology: &Instances) -> Result<Vec<StoredFile>> {
+    let mesh = ["faces", "owner", "neighbour", "boundary"];
+    let zones = ["cellZones", "faceZones", "pointZones"];
+    let mut stored = Vec::new();
+    for name in mesh.into_iter().chain(zones).chain(NUMBERS) {
+        stored.extend(topology.find(name)?.as_ref().map(StoredFile::of));
+    }
+    Ok(stored)
 }
 
 /// The numbers of a piece in the whole, where all of them are there and fit.

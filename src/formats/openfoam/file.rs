@@ -70,6 +70,11 @@ impl FoamFile {
         Text::new(self.content.bytes(), part)
     }
 
+    /// Lets go of the memory of a file that has been read.
+    pub fn release(&self) {
+        self.content.release();
+    }
+
     /// The path.
     pub fn path(&self) -> &Path {
         self.stored.path()

@@ -11,36 +11,6 @@ use crate::parallel::collect;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Faces as lists of nodes, one after another.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Faces {
-    /// Where each face starts in `nodes`, and the end of the last.
-    pub starts: Vec<u32>,
-    /// Nodes of all faces.
-    pub nodes: Vec<u32>,
-}
-
-impl Faces {
-    /// Number of faces.
-    pub fn len(&self) -> usize {
-        self.starts.len().saturating_sub(1)
-    }
-
-    /// Nodes of a face.
-    pub fn get(&self, face: usize) -> &[u32] {
-        &self.nodes[self.starts[face] as usize..self.starts[face + 1] as usize]
-    }
-
-    /// Appends a face.
-    pub fn push(&mut self, nodes: impl IntoIterator<Item = u32>) {
-        if self.starts.is_empty() {
-            self.starts.push(0);
-        }
-        self.nodes.extend(nodes);
-        self.starts.push(self.nodes.len() as u32);
-    }
-}
-
 /// What of a list comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Open {
@@ -158,147 +128,8 @@ fn points_in(file: &FoamFile, most: usize) -> Result<Vec<[f64; 3]>> {
     }
 }
 
-/// The faces in a file: a `faceList`, or a `faceCompactList` (where each starts, then the nodes of all).
-pub(super) fn faces(file: &FoamFile) -> Result<Faces> {
-    let mut text = file.text();
-    let layout = Layout::of(file);
-    let faces = match file.header.class.as_str() {
-        "faceCompactList" => compact_faces(&mut text, layout),
-        _ if text.is_binary => binary_faces(&mut text, layout),
-        _ => ascii_faces(&mut text),
-    };
-    file.checked(faces)
-}
-
-fn ascii_faces(text: &mut Text) -> Result<Faces> {
-    let (n, open) = head(text)?;
-    match open {
-        Open::Nothing => Ok(Faces::default()),
-        Open::Uniform => Err(text.error("all faces are the same; there must be a list of them")),
-        Open::Values => ascii::faces(text, n),
-    }
-}
-
-fn compact_faces(text: &mut Text, layout: Layout) -> Result<Faces> {
-    let place = text.at;
-    // The second list settles the width of both.
-    let mut whole = None;
-    for width in layout.labels {
-        let mut after = text.clone();
-        let layout = Layout {
-            labels: [width; 2],
-            ..layout
-        };
-        let parsed = compact_lists(&mut after, layout);
-        if parsed.is_ok() || whole.is_none() {
-            let is_good = parsed.is_ok();
-            whole = Some(parsed);
-            if is_good {
-                break;
-            }
-        }
-        if !text.is_binary {
-            break;
-        }
-    }
-    let (starts, nodes) = whole.expect("there are two widths")?;
-    let is_ascending = starts.windows(2).all(|two| two[0] <= two[1]);
-    let ends = (starts.first().copied(), starts.last().copied());
-    let fits = match ends {
-        (Some(0), Some(last)) => last as usize == nodes.len(),
-        (None, _) => nodes.is_empty(),
-        _ => false,
-    };
-    if !is_ascending || !fits {
-        return Err(text.error_at(
-            place,
-            format!(
-                "the faces start at {} places, which do not ascend from 0 to {}, the number of nodes in the list",
-                starts.len(),
-                nodes.len()
-            ),
-        ));
-    }
-    Ok(Faces { starts, nodes })
-}
-
-fn compact_lists(text: &mut Text, layout: Layout) -> Result<(Vec<u32>, Vec<u32>)> {
-    let index = |label: i64| u32::try_from(label).ok();
-    let starts = labels_at(text, layout, 0, &index)?;
-    if starts.is_empty() && text.peek().is_none() {
-        return Ok((starts, Vec::new()));
-    }
-    let nodes = labels_at(text, layout, 0, &index)?;
-    Ok((starts, nodes))
-}
-
-/// A binary `faceList`: each face is its number of nodes and a binary list.
-fn binary_faces(text: &mut Text, layout: Layout) -> Result<Faces> {
-    let (n, open) = head(text)?;
-    match open {
-        Open::Nothing => return Ok(Faces::default()),
-        Open::Uniform => {
-            return Err(text.error("all faces are the same; there must be a list of them"));
-        }
-        Open::Values => {}
-    }
-    let n = needed(text, n)?;
-    let mut first_error = None;
-    for width in layout.labels {
-        let mut after = text.clone();
-        let layout = Layout {
-            labels: [width; 2],
-            ..layout
-        };
-        match binary_faces_of(&mut after, n, layout) {
-            Ok(faces) => return Ok(faces),
-            Err(error) => first_error = first_error.or(Some(error)),
-        }
-    }
-    Err(first_error.expect("there are two widths"))
-}
-
-fn binary_faces_of(text: &mut Text, n: usize, layout: Layout) -> Result<Faces> {
-    let index = |label: i64| u32::try_from(label).ok();
-    let mut faces = Faces::default();
-    let mut nodes = Vec::new();
-    for _ in 0..n {
-        let (count, open) = head(text)?;
-        let count = needed(text, count)?;
-        nodes.clear();
-        if open == Open::Values {
-            let width = layout.labels[0];
-            if !ends(text, count, width) {
-                return Err(cut_off(text, count, "label", layout.labels));
-            }
-            let values = text.at..text.at + count * width;
-            text.at = values.end + 1;
-            let one = |i: usize| {
-                let at = values.start + i * width;
-                let bytes = &text.bytes[at..at + width];
-                let value = number(bytes, layout.is_big_endian);
-                index(value).ok_or_else(|| wrong_label(text, values.start, i, value))
-            };
-            for i in 0..count {
-                nodes.push(one(i)?);
-            }
-        }
-        if faces.nodes.len() + nodes.len() > u32::MAX as usize {
-            return Err(text.error(too_many_nodes()));
-        }
-        faces.push(nodes.iter().copied());
-    }
-    text.expect(b')', "after the last face")?;
-    Ok(faces)
-}
-
-/// Refuses more nodes of faces than 32 bits tell apart.
-pub(super) fn too_many_nodes() -> String {
-    "the faces have more than 4294967295 nodes together, the most that are read".to_owned()
-}
-
 /// The start of a list, `List<...>`, the number of values and a bracket, which it moves past.
-fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
+pub(super) fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
     if text.peek().is_some_and(|byte| byte.is_ascii_alphabetic()) {
         let place = text.at;
         let word = text.word("a list")?;
@@ -326,7 +157,7 @@ fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
     Ok((n, open))
 }
 
-fn needed(text: &Text, n: Option<usize>) -> Result<usize> {
+pub(super) fn needed(text: &Text, n: Option<usize>) -> Result<usize> {
     n.ok_or_else(|| text.error("a binary list has no number of values"))
 }
 
@@ -341,7 +172,7 @@ fn checked_uniform(text: &Text, n: Option<usize>, most: usize) -> Result<usize> 
 }
 
 /// Whether `n` values of so many bytes, from here on, end at a closing bracket.
-fn ends(text: &Text, n: usize, size: usize) -> bool {
+pub(super) fn ends(text: &Text, n: usize, size: usize) -> bool {
     let end = n.checked_mul(size).and_then(|n| n.checked_add(text.at));
     let Some(end) = end.filter(|end| *end < text.end && text.bytes[*end] == b')') else {
         return false;
@@ -360,7 +191,7 @@ fn ends_file(text: &Text, n: usize, size: usize) -> bool {
 }
 
 #[cold]
-fn cut_off(text: &Text, n: usize, what: &str, sizes: [usize; 2]) -> Error {
+pub(super) fn cut_off(text: &Text, n: usize, what: &str, sizes: [usize; 2]) -> Error {
     let [low, high] = [sizes[0].min(sizes[1]), sizes[0].max(sizes[1])];
     let left = text.end.saturating_sub(text.at);
     text.error(format!(
@@ -370,7 +201,7 @@ fn cut_off(text: &Text, n: usize, what: &str, sizes: [usize; 2]) -> Error {
 }
 
 #[cold]
-fn wrong_label(text: &Text, start: usize, i: usize, value: i64) -> Error {
+pub(super) fn wrong_label(text: &Text, start: usize, i: usize, value: i64) -> Error {
     text.error_at(
         start,
         format!("value {i} of the list is {value}, which is no index"),
@@ -392,7 +223,7 @@ fn binary_value(text: &mut Text, layout: Layout) -> Result<i64> {
 }
 
 /// A label of 4 or 8 bytes.
-fn number(bytes: &[u8], is_big_endian: bool) -> i64 {
+pub(super) fn number(bytes: &[u8], is_big_endian: bool) -> i64 {
     let mut wide = [0; 8];
     let n = bytes.len().min(8);
     wide[..n].copy_from_slice(&bytes[..n]);

@@ -3,10 +3,9 @@
 //!
 //! Cells, points and faces come piece by piece.
 
-use super::decomposed::{Piece, is_shared, whole_patch};
+use super::decomposed::{Piece, is_shared, whole_patch, zones_of};
 use super::read::Lists;
 use super::topology::Patch;
-use super::zones::Zone;
 use crate::error::Result;
 
 /// Nodes of one face in two pieces are as near as this, times the largest coordinate.
@@ -18,18 +17,18 @@ struct Starts {
     cells: Vec<usize>,
 }
 
-/// The whole mesh.
-pub(super) fn join(pieces: Vec<Piece>) -> Result<Lists> {
-    let starts = Starts::of(&pieces);
+/// The whole mesh, and the node of it that each point of each piece is.
+pub(super) fn join(pieces: &[Piece]) -> Result<(Lists, Vec<Vec<u32>>)> {
+    let starts = Starts::of(pieces);
     let (n_points, n_cells) = starts.ends();
     if n_points.max(n_cells) >= u32::MAX as usize {
         return Err(pieces[0].refuse(crate::mesh::too_many("nodes or cells")));
     }
     let mut same = Same::new(n_points);
     let mut between = Vec::new();
-    for piece in &pieces {
+    for piece in pieces {
         for patch in piece.shared().filter(|patch| whole_patch(patch).is_none()) {
-            let (other, theirs) = partner(&pieces, piece, patch)?;
+            let (other, theirs) = partner(pieces, piece, patch)?;
             for i in 0..patch.n_faces {
                 let faces = [patch.start_face + i, theirs.start_face + i];
                 same.join(&starts, [piece, other], faces)?;
@@ -39,17 +38,17 @@ pub(super) fn join(pieces: Vec<Piece>) -> Result<Lists> {
             }
         }
     }
-    let (points, new_index) = same.points(&pieces);
+    let (points, new_index) = same.points(pieces);
     let mut lists = Lists {
         points,
         ..Lists::default()
     };
     let whole = Whole {
-        pieces: &pieces,
+        pieces,
         starts: &starts,
         new_index: &new_index,
     };
-    for piece in &pieces {
+    for piece in pieces {
         for face in 0..piece.lists.neighbour.len() {
             whole.push(&mut lists, piece, face);
             let cell = piece.lists.neighbour[face] as usize;
@@ -64,8 +63,13 @@ pub(super) fn join(pieces: Vec<Piece>) -> Result<Lists> {
         lists.neighbour.push((starts.cells[other] + cell) as u32);
     }
     whole.push_patches(&mut lists);
-    lists.zones = whole.zones();
-    Ok(lists)
+    lists.zones = zones_of(pieces, |piece, cell| {
+        let first = starts.cells[piece.number] as u32;
+        first.saturating_add(cell)
+    });
+    let bounds = starts.points.windows(2);
+    let nodes = bounds.map(|two| new_index[two[0]..two[1]].to_vec());
+    Ok((lists, nodes.collect()))
 }
 
 impl Starts {
@@ -230,23 +234,5 @@ impl Whole<'_> {
                 ..patch.clone()
             });
         }
-    }
-
-    fn zones(&self) -> Vec<Zone> {
-        let mut zones: Vec<Zone> = Vec::new();
-        for piece in self.pieces {
-            let first = self.starts.cells[piece.number] as u32;
-            for zone in &piece.lists.zones {
-                let labels = zone.labels.iter().map(|cell| first.saturating_add(*cell));
-                match zones.iter_mut().find(|known| known.name == zone.name) {
-                    Some(known) => known.labels.extend(labels),
-                    None => zones.push(Zone {
-                        name: zone.name.clone(),
-                        labels: labels.collect(),
-                    }),
-                }
-            }
-        }
-        zones
     }
 }

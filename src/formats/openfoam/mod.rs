@@ -1,18 +1,18 @@
 //! OpenFOAM meshes: a case, or the folder `polyMesh` of one.
 //!
 //! ```text
-//! case         which folders and times a path stands for
+//! case         which folders and times a path stands for; folders: what a case has of them
 //! file         a file, decompressed, and its header; text: its words; dictionary: text in braces
-//! lists        points, labels and faces, binary; ascii: as text; zones: named lists of cells
+//! lists, faces points, labels and faces, binary; ascii: as text; zones: named lists of cells, faces or points
 //! cells        which faces each cell has; shapes: the kind of cell that they make
 //! read         all of it -> a mesh
 //! decomposed   the pieces of a case, joined by numbers (addressed) or by the faces that they share (matched)
 //! topology     what is left for the writer: the files as they are, and the patches
 //!
-//! write        a mesh -> the files of a polyMesh
+//! write        a mesh -> the files of a polyMesh; place: where in a case
 //! order, orientation  cells -> faces
-//! boundary     tags -> patches
-//! points       headers and lists, written
+//! boundary     tags -> patches; kept: zones of faces and points, which a mesh does not hold
+//! points       headers and lists, written; pieces: files of each piece of a decomposed case
 //! motion       points and displacement of a time; times: names of their folders
 //! sequence     a case with many times; beside: what is copied to it
 //! ```
@@ -25,12 +25,17 @@ mod case;
 mod cells;
 mod decomposed;
 mod dictionary;
+mod faces;
 mod file;
+mod folders;
+mod kept;
 mod lists;
 mod matched;
 mod motion;
 mod order;
 mod orientation;
+mod pieces;
+mod place;
 mod points;
 mod read;
 mod sequence;
@@ -113,9 +118,9 @@ impl Format for OpenFoam {
 
     fn shared_folder(&self, path: &Path) -> Option<SharedFolder> {
         Some(SharedFolder {
-            folder: write::case_of(path),
-            own: "constant/polyMesh",
-            mark: write::foam_file(path),
+            folder: place::case_of(path),
+            own: place::owned_in(&place::case_of(path)),
+            mark: place::foam_file(path),
         })
     }
 

@@ -1,9 +1,11 @@
 //! The files of a time: the points, and the displacement of the points that solvers interpolate between times.
 
 use super::boundary::patches_of;
-use super::points::{Header, is_binary, vectors};
-use super::topology::Topology;
-use super::write::{Place, points};
+use super::pieces::{self, Named};
+use super::place::Place;
+use super::points::{is_binary, vectors};
+use super::topology::{StoredPiece, Topology};
+use super::write::points;
 use crate::error::Result;
 use crate::formats::case::DISPLACEMENT;
 use crate::formats::records::write_all;
@@ -40,7 +42,7 @@ pub(super) fn write_time(
     out: &mut OutputSet,
     options: &WriteOptions,
 ) -> Result<()> {
-    out.place_in(&place.case, &[])?;
+    out.place_in(&place.case, &[] as &[&str])?;
     points(mesh.points, out, place, folder, options)?;
     let mut arrays = mesh.point_arrays.iter();
     let displacement = arrays.find(|array| array.name == DISPLACEMENT && array.n_components == 3);
@@ -78,22 +80,24 @@ fn field(
         .strip_suffix(WANTED)
         .unwrap_or_default()
         .trim_end_matches('/');
-    let (class, object) = ("pointVectorField", WANTED);
-    let header = Header {
-        class,
+    let named = Named {
+        path: &path,
+        class: "pointVectorField",
         location,
-        object,
-        note: None,
+        object: WANTED,
     };
     let binary = is_binary(options);
-    let patches = boundary_field(mesh)?;
-    out.in_folder(&place.case, &path, |out| {
-        write_all(out, header.text(binary).as_bytes())?;
+    let of_whole = boundary_field(mesh)?;
+    pieces::write(out, place, &named, options, &|out, piece| {
         write_all(
             out,
             b"dimensions      [0 1 0 0 0 0 0];\n\ninternalField   nonuniform List<vector> \n",
         )?;
-        vectors(out, values, binary)?;
+        match piece {
+            None => vectors(out, values, binary)?,
+            Some(piece) => vectors(out, &piece.of(values), binary)?,
+        }
+        let patches = piece.map_or_else(|| of_whole.clone(), boundary_field_of);
         write_all(
             out,
             format!(";\n\nboundaryField\n{{\n{patches}}}\n").as_bytes(),
@@ -101,16 +105,23 @@ fn field(
     })
 }
 
+fn entry(name: &str, kind: &str) -> String {
+    let mut known = CONSTRAINTS.iter();
+    let of_field = known.find(|known| **known == kind).unwrap_or(&"calculated");
+    format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
+}
+
+/// The entry of each patch of a piece.
+fn boundary_field_of(piece: &StoredPiece) -> String {
+    let patches = piece.patches.iter();
+    patches
+        .map(|patch| entry(&patch.name, &patch.kind))
+        .collect()
+}
+
 /// The entry of each patch. The patch of faces without a tag is there where such faces are.
 fn boundary_field(mesh: &MeshView) -> Result<String> {
     let patches = patches_of(mesh, mesh.origin.get::<Topology>(), &mut Notes::default())?;
-    let entry = |name: &str, kind: &str| {
-        let of_field = CONSTRAINTS
-            .iter()
-            .find(|known| **known == kind)
-            .unwrap_or(&"calculated");
-        format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
-    };
     let (tagged, rest) = patches.split_at(patches.len() - 1);
     let mut text: String = tagged
         .iter()

@@ -55,7 +55,8 @@ impl FaceList {
         &self.nodes[self.starts[face] as usize..self.starts[face + 1] as usize]
     }
 
-    fn push(&mut self, nodes: &[u32]) {
+    /// Appends a face.
+    pub fn push(&mut self, nodes: &[u32]) {
         self.nodes.extend_from_slice(nodes);
         self.starts.push(self.nodes.len() as u32);
     }

@@ -86,6 +86,19 @@ pub(super) fn labels(out: &mut dyn Write, labels: &[u32], is_binary: bool) -> Re
     })
 }
 
+/// Writes a list of `bool`.
+pub(super) fn flags(out: &mut dyn Write, flags: &[bool], is_binary: bool) -> Result<()> {
+    list(out, flags.len(), is_binary, &mut |out| {
+        let byte = |flag: &bool| [b'0' * u8::from(!is_binary) + u8::from(*flag), b'\n'];
+        let n = if is_binary { 1 } else { 2 };
+        let bytes: Vec<u8> = flags
+            .iter()
+            .flat_map(|flag| byte(flag).into_iter().take(n))
+            .collect();
+        write_all(out, &bytes)
+    })
+}
+
 /// Writes a list as text of which `push` appends the entry of an index.
 pub(super) fn entries(
     out: &mut dyn Write,

@@ -1,12 +1,14 @@
 //! Reads a mesh: from the files of the whole case, or from its pieces.
 
-use super::case::{Case, Instances, Step};
+use super::case::{Case, Instances};
 use super::cells::{self, NONE};
 use super::decomposed;
 use super::dictionary;
+use super::faces::{self, Faces};
 use super::file::FoamFile;
-use super::lists::{self, Faces};
-use super::topology::{self, Patch, StoredFile, Topology};
+use super::folders::Step;
+use super::lists;
+use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
 use crate::diagnostic::formats::Foam;
 use crate::error::{Error, Result};
@@ -39,19 +41,38 @@ pub(super) fn read(location: &Location, options: &ReadOptions, notes: &mut Notes
         Error::input(format!("there is no step {step}: the case has {n}, from 0"))
             .file(location.path())
     })?;
-    note_rest(&case, notes);
-    let (lists, files) = match step.is_decomposed {
-        true => (decomposed::read(&case, step, notes)?, Vec::new()),
+    note_rest(&case, step.is_decomposed, notes);
+    let stored = match step.is_decomposed {
+        true => {
+            let (lists, pieces) = decomposed::read(&case, step, notes)?;
+            Stored {
+                lists,
+                pieces,
+                files: Vec::new(),
+            }
+        }
         false => whole(&case, step, notes)?,
     };
-    mesh(lists, files, &case, notes)
+    mesh(stored, &case, notes)
+}
+
+/// The lists of a mesh and the files that they were read from, whole or in pieces.
+struct Stored {
+    lists: Lists,
+    files: Vec<StoredFile>,
+    pieces: Vec<StoredPieces>,
 }
 
 /// What of a case is not read.
-fn note_rest(case: &Case, notes: &mut Notes) {
+fn note_rest(case: &Case, is_decomposed: bool, notes: &mut Notes) {
     if case.region.is_none() && !case.regions.is_empty() {
         notes.push(Foam::Regions {
             names: case.regions.clone(),
+        });
+    }
+    if !is_decomposed && !case.pieces.is_empty() {
+        notes.push(Foam::PiecesLeft {
+            n: case.pieces.len(),
         });
     }
     match case.n_times_with_fields() {
@@ -61,7 +82,7 @@ fn note_rest(case: &Case, notes: &mut Notes) {
 }
 
 /// The mesh of the case as a whole, and its files.
-fn whole(case: &Case, step: &Step, notes: &mut Notes) -> Result<(Lists, Vec<StoredFile>)> {
+fn whole(case: &Case, step: &Step, notes: &mut Notes) -> Result<Stored> {
     let found = case.whole(step);
     let topology = found.since_faces();
     let read = LabelFiles::open(&topology)?;
@@ -81,7 +102,11 @@ fn whole(case: &Case, step: &Step, notes: &mut Notes) -> Result<(Lists, Vec<Stor
         }
         files.push(StoredFile::of(&file));
     }
-    Ok((lists, files))
+    Ok(Stored {
+        lists,
+        files,
+        pieces: Vec::new(),
+    })
 }
 
 /// The files of faces and patches.
@@ -110,14 +135,17 @@ impl LabelFiles {
 
     /// Reads them all, and the points.
     pub fn lists(&self, points: &FoamFile) -> Result<Lists> {
-        let faces = lists::faces(&self.faces)?;
+        let faces = faces::faces(&self.faces)?;
+        self.faces.release();
         let n_faces = faces.len();
         let index = |label: i64| u32::try_from(label).ok().filter(|cell| *cell < NONE - 1);
         let owner = lists::labels(&self.owner, n_faces, index)?;
+        self.owner.release();
         let mut neighbour = lists::labels(&self.neighbour, n_faces, |label| match label {
             -1 => Some(NONE),
             label => index(label),
         })?;
+        self.neighbour.release();
         // Old files have -1 for each face on the boundary.
         while neighbour.last() == Some(&NONE) {
             neighbour.pop();
@@ -125,9 +153,10 @@ impl LabelFiles {
         let mut text = self.boundary.text();
         text.is_binary = false;
         let patches = self.boundary.checked(dictionary::patches(&mut text))?;
-        let points = lists::points(points, faces.nodes.len().max(1))?;
+        let read = lists::points(points, faces.nodes.len().max(1))?;
+        points.release();
         let lists = Lists {
-            points,
+            points: read,
             faces,
             owner,
             neighbour,
@@ -145,7 +174,7 @@ impl LabelFiles {
 }
 
 impl StoredFile {
-    fn of(file: &FoamFile) -> Self {
+    pub fn of(file: &FoamFile) -> Self {
         let name = file.path().file_name().unwrap_or_default();
         Self {
             name: name.to_string_lossy().into_owned(),
@@ -176,11 +205,7 @@ impl Lists {
         }
         let n_points = self.points.len() as u32;
         if let Some(at) = crate::mesh::first_where(&self.faces.nodes, |node| *node >= n_points) {
-            let face = self
-                .faces
-                .starts
-                .partition_point(|start| *start as usize <= at)
-                - 1;
+            let face = self.faces.face_at(at);
             let node = self.faces.nodes[at];
             let message =
                 format!("face {face} has node {node}, but the mesh has {n_points} nodes (from 0)");
@@ -247,7 +272,12 @@ impl Lists {
 }
 
 /// Puts the cells together, with their tags and zones.
-fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) -> Result<Mesh> {
+fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
+    let Stored {
+        mut lists,
+        files,
+        pieces,
+    } = stored;
     let n_cells = lists.n_cells();
     let n_internal = lists.neighbour.len();
     if n_cells > lists.owner.len() + n_internal {
@@ -260,6 +290,7 @@ fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) ->
     }
     let cells = cells::assemble(&lists.faces, &lists.owner, &lists.neighbour, n_cells)
         .map_err(|error| error.dataset("faces"))?;
+    (lists.faces, lists.owner, lists.neighbour) = Default::default();
     let mut groups = Vec::new();
     for patch in &lists.patches {
         let mut set = CellSet::new();
@@ -286,12 +317,13 @@ fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) ->
         topology::hash_of_groups(&groups),
     ];
     let topology = Topology {
-        content: topology::hash_of_content(&files, &lists.points, &own),
+        content: topology::hash_of_content(all_files(&files, &pieces), &lists.points, &own),
         cells: own[0],
         groups: own[1],
         case: case.root.clone(),
         region: case.region.clone(),
         files,
+        pieces,
         patches: lists.patches,
         n_internal_faces: n_internal,
     };
@@ -302,6 +334,15 @@ fn mesh(lists: Lists, files: Vec<StoredFile>, case: &Case, notes: &mut Notes) ->
         origin: Origin::new(topology),
         ..Mesh::default()
     })
+}
+
+/// The files of the whole and of its pieces.
+fn all_files<'f>(
+    whole: &'f [StoredFile],
+    pieces: &'f [StoredPieces],
+) -> impl Iterator<Item = &'f StoredFile> {
+    let of_pieces = pieces.iter().flat_map(|folder| &folder.files);
+    whole.iter().chain(of_pieces)
 }
 
 fn group(dimension: u8, name: &str, condition: Option<String>, cells: CellSet) -> Group {

@@ -1,22 +1,28 @@
 //! A case with the points of many times: that of a run, written step by step beside a mesh that all steps share, and that
 //! of a conversion, written as a whole.
 
+use super::case::Case;
+use super::folders::{CONSTANT, MESH, piece_folders};
 use super::motion::{field_path, write_time};
-use super::times::{CONSTANT, TimeNames};
+use super::place::{Place, foam_file};
+use super::times::TimeNames;
 use super::topology::Topology;
-use super::write::{MESH, Place, check, foam_file, points, topology};
+use super::write::{check, points, topology};
 use super::{OpenFoam, beside};
 use crate::error::{Error, Result};
 use crate::formats::case::CaseFormat;
 use crate::formats::hash::hash_of;
 use crate::formats::output_set::hash_of_names;
 use crate::formats::{
-    Begin, Commit, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions,
+    Begin, Commit, Location, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions,
 };
 use crate::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// How the names of the folders of pieces begin.
+const PIECE: &str = "processor";
 
 /// Bytes of the header of a file and of what stands around a list, at the most.
 const AROUND: u64 = 1000;
@@ -45,18 +51,20 @@ impl CaseFormat for OpenFoam {
     }
 
     fn shared(&self, mesh: &MeshView) -> String {
-        Place::of(Path::new(""), mesh).folder(CONSTANT)
+        Place::of(Path::new(""), mesh)
+            .folders(CONSTANT)
+            .swap_remove(0)
     }
 
     fn step_files(&self, case: &Path, mesh: &MeshView, times: &[f64]) -> Result<Vec<String>> {
         let place = Place::of(case, mesh);
         let folders = time_names(&place.case, mesh)?.folders(times)?;
-        let file = |folder: &String| format!("{}/points", place.folder(folder));
+        let file = |folder: &String| format!("{}/points", place.folders(folder)[0]);
         Ok(folders.iter().map(file).collect())
     }
 
     fn is_shared(&self, file: &str) -> bool {
-        file.split('/').next() == Some(CONSTANT)
+        time_in(file) == CONSTANT
     }
 
     fn begin(
@@ -68,17 +76,19 @@ impl CaseFormat for OpenFoam {
         commit: Commit,
     ) -> Result<Notes> {
         let place = Place::of(case, mesh);
-        let own = place.folder(CONSTANT);
+        let owned = place.owned();
         let write = |out: &mut OutputSet| -> Result<Notes> {
-            out.place_in(&place.case, &[&own])?;
+            out.place_in(&place.case, &owned)?;
             topology(mesh, out, &place, options)
         };
-        let is_there_already = place.case.join(&own).exists();
+        let is_there_already = owned.iter().any(|own| place.case.join(own).exists());
         if begin == Begin::Resume && is_there_already {
             let mut wanted = OutputSet::nowhere(&place.case).hashed();
             let notes = write(&mut wanted)?;
+            let own = place.folders(CONSTANT);
+            let mut folders = own.iter().map(|own| place.case.join(own));
             if is_there(&place.case, &wanted.finish().of_folder)
-                && has_points(&place.case.join(&own))
+                && folders.all(|folder| has_points(&folder))
             {
                 return Ok(notes);
             }
@@ -105,7 +115,7 @@ impl CaseFormat for OpenFoam {
         options: &WriteOptions,
     ) -> Result<()> {
         let place = Place::of(out.path(), mesh);
-        let folder = file.split('/').next().unwrap_or(file);
+        let folder = time_in(file);
         let of_field = match folder {
             CONSTANT => time_names(&place.case, mesh)?.name(0.0),
             folder => folder.to_owned(),
@@ -119,9 +129,10 @@ impl CaseFormat for OpenFoam {
             return Ok(true);
         }
         let files = self.files_of(path);
-        let Some((case, _)) = split(path) else {
+        let Some((root, _)) = split(path) else {
             return Ok(false);
         };
+        let (case, _) = roots_of(root);
         let mut hashes = BTreeMap::new();
         for file in files {
             let name = file.strip_prefix(&case).unwrap_or(&file);
@@ -130,15 +141,28 @@ impl CaseFormat for OpenFoam {
         Ok(hash_of_names(&hashes).to_string() == hash)
     }
 
+    fn step_at(&self, path: &Path) -> Option<(PathBuf, usize)> {
+        let (root, inside) = split(path)?;
+        let (case, _) = roots_of(root.clone());
+        if case == root {
+            return None;
+        }
+        let all = Case::at(&Location::open(&case).ok()?).ok()?.steps;
+        let step = all.iter().position(|step| step.name == inside[0])?;
+        Some((case, step))
+    }
+
     fn files_of(&self, path: &Path) -> Vec<PathBuf> {
-        let Some((case, inside)) = split(path) else {
+        let Some((root, inside)) = split(path) else {
             return Vec::new();
         };
         let folder = inside.first().map_or("", |folder| folder.as_str());
         let region = (inside.len() == 4).then(|| inside[1].clone());
+        let (case, roots) = roots_of(root);
         let place = Place {
             case: case.clone(),
             region,
+            pieces: &[],
         };
         // The displacement at the mesh that a case begins with lies in the folder of its first time.
         let names = TimeNames::of_case(&case).unwrap_or_default();
@@ -146,14 +170,39 @@ impl CaseFormat for OpenFoam {
             CONSTANT => field_path(&place, &names.name(0.0)),
             folder => field_path(&place, folder),
         };
-        [path.to_path_buf(), case.join(field)]
-            .into_iter()
-            .filter(|path| path.is_file())
-            .collect()
+        let points = inside.join("/");
+        let files = roots
+            .iter()
+            .flat_map(|root| [root.join(&points), root.join(&field)]);
+        files.filter(|path| path.is_file()).collect()
     }
 }
 
-/// A path of points as the case and what comes after it: `time/polyMesh/points`, or with a region in between.
+/// The time of the file of a step, `time/polyMesh/points` or that of a piece.
+fn time_in(file: &str) -> &str {
+    let mut names = file.split('/');
+    let first = names.next().unwrap_or(file);
+    match first.starts_with(PIECE) {
+        true => names.next().unwrap_or(first),
+        false => first,
+    }
+}
+
+/// The case that a folder of times is, or is a piece of, and all folders of its times.
+fn roots_of(root: PathBuf) -> (PathBuf, Vec<PathBuf>) {
+    let name = root.file_name().unwrap_or_default().to_string_lossy();
+    let is_piece = |case: &Path| piece_folders(case).iter().any(|piece| *piece == name);
+    match root.parent().filter(|case| is_piece(case)) {
+        Some(case) => {
+            let pieces = piece_folders(case);
+            let roots = pieces.iter().map(|piece| case.join(piece)).collect();
+            (case.to_path_buf(), roots)
+        }
+        None => (root.clone(), vec![root]),
+    }
+}
+
+/// A path of points as the case, or the piece of one, and what comes after it: `time/polyMesh/points`, or with a region in between.
 pub(super) fn split(path: &Path) -> Option<(PathBuf, Vec<String>)> {
     let names: Vec<String> = path
         .iter()
@@ -250,7 +299,7 @@ impl SequenceFile for Sequence {
         let folder = &folders[folders.len() - 1];
         let place = Place {
             case: self.folder.clone(),
-            ..Place::of(&self.folder, mesh)
+            ..Place::with(&self.folder, mesh, &self.options)
         };
         let mut out = OutputSet::new(
             &self.folder,
@@ -260,7 +309,7 @@ impl SequenceFile for Sequence {
             },
         )
         .hashed();
-        out.place_in(&self.folder, &[])?;
+        out.place_in(&self.folder, &[] as &[&str])?;
         if is_first {
             self.notes = topology(mesh, &mut out, &place, &self.options)?;
             points(mesh.points, &mut out, &place, CONSTANT, &self.options)?;

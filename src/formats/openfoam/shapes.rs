@@ -3,7 +3,7 @@
 //! A kind is taken only where every face is one of its faces and turns outward, as OpenFOAM's own shapes are found. Its
 //! shapes with a collapsed edge (`wedge`, `tetWedge`) are polyhedra.
 
-use super::lists::Faces;
+use super::faces::Faces;
 use crate::error::Result;
 use crate::mesh::{CellKind, Cells};
 

@@ -1,11 +1,9 @@
 //! Names of the folders of times, as OpenFOAM writes numbers: with `timePrecision` digits, in `timeFormat`.
 
 use super::dictionary::entry_of;
+use super::folders::CONSTANT;
 use crate::error::{Error, Result};
 use std::path::Path;
-
-/// The folder of the mesh that a case begins with.
-pub(super) const CONSTANT: &str = "constant";
 
 /// How OpenFOAM writes a time.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,6 +3,7 @@
 
 use crate::formats::Source;
 use crate::mesh::{Cells, Group, MeshView};
+use crate::parallel::collect;
 use std::path::PathBuf;
 
 /// The files of a mesh that do not change while it moves.
@@ -14,6 +15,8 @@ pub(crate) struct Topology {
     /// `faces`, `owner`, `neighbour`, `boundary` and, where there are some, `cellZones`, `faceZones`, `pointZones` and
     /// further files of the folder; none where the mesh was joined from the pieces of a decomposed case.
     pub files: Vec<StoredFile>,
+    /// The pieces of a decomposed case, folder by folder.
+    pub pieces: Vec<StoredPieces>,
     /// The patches, in the order of their faces.
     pub patches: Vec<Patch>,
     /// Number of faces between two cells; they come first.
@@ -34,6 +37,26 @@ pub(crate) struct StoredFile {
     pub stored: Source,
 }
 
+/// A folder of one piece of a decomposed case, or of several collated ones.
+pub(crate) struct StoredPieces {
+    /// Its name in the case: `processor0`, `processors4`.
+    pub folder: String,
+    /// Whether a file has a block for each piece.
+    pub is_collated: bool,
+    /// The files of the topology, those of the numbers in the whole among them.
+    pub files: Vec<StoredFile>,
+    /// The pieces.
+    pub pieces: Vec<StoredPiece>,
+}
+
+/// What is needed to write the points of a piece.
+pub(crate) struct StoredPiece {
+    /// The node of the whole that each of its points is.
+    pub nodes: Vec<u32>,
+    /// Its patches, in the order of their faces.
+    pub patches: Vec<Patch>,
+}
+
 /// A patch: an entry of the file `boundary`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Patch {
@@ -48,6 +71,13 @@ pub(crate) struct Patch {
     /// All entries as they are in the file, with `type`, `nFaces` and `startFace`: the key and the text between it and
     /// its semicolon, or a dictionary with its braces.
     pub entries: Vec<(String, String)>,
+}
+
+impl StoredPiece {
+    /// What its points have of what nodes of the whole have.
+    pub fn of(&self, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        collect(self.nodes.len(), |i| values[self.nodes[i] as usize])
+    }
 }
 
 impl Topology {
@@ -99,8 +129,8 @@ pub(super) fn hash_of_cells(n_nodes: usize, cells: &Cells) -> blake3::Hash {
 }
 
 /// Hash of files and points, and of cells, tags and zones, of which their own hashes are given.
-pub(super) fn hash_of_content(
-    files: &[StoredFile],
+pub(super) fn hash_of_content<'f>(
+    files: impl IntoIterator<Item = &'f StoredFile>,
     points: &[[f64; 3]],
     further: &[blake3::Hash],
 ) -> blake3::Hash {
@@ -112,6 +142,7 @@ pub(super) fn hash_of_content(
         }
         hasher.update(file.name.as_bytes());
         hasher.update_rayon(bytes);
+        file.stored.release();
     }
     hasher.update_rayon(bytemuck::cast_slice(points));
     for hash in further {
@@ -122,6 +153,10 @@ pub(super) fn hash_of_content(
 
 fn update(hasher: &mut blake3::Hasher, numbers: &[u32]) {
     hasher.update(&(numbers.len() as u64).to_le_bytes());
+    if cfg!(target_endian = "little") {
+        hasher.update_rayon(bytemuck::cast_slice(numbers));
+        return;
+    }
     let mut bytes = Vec::with_capacity(1 << 20);
     for block in numbers.chunks(1 << 18) {
         bytes.clear();

@@ -2,10 +2,13 @@
 //! cells, tags and zones.
 
 use super::boundary::Patches;
+use super::folders::CONSTANT;
+use super::kept::KeptZones;
 use super::order::{CellNumbers, OrderedFaces};
-use super::points::{Header, entries, is_binary, labels, vectors};
-use super::times::CONSTANT;
-use super::topology::Topology;
+use super::pieces::{self, Named};
+use super::place::{Place, foam_file};
+use super::points::{Header, entries, flags, is_binary, labels, vectors};
+use super::topology::{StoredFile, Topology};
 use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result, option};
 use crate::formats::records::{left_out, push_integer, write_all};
@@ -18,57 +21,8 @@ use std::path::{Path, PathBuf};
 /// The files that are written from cells, tags and zones.
 const WRITTEN: [&str; 5] = ["faces", "owner", "neighbour", "boundary", "cellZones"];
 
-/// Where a mesh lies in a case: `constant/polyMesh`, or that of a region.
-pub(super) const MESH: &str = "polyMesh";
-
-/// The folders of a mesh in its case.
-pub(super) struct Place {
-    /// The case.
-    pub case: PathBuf,
-    /// Region, where it is not the default one.
-    pub region: Option<String>,
-}
-
-impl Place {
-    /// Of a path that is a case or a `.foam` file in it. The mesh keeps the region that it was read from.
-    pub fn of(path: &Path, mesh: &MeshView) -> Self {
-        let origin = mesh.origin.get::<Topology>();
-        Self {
-            case: case_of(path),
-            region: origin.and_then(|origin| origin.region.clone()),
-        }
-    }
-
-    /// The folder of the mesh at a time, from the case on.
-    pub fn folder(&self, time: &str) -> String {
-        match &self.region {
-            Some(region) => format!("{time}/{region}/{MESH}"),
-            None => format!("{time}/{MESH}"),
-        }
-    }
-}
-
-/// The case that a path stands for: its folder where it is a `.foam` file.
-pub(super) fn case_of(path: &Path) -> PathBuf {
-    let is_foam = path.extension().is_some_and(|ending| ending == "foam") && !path.is_dir();
-    match path.parent() {
-        Some(folder) if is_foam && folder.as_os_str().is_empty() => PathBuf::from("."),
-        Some(folder) if is_foam => folder.to_path_buf(),
-        _ => path.to_path_buf(),
-    }
-}
-
-/// Name of the empty file by which ParaView opens a case.
-pub(super) fn foam_file(path: &Path) -> String {
-    let is_foam = path.extension().is_some_and(|ending| ending == "foam") && !path.is_dir();
-    let full = std::path::absolute(path).unwrap_or_default();
-    let name = full.file_name().unwrap_or_default().to_string_lossy();
-    match is_foam {
-        true => name.into_owned(),
-        false if name.is_empty() => "case.foam".to_owned(),
-        false => format!("{name}.foam"),
-    }
-}
+/// The files of zones that a mesh does not hold.
+const ZONES: [&str; 2] = ["faceZones", "pointZones"];
 
 /// Refuses meshes that OpenFOAM has no cells for.
 pub(super) fn check(mesh: &MeshView) -> Result<()> {
@@ -102,9 +56,9 @@ pub(super) fn check(mesh: &MeshView) -> Result<()> {
 /// Writes a mesh to the case of the output.
 pub(super) fn write(mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
     check(mesh)?;
-    let place = Place::of(out.path(), mesh);
+    let place = Place::with(out.path(), mesh, options);
     let foam = foam_file(out.path());
-    out.place_in(&place.case, &[&place.folder(CONSTANT)])?;
+    out.place_in(&place.case, &place.owned())?;
     let notes = topology(mesh, out, &place, options)?;
     points(mesh.points, out, &place, CONSTANT, options)?;
     if !place.case.join(&foam).exists() {
@@ -122,17 +76,16 @@ pub(super) fn points(
     options: &WriteOptions,
 ) -> Result<()> {
     let location = place.folder(time);
-    let (class, object) = ("vectorField", "points");
-    let header = Header {
-        class,
+    let named = Named {
+        path: &format!("{location}/points"),
+        class: "vectorField",
         location: &location,
-        object,
-        note: None,
+        object: "points",
     };
     let binary = is_binary(options);
-    out.in_folder(&place.case, &format!("{location}/points"), |out| {
-        write_all(out, header.text(binary).as_bytes())?;
-        vectors(out, points, binary)
+    pieces::write(out, place, &named, options, &|out, piece| match piece {
+        None => vectors(out, points, binary),
+        Some(piece) => vectors(out, &piece.of(points), binary),
     })
 }
 
@@ -159,13 +112,17 @@ pub(super) fn topology(
         place,
         options,
     };
+    if let (Some(origin), false) = (origin, place.pieces.is_empty()) {
+        files.of_pieces(origin)?;
+        return Ok(notes);
+    }
     let is_kept = |origin: &&Topology| !origin.files.is_empty() && origin.has_cells_of(mesh);
     if let Some(origin) = origin.filter(is_kept)
         && files.of_origin(mesh, origin, &mut notes)?
     {
         return Ok(notes);
     }
-    if origin.is_some_and(|origin| origin.files.is_empty()) {
+    if origin.is_some_and(|origin| !origin.pieces.is_empty()) && options.pieces.is_none() {
         notes.push(Written::AsOne);
     }
     files.of_cells(mesh, origin, &mut notes)?;
@@ -175,8 +132,14 @@ pub(super) fn topology(
 /// The files of one mesh.
 struct Files<'a, 'b> {
     out: &'a mut OutputSet<'b>,
-    place: &'a Place,
+    place: &'a Place<'a>,
     options: &'a WriteOptions,
+}
+
+/// The zones of faces and points of the mesh that was read, where it has the same cells still and they can be read.
+fn kept_zones(mesh: &MeshView, origin: Option<&Topology>) -> Option<KeptZones> {
+    let origin = origin.filter(|origin| origin.has_cells_of(mesh))?;
+    KeptZones::of(origin).ok()
 }
 
 /// Name of a file without the ending of compression.
@@ -205,19 +168,38 @@ impl Files<'_, '_> {
                 self.file(&file.name, |out| write_all(out, file.stored.bytes()))?;
             }
         }
-        for (name, path) in further_files(origin) {
-            let mut file = File::open(&path).map_err(|error| Error::io(&path, &error))?;
-            self.file(&name, |out| {
-                io::copy(&mut file, out)
-                    .map(|_| ())
-                    .map_err(|error| Error::io(&path, &error))
-            })?;
-        }
+        let folder = self.place.folder(CONSTANT);
+        self.further(&origin.case.join(&folder), &origin.files, &folder)?;
         if let Some(boundary) = new {
             self.boundary(&boundary)?;
             self.zones(mesh)?;
         }
         Ok(true)
+    }
+
+    /// The files of the pieces that the mesh was read from.
+    fn of_pieces(&mut self, origin: &Topology) -> Result<()> {
+        for (pieces, folder) in self.place.pieces.iter().zip(self.place.folders(CONSTANT)) {
+            for file in &pieces.files {
+                let path = format!("{folder}/{}", file.name);
+                let write = |out: &mut dyn Write| write_all(out, file.stored.bytes());
+                self.out.in_folder(&self.place.case, &path, write)?;
+            }
+            self.further(&origin.case.join(&folder), &pieces.files, &folder)?;
+        }
+        Ok(())
+    }
+
+    /// Copies the files of a folder that are none of the mesh, such as levels of refinement, to a folder in the case.
+    fn further(&mut self, from: &Path, own: &[StoredFile], to: &str) -> Result<()> {
+        for (name, path) in further_files(from, own) {
+            let io = |error: io::Error| Error::io(&path, &error);
+            let mut file = File::open(&path).map_err(io)?;
+            let copy = |out: &mut dyn Write| io::copy(&mut file, out).map(|_| ()).map_err(io);
+            let path = format!("{to}/{name}");
+            self.out.in_folder(&self.place.case, &path, copy)?;
+        }
+        Ok(())
     }
 
     /// Files from cells, tags and zones.
@@ -232,8 +214,10 @@ impl Files<'_, '_> {
             .into_iter()
             .flat_map(|origin| &origin.files)
             .map(|file| plain(&file.name));
+        let kept = kept_zones(mesh, origin);
+        let is_kept = |name: &&str| kept.is_some() && ZONES.contains(name);
         let sets: Vec<String> = sets
-            .filter(|name| !WRITTEN.contains(name))
+            .filter(|name| !WRITTEN.contains(name) && !is_kept(name))
             .map(str::to_owned)
             .collect();
         if !sets.is_empty() {
@@ -253,7 +237,49 @@ impl Files<'_, '_> {
         self.labels("owner", &ordered.owner, &counts)?;
         self.labels("neighbour", &ordered.neighbour, &counts)?;
         self.boundary(&patches.text(ordered.neighbour.len(), &ordered.patch_sizes))?;
-        self.zones(mesh)
+        self.zones(mesh)?;
+        match kept {
+            Some(kept) if !kept.is_empty() => self.kept_zones(&kept, &ordered),
+            _ => Ok(()),
+        }
+    }
+
+    /// Zones of faces and points.
+    fn kept_zones(&mut self, kept: &KeptZones, ordered: &OrderedFaces) -> Result<()> {
+        let binary = is_binary(self.options);
+        let faces = kept.numbered(&ordered.faces);
+        let list = |out: &mut dyn Write, key: &str, values: &[u32]| {
+            write_all(out, format!("    {key:<15} List<label> ").as_bytes())?;
+            labels(out, values, binary)?;
+            write_all(out, b";\n")
+        };
+        if !faces.is_empty() {
+            self.with_header("faceZones", "regIOobject", binary, None, |out| {
+                write_all(out, format!("{}\n(\n", faces.len()).as_bytes())?;
+                for zone in &faces {
+                    let head = format!("{}\n{{\n    type            faceZone;\n", zone.name);
+                    write_all(out, head.as_bytes())?;
+                    list(out, "faceLabels", &zone.labels)?;
+                    write_all(out, b"    flipMap         List<bool> ")?;
+                    flags(out, &zone.flips, binary)?;
+                    write_all(out, b";\n}\n")?;
+                }
+                write_all(out, b")\n")
+            })?;
+        }
+        if !kept.points.is_empty() {
+            self.with_header("pointZones", "regIOobject", binary, None, |out| {
+                write_all(out, format!("{}\n(\n", kept.points.len()).as_bytes())?;
+                for zone in &kept.points {
+                    let head = format!("{}\n{{\n    type            pointZone;\n", zone.name);
+                    write_all(out, head.as_bytes())?;
+                    list(out, "pointLabels", &zone.labels)?;
+                    write_all(out, b"}\n")?;
+                }
+                write_all(out, b")\n")
+            })?;
+        }
+        Ok(())
     }
 
     fn faces(&mut self, ordered: &OrderedFaces) -> Result<()> {
@@ -349,19 +375,13 @@ impl Files<'_, '_> {
     }
 }
 
-/// Files in the folder of the mesh that are none of its own, such as levels of refinement: their names and paths.
-fn further_files(origin: &Topology) -> Vec<(String, PathBuf)> {
-    let place = Place {
-        case: origin.case.clone(),
-        region: origin.region.clone(),
-    };
+/// Files in the folder of a mesh that are neither points nor these of its own: their names and paths.
+fn further_files(folder: &Path, own: &[StoredFile]) -> Vec<(String, PathBuf)> {
     let own = |name: &str| {
-        let mut files = origin.files.iter();
+        let mut files = own.iter();
         plain(name) == "points" || files.any(|file| plain(&file.name) == plain(name))
     };
-    let entries = fs::read_dir(place.case.join(place.folder(CONSTANT)))
-        .into_iter()
-        .flatten();
+    let entries = fs::read_dir(folder).into_iter().flatten();
     let files = entries.flatten().filter(|entry| entry.path().is_file());
     let named =
         files.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path())));

@@ -45,7 +45,7 @@ fn entry(text: &mut Text, file: &FoamFile, key: &str, most: usize) -> Result<Opt
     let found = text.word("an entry of a zone")?;
     let is_list = text.rest().trim_ascii_start().starts_with(b"List<");
     if found == key.as_bytes() {
-        let labels = labels_at(text, Layout::of(file), most, &index)?;
+        let labels = labels_at(text, layout(text, file), most, &index)?;
         text.expect(b';', "after a list")?;
         return Ok(Some(labels));
     }
@@ -59,13 +59,17 @@ fn entry(text: &mut Text, file: &FoamFile, key: &str, most: usize) -> Result<Opt
 
 /// Passes a binary list: of labels, or of `bool`, which are bytes.
 fn pass_list(text: &mut Text, file: &FoamFile, most: usize) -> Result<()> {
+    labels_at(text, layout(text, file), most, &Some)?;
+    text.expect(b';', "after a list")
+}
+
+/// How the numbers of a list are stored: each `bool` is a byte.
+fn layout(text: &Text, file: &FoamFile) -> Layout {
     let mut layout = Layout::of(file);
-    let mut kind = text.clone();
-    if kind.word("a list")? == b"List<bool>" {
+    if text.rest().trim_ascii_start().starts_with(b"List<bool>") {
         layout.labels = [1, 4];
     }
-    labels_at(text, layout, most, &Some)?;
-    text.expect(b';', "after a list")
+    layout
 }
 
 /// The names of the zones in a file, or how many there are where it cannot be read: these zones are no part of a mesh.
