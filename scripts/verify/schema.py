@@ -23,10 +23,11 @@ TYPES = {
     "object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": (int, float), "null": type(None),
 }  # fmt: skip
 # What no run here prints: conditions of groups of cells, for which a CGNS file would need a boundary condition on cells,
-# and functions that move a body, which only programs that use the library have.
+# functions that move a body, which only programs that use the library have, and cells that are neither valid nor inverted.
 NOT_SHOWN = {
     ("info", ".zones[].condition"), ("info", ".other_groups[].condition"),
     ("run", ".functions"), ("run", ".functions[].body"), ("run", ".functions[].name"),
+    ("run", ".repairs[].unproven_before"),
 }  # fmt: skip
 
 
@@ -202,9 +203,8 @@ def folding(folder, told, record):
     text = (folder / "block.toml").read_text().replace("angle = 60.0", "angle = 100.0")
     schedules = {
         "substeps": text + '\n[output]\non_inverted = "substeps"\n',
-        "repair": text + '\n[output]\non_inverted = "repair"\n',
-        "repair": text + '\n[output]\non_inverted = "repair"\n',
-        "warn": text,
+        "repair": text,
+        "warn": text + '\n[output]\non_inverted = "warn"\n',
         "stop": text + '\n[output]\non_inverted = "stop"\n',
         "twist": text.replace('method = "all"', "tolerance = 1e-3").replace("[rbf]", '[rbf]\ninterpolate = "twist"'),
     }

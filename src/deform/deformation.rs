@@ -7,15 +7,16 @@ use super::interval::Interval;
 use super::layer::LayerKind;
 use super::measures::Measures;
 use super::plan::Plan;
-use super::repair::{self, Repair};
+use super::positions::{Positions, Stepper};
+use super::repair::Repair;
+use super::step_memory::{Rounding, StepMemory};
 use super::tolerance::check_tolerance;
-use super::untangle::untangle_step;
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
 use crate::progress::{Progress, Silent, Stop};
-use crate::quality::{Assessment, Quality, Summary};
+use crate::quality::{Assessment, Quality};
 use crate::rbf::select::Selection;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -51,6 +52,8 @@ pub struct Deformation {
     base: Option<BasePoints>,
     /// The interval that was entered last.
     current: Mutex<Option<Arc<Interval>>>,
+    /// What is known of the steps, without rounding of coordinates and with it.
+    known: [StepMemory; 2],
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
 }
@@ -126,6 +129,7 @@ impl DeformationBuilder {
             measures: OnceLock::new(),
             base: self.base,
             current: Mutex::new(None),
+            known: Default::default(),
             progress: self.progress,
             stop: self.stop,
         })
@@ -186,8 +190,7 @@ impl Deformation {
         self.check_step(step)?;
         self.stop.check()?;
         let interval = self.interval(step)?;
-        let judges = self.plan.schedule.output.on_inverted != OnInverted::Warn;
-        let found = self.positions(&interval, step, judges, &|_| (), points)?;
+        let found = self.position(&interval, step, points)?;
         let stops = self.plan.schedule.output.on_inverted == OnInverted::Stop;
         match found.cells.filter(|cells| stops && cells.inverted > 0) {
             None => Ok(()),
@@ -209,9 +212,14 @@ impl Deformation {
                 "the schedule has no velocities; set `velocity` before the deformation is made",
             ));
         }
-        let points = self.points_at(step)?;
+        self.check_step(step)?;
+        self.stop.check()?;
         let interval = self.interval(step)?;
-        let velocities = interval.velocities_at(step, &points);
+        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
+        let found = self.position(&interval, step, &mut points)?;
+        let measures = || self.measures();
+        let stepper = self.stepper(&interval, Rounding::None, &measures);
+        let velocities = stepper.velocities(step, found.repair.is_some(), &points)?;
         Ok(velocities.expect("the schedule asks for them"))
     }
 
@@ -315,47 +323,36 @@ impl Deformation {
         Ok(Arc::clone(current.insert(Arc::new(interval))))
     }
 
-    /// Positions of a step, taken in more substeps where the schedule wants that for inverted cells;
-    /// `round` makes coordinates what they will be in a file. With `judges` cells are judged.
-    fn positions(
+    /// What gives positions at the steps of an interval.
+    fn stepper<'a>(
+        &'a self,
+        interval: &'a Interval,
+        rounding: Rounding,
+        measures: &'a dyn Fn() -> &'a Measures,
+    ) -> Stepper<'a> {
+        Stepper {
+            plan: &self.plan,
+            interval,
+            measures,
+            memory: &self.known[usize::from(rounding == Rounding::Single)],
+            rounding,
+            stop: &self.stop,
+        }
+    }
+
+    /// Positions of a step as they are, judged where something depends on it.
+    fn position(
         &self,
         interval: &Interval,
         step: &Step,
-        judges: bool,
-        round: &dyn Fn(&mut [Vector]),
         points: &mut [Vector],
     ) -> Result<Positions> {
-        let plan = self.plan();
-        let mut selection_error = interval.points_at(step, points)?;
-        round(points);
-        let judges = judges && plan.schedule.output.quality != QualityOutput::None;
-        let mut cells = judges.then(|| self.measures().cells(plan, points));
-        let mut repair = None;
-        if let Some(cells) = &mut cells
-            && repair::wants_repair(plan, cells)
-        {
-            let attempt = |n: usize, points: &mut [Vector]| {
-                let error = interval.points_through(step, n, points)?;
-                round(points);
-                Ok((error, self.measures().cells(plan, points)))
-            };
-            let error = &mut selection_error;
-            let mut done = repair::repair(plan, points, cells, error, attempt)?;
-            if plan.schedule.output.on_inverted == OnInverted::Repair
-                && cells.inverted + cells.unproven > 0
-            {
-                let found = untangle_step(plan, self.measures(), step, points, &self.stop)?;
-                round(points);
-                *cells = self.measures().cells(plan, points);
-                done.untangled(found, cells);
-            }
-            repair = Some(done);
-        }
-        Ok(Positions {
-            selection_error,
-            cells,
-            repair,
-        })
+        let output = &self.plan.schedule.output;
+        let judges =
+            output.quality != QualityOutput::None && output.on_inverted != OnInverted::Warn;
+        let measures = || self.measures();
+        let stepper = self.stepper(interval, Rounding::None, &measures);
+        stepper.at(step, judges, points)
     }
 
     /// Everything about a step but its arrays at cells; positions go to `points`.
@@ -363,11 +360,15 @@ impl Deformation {
         &self,
         interval: &Interval,
         step: &Step,
-        round: &dyn Fn(&mut [Vector]),
+        rounding: Rounding,
         points: &mut [Vector],
     ) -> Result<Evaluated> {
         let plan = self.plan();
-        let found = self.positions(interval, step, true, round, points)?;
+        let measures = || self.measures();
+        let stepper = self.stepper(interval, rounding, &measures);
+        let judges = plan.schedule.output.quality != QualityOutput::None;
+        let found = stepper.at(step, judges, points)?;
+        let velocities = stepper.velocities(step, found.repair.is_some(), points)?;
         let measures = found.cells.is_some().then(|| self.measures());
         Ok(Evaluated {
             quality: measures
@@ -378,18 +379,11 @@ impl Deformation {
             selection_error: found.selection_error,
             surface_error: interval.surface_error(step, points),
             largest_displacement: plan.largest_displacement(step.index),
-            velocities: interval.velocities_at(step, points),
+            velocities,
             n_base: interval.n_base,
             repair: found.repair,
         })
     }
-}
-
-/// Results of positioning the nodes at a step.
-struct Positions {
-    selection_error: f64,
-    cells: Option<Summary>,
-    repair: Option<Repair>,
 }
 
 /// Everything about a step but its positions.
@@ -411,7 +405,7 @@ pub(crate) struct Evaluated {
     pub velocities: Option<Vec<Vector>>,
     /// Distinct base points.
     pub n_base: usize,
-    /// The result of the repair, where the step was repeated in substeps.
+    /// What was done about folded cells, where something was.
     pub repair: Option<Repair>,
 }
 

@@ -1,62 +1,91 @@
-//! `on_inverted = "substeps"`: a step with inverted cells is repeated in 2, 4 and 8 substeps, from
-//! the same base points. With `"repair"` the cells that are left are untangled after that.
+//! What is done about folded cells of a step, and told of it. With `on_inverted = "substeps"` it is repeated in 2, 4 and 8
+//! substeps, from the same base points; with `"repair"` the cells that are left are untangled after that.
 
 use super::plan::Plan;
+use super::window::Window;
 use crate::error::{ErrorKind, Result};
 use crate::geometry::vector::Vector;
-use crate::motion::{OnInverted, Step};
+use crate::motion::{Interpolate, OnInverted, Step};
 use crate::quality::Summary;
 use crate::record::{PatchRecord, RepairRecord};
-use crate::repair::Repaired;
+use crate::repair::{Count, PatchLog, Repaired};
+use std::ops::Range;
 
 /// Substeps that are tried, one after the other.
 const TRIES: [usize; 3] = [2, 4, 8];
 
-/// The result of repeating a step with inverted cells.
+/// What was done about the folded cells of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Repair {
     /// Substeps of the result; none where they did not help.
     pub substeps: Option<usize>,
-    /// Inverted cells without them.
-    before: usize,
-    /// Inverted cells with them.
-    after: usize,
-    /// What was untangled then; none where nothing was.
+    /// Cells that are not valid without them.
+    before: Count,
+    /// And with them.
+    after: Count,
+    /// What was untangled then; none where that was not asked for.
     untangled: Option<Untangled>,
+    window: Option<WindowPart>,
 }
 
 /// The cells of a step that were untangled.
 #[derive(Debug, Clone, PartialEq)]
 struct Untangled {
-    repaired: Repaired,
+    patches: Vec<PatchLog>,
     /// Inverted and unproven cells after it.
     left: usize,
 }
 
-/// Whether a step is to be repaired.
+/// What a step takes of the repair of a window.
+#[derive(Debug, Clone, PartialEq)]
+struct WindowPart {
+    steps: Range<usize>,
+    weight: f64,
+}
+
+/// Cells that are not valid or not proven to be so.
+pub(super) fn n_not_valid(summary: &Summary) -> usize {
+    summary.inverted + summary.unproven
+}
+
+fn count(summary: &Summary) -> Count {
+    Count {
+        inverted: summary.inverted,
+        unproven: summary.unproven,
+    }
+}
+
+/// Whether something is to be done about a step.
 pub(super) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     match plan.schedule.output.on_inverted {
         OnInverted::Substeps => summary.inverted > 0,
-        OnInverted::Repair => summary.inverted + summary.unproven > 0,
+        OnInverted::Repair => n_not_valid(summary) > 0,
         OnInverted::Warn | OnInverted::Stop => false,
     }
+}
+
+/// Whether a step can be taken in substeps: the sections of a beam that twists cannot.
+fn has_substeps(plan: &Plan) -> bool {
+    let mut bodies = 0..plan.motion.bodies.len();
+    plan.schedule.rbf.interpolate != Interpolate::Twist
+        || bodies.all(|body| plan.motion.is_rigid(body))
 }
 
 /// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
 /// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
 /// step in so many parts.
-pub(super) fn repair(
+pub(super) fn try_substeps(
     plan: &Plan,
     points: &mut [Vector],
     summary: &mut Summary,
     error: &mut f64,
     attempt: impl Fn(usize, &mut [Vector]) -> Result<(f64, Summary)>,
 ) -> Result<Repair> {
-    let before = summary.inverted;
+    let before = count(summary);
     let mut substeps = None;
     let mut trial = points.to_vec();
     for n in TRIES {
-        if n <= plan.schedule.rbf.substeps || summary.inverted == 0 {
+        if n <= plan.schedule.rbf.substeps || summary.inverted == 0 || !has_substeps(plan) {
             continue;
         }
         let (found_error, found) = match attempt(n, &mut trial) {
@@ -73,33 +102,64 @@ pub(super) fn repair(
     Ok(Repair {
         substeps,
         before,
-        after: summary.inverted,
+        after: count(summary),
         untangled: None,
+        window: None,
     })
 }
 
 impl Repair {
-    /// Takes in what was untangled after the substeps; `summary` is of the result.
-    pub(super) fn untangled(&mut self, repaired: Repaired, summary: &Summary) {
+    /// Of a step of a window, of which it takes the part `weight`: its cells were `before` without substeps, `after` with
+    /// them, and are `cells` in the end.
+    pub(super) fn of_window(
+        window: &Window,
+        weight: f64,
+        (before, after): (&Summary, Count),
+        repaired: Repaired,
+        cells: &Summary,
+    ) -> Self {
+        Self {
+            substeps: window.substeps,
+            before: count(before),
+            after,
+            untangled: Some(Untangled {
+                patches: repaired.patches,
+                left: n_not_valid(cells),
+            }),
+            window: Some(WindowPart {
+                steps: window.steps.clone(),
+                weight,
+            }),
+        }
+    }
+
+    /// Takes in what was untangled after the substeps, which leaves so many cells.
+    pub(super) fn untangled(&mut self, repaired: Repaired, left: usize) {
         self.untangled = Some(Untangled {
-            repaired,
-            left: summary.inverted + summary.unproven,
+            patches: repaired.patches,
+            left,
         });
     }
 
     /// Cells that were made valid by moving nodes near them.
     pub(crate) fn n_untangled(&self) -> usize {
         let untangled = self.untangled.as_ref();
-        untangled.map_or(0, |untangled| untangled.repaired.n_repaired())
+        untangled.map_or(0, |untangled| {
+            self.after.all().saturating_sub(untangled.left)
+        })
     }
 
     /// What run.json holds.
     pub fn record(&self, step: &Step) -> RepairRecord {
+        let window = self.window.as_ref();
         let mut record = RepairRecord {
             step: step.index,
             substeps: self.substeps,
-            inverted_before: self.before,
-            inverted: self.after,
+            inverted_before: self.before.inverted,
+            inverted: self.after.inverted,
+            unproven_before: (self.before.unproven > 0).then_some(self.before.unproven),
+            window: window.map(|part| [part.steps.start, part.steps.end]),
+            weight: window.map(|part| part.weight),
             patches: self.untangled.as_ref().map(Untangled::records),
             unrepaired: self.untangled.as_ref().map(|untangled| untangled.left),
             sentence: String::new(),
@@ -111,7 +171,7 @@ impl Repair {
 
 impl Untangled {
     fn records(&self) -> Vec<PatchRecord> {
-        let patches = self.repaired.patches.iter();
+        let patches = self.patches.iter();
         patches
             .map(|log| PatchRecord {
                 first_cell: log.first_cell,
@@ -138,9 +198,13 @@ mod tests {
         let steps = Schedule::new(Steps::times_s([0.25])).steps();
         let repair = Repair {
             substeps: Some(2),
-            before: 3,
-            after: 0,
+            before: Count {
+                inverted: 3,
+                unproven: 0,
+            },
+            after: Count::default(),
             untangled: None,
+            window: None,
         };
         let record = repair.record(&steps.expect("they are good")[0]);
         assert_eq!(

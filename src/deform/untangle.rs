@@ -1,4 +1,4 @@
-//! `on_inverted = "repair"`: cells of a step that substeps leave folded are made valid by moving nodes near them.
+//! `on_inverted = "repair"`: cells of a step that are folded are made valid by moving nodes near them.
 //!
 //! The result follows from the positions of the step alone. Knows which nodes of a step may go where; the rest is
 //! `repair`'s.
@@ -12,34 +12,90 @@ use crate::motion::{Role, Step};
 use crate::parallel;
 use crate::progress::Stop;
 use crate::rbf::constraint::Constraint;
-use crate::repair::{Freedom, Limits, Partner, Repaired, Task, untangle};
+use crate::repair::{Area, Freedom, Limits, Partner, Repaired, Task, untangle};
 
-/// Makes the cells of a step valid that are not.
-///
-/// # Errors
-/// Where `stop` was asked for.
-pub(super) fn untangle_step(
-    plan: &Plan,
-    measures: &Measures,
-    step: &Step,
-    points: &mut [Vector],
-    stop: &Stop,
-) -> Result<Repaired> {
-    let to_inertial = plan.motion.to_inertial(step);
-    let freedom = freedom(plan, measures, to_inertial.as_ref());
-    let task = Task {
-        mesh: &plan.mesh,
-        reference: measures.orientation(),
-        freedom: &freedom,
-    };
-    let repaired = untangle(task, points, Limits::default(), stop)?;
-    let reference = &plan.mesh.points;
-    plan.periodic
-        .follow(&plan.motion, reference, to_inertial.as_ref(), points);
-    if plan.motion.rotor.in_plane {
-        parallel::update(points, |node, x| x[2] = reference[node][2]);
+/// Where the nodes may go at a step.
+pub(super) struct StepFreedom<'a> {
+    plan: &'a Plan,
+    measures: &'a Measures,
+    to_inertial: Option<Transform>,
+    freedom: Freedom,
+}
+
+impl<'a> StepFreedom<'a> {
+    /// At a step of a plan.
+    pub fn of(plan: &'a Plan, measures: &'a Measures, step: &Step) -> Self {
+        let to_inertial = plan.motion.to_inertial(step);
+        Self {
+            freedom: freedom(plan, measures, to_inertial.as_ref()),
+            plan,
+            measures,
+            to_inertial,
+        }
     }
-    Ok(repaired)
+
+    /// What is to be repaired.
+    pub fn task(&self) -> Task<'_> {
+        Task {
+            mesh: &self.plan.mesh,
+            reference: self.measures.orientation(),
+            freedom: &self.freedom,
+        }
+    }
+
+    /// Makes the cells valid that are not, by as few nodes as possible.
+    ///
+    /// # Errors
+    /// Where `stop` was asked for.
+    pub fn untangle(&self, points: &mut [Vector], limits: Limits, stop: &Stop) -> Result<Repaired> {
+        let repaired = untangle(self.task(), points, limits, stop)?;
+        self.keep_alike(points);
+        Ok(repaired)
+    }
+
+    /// Moves the nodes of an area to where its functional is least.
+    ///
+    /// # Errors
+    /// Where `stop` was asked for.
+    pub fn relax(&self, area: &Area, points: &mut [Vector], stop: &Stop) -> Result<Repaired> {
+        let repaired = area.relax(self.task(), points, stop)?;
+        self.keep_alike(points);
+        Ok(repaired)
+    }
+
+    /// Puts nodes back that have left a curved boundary on which they slide, and those that follow others.
+    pub fn keep_to_surface(&self, points: &mut [Vector]) {
+        if let Some(sliding) = &self.plan.surface.sliding
+            && sliding.has_curved()
+        {
+            let back = self.to_inertial.as_ref().map(Transform::inverse);
+            let surface = &self.plan.motion.surface.nodes;
+            let nodes = surface.nodes.iter().zip(&surface.roles);
+            for ((&node, role), &point) in nodes.zip(&self.plan.surface.point_of) {
+                let (node, point) = (node as usize, point as usize);
+                if *role == Role::Sliding && !sliding.is_linear(point) {
+                    let x = back.map_or(points[node], |back| back.apply(points[node]));
+                    let x = sliding.place(point, x);
+                    points[node] = self.to_inertial.as_ref().map_or(x, |to| to.apply(x));
+                }
+            }
+        }
+        self.keep_alike(points);
+    }
+
+    /// Periodic nodes follow their partners, a plane mesh stays in its plane, and both sides of one layer are alike.
+    fn keep_alike(&self, points: &mut [Vector]) {
+        let plan = self.plan;
+        let reference = &plan.mesh.points;
+        plan.periodic
+            .follow(&plan.motion, reference, self.to_inertial.as_ref(), points);
+        if plan.motion.rotor.in_plane {
+            parallel::update(points, |node, x| x[2] = reference[node][2]);
+        }
+        if let Some(layer) = &plan.one_layer {
+            layer.level(reference, points);
+        }
+    }
 }
 
 /// Nodes of moving and fixed boundaries stay, those of planes that slide keep to them, periodic partners go together;

@@ -101,8 +101,10 @@ DeformNote as Deform {
         azimuth_deg: Option<f64>,
         /// Its time in seconds, where it is known.
         time_s: Option<f64>,
-        /// Inverted cells before.
-        before: usize,
+        /// Inverted and unproven cells before.
+        before: (usize, usize),
+        /// The part that the step takes of the repair of steps near it, where it is repaired with these.
+        weight: Option<f64>,
         /// Substeps of the result; none where they did not help.
         substeps: Option<usize>,
         /// Inverted cells with them.
@@ -112,9 +114,8 @@ DeformNote as Deform {
         /// Inverted and unproven cells after all.
         left: usize,
     } => (
-        "{} had {}: {}{}",
-        named_step(*step, *azimuth_deg, *time_s), counted(*before, "inverted cell"), outcome(*substeps, *after),
-        untangled(*patches, *left)
+        "{} {}",
+        named_step(*step, *azimuth_deg, *time_s), repaired(*before, *weight, &[outcome(*substeps, *after, *patches), untangled(*patches, *left)])
     )
 }}
 
@@ -153,9 +154,28 @@ impl fmt::Display for PeriodicMap {
     }
 }
 
+/// What a step had, and what was done about it.
+fn repaired((inverted, unproven): (usize, usize), weight: Option<f64>, done: &[String]) -> String {
+    if let Some(weight) = weight.filter(|_| inverted + unproven == 0) {
+        let percent = (100.0 * weight).round();
+        return format!("takes {percent}% of the repair of folded steps near it");
+    }
+    let cells = match (inverted, unproven) {
+        (0, n) if n > 0 => counted(n, "unproven cell"),
+        (n, _) => counted(n, "inverted cell"),
+    };
+    let done: Vec<&str> = done
+        .iter()
+        .map(String::as_str)
+        .filter(|what| !what.is_empty())
+        .collect();
+    format!("had {cells}: {}", done.join("; "))
+}
+
 /// What substeps have done about inverted cells.
-fn outcome(substeps: Option<usize>, after: usize) -> String {
+fn outcome(substeps: Option<usize>, after: usize, patches: Option<usize>) -> String {
     match (substeps, after) {
+        (None, _) if patches.is_some_and(|n| n > 0) => String::new(),
         (None, _) => "substeps do not reduce them".to_owned(),
         (Some(n), 0) => format!("{n} substeps leave none"),
         (Some(n), after) => format!("{n} substeps leave {after}"),
@@ -164,16 +184,14 @@ fn outcome(substeps: Option<usize>, after: usize) -> String {
 
 /// What untangling has done after that.
 fn untangled(patches: Option<usize>, left: usize) -> String {
-    let Some(patches) = patches else {
-        return String::new();
-    };
-    let patches = match patches {
-        1 => "1 patch".to_owned(),
-        n => format!("{n} patches"),
+    let moved = match patches {
+        None | Some(0) => return String::new(),
+        Some(1) => "1 patch moved".to_owned(),
+        Some(n) => format!("{n} patches moved"),
     };
     match left {
-        0 => format!("; {patches} moved, and none is left"),
-        left => format!("; {patches} moved, and {left} are left"),
+        0 => format!("{moved}, and none is left"),
+        left => format!("{moved}, and {left} are left"),
     }
 }
 
@@ -188,7 +206,8 @@ mod tests {
                 step: 1,
                 azimuth_deg,
                 time_s: Some(0.5),
-                before: 43,
+                before: (43, 0),
+                weight: None,
                 substeps,
                 after,
                 patches: None,

@@ -49,8 +49,8 @@ pub enum OnInverted {
     Stop,
     /// Take the step again in 2, 4, 8 substeps; warn where that does not help.
     Substeps,
-    /// As `Substeps`, then move nodes near cells that are still inverted until these are valid; warn where that does
-    /// not help.
+    /// As `Substeps`, then move nodes near cells that are still inverted until these are valid, together with the steps
+    /// around it; warn where that does not help. What a schedule does that says nothing.
     Repair,
 }
 
@@ -105,7 +105,7 @@ impl Default for OutputOptions {
             velocity: false,
             encoding: Encoding::Raw,
             compression: Compression::None,
-            on_inverted: OnInverted::Warn,
+            on_inverted: OnInverted::Repair,
             surface: SurfaceOutput::None,
         }
     }

@@ -176,10 +176,7 @@ impl Schedule {
                 "`velocity` = true cannot be used with substeps; leave them out"
             }
             _ if self.output.on_inverted == OnInverted::Substeps => {
-                "`velocity` = true cannot be used with `on_inverted` = \"substeps\"; use \"warn\" or \"stop\""
-            }
-            _ if self.output.on_inverted == OnInverted::Repair => {
-                "`velocity` = true cannot be used with `on_inverted` = \"repair\"; use \"warn\" or \"stop\""
+                "`velocity` = true cannot be used with `on_inverted` = \"substeps\"; use \"repair\", \"warn\" or \"stop\""
             }
             _ => return Ok(()),
         };

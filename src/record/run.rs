@@ -211,6 +211,15 @@ pub struct RepairRecord {
     pub inverted_before: usize,
     /// Inverted cells with them.
     pub inverted: usize,
+    /// Unproven cells without them; none where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unproven_before: Option<usize>,
+    /// The steps `A..B` that were repaired together; none without `on_inverted = "repair"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<[usize; 2]>,
+    /// The part of the repair that the step takes: less than 1 where the repair grows or fades.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weight: Option<f64>,
     /// Patches that were untangled after that; none without `on_inverted = "repair"`, and where nothing was left.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub patches: Option<Vec<PatchRecord>>,
@@ -346,7 +355,8 @@ impl RepairRecord {
             step: self.step,
             azimuth_deg,
             time_s,
-            before: self.inverted_before,
+            before: (self.inverted_before, self.unproven_before.unwrap_or(0)),
+            weight: self.weight,
             substeps: self.substeps,
             after: self.inverted,
             patches: self.patches.as_ref().map(Vec::len),

@@ -4,6 +4,7 @@
 //! of them. Leaves to others which cells are judged (`quality`), and which nodes are fixed or slide (the caller, by
 //! [`Freedom`]). `docs/method.md` has the equations.
 
+mod area;
 mod density;
 mod elements;
 mod freedom;
@@ -18,6 +19,7 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
+pub use area::{Area, Count, FoldedCells};
 pub use freedom::{Freedom, Partner};
 pub use improve::improve;
 
@@ -225,7 +227,7 @@ pub fn untangle(
 }
 
 /// Why no cell of a mesh can be repaired, where that is so.
-fn refused(mesh: &Mesh) -> Option<Reason> {
+pub fn refused(mesh: &Mesh) -> Option<Reason> {
     if mesh.dimension() < 2 || mesh.dimension() < mesh.space_dimension() {
         return Some(Reason::Surface);
     }

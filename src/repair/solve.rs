@@ -76,7 +76,7 @@ pub(super) fn solve(
 }
 
 /// The patch of a region, and cells with a folded simplex of fixed nodes.
-fn patch(
+pub(super) fn patch(
     task: Task<'_>,
     region: &Region,
     points: &[Vector],

@@ -2,7 +2,7 @@
 
 use super::base_points::BasePointStore;
 use super::record::Clock;
-use crate::deform::{Deformation, Evaluated, Plan, Repair};
+use crate::deform::{Deformation, Evaluated, Plan, Repair, Rounding};
 use crate::error::Result;
 use crate::formats::DISPLACEMENT;
 use crate::geometry::vector::{Vector, sub};
@@ -32,9 +32,9 @@ pub(super) fn compute(
         deformation.measures();
     }
     let clock = Clock::start();
-    let round = rounding(deformation.plan())?;
+    let rounding = rounding(deformation.plan())?;
     Ok(Computed {
-        found: deformation.evaluate(&interval, step, &round, points)?,
+        found: deformation.evaluate(&interval, step, rounding, points)?,
         seconds: clock.seconds(),
     })
 }
@@ -47,7 +47,7 @@ pub(super) fn recompute(
 ) -> Result<Computed> {
     let interval = base_points.enter(step)?;
     interval.points_at(step, points)?;
-    rounding(base_points.deformation.plan())?(points);
+    rounding(base_points.deformation.plan())?.apply(points);
     Ok(Computed {
         found: Evaluated {
             velocities: interval.velocities_at(step, points),
@@ -58,12 +58,10 @@ pub(super) fn recompute(
 }
 
 /// What makes coordinates what they will be in the files.
-fn rounding(plan: &Plan) -> Result<fn(&mut [Vector])> {
+fn rounding(plan: &Plan) -> Result<Rounding> {
     Ok(match plan.schedule.output.rounds()? {
-        false => |_| (),
-        true => |points| {
-            parallel::update(points, |_, x| *x = x.map(|x| f64::from(x as f32)));
-        },
+        false => Rounding::None,
+        true => Rounding::Single,
     })
 }
 

@@ -21,8 +21,8 @@ enum Task {
     New,
     /// To compute its positions, which the file of all steps should hold.
     Recompute,
-    /// To compute it with the repair of inverted cells, of which no record is left, and to compare it with the
-    /// file of all steps.
+    /// To compute it with the repair of inverted cells, of which no record is left or on which velocities depend, and to
+    /// compare it with the file of all steps.
     Verify,
     /// To read its positions from the file of all steps: to compute them again would take as long as the
     /// first time.
@@ -122,12 +122,14 @@ impl Run<'_> {
     /// What is to be done for a step.
     fn task(&self, step: &Step) -> Task {
         let is_kept = self.earlier.rows.contains_key(&step.index);
-        let has_substeps =
-            self.plan.schedule.rbf.substeps > 1 || self.earlier.repairs.contains_key(&step.index);
-        match (is_kept, self.earlier.is_unverified, has_substeps) {
+        let is_repaired = self.earlier.repairs.contains_key(&step.index);
+        let is_slow = self.plan.schedule.rbf.substeps > 1 || is_repaired;
+        match (is_kept, self.earlier.is_unverified, is_slow) {
             (false, _, _) => Task::New,
             (true, true, _) => Task::Verify,
             (true, false, false) => Task::Recompute,
+            // Velocities are not read back.
+            (true, false, true) if self.plan.velocity.is_some() => Task::Verify,
             (true, false, true) => Task::ReadBack,
         }
     }

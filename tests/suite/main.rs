@@ -45,3 +45,4 @@ mod twist;
 mod vtk_files;
 #[cfg(feature = "vtkio")]
 mod vtkio;
+mod windows;

@@ -1,0 +1,99 @@
+//! What is found of the steps of a deformation, and kept: how good they are before any repair, windows of repaired steps,
+//! and, where velocities need their neighbours, the last repaired positions.
+//!
+//! All of it can be found again: what is kept saves time and decides nothing. No lock is held while something is computed.
+
+use super::positions::Positions;
+use super::repair::n_not_valid;
+use super::window::Window;
+use crate::geometry::vector::Vector;
+use crate::parallel;
+use crate::quality::Summary;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Repaired steps whose positions are kept: a step and its neighbours.
+const KEPT: usize = 3;
+
+/// What coordinates become in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Rounding {
+    /// They stay what they are.
+    None,
+    /// Numbers of 32 bits.
+    Single,
+}
+
+impl Rounding {
+    /// Makes coordinates what they will be.
+    pub fn apply(self, points: &mut [Vector]) {
+        if self == Self::Single {
+            parallel::update(points, |_, x| *x = x.map(|x| f64::from(x as f32)));
+        }
+    }
+}
+
+/// A repaired step.
+pub(super) struct RepairedStep {
+    pub step: usize,
+    pub points: Vec<Vector>,
+    pub found: Positions,
+}
+
+/// What is kept of the steps for one rounding of their coordinates.
+#[derive(Default)]
+pub(super) struct StepMemory {
+    verdicts: Mutex<BTreeMap<usize, Summary>>,
+    windows: Mutex<Vec<Arc<Window>>>,
+    repaired: Mutex<VecDeque<Arc<RepairedStep>>>,
+}
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl StepMemory {
+    /// The quality of a step before any repair.
+    pub fn verdict(&self, step: usize) -> Option<Summary> {
+        lock(&self.verdicts).get(&step).cloned()
+    }
+
+    /// How many cells of a step are not valid, or not proven to be so, before any repair.
+    pub fn folded(&self, step: usize) -> Option<usize> {
+        let verdicts = lock(&self.verdicts);
+        verdicts.get(&step).map(n_not_valid)
+    }
+
+    pub fn keep_verdict(&self, step: usize, cells: &Summary) {
+        lock(&self.verdicts).insert(step, cells.clone());
+    }
+
+    /// The window of a step, where one was found.
+    pub fn window(&self, step: usize) -> Option<Arc<Window>> {
+        let windows = lock(&self.windows);
+        let window = windows.iter().find(|window| window.steps.contains(&step));
+        window.cloned()
+    }
+
+    pub fn keep_window(&self, window: &Arc<Window>) {
+        let mut windows = lock(&self.windows);
+        if !windows.iter().any(|known| known.steps == window.steps) {
+            windows.push(Arc::clone(window));
+        }
+    }
+
+    /// A repaired step, where it is one of the last.
+    pub fn repaired(&self, step: usize) -> Option<Arc<RepairedStep>> {
+        let repaired = lock(&self.repaired);
+        repaired.iter().find(|known| known.step == step).cloned()
+    }
+
+    pub fn keep_repaired(&self, step: RepairedStep) {
+        let mut repaired = lock(&self.repaired);
+        repaired.retain(|known| known.step != step.step);
+        repaired.push_back(Arc::new(step));
+        if repaired.len() > KEPT {
+            repaired.pop_front();
+        }
+    }
+}
