@@ -5,6 +5,7 @@
 //! [`Freedom`]). `docs/method.md` has the equations.
 
 mod density;
+mod derivatives;
 mod elements;
 mod freedom;
 mod improve;
