@@ -9,6 +9,7 @@ mod bounded;
 mod build;
 pub mod cells;
 mod connected;
+pub mod corners;
 pub mod difference;
 mod extrude;
 pub mod faces;

@@ -6,6 +6,7 @@
 
 mod area;
 mod density;
+mod derivatives;
 mod elements;
 mod freedom;
 mod improve;

@@ -87,10 +87,7 @@ pub(super) fn minimise(
             break;
         }
         eps = lowered(eps, after.least, won);
-        let progress = after.n_folded < best.n_folded
-            || (after.least > 0.0 && best.least <= 0.0)
-            || (after.least <= 0.0 && after.least > 0.9 * best.least);
-        if progress {
+        if is_progress(&after, &best) {
             best = after;
             waiting = 0;
         } else if after.least <= 0.0 && won < 0.05 {
@@ -102,6 +99,13 @@ pub(super) fn minimise(
     }
     course.state = state;
     Ok(course)
+}
+
+/// Whether a state is nearer to one without folds than the best so far.
+fn is_progress(after: &State, best: &State) -> bool {
+    after.n_folded < best.n_folded
+        || (after.least > 0.0 && best.least <= 0.0)
+        || (after.least <= 0.0 && after.least > 0.9 * best.least)
 }
 
 /// The next eps, after a step that has lowered the functional by the part `won` and left `least` as the least

@@ -4,7 +4,8 @@
 //! number of threads.
 
 use super::density::Space;
-use super::elements::{Derivatives, Elements, pair, transposed};
+use super::derivatives::{Derivatives, pair, transposed};
+use super::elements::Elements;
 use super::freedom::{Freedom, allowed};
 use crate::geometry::transform::Matrix;
 use crate::geometry::vector::{Vector, add, dot};

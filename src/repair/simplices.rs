@@ -5,7 +5,7 @@
 //! triangles of edge and mean of polygons; tetrahedra of edge, face mean and cell mean of polyhedra. Where corners do
 //! not prove a hexahedron or a wedge, the middles of its edges and faces and its own middle are added.
 
-use crate::mesh::{CellKind, CellRef, Mesh};
+use crate::mesh::{CellKind, CellRef, Mesh, corners};
 
 /// Cells of more nodes are left as they are: work grows with the square.
 const MOST_NODES: usize = 500;
@@ -22,35 +22,6 @@ pub(super) struct Simplices {
     pub means: Vec<Vec<u16>>,
 }
 
-/// Corner and its neighbours, in the positive order of the cell.
-fn at_corners(kind: CellKind) -> &'static [[u16; 4]] {
-    match kind {
-        CellKind::Triangle => &[[0, 1, 2, 0]],
-        CellKind::Quadrilateral => &[[0, 1, 3, 0], [1, 2, 0, 1], [2, 3, 1, 2], [3, 0, 2, 3]],
-        CellKind::Tetrahedron => &[[0, 1, 2, 3]],
-        CellKind::Pyramid => &[[0, 1, 3, 4], [1, 2, 0, 4], [2, 3, 1, 4], [3, 0, 2, 4]],
-        CellKind::Wedge => &[
-            [0, 1, 2, 3],
-            [1, 2, 0, 4],
-            [2, 0, 1, 5],
-            [3, 5, 4, 0],
-            [4, 3, 5, 1],
-            [5, 4, 3, 2],
-        ],
-        CellKind::Hexahedron => &[
-            [0, 1, 3, 4],
-            [1, 2, 0, 5],
-            [2, 3, 1, 6],
-            [3, 0, 2, 7],
-            [4, 7, 5, 0],
-            [5, 4, 6, 1],
-            [6, 5, 7, 2],
-            [7, 6, 4, 3],
-        ],
-        _ => &[],
-    }
-}
-
 impl Simplices {
     /// Those of a cell; with `between` also those between corners. None for a cell of very many nodes.
     pub(super) fn of(mesh: &Mesh, cell: &CellRef<'_>, between: bool) -> Self {
@@ -59,8 +30,9 @@ impl Simplices {
             return all;
         }
         let kind = cell.kind.linear();
-        for [from, to @ ..] in at_corners(kind) {
-            all.edges.push(to.map(|to| [*from, to]));
+        for [from, to @ ..] in corners::of(kind) {
+            all.edges
+                .push(to.map(|to| [u16::from(*from), u16::from(to)]));
         }
         match kind {
             CellKind::Polygon => all.add_polygon(cell.kind.n_corners(cell.nodes.len())),

@@ -2,7 +2,7 @@
 
 use super::Task;
 use super::density::Space;
-use super::elements::{Elements, Target};
+use super::elements::{Elements, NewCell, Target};
 use super::newton::{Course, minimise};
 use super::patch::Patch;
 use super::regions::{Region, corners};
@@ -120,15 +120,15 @@ pub(super) fn patch(
             weight: if is_low { wishes.weight } else { 1.0 },
         };
         let simplices = Simplices::of(mesh, &cell, is_between);
-        let n_stuck = elements.push(
-            cell.kind,
-            &local,
-            simplices,
-            &target,
-            &places(points),
-            &can_move,
-        );
-        if n_stuck > 0 && target.whole {
+        let whole = target.whole;
+        let new = NewCell {
+            kind: cell.kind,
+            nodes: &local,
+            at: &places(points),
+            can_move: &can_move,
+            target,
+        };
+        if elements.push(&new, simplices) > 0 && whole {
             stuck.push(cell.index as u32);
         }
     }

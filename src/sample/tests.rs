@@ -2,36 +2,16 @@
 
 use super::*;
 use crate::geometry::vector::{Vector, cross, distance, dot, norm, sub};
-use crate::mesh::CellKind;
+use crate::mesh::{CellKind, corners};
 use std::collections::BTreeMap;
 
 /// Smallest corner Jacobian of a cell over the lengths of its edges: the corner's three edges (two
 /// in the plane) in positive order.
 fn least_corner(mesh: &Mesh, kind: CellKind, nodes: &[u32]) -> f64 {
-    let corners: &[[usize; 4]] = match kind {
-        CellKind::Hexahedron => &[
-            [0, 1, 3, 4],
-            [1, 2, 0, 5],
-            [2, 3, 1, 6],
-            [3, 0, 2, 7],
-            [4, 7, 5, 0],
-            [5, 4, 6, 1],
-            [6, 5, 7, 2],
-            [7, 6, 4, 3],
-        ],
-        CellKind::Wedge => &[
-            [0, 1, 2, 3],
-            [1, 2, 0, 4],
-            [2, 0, 1, 5],
-            [3, 5, 4, 0],
-            [4, 3, 5, 1],
-            [5, 4, 3, 2],
-        ],
-        CellKind::Tetrahedron => &[[0, 1, 2, 3]],
-        other => panic!("{other:?} is no cell of a blade"),
-    };
-    let at = |i: usize| mesh.points[nodes[i] as usize];
-    let jacobian = |&[o, a, b, c]: &[usize; 4]| {
+    let corners = corners::of(kind);
+    assert!(!corners.is_empty(), "{kind:?} is no cell of a blade");
+    let at = |i: u8| mesh.points[nodes[usize::from(i)] as usize];
+    let jacobian = |&[o, a, b, c]: &[u8; 4]| {
         let [a, b, c] = [a, b, c].map(|i| sub(at(i), at(o)));
         dot(cross(a, b), c) / (norm(a) * norm(b) * norm(c))
     };

@@ -62,16 +62,46 @@ impl Kind {
 
 /// A lattice of unit extent, cut into cells of this kind.
 fn lattice(kind: Kind, n: usize, random: &mut Random) -> Mesh {
-    let layers = if kind.is_solid() { n + 1 } else { 1 };
     let mut mesh = Mesh::default();
+    add_nodes(&mut mesh, kind, n, random);
+    let node = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
+    let ring = |i: usize, j: usize, k: usize| {
+        [
+            node(i, j, k),
+            node(i + 1, j, k),
+            node(i + 1, j + 1, k),
+            node(i, j + 1, k),
+        ]
+    };
+    for j in 0..n {
+        for i in 0..n {
+            if !kind.is_solid() {
+                let next = (i + 1 < n).then(|| ring(i + 1, j, 0));
+                add_plane(&mut mesh, kind, ring(i, j, 0), next, i, random);
+                continue;
+            }
+            // A column is of wedges or not, so that triangles meet triangles.
+            let wedges = kind == Kind::Wedges || (kind == Kind::MixedSolid && random.next() < 0.4);
+            for k in 0..n {
+                let (a, b) = (ring(i, j, k), ring(i, j, k + 1));
+                add_solid(&mut mesh, kind, wedges, a, b, random);
+            }
+        }
+    }
+    mesh
+}
+
+/// Nodes of a lattice, those inside a little off their places.
+fn add_nodes(mesh: &mut Mesh, kind: Kind, n: usize, random: &mut Random) {
     let h = 1.0 / n as f64;
+    let shifted = |at: usize, random: &mut Random| match at == 0 || at == n {
+        true => at as f64 * h,
+        false => (at as f64 + random.within(-0.15, 0.15)) * h,
+    };
+    let layers = if kind.is_solid() { n + 1 } else { 1 };
     for k in 0..layers {
         for j in 0..=n {
             for i in 0..=n {
-                let shifted = |at: usize, random: &mut Random| match at == 0 || at == n {
-                    true => at as f64 * h,
-                    false => (at as f64 + random.within(-0.15, 0.15)) * h,
-                };
                 let z = if kind.is_solid() {
                     shifted(k, random)
                 } else {
@@ -82,47 +112,6 @@ fn lattice(kind: Kind, n: usize, random: &mut Random) -> Mesh {
             }
         }
     }
-    let node = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
-    let ring = |i: usize, j: usize, k: usize| {
-        [
-            node(i, j, k),
-            node(i + 1, j, k),
-            node(i + 1, j + 1, k),
-            node(i, j + 1, k),
-        ]
-    };
-    if !kind.is_solid() {
-        for j in 0..n {
-            for i in 0..n {
-                add_plane(
-                    &mut mesh,
-                    kind,
-                    ring(i, j, 0),
-                    (i + 1 < n).then(|| ring(i + 1, j, 0)),
-                    i,
-                    random,
-                );
-            }
-        }
-        return mesh;
-    }
-    for j in 0..n {
-        for i in 0..n {
-            // A column is of wedges or not, so that triangles meet triangles.
-            let wedges = kind == Kind::Wedges || (kind == Kind::MixedSolid && random.next() < 0.4);
-            for k in 0..n {
-                add_solid(
-                    &mut mesh,
-                    kind,
-                    wedges,
-                    ring(i, j, k),
-                    ring(i, j, k + 1),
-                    random,
-                );
-            }
-        }
-    }
-    mesh
 }
 
 fn add_plane(

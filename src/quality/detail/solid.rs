@@ -3,6 +3,7 @@
 use super::plane::quadrilateral;
 use super::{Detail, over};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
+use crate::mesh::corners::{HEXAHEDRON, WEDGE};
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
@@ -10,38 +11,6 @@ const SQRT_6: f64 = 2.449_489_742_783_178;
 
 /// What Verdict divides a wedge's condition by, as it has it: that of the ideal wedge is 1.0000034.
 const WEDGE_CONDITION: f64 = 1.164_77;
-
-/// Each corner of a wedge with the ends of its edges in the order of a positive Jacobian.
-const WEDGE: [[usize; 4]; 6] = [
-    [0, 3, 1, 2],
-    [1, 4, 2, 0],
-    [2, 5, 0, 1],
-    [3, 4, 0, 5],
-    [4, 5, 1, 3],
-    [5, 4, 3, 2],
-];
-
-/// Each corner of a hexahedron with the ends of its edges in the order of a positive Jacobian.
-const HEXAHEDRON: [[usize; 4]; 8] = [
-    [0, 1, 3, 4],
-    [1, 2, 0, 5],
-    [2, 3, 1, 6],
-    [3, 0, 2, 7],
-    [4, 7, 5, 0],
-    [5, 4, 6, 1],
-    [6, 5, 7, 2],
-    [7, 6, 4, 3],
-];
-
-/// The tetrahedra that a wedge's condition is that of.
-const WEDGE_TETRAHEDRA: [[usize; 4]; 6] = [
-    [0, 1, 2, 3],
-    [1, 2, 0, 4],
-    [2, 0, 1, 5],
-    [3, 5, 4, 0],
-    [4, 3, 5, 1],
-    [5, 4, 3, 2],
-];
 
 /// Three edges from one corner.
 struct Corner {
@@ -63,8 +32,8 @@ impl Corner {
     }
 
     #[inline]
-    fn at(p: &[Vector], corner: [usize; 4]) -> Self {
-        let [at, a, b, c] = corner;
+    fn at(p: &[Vector], corner: [u8; 4]) -> Self {
+        let [at, a, b, c] = corner.map(usize::from);
         Self::new([sub(p[a], p[at]), sub(p[b], p[at]), sub(p[c], p[at])])
     }
 
@@ -196,18 +165,17 @@ fn area_direction(p: &[Vector; 4]) -> Vector {
 ///
 /// ```text
 /// jacobian   min over 6 corners of J
-/// condition  max over 6 corner tetrahedra of F / 1.16477, at least 1
+/// condition  max over 6 corners of F / 1.16477, at least 1
 ///            F = (3/2 (|a|^2 + |b|^2 + |c|^2) - (a . b + b . c + c . a)) / (3 (2 J^2)^(1/3))
 /// shape      min over 6 corners of 3 (2 / sqrt(3) J)^(2/3) / (|a|^2 + |b|^2 + |c|^2), 0 to 1
 /// ```
 pub(super) fn wedge(p: &[Vector; 6]) -> Detail {
     let corners = WEDGE.map(|corner| Corner::at(p, corner));
-    let frobenius = WEDGE_TETRAHEDRA.map(|tetrahedron| {
-        let corner = Corner::at(p, tetrahedron);
+    let frobenius = corners.iter().map(|corner| {
         let volume = (2.0 * corner.jacobian * corner.jacobian).cbrt();
         over(corner.against_regular(), 3.0 * volume)
     });
-    let condition = frobenius.into_iter().fold(0.0, f64::max) / WEDGE_CONDITION;
+    let condition = frobenius.fold(0.0, f64::max) / WEDGE_CONDITION;
     Detail {
         jacobian: least(corners.iter().map(|corner| corner.jacobian)),
         condition: condition.max(1.0),
