@@ -148,8 +148,8 @@ pub use error::{Error, ErrorKind, Result};
 pub use formats::vtkio;
 pub use formats::{Compression, Encoding, Loaded, Notes, Precision, ReadOptions, WriteOptions};
 pub use mesh::{
-    CellKind, Cells, DataArray, DiffOptions, Difference, Group, Mesh, MeshView, SplitCounts, Values,
-    diff,
+    CellKind, Cells, DataArray, DiffOptions, Difference, Group, Mesh, MeshView, SplitCounts,
+    Values, diff,
 };
 pub use motion::{
     AxisRotation, Beam, Body, Cyclic, Modes, SurfaceMotion, Table, TableMotion, Translation,

@@ -4,37 +4,42 @@ use super::faces::Faces;
 use super::shapes;
 use crate::error::{Error, Result, counted};
 use crate::mesh::{CellKind, Cells};
-use crate::parallel::{map, map_blocks, n_threads};
+use crate::parallel::{for_items, map_blocks, n_threads};
 use std::ops::Range;
 
 /// In place of the neighbour of a face on the boundary.
 pub(super) const NONE: u32 = u32::MAX;
 /// Faces of a block.
 const FACES: usize = 1 << 14;
-/// Cells that one task puts together.
-const CELLS: usize = 1 << 14;
+/// In the number of a face of a cell: it points into the cell. Faces have three nodes or more, of fewer than 2^32 in all.
+pub(super) const INWARD: u32 = 1 << 31;
+/// Cells that one task puts together: few, so that their memory is used again from task to task.
+const CELLS: usize = 1 << 12;
 /// Tasks whose cells are held before they are appended.
-const BATCH: usize = 32;
+const BATCH: usize = 64;
 /// Parts of the cells whose faces are collected one beside the other.
 const PARTS: usize = 16;
 /// Parts whose faces are held at a time, at the least: a few, so that they take little memory.
 const HELD: usize = 4;
 
-/// The faces of each of some cells, ascending.
+/// Of a part of the cells, the ends of the lists of their faces with a 0 before them, and the lists.
+type Part = (Vec<u32>, Vec<u32>);
+
+/// The faces of each of some cells, ascending, with [`INWARD`].
 struct CellFaces {
     cells: Range<usize>,
     /// Cells of a part.
     size: usize,
-    /// Of each part, the ends of its lists with a 0 before them, and the lists.
-    parts: Vec<(Vec<u32>, Vec<u32>)>,
+    parts: Vec<Part>,
 }
 
 impl CellFaces {
-    /// Collects the faces of `cells`, in parts of `size`.
-    fn new(blocks: &Blocks, cells: Range<usize>, size: usize) -> Self {
+    /// Collects the faces of `cells`, in parts of `size`, in the memory of others.
+    fn new(blocks: &Blocks, cells: Range<usize>, size: usize, mut parts: Vec<Part>) -> Self {
         let first = |i: usize| (cells.start + i * size).min(cells.end);
-        let part = |i: usize| blocks.of_cells(first(i)..first(i + 1));
-        let parts = map(cells.len().div_ceil(size), &part);
+        parts.resize_with(cells.len().div_ceil(size), Part::default);
+        let fill = |i, part: &mut Part| blocks.of_cells(first(i)..first(i + 1), part);
+        for_items(&mut parts, &fill);
         Self { cells, size, parts }
     }
 
@@ -72,25 +77,26 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// Ends of the lists of these cells, with a 0 before them, and the lists.
-    fn of_cells(&self, cells: Range<usize>) -> (Vec<u32>, Vec<u32>) {
+    /// The lists of these cells.
+    fn of_cells(&self, cells: Range<usize>, (ends, faces): &mut Part) {
         // The end of a list is where the next face of the cell before it goes, until that has all of its faces.
         let n = cells.len();
-        let mut ends = vec![0u32; n + 2];
+        ends.clear();
+        ends.resize(n + 2, 0);
         self.visit(&cells, |cell, _| ends[cell + 2] += 1);
         for i in 1..ends.len() {
             ends[i] += ends[i - 1];
         }
-        let mut faces = vec![0; ends[n + 1] as usize];
+        faces.resize(ends[n + 1] as usize, 0);
         self.visit(&cells, |cell, face| {
             faces[ends[cell + 1] as usize] = face;
             ends[cell + 1] += 1;
         });
         ends.pop();
-        (ends, faces)
     }
 
-    /// Calls `act(cell, face)` for the sides of these cells, counted from the first of them, in the order of the faces.
+    /// Calls `act(cell, face)` for the sides of these cells, counted from the first of them, in the order of the faces;
+    /// the face with [`INWARD`].
     fn visit(&self, cells: &Range<usize>, mut act: impl FnMut(usize, u32)) {
         let (owner, neighbour) = (self.owner, self.neighbour);
         let (first, n) = (cells.start as u32, cells.len() as u32);
@@ -111,7 +117,7 @@ impl<'a> Blocks<'a> {
                 if let Some(neighbour) = neighbour.get(face) {
                     let neighbour = neighbour.wrapping_sub(first);
                     if neighbour < n {
-                        act(neighbour as usize, face as u32);
+                        act(neighbour as usize, face as u32 | INWARD);
                     }
                 }
             }
@@ -128,10 +134,11 @@ pub(super) fn assemble(
 ) -> Result<Cells> {
     let blocks = Blocks::new(owner, neighbour);
     let size = n_cells.div_ceil(PARTS).max(1);
-    let mut cells = Cells::new();
-    for first in (0..n_cells).step_by(size * n_threads().max(HELD)) {
-        let held = first..n_cells.min(first + size * n_threads().max(HELD));
-        let of_cells = CellFaces::new(&blocks, held.clone(), size);
+    let n_held = size * n_threads().max(HELD);
+    let (mut cells, mut parts) = (Cells::new(), Vec::new());
+    for first in (0..n_cells).step_by(n_held) {
+        let held = first..n_cells.min(first + n_held);
+        let of_cells = CellFaces::new(&blocks, held.clone(), size, parts);
         in_batches(held, n_cells, &mut cells, &|range| {
             let mut part = Cells::new();
             let mut scratch = shapes::Scratch::default();
@@ -143,11 +150,13 @@ pub(super) fn assemble(
                         counted(found.len(), "face")
                     )));
                 }
-                shapes::push(&mut part, faces, owner, cell as u32, found, &mut scratch)?;
+                shapes::push(&mut part, faces, found, &mut scratch)?;
             }
             Ok(part)
         })?;
+        parts = of_cells.parts;
     }
+    drop(parts);
     let outside = neighbour.len()..faces.len();
     in_batches(outside, faces.len(), &mut cells, &|range| {
         let mut part = Cells::new();

@@ -3,6 +3,7 @@
 //! A kind is taken only where every face is one of its faces and turns outward, as OpenFOAM's own shapes are found. Its
 //! shapes with a collapsed edge (`wedge`, `tetWedge`) are polyhedra.
 
+use super::cells::INWARD;
 use super::faces::Faces;
 use crate::error::Result;
 use crate::mesh::{CellKind, Cells};
@@ -47,16 +48,18 @@ struct Outward {
     n: usize,
 }
 
-/// Appends the cell that has these faces.
+/// Appends the cell that has these faces, with [`INWARD`] where they point into it.
 pub(super) fn push(
     cells: &mut Cells,
     faces: &Faces,
-    owner: &[u32],
-    cell: u32,
     of_cell: &[u32],
     scratch: &mut Scratch,
 ) -> Result<()> {
-    if let Some(outward) = Outward::new(faces, owner, cell, of_cell)
+    if let Some(nodes) = tetrahedron(faces, of_cell) {
+        cells.push(CellKind::Tetrahedron, &nodes);
+        return Ok(());
+    }
+    if let Some(outward) = Outward::new(faces, of_cell)
         && let Some((kind, nodes)) = outward.shape()
     {
         cells.push(kind, &nodes[..kind.n_nodes().unwrap_or(0)]);
@@ -66,9 +69,9 @@ pub(super) fn push(
     stream.clear();
     stream.push(of_cell.len() as u32);
     for face in of_cell {
-        let nodes = faces.get(*face as usize);
+        let nodes = faces.get((face & !INWARD) as usize);
         stream.push(nodes.len() as u32);
-        match owner[*face as usize] == cell {
+        match face & INWARD == 0 {
             true => stream.extend_from_slice(nodes),
             false => {
                 stream.push(nodes[0]);
@@ -79,9 +82,44 @@ pub(super) fn push(
     cells.push_polyhedron(stream)
 }
 
+/// The nodes of a tetrahedron: the base seen from inside, then the apex.
+#[inline]
+fn tetrahedron(faces: &Faces, of_cell: &[u32]) -> Option<[u32; 4]> {
+    let &[base, ref sides @ ..] = of_cell else {
+        return None;
+    };
+    let triangle = |face: u32| match (faces.get((face & !INWARD) as usize), face & INWARD) {
+        (&[a, b, c], 0) => Some([a, b, c]),
+        (&[a, b, c], _) => Some([a, c, b]),
+        _ => None,
+    };
+    let &[first, second, third] = sides else {
+        return None;
+    };
+    let [c, b, a] = triangle(base)?;
+    let sides = [triangle(first)?, triangle(second)?, triangle(third)?];
+    let apex = sides[0]
+        .into_iter()
+        .find(|node| ![a, b, c].contains(node))?;
+    let mut found = 0;
+    for [x, y, z] in sides {
+        // The edge that a side has on the base.
+        let edge = match apex {
+            _ if apex == z => (x, y),
+            _ if apex == x => (y, z),
+            _ if apex == y => (z, x),
+            _ => return None,
+        };
+        let edges = [(a, b), (b, c), (c, a)];
+        found |= 1 << edges.iter().position(|known| *known == edge)?;
+    }
+    let is_whole = found == 0b111 && a != b && b != c && c != a;
+    is_whole.then_some([a, b, c, apex])
+}
+
 impl Outward {
     /// `None` where there are more faces, or larger ones, than any simple cell has.
-    fn new(faces: &Faces, owner: &[u32], cell: u32, of_cell: &[u32]) -> Option<Self> {
+    fn new(faces: &Faces, of_cell: &[u32]) -> Option<Self> {
         if of_cell.len() > 6 {
             return None;
         }
@@ -91,11 +129,11 @@ impl Outward {
             n: of_cell.len(),
         };
         for (i, face) in of_cell.iter().enumerate() {
-            let nodes = faces.get(*face as usize);
+            let nodes = faces.get((face & !INWARD) as usize);
             let n = nodes.len();
             let turned = outward.faces[i].get_mut(..n)?;
             turned.copy_from_slice(nodes);
-            if owner[*face as usize] != cell {
+            if face & INWARD != 0 {
                 turned[1..].reverse();
             }
             outward.sizes[i] = n as u8;
@@ -200,17 +238,13 @@ mod tests {
         for face in faces {
             list.push(face.iter().copied());
         }
-        let of_cell: Vec<u32> = (0..faces.len() as u32).collect();
+        let number = |face: usize| match owner[face] == cell {
+            true => face as u32,
+            false => face as u32 | INWARD,
+        };
+        let of_cell: Vec<u32> = (0..faces.len()).map(number).collect();
         let mut cells = Cells::new();
-        push(
-            &mut cells,
-            &list,
-            owner,
-            cell,
-            &of_cell,
-            &mut Scratch::default(),
-        )
-        .expect("a cell");
+        push(&mut cells, &list, &of_cell, &mut Scratch::default()).expect("a cell");
         cells
     }
 
