@@ -10,7 +10,7 @@ use crate::progress::Stop;
 use crate::quality::{Reference, assess};
 use crate::rbf::slide::Sliding;
 use crate::repair::{
-    Freedom, Limits, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
+    Freedom, Limits, Overtaken, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
 };
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -192,6 +192,7 @@ impl Findings {
         }
         for reason in [
             Reason::Fixed,
+            Reason::Boundary,
             Reason::NotFound,
             Reason::Surface,
             Reason::Curved,
@@ -205,6 +206,14 @@ impl Findings {
             if !cells.is_empty() {
                 context.complain(&left_over(&cells, reason));
             }
+        }
+        let overtaken = &self.repaired.overtaken;
+        for face in overtaken.iter().take(MOST_NAMED) {
+            context.complain(&in_the_way(face));
+        }
+        if overtaken.len() > MOST_NAMED {
+            let more = counted(overtaken.len() - MOST_NAMED, "more face");
+            context.complain(&format!("and {more} on the wrong side of the boundary"));
         }
         Ok(())
     }
@@ -251,8 +260,21 @@ impl Findings {
             "unrepaired": unrepaired
                 .map(|left| json!({ "cell": left.cell, "reason": left.reason.name() }))
                 .collect::<Vec<_>>(),
+            "overtaken": self.repaired.overtaken.iter()
+                .map(|face| json!({ "cell": face.cell, "nodes": face.nodes }))
+                .collect::<Vec<_>>(),
         })
     }
+}
+
+/// A sentence on a face that proves that there is no valid mesh.
+fn in_the_way(face: &Overtaken) -> String {
+    let nodes: Vec<String> = face.nodes.iter().map(u32::to_string).collect();
+    format!(
+        "the face of cell {} on nodes {} has the outside of the mesh on its inner side, and its nodes are fixed",
+        face.cell,
+        nodes.join(", ")
+    )
 }
 
 fn patch_json(log: &PatchLog) -> Value {

@@ -145,6 +145,33 @@ impl Density {
         density
     }
 
+    /// Of `|J|^2 / 2` in place of `f`, whose curvature is the identity.
+    #[inline(always)]
+    pub(super) fn of_square(space: Space, j: &Columns) -> Self {
+        let (determinant, square) = invariants(space, j);
+        let mut slope = *j;
+        let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut along = unit;
+        // In a plane the last edge is no unknown.
+        if space == Space::Plane {
+            slope[2] = [0.0; 3];
+            along[2][2] = 0.0;
+        }
+        Self {
+            value: 0.5 * square,
+            determinant,
+            slope,
+            u: unit,
+            v: unit,
+            sums: match space {
+                Space::Plane => [0.0, 0.0, 1.0],
+                Space::Solid => [1.0; 3],
+            },
+            differences: [0.0; 3],
+            along,
+        }
+    }
+
     #[inline(always)]
     fn add_curvature(&mut self, space: Space, s: Vector, [f_i, f_d, f_id, f_dd]: [f64; 4]) {
         let n = space.n_edges();
@@ -278,6 +305,24 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn the_square_has_the_identity_as_its_curvature(e in prop::array::uniform9(-1.5f64..1.5), by in prop::array::uniform9(-1.0f64..1.0), plane: bool) {
+            let space = if plane { Space::Plane } else { Space::Solid };
+            let mut by = columns(&by, space);
+            if plane {
+                by[2] = [0.0; 3];
+            }
+            let j = columns(&e, space);
+            let n = space.n_edges();
+            let density = Density::of_square(space, &j);
+            let square = |j: &Columns| (0..n).map(|k| 0.5 * dot(j[k], j[k])).sum::<f64>();
+            prop_assert!((density.value - square(&j)).abs() < 1e-12);
+            let slope: f64 = (0..3).map(|k| dot(density.slope[k], by[k])).sum();
+            let wanted = square(&moved(&j, &by, 1.0)) - square(&j) - square(&by);
+            prop_assert!((slope - wanted).abs() < 1e-12);
+            prop_assert!((form(&density, &by) - 2.0 * square(&by)).abs() < 1e-12);
+        }
+
         #[test]
         fn the_slope_is_that_of_the_value(e in prop::array::uniform9(-1.5f64..1.5), by in prop::array::uniform9(-1.0f64..1.0), plane: bool) {
             let space = if plane { Space::Plane } else { Space::Solid };

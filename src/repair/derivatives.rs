@@ -9,6 +9,18 @@ use crate::geometry::vector::{Vector, add, scale};
 use crate::linear::blocks::Block;
 use multiversion::multiversion;
 
+/// What is summed over the simplices.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Sum {
+    /// The functional of `density`.
+    Shapes {
+        /// Its eps.
+        eps: f64,
+    },
+    /// `|J|^2 / 2`.
+    Squares,
+}
+
 /// Derivatives of the functional of one cell with respect to its nodes, and memory for making them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Derivatives {
@@ -74,7 +86,7 @@ pub(super) fn values(
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 pub(super) fn derivatives(
     space: Space,
-    eps: f64,
+    sum: Sum,
     simplices: &[Simplex],
     places: &[Vector],
     found: &mut Derivatives,
@@ -82,7 +94,10 @@ pub(super) fn derivatives(
     (found.value, found.least, found.n_folded) = (0.0, f64::INFINITY, 0);
     for simplex in simplices {
         let j = jacobian(space, simplex, places);
-        let density = Density::new(space, eps, &j);
+        let density = match sum {
+            Sum::Shapes { eps } => Density::new(space, eps, &j),
+            Sum::Squares => Density::of_square(space, &j),
+        };
         found.value += simplex.weight * density.value;
         found.least = f64::min(found.least, density.determinant);
         found.n_folded += usize::from(density.determinant <= 0.0);

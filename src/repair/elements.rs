@@ -3,7 +3,7 @@
 //! Leaves to `patch` which nodes move, and to `newton` what is done with the derivatives.
 
 use super::density::Space;
-use super::derivatives::{Derivatives, derivatives, values};
+use super::derivatives::{Derivatives, Sum, derivatives, values};
 use super::shape::regular;
 use super::simplices::{Edges, Simplices};
 use super::singular::Columns;
@@ -279,7 +279,7 @@ impl Elements {
     }
 
     /// Value and derivatives of the functional of a cell.
-    pub(super) fn derive(&self, cell: usize, eps: f64, at: &[Vector], found: &mut Derivatives) {
+    pub(super) fn derive(&self, cell: usize, sum: Sum, at: &[Vector], found: &mut Derivatives) {
         let mut places = std::mem::take(&mut found.places);
         self.gather(cell, at, &mut places);
         let element = &self.list[cell];
@@ -288,7 +288,7 @@ impl Elements {
         found.slope.resize(n, [0.0; 3]);
         found.blocks.clear();
         found.blocks.resize(n * (n + 1) / 2, [0.0; 9]);
-        derivatives(self.space, eps, self.simplices_of(element), &places, found);
+        derivatives(self.space, sum, self.simplices_of(element), &places, found);
         found.places = places;
         if element.n_means > 0 {
             found.condense(usize::from(element.n_nodes), self.means_of(element));

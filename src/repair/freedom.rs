@@ -25,6 +25,8 @@ pub struct Freedom {
     fixed: Vec<bool>,
     held: BTreeMap<u32, Constraint>,
     partners: Vec<Partner>,
+    /// Outer faces: cells, ascending, and which of their faces.
+    outer: Vec<(u32, u16)>,
 }
 
 impl Freedom {
@@ -41,20 +43,24 @@ impl Freedom {
         let mut freedom = Self::new(mesh.points.len());
         let of_chunks = parallel::map(adjacency.n_chunks(), &|chunk| {
             let (cells, mut sides) = adjacency.chunk(chunk);
-            let mut nodes = Vec::new();
+            let (mut nodes, mut outer) = (Vec::new(), Vec::new());
             for run in mesh.volume_runs_in(cells) {
                 for cell in run.cell_refs() {
-                    for_each_side(&mesh.cells, &cell, |_, corners| {
+                    for_each_side(&mesh.cells, &cell, |face, corners| {
                         if let Across::Outside(_) = sides.across() {
                             nodes.extend_from_slice(corners);
+                            outer.push((cell.index as u32, face as u16));
                         }
                     });
                 }
             }
-            nodes
+            (nodes, outer)
         });
-        for node in of_chunks.into_iter().flatten() {
-            freedom.fixed[node as usize] = true;
+        for (nodes, outer) in of_chunks {
+            for node in nodes {
+                freedom.fixed[node as usize] = true;
+            }
+            freedom.outer.extend(outer);
         }
         let dimension = mesh.dimension();
         for run in mesh
@@ -113,6 +119,11 @@ impl Freedom {
             .partners
             .binary_search_by_key(&node, |partner| partner.node);
         at.ok().map(|at| &self.partners[at])
+    }
+
+    /// The outer faces, where they are known: cells, ascending, each with the number of its face.
+    pub(super) fn outer(&self) -> &[(u32, u16)] {
+        &self.outer
     }
 
     /// All that follow others.

@@ -3,6 +3,7 @@
 //! Cells below are given regular targets, with a weight that grows from round to round; a patch in which the least scaled
 //! Jacobian does not rise, or a cell becomes invalid, is put back.
 
+use super::nearby::Nearby;
 use super::regions::{self, Region};
 use super::solve::{Solved, Wishes, solve};
 use super::{Limits, PatchLog, Task, still_invalid};
@@ -37,6 +38,7 @@ pub fn improve(
     if super::refused(task.mesh).is_some() {
         return Ok(logs);
     }
+    let nearby = Nearby::new(task.mesh);
     let mut weight = 1.0;
     let mut last = f64::NEG_INFINITY;
     for round in 0..ROUNDS {
@@ -52,7 +54,7 @@ pub fn improve(
         }
         last = if round == 0 { last } else { least };
         let set: BTreeSet<u32> = low.iter().copied().collect();
-        let (regions, _) = regions::around(task.mesh, task.freedom, &low, RINGS + round);
+        let (regions, _) = regions::around(&nearby, task.freedom, &low, RINGS + round);
         let solved = crate::parallel::try_map(regions.len(), &|i| {
             let between = low.iter().copied().collect();
             let wishes = Wishes {

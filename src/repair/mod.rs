@@ -5,12 +5,16 @@
 //! [`Freedom`]). `docs/method.md` has the equations.
 
 mod area;
+mod boundary;
 mod density;
 mod derivatives;
 mod elements;
 mod freedom;
 mod improve;
+mod nearby;
 mod newton;
+mod numbering;
+mod outcome;
 mod patch;
 mod regions;
 mod shape;
@@ -21,8 +25,10 @@ mod solve;
 mod tests;
 
 pub use area::{Area, Count, FoldedCells};
+pub use boundary::Overtaken;
 pub use freedom::{Freedom, Partner};
 pub use improve::improve;
+pub use outcome::{PatchLog, Reason, Repaired, Unrepaired};
 
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
@@ -31,8 +37,11 @@ use crate::parallel;
 use crate::progress::Stop;
 use crate::quality::Reference;
 use crate::quality::validity::{Proof, invalid, state};
+use boundary::Boundary;
+use nearby::Nearby;
 use regions::Region;
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
 
 /// A mesh whose cells are to become valid.
 #[derive(Clone, Copy)]
@@ -66,88 +75,6 @@ impl Default for Limits {
     }
 }
 
-/// Why a cell is left as it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reason {
-    /// All of its nodes, or those of a folded corner, are fixed.
-    Fixed,
-    /// No valid positions were found.
-    NotFound,
-    /// A surface in space is not repaired.
-    Surface,
-    /// Cells of higher order are not repaired.
-    Curved,
-}
-
-impl Reason {
-    /// In JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Fixed => "fixed",
-            Self::NotFound => "not_found",
-            Self::Surface => "surface",
-            Self::Curved => "curved",
-        }
-    }
-
-    /// In words.
-    pub fn sentence(self) -> &'static str {
-        match self {
-            Self::Fixed => "all nodes of the cell, or of a folded corner of it, are fixed",
-            Self::NotFound => "no valid positions were found for the nodes around them",
-            Self::Surface => "cells of a surface in space are not repaired",
-            Self::Curved => {
-                "cells of higher order are not repaired; convert --linearize makes them straight"
-            }
-        }
-    }
-}
-
-/// A cell that is not valid after the repair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Unrepaired {
-    /// The cell.
-    pub cell: usize,
-    /// Why.
-    pub reason: Reason,
-}
-
-/// What was done in one patch.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct PatchLog {
-    /// Cells that were not valid before.
-    pub invalid_before: usize,
-    /// Cells that are not valid after it.
-    pub invalid: usize,
-    /// The first cell that was not valid.
-    pub first_cell: usize,
-    /// Cells of the patch.
-    pub n_cells: usize,
-    /// Nodes that could move.
-    pub n_nodes: usize,
-    /// Rings of neighbours.
-    pub rings: usize,
-    /// Newton steps.
-    pub steps: usize,
-    /// Iterations of the linear systems.
-    pub iterations: usize,
-    /// The least Jacobian of a simplex relative to its reference before.
-    pub least_before: f64,
-    /// And after it.
-    pub least: f64,
-    /// The largest way of a node, in mesh units.
-    pub largest_move: f64,
-}
-
-/// What a repair came to.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Repaired {
-    /// The patches, in the order of their lowest nodes, those of fewer rings first.
-    pub patches: Vec<PatchLog>,
-    /// Cells that are still not valid, ascending.
-    pub unrepaired: Vec<Unrepaired>,
-}
-
 /// A region that is not finished.
 struct Open {
     seeds: Vec<u32>,
@@ -163,6 +90,8 @@ struct Open {
 const ENOUGH: f64 = 0.02;
 const WORTH: f64 = 1.5;
 const MOST_RINGS_OF_VALID: usize = 24;
+/// As long as it has no more nodes than these that can move.
+const MOST_NODES_OF_VALID: usize = 6000;
 
 /// Moves nodes of `points` so that every judged cell becomes valid, as few of them as possible. The result is the same
 /// on any number of threads.
@@ -185,6 +114,7 @@ pub fn untangle(
         repaired.give_up(seeds, reason);
         return Ok(repaired);
     }
+    let (nearby, boundary) = (Nearby::new(task.mesh), OnceLock::new());
     let mut between: BTreeSet<u32> = between_of(&found);
     let mut rings = limits.first_rings;
     let mut open = vec![Open {
@@ -198,6 +128,8 @@ pub fn untangle(
     while !open.is_empty() {
         let round = Round {
             task,
+            nearby: &nearby,
+            boundary: &boundary,
             rings,
             limits,
             stop,
@@ -220,7 +152,7 @@ pub fn untangle(
         }
     }
     for open in open {
-        repaired.finish(task, open, points);
+        repaired.finish(task, &nearby, open, points, Reason::NotFound);
     }
     repaired.unrepaired.sort_unstable_by_key(|entry| entry.cell);
     repaired.unrepaired.dedup_by_key(|entry| entry.cell);
@@ -247,6 +179,9 @@ fn between_of(found: &[(u32, Proof)]) -> BTreeSet<u32> {
 /// All regions for one number of rings.
 struct Round<'a> {
     task: Task<'a>,
+    nearby: &'a Nearby<'a>,
+    /// Made when a region is not valid after its first round.
+    boundary: &'a OnceLock<Option<Boundary>>,
     rings: usize,
     limits: Limits,
     stop: &'a Stop,
@@ -273,7 +208,7 @@ impl Round<'_> {
         let mut seeds: Vec<u32> = open.iter().flat_map(|open| open.seeds.clone()).collect();
         seeds.sort_unstable();
         seeds.dedup();
-        let (regions, stuck) = regions::around(task.mesh, task.freedom, &seeds, self.rings);
+        let (regions, stuck) = regions::around(self.nearby, task.freedom, &seeds, self.rings);
         repaired.give_up(stuck, Reason::Fixed);
         let solved = parallel::try_map(regions.len(), &|i| {
             solve::region(
@@ -301,7 +236,8 @@ impl Round<'_> {
             next.log.invalid = left.len();
             next.log.largest_move = largest_move(&next.before, points);
             let stuck: BTreeSet<u32> = solved.stuck.iter().copied().collect();
-            if left.is_empty() && self.is_squeezed(&mut next) {
+            let is_squeezed = left.is_empty() && self.is_squeezed(&mut next);
+            if is_squeezed {
                 open.push(next);
             } else if left.iter().all(|(cell, _)| stuck.contains(cell)) {
                 repaired.give_up(
@@ -310,10 +246,29 @@ impl Round<'_> {
                 );
                 repaired.patches.push(next.log);
             } else {
-                open.push(next);
+                let left: Vec<u32> = left.into_iter().map(|entry| entry.0).collect();
+                match self.overtaken(points, region, &left) {
+                    proof if proof.is_empty() => open.push(next),
+                    proof => {
+                        repaired.finish(task, self.nearby, next, points, Reason::Boundary);
+                        repaired.overtaken.extend(proof);
+                    }
+                }
             }
         }
         Ok(outcome)
+    }
+
+    /// Faces of a region that prove that there is no valid mesh.
+    fn overtaken(&self, points: &[Vector], region: &Region, left: &[u32]) -> Vec<Overtaken> {
+        let task = self.task;
+        let boundary = self.boundary.get_or_init(|| Boundary::of(task, points));
+        match boundary {
+            Some(boundary) if !left.is_empty() => {
+                boundary.overtaken(task, points, &region.cells, left)
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// Whether a valid region should be solved again with more rings, since its cells are much smaller than in the
@@ -322,7 +277,8 @@ impl Round<'_> {
         let least = region.log.least;
         let helped = least > WORTH * region.least;
         region.least = least;
-        least < ENOUGH && helped && 2 * self.rings <= MOST_RINGS_OF_VALID
+        let is_small = region.log.n_nodes <= MOST_NODES_OF_VALID;
+        least < ENOUGH && helped && is_small && 2 * self.rings <= MOST_RINGS_OF_VALID
     }
 
     /// A region with what is known of it from rounds of fewer rings.
@@ -376,28 +332,16 @@ impl PatchLog {
 }
 
 impl Repaired {
-    /// Cells that were not valid and are now.
-    pub fn n_repaired(&self) -> usize {
-        let of = |log: &PatchLog| log.invalid_before.saturating_sub(log.invalid);
-        self.patches.iter().map(of).sum()
-    }
-
-    /// Cells that were not valid before.
-    pub fn n_before(&self) -> usize {
-        let repaired: usize = self.patches.iter().map(|log| log.invalid_before).sum();
-        let left_out: usize = self.patches.iter().map(|log| log.invalid).sum();
-        repaired + self.unrepaired.len() - left_out.min(self.unrepaired.len())
-    }
-
-    fn give_up(&mut self, cells: Vec<u32>, reason: Reason) {
-        let cells = cells.into_iter().map(|cell| cell as usize);
-        self.unrepaired
-            .extend(cells.map(|cell| Unrepaired { cell, reason }));
-    }
-
     /// Closes a region that is not finished when no more rings are left. One that has not become valid, and has as
     /// many invalid cells as before, is put back.
-    fn finish(&mut self, task: Task<'_>, mut open: Open, points: &mut [Vector]) {
+    fn finish(
+        &mut self,
+        task: Task<'_>,
+        nearby: &Nearby<'_>,
+        mut open: Open,
+        points: &mut [Vector],
+        reason: Reason,
+    ) {
         if open.log.invalid == 0 {
             self.patches.push(open.log);
             return;
@@ -411,12 +355,9 @@ impl Repaired {
             open.log.invalid = open.log.invalid_before;
         }
         let moved: Vec<u32> = open.before.keys().copied().collect();
-        let cells = regions::cells_of(task.mesh, &moved);
+        let cells = nearby.cells_of(&moved);
         let left = still_invalid(task, &cells, points);
-        self.give_up(
-            left.into_iter().map(|entry| entry.0).collect(),
-            Reason::NotFound,
-        );
+        self.give_up(left.into_iter().map(|entry| entry.0).collect(), reason);
         self.patches.push(open.log);
     }
 }

@@ -5,9 +5,10 @@
 //! untangle a patch if each of them lowers the functional by a tenth.
 
 use super::density::chi;
+use super::derivatives::Sum;
 use super::patch::{Patch, State};
 use crate::error::Result;
-use crate::geometry::vector::{Vector, dot};
+use crate::geometry::vector::{Vector, add, distance, dot, sub};
 use crate::linear::blocks::{Incomplete, solve};
 use crate::progress::Stop;
 
@@ -28,6 +29,10 @@ const ENOUGH: f64 = 0.02;
 const POLISH: usize = 4;
 /// Steps without progress after which a folded patch is given up.
 const PATIENCE: usize = 6;
+
+/// The same for the start that follows from the rim.
+const TOLERANCE_OF_START: f64 = 1e-4;
+const MOST_ITERATIONS_OF_START: usize = 400;
 
 /// How it went.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,8 +70,9 @@ pub(super) fn minimise(
     let (mut waiting, mut polished) = (0, 0);
     while course.steps < most {
         stop.check()?;
-        let before = patch.derive(eps, &mut slope);
-        let Some(iterations) = direction(patch, &slope, &mut step) else {
+        let before = patch.derive(Sum::Shapes { eps }, &mut slope);
+        let Some(iterations) = direction(patch, &slope, &mut step, (TOLERANCE, MOST_ITERATIONS))
+        else {
             break;
         };
         course.iterations += iterations;
@@ -101,6 +107,42 @@ pub(super) fn minimise(
     Ok(course)
 }
 
+/// Moves the nodes of a patch to where its fixed nodes alone would have them: the displacements from `reference`, by
+/// nodes of the patch, are those with the least sum of `|grad u|^2` over the simplices, in units of their targets.
+/// Where no fixed node has been displaced the places themselves are such. What the nodes were at before does not count.
+pub(super) fn relax(patch: &mut Patch, reference: &[Vector]) {
+    let is_displaced = (0..reference.len())
+        .any(|at| !patch.moves(at) && distance(patch.places[at], reference[at]) > 0.0);
+    let origin = |at: usize| match is_displaced {
+        true => reference[at],
+        false => [0.0; 3],
+    };
+    let before = patch.places.clone();
+    for (at, place) in before.iter().enumerate() {
+        patch.places[at] = match patch.is_free(at) {
+            true => [0.0; 3],
+            false => sub(*place, origin(at)),
+        };
+    }
+    let n = patch.n_unknowns();
+    let (mut slope, mut step) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+    patch.derive(Sum::Squares, &mut slope);
+    let limits = (TOLERANCE_OF_START, MOST_ITERATIONS_OF_START);
+    if direction(patch, &slope, &mut step, limits).is_none() {
+        patch.places = before;
+        return;
+    }
+    let mut moved = before.clone();
+    patch.moved(&step, 1.0, &mut moved);
+    for (at, by) in moved.into_iter().enumerate() {
+        let height = before[at][2];
+        patch.places[at] = add(origin(at), by);
+        if patch.is_plane() {
+            patch.places[at][2] = height;
+        }
+    }
+}
+
 /// Whether a state is nearer to one without folds than the best so far.
 fn is_progress(after: &State, best: &State) -> bool {
     after.n_folded < best.n_folded
@@ -119,17 +161,15 @@ fn lowered(eps: f64, least: f64, won: f64) -> f64 {
 }
 
 /// Newton's direction; `None` where the curvature has no factors.
-fn direction(patch: &Patch, slope: &[Vector], step: &mut [Vector]) -> Option<usize> {
+fn direction(
+    patch: &Patch,
+    slope: &[Vector],
+    step: &mut [Vector],
+    (tolerance, most): (f64, usize),
+) -> Option<usize> {
     let factors = Incomplete::new(patch.matrix())?;
     let right: Vec<Vector> = slope.iter().map(|s| s.map(|x| -x)).collect();
-    let solved = solve(
-        patch.matrix(),
-        &factors,
-        &right,
-        step,
-        TOLERANCE,
-        MOST_ITERATIONS,
-    );
+    let solved = solve(patch.matrix(), &factors, &right, step, tolerance, most);
     patch.clean(step);
     Some(solved.iterations)
 }

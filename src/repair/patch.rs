@@ -4,9 +4,10 @@
 //! number of threads.
 
 use super::density::Space;
-use super::derivatives::{Derivatives, pair, transposed};
+use super::derivatives::{Derivatives, Sum, pair, transposed};
 use super::elements::Elements;
 use super::freedom::{Freedom, allowed};
+use super::numbering::{NONE, order, pairs};
 use crate::geometry::transform::Matrix;
 use crate::geometry::vector::{Vector, add, dot};
 use crate::linear::blocks::{Block, Blocks};
@@ -18,8 +19,6 @@ use std::collections::BTreeMap;
 const BLOCK: usize = 64;
 /// Cells whose derivatives are held at once.
 const WAVE: usize = 1024;
-/// No unknown.
-const NONE: u32 = u32::MAX;
 /// Set in a slot of a block that is added transposed.
 const TURNED: u32 = 1 << 31;
 
@@ -182,8 +181,8 @@ impl Patch {
         parts.into_iter().fold(State::EMPTY, State::plus)
     }
 
-    /// The functional at the places of the patch; `slope` becomes its slope, and the matrix its curvature.
-    pub(super) fn derive(&mut self, eps: f64, slope: &mut [Vector]) -> State {
+    /// The sum at the places of the patch; `slope` becomes its slope, and the matrix its curvature.
+    pub(super) fn derive(&mut self, sum: Sum, slope: &mut [Vector]) -> State {
         slope.fill([0.0; 3]);
         self.matrix.clear();
         let mut state = State::EMPTY;
@@ -194,7 +193,7 @@ impl Patch {
             parallel::for_blocks(&mut wave[..n_cells], 16, &|start, found| {
                 for (i, found) in found.iter_mut().enumerate() {
                     self.elements
-                        .derive(first + start + i, eps, &self.places, found);
+                        .derive(first + start + i, sum, &self.places, found);
                 }
             });
             for (i, found) in wave[..n_cells].iter().enumerate() {
@@ -278,7 +277,7 @@ impl Patch {
 
     /// Takes the directions in which unknowns are held out of the slope and the matrix.
     fn hold(&mut self, slope: &mut [Vector]) {
-        let plane = self.space == Space::Plane;
+        let plane = self.is_plane();
         for (row, slope) in slope.iter_mut().enumerate() {
             let held = self.held.get(&(row as u32));
             *slope = allowed(held, *slope);
@@ -343,11 +342,29 @@ impl Patch {
         for (&row, held) in &self.held {
             step[row as usize] = held.remove(step[row as usize]);
         }
-        if self.space == Space::Plane {
+        if self.is_plane() {
             for step in step {
                 step[2] = 0.0;
             }
         }
+    }
+
+    /// Whether it is in a plane of constant z.
+    pub(super) fn is_plane(&self) -> bool {
+        self.space == Space::Plane
+    }
+
+    /// Whether a node, by its number in the patch, moves.
+    pub(super) fn moves(&self, at: usize) -> bool {
+        self.unknown[at] != NONE
+    }
+
+    /// Whether it moves freely, and by itself.
+    pub(super) fn is_free(&self, at: usize) -> bool {
+        let unknown = self.unknown[at];
+        unknown != NONE
+            && !self.held.contains_key(&unknown)
+            && !self.turned.contains_key(&(at as u32))
     }
 
     /// Mesh nodes that move, with their places.
@@ -369,70 +386,4 @@ fn add_to(to: &mut Block, block: &Block) {
 fn rows_held(held: &Constraint, block: &Block) -> Block {
     let columns = [0, 1, 2].map(|k| held.remove([block[k], block[3 + k], block[6 + k]]));
     std::array::from_fn(|k| columns[k % 3][k / 3])
-}
-
-/// The (row, column) of the blocks below the diagonal.
-fn pairs(elements: &Elements, unknown: &[u32]) -> Vec<(u32, u32)> {
-    let mut pairs = Vec::new();
-    for cell in 0..elements.len() {
-        let nodes = elements.nodes(cell);
-        for (a, &node) in nodes.iter().enumerate() {
-            let i = unknown[node as usize];
-            for &other in &nodes[a + 1..] {
-                let j = unknown[other as usize];
-                if i != NONE && j != NONE && i != j {
-                    pairs.push((i.max(j), i.min(j)));
-                }
-            }
-        }
-    }
-    pairs.sort_unstable();
-    pairs.dedup();
-    pairs
-}
-
-/// The order of Cuthill and McKee: the new number of each unknown, with few between neighbours.
-fn order(n: usize, pairs: &[(u32, u32)]) -> Vec<u32> {
-    let mut starts = vec![0usize; n + 1];
-    for &(i, j) in pairs {
-        starts[i as usize + 1] += 1;
-        starts[j as usize + 1] += 1;
-    }
-    for i in 0..n {
-        starts[i + 1] += starts[i];
-    }
-    let (mut next, mut neighbours) = (starts.clone(), vec![0u32; 2 * pairs.len()]);
-    for &(i, j) in pairs {
-        for (a, b) in [(i, j), (j, i)] {
-            neighbours[next[a as usize]] = b;
-            next[a as usize] += 1;
-        }
-    }
-    let degree = |i: u32| starts[i as usize + 1] - starts[i as usize];
-    let mut number = vec![NONE; n];
-    let mut queue = Vec::with_capacity(n);
-    let mut by_degree: Vec<u32> = (0..n as u32).collect();
-    by_degree.sort_by_key(|&i| (degree(i), i));
-    let mut found = Vec::new();
-    for first in by_degree {
-        if number[first as usize] != NONE {
-            continue;
-        }
-        let mut at = queue.len();
-        number[first as usize] = at as u32;
-        queue.push(first);
-        while at < queue.len() {
-            let own = queue[at] as usize;
-            found.clear();
-            let around = neighbours[starts[own]..starts[own + 1]].iter();
-            found.extend(around.copied().filter(|&i| number[i as usize] == NONE));
-            found.sort_by_key(|&i| (degree(i), i));
-            for &i in &found {
-                number[i as usize] = queue.len() as u32;
-                queue.push(i);
-            }
-            at += 1;
-        }
-    }
-    number
 }

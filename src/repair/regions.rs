@@ -1,11 +1,9 @@
 //! Which cells make a patch: folded ones and rings of neighbours around them, cut into parts that do not touch.
 
 use super::freedom::Freedom;
-use crate::mesh::{CellRef, Mesh};
+use super::nearby::{Marked, Nearby, corners};
+use crate::mesh::Mesh;
 use crate::parallel;
-
-/// Cells that are looked at as one block.
-const BLOCK: usize = 1 << 14;
 
 /// A part of the mesh that is solved by itself.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,27 +16,23 @@ pub(super) struct Region {
     pub seeds: Vec<u32>,
 }
 
-/// The corners of a cell.
-pub(super) fn corners<'a>(cell: &CellRef<'a>) -> &'a [u32] {
-    &cell.nodes[..cell.kind.n_corners(cell.nodes.len())]
-}
-
 /// The regions of `rings` rings around the cells `seeds`, which are ascending, and those of the seeds that have no
 /// node that could move.
 pub(super) fn around(
-    mesh: &Mesh,
+    nearby: &Nearby<'_>,
     freedom: &Freedom,
     seeds: &[u32],
     rings: usize,
 ) -> (Vec<Region>, Vec<u32>) {
-    let mut marked = vec![false; mesh.points.len()];
+    let mesh = nearby.mesh();
+    let mut marked = Marked::new(mesh.points.len());
     mark(mesh, freedom, seeds, &mut marked);
     for _ in 0..rings {
-        let touched = cells_with(mesh, &|node| marked[node as usize]);
+        let touched = nearby.cells_with(&marked, &|_| true);
         mark(mesh, freedom, &touched, &mut marked);
     }
-    let moves = |node: u32| marked[node as usize] && !freedom.is_fixed(node);
-    let cells = cells_with(mesh, &moves);
+    let moves = |node: u32| marked.has(node) && !freedom.is_fixed(node);
+    let cells = nearby.cells_with(&marked, &moves);
     let mut moving: Vec<u32> = Vec::new();
     for &cell in &cells {
         let nodes = corners(&mesh.cells.get(cell as usize));
@@ -50,36 +44,27 @@ pub(super) fn around(
 }
 
 /// Marks the nodes of cells, and their partners.
-fn mark(mesh: &Mesh, freedom: &Freedom, cells: &[u32], marked: &mut [bool]) {
+fn mark(mesh: &Mesh, freedom: &Freedom, cells: &[u32], marked: &mut Marked) {
     for &cell in cells {
         for &node in corners(&mesh.cells.get(cell as usize)) {
-            marked[node as usize] = true;
+            marked.insert(node);
         }
     }
     let partners = freedom.partners();
     // From followers to leaders, then to all followers of these.
-    for partner in partners {
-        marked[partner.leader as usize] |= marked[partner.node as usize];
+    for partner in partners
+        .iter()
+        .filter(|partner| marked.has(partner.node))
+        .map(|partner| partner.leader)
+        .collect::<Vec<_>>()
+    {
+        marked.insert(partner);
     }
     for partner in partners {
-        marked[partner.node as usize] |= marked[partner.leader as usize];
-    }
-}
-
-/// The cells of the mesh's dimension with a corner for which `wanted` holds, ascending.
-fn cells_with(mesh: &Mesh, wanted: &(dyn Fn(u32) -> bool + Sync)) -> Vec<u32> {
-    parallel::concat_blocks(mesh.cells.len(), BLOCK, &|range| {
-        let mut found = Vec::new();
-        for run in mesh.volume_runs_in(range) {
-            let n_corners = run.kind.n_corners(run.n_nodes);
-            for (i, nodes) in run.cells().enumerate() {
-                if nodes[..n_corners].iter().any(|&node| wanted(node)) {
-                    found.push((run.first_cell + i) as u32);
-                }
-            }
+        if marked.has(partner.leader) {
+            marked.insert(partner.node);
         }
-        found
-    })
+    }
 }
 
 /// Cuts a region into parts that share no node that moves.
@@ -156,9 +141,4 @@ impl Parts {
         let (a, b) = (self.root(a), self.root(b));
         self.above[a.max(b)] = a.min(b) as u32;
     }
-}
-
-/// The cells that have one of these nodes, which are ascending.
-pub(super) fn cells_of(mesh: &Mesh, nodes: &[u32]) -> Vec<u32> {
-    cells_with(mesh, &|node| nodes.binary_search(&node).is_ok())
 }

@@ -3,9 +3,10 @@
 use super::Task;
 use super::density::Space;
 use super::elements::{Elements, NewCell, Target};
-use super::newton::{Course, minimise};
+use super::nearby::corners;
+use super::newton::{Course, minimise, relax};
 use super::patch::Patch;
-use super::regions::{Region, corners};
+use super::regions::Region;
 use super::shape::median;
 use super::simplices::Simplices;
 use crate::error::Result;
@@ -66,13 +67,42 @@ pub(super) fn solve(
 ) -> Result<Solved> {
     let (mut patch, stuck) = patch(task, region, points, wishes);
     let least_before = patch.state(1e-9, &patch.places).least;
-    let course = minimise(&mut patch, most_steps, None, stop)?;
+    let mut course = minimise(&mut patch, most_steps, None, stop)?;
+    if course.state.least <= 0.0 {
+        course = start_again(task, &mut patch, course, most_steps, stop)?;
+    }
     Ok(Solved {
         moved: patch.moved_nodes().collect(),
         stuck,
         least_before,
         course,
     })
+}
+
+/// Takes a patch that stays folded from the start that follows from its fixed nodes; what has fewer folded simplices is
+/// kept.
+fn start_again(
+    task: Task<'_>,
+    patch: &mut Patch,
+    first: Course,
+    most_steps: usize,
+    stop: &Stop,
+) -> Result<Course> {
+    let reached = patch.places.clone();
+    let reference = patch
+        .nodes
+        .iter()
+        .map(|&node| task.mesh.points[node as usize]);
+    let reference: Vec<Vector> = reference.collect();
+    relax(patch, &reference);
+    let mut course = minimise(patch, most_steps, None, stop)?;
+    course.steps += first.steps;
+    course.iterations += first.iterations;
+    if course.state.n_folded >= first.state.n_folded {
+        patch.places = reached;
+        course.state = first.state;
+    }
+    Ok(course)
 }
 
 /// The patch of a region, and cells with a folded simplex of fixed nodes.
