@@ -111,8 +111,14 @@ pub enum Outcome {
 
 /// Parses the arguments, runs the command, prints its error and gives the exit code.
 pub fn main() -> ExitCode {
+    ExitCode::from(run_with(std::env::args_os()))
+}
+
+/// As [`main`], with these arguments, the first of which is the program's name. Arguments that are wrong, `--help` and
+/// `--version` end the process.
+pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     heap::end_where_threads_fail();
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(arguments);
     #[cfg(unix)]
     signals::outlive_file_limits();
     if let Some(limit) = cli.common.max_memory {
@@ -122,17 +128,17 @@ pub fn main() -> ExitCode {
     let result =
         listen(&cli.command).and_then(|()| context.with_threads(|| run(cli.command, &context)));
     match result {
-        Ok(Outcome::Fine) => ExitCode::SUCCESS,
-        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        Ok(Outcome::Fine) => 0,
+        Ok(Outcome::CheckFailed) => 1,
         Err(error) => {
             context.error(&error);
-            ExitCode::from(match error.kind {
+            match error.kind {
                 ErrorKind::Check => 1,
                 ErrorKind::Input => 2,
                 ErrorKind::System => SYSTEM_FAILED,
                 // What a shell reports of a program that a signal ended.
                 ErrorKind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
-            })
+            }
         }
     }
 }

@@ -123,7 +123,8 @@ impl DeformationBuilder {
 
     /// Resolves the schedule on a mesh that is valid, as readers give it; base points are chosen when they
     /// are needed.
-    pub(crate) fn plan(self) -> Result<Deformation> {
+    #[doc(hidden)]
+    pub fn plan(self) -> Result<Deformation> {
         Ok(Deformation {
             plan: Arc::new(Plan::new(self.mesh, self.schedule)?),
             measures: OnceLock::new(),
@@ -160,7 +161,7 @@ impl Deformation {
 
     /// The mesh before it deforms, in its final order: where a zone turns, nodes of its interface are
     /// there twice.
-    pub fn mesh(&self) -> &Mesh {
+    pub fn mesh(&self) -> &Arc<Mesh> {
         &self.plan.mesh
     }
 

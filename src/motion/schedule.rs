@@ -78,14 +78,28 @@ impl Schedule {
 
     /// Reads a schedule from its text; `path` is named in errors.
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
+        Self::parse_with(text, path, &|_, body| body)
+    }
+
+    /// Reads a schedule from its text; `complete` adds to each body, given with its name,
+    /// what text cannot hold; the schedule is checked after it.
+    pub fn parse_with(
+        text: &str,
+        path: &Path,
+        complete: &dyn Fn(&str, Body) -> Body,
+    ) -> Result<Self> {
         let lines = Lines::of(text);
         let document = DeTable::parse(text).map_err(|error| not_toml(&lines, &error).file(path))?;
         Section::root(&lines, document.get_ref(), SCHEDULE)
-            .and_then(|root| Self::from_document(&root, path))
+            .and_then(|root| Self::from_document(&root, path, complete))
             .map_err(|error| error.file(path))
     }
 
-    fn from_document(root: &Section<'_>, path: &Path) -> Result<Self> {
+    fn from_document(
+        root: &Section<'_>,
+        path: &Path,
+        complete: &dyn Fn(&str, Body) -> Body,
+    ) -> Result<Self> {
         if let Some(version) = root.get("version") {
             let found = version.count()?;
             if found != 1 {
@@ -102,6 +116,9 @@ impl Schedule {
         root.set("body", &mut schedule.bodies, |entry| {
             read_bodies(entry, unit)
         })?;
+        let bodies = std::mem::take(&mut schedule.bodies).into_iter();
+        let completed = bodies.map(|body| complete(&body.name.clone(), body));
+        schedule.bodies = completed.collect();
         root.set("boundaries", &mut schedule.boundaries, Boundaries::read)?;
         root.set("rbf", &mut schedule.rbf, RbfOptions::read)?;
         root.set("selection", &mut schedule.selection, |entry| {

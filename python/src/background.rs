@@ -1,0 +1,71 @@
+//! Work beside the interpreter: on a thread of its own, without the GIL, so that signals and other threads of Python
+//! get their turn.
+
+use crate::error::raised;
+use azimesh::{Error, Result, Stop};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+use std::panic::resume_unwind;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// How long a signal waits at most.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// Number of SIGINT.
+const INTERRUPT: i32 = 2;
+
+/// Does `work` without the GIL. A signal whose handler raises (Ctrl-C) ends it: with a `stop` the work is asked to end
+/// and is waited for, until a second signal; without, it is left to itself and its result is dropped.
+///
+/// # Errors
+/// That of the work; what a signal's handler raised.
+pub fn done<T: Send + 'static>(
+    py: Python<'_>,
+    stop: Option<&Arc<Stop>>,
+    work: impl FnOnce() -> Result<T> + Send + 'static,
+) -> PyResult<T> {
+    let (sender, receiver) = channel();
+    let receiver = Mutex::new(receiver);
+    let thread = std::thread::Builder::new().name("azimesh".to_owned());
+    let thread = thread.spawn(move || {
+        // Nobody listens any more where the caller was interrupted.
+        let _ = sender.send(work());
+    });
+    let thread = thread.map_err(|error| raised(py, &Error::system(error.to_string())))?;
+    let mut interrupted: Option<PyErr> = None;
+    loop {
+        let received = py.detach(|| {
+            let receiver = receiver.lock().unwrap_or_else(PoisonError::into_inner);
+            receiver.recv_timeout(PAUSE)
+        });
+        match received {
+            Ok(result) => {
+                py.check_signals()?;
+                return match interrupted {
+                    Some(error) => Err(error),
+                    None => result.map_err(|error| raised(py, &error)),
+                };
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                let Err(error) = py.check_signals() else {
+                    continue;
+                };
+                match stop {
+                    Some(stop) if interrupted.is_none() => stop.ask(INTERRUPT),
+                    _ => return Err(error),
+                }
+                interrupted = Some(error);
+            }
+            Err(RecvTimeoutError::Disconnected) => match thread.join() {
+                Err(panic) => resume_unwind(panic),
+                Ok(()) => {
+                    return Err(PyKeyboardInterrupt::new_err(
+                        "the work ended without a result",
+                    ));
+                }
+            },
+        }
+    }
+}

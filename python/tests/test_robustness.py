@@ -1,0 +1,98 @@
+"""Whatever is handed over: exceptions of Python, never a crash; no memory is lost."""
+
+import gc
+import resource
+
+import numpy as np
+import pytest
+
+import azimesh
+
+hypothesis = pytest.importorskip("hypothesis")
+from hypothesis import given, settings  # noqa: E402
+from hypothesis import strategies as st  # noqa: E402
+from hypothesis.extra import numpy as hnp  # noqa: E402
+
+ALLOWED = (azimesh.Error, TypeError, ValueError, OverflowError, RuntimeWarning)
+numbers = st.one_of(st.integers(-(2**70), 2**70), st.floats(), st.booleans(), st.none(), st.text(max_size=3), st.complex_numbers())
+arrays = st.one_of(
+    hnp.arrays(
+        st.one_of(hnp.integer_dtypes(), hnp.unsigned_integer_dtypes(), hnp.floating_dtypes(), hnp.boolean_dtypes(), hnp.complex_number_dtypes()),
+        hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=5),
+    ),
+    st.recursive(numbers, lambda inner: st.lists(inner, max_size=4), max_leaves=10),
+)
+points = st.one_of(arrays, st.just(np.eye(3)), st.just(np.eye(4)[:, :3]))
+names = st.sampled_from(["triangle", "tetra", "line", "vertex", "polygon", "polyhedron", "quad9", "VTK_LAGRANGE_QUADRILATERAL", "no"])
+blocks = st.one_of(arrays, st.tuples(arrays, arrays), st.just([[0, 1, 2]]), st.just([[0, 1]]))
+groups = st.one_of(st.none(), st.dictionaries(st.text(max_size=2), arrays, max_size=2))
+
+
+def tried(function, *arguments, **options):
+    try:
+        with np.errstate(all="ignore"):
+            return function(*arguments, **options)
+    except ALLOWED:
+        return None
+
+
+@settings(max_examples=400, deadline=None)
+@given(points, st.lists(st.tuples(names, blocks), max_size=3), groups, groups)
+def test_anything_as_a_mesh(points, cells, tags, data):
+    mesh = tried(azimesh.Mesh, points, cells, tags=tags, point_data=data)
+    if mesh is None:
+        return
+    assert mesh.n_cells == sum(len(places) for places in mesh.cell_index.values())
+    tried(azimesh.quality, mesh)
+    tried(azimesh.diff, mesh, mesh)
+    for name in mesh.tags:
+        mesh.tag_nodes(name), mesh.tag_faces(name)
+
+
+@settings(max_examples=200, deadline=None)
+@given(arrays, arrays, arrays)
+def test_anything_to_a_morph(displacements, moving, fixed):
+    mesh = azimesh.Mesh(np.eye(3), {"triangle": [[0, 1, 2]], "line": [[0, 1], [1, 2]]}, tags={"a": [1], "b": [2]})
+    tried(azimesh.Morph, mesh, moving, fixed)
+    tried(mesh.with_points, displacements)
+    morph = azimesh.Morph(mesh.with_points([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), [0], [2])
+    tried(morph, displacements)
+    tried(morph.pull_back, displacements)
+
+
+keys = st.recursive(
+    st.one_of(numbers, st.sampled_from(["azimuth", "pitch"])),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(st.sampled_from(["azimuth", "body", "name", "tags", "cyclic", "pitch", "sin", "stop", "step", "values", "displacements"]), inner, max_size=4),
+    ),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=400, deadline=None)
+@given(keys)
+def test_anything_as_a_schedule(source):
+    if not isinstance(source, str):
+        tried(azimesh.Schedule, source)
+
+
+def test_strided_and_read_only_arrays_are_taken(cube):
+    wide = np.zeros((8, 6))
+    wide[:, ::2] = cube.points
+    wide.flags.writeable = False
+    assert (cube.with_points(wide[:, ::2]).points == cube.points).all()
+    assert (cube.with_points(np.asfortranarray(cube.points)).points == cube.points).all()
+    assert (cube.with_points(cube.points.astype(">f8")).points == cube.points).all()
+
+
+def test_views_leak_nothing(testdata):
+    mesh = azimesh.read(testdata / "wing_on_plane.vtu")
+    for _ in range(2_000):
+        mesh.points, mesh.cells, mesh.tags, mesh.point_data
+    gc.collect()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(100_000):
+        mesh.points
+    gc.collect()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 2_000
