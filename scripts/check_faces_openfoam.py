@@ -59,7 +59,7 @@ def check_mesh(folder):
     """What checkMesh prints."""
     environment = {**os.environ, "WM_PROJECT_DIR": str(Path(ETC).parent), "FOAM_ETC": ETC}
     command = ["checkMesh", "-case", str(folder), "-allGeometry", "-writeAllFields"]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

@@ -45,7 +45,8 @@ DECOMPOSE = "numberOfSubdomains 2; method simple; simpleCoeffs { n (2 1 1); delt
 
 def run(case, *command, **options):
     """Runs a tool of OpenFOAM in a case."""
-    subprocess.run([*command, "-case", str(case)], check=True, stdout=subprocess.DEVNULL, **options)
+    # Some write files into the folder where they were started.
+    subprocess.run([*command, "-case", str(case)], cwd=case, check=True, stdout=subprocess.DEVNULL, **options)
 
 
 def new_case(folder, form="ascii", compression="off"):

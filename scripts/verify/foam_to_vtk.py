@@ -61,7 +61,8 @@ meshQualityControls
 
 def run(case, *command):
     """Runs a tool of OpenFOAM in a case."""
-    done = subprocess.run([*command, "-case", str(case)], capture_output=True, text=True)
+    # Some write files into the folder where they were started.
+    done = subprocess.run([*command, "-case", str(case)], cwd=case, capture_output=True, text=True)
     assert done.returncode == 0, f"{command[0]} in {case}:\n{done.stdout[-1500:]}{done.stderr[-1500:]}"
 
 

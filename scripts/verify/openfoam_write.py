@@ -126,7 +126,7 @@ def check_mesh(folder, name, options):
 def openfoam(case, *command):
     """What a program of OpenFOAM says of a case."""
     line = f". {ETC} >/dev/null 2>&1; exec {' '.join(command)} -case {case}"
-    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    done = subprocess.run(["bash", "-c", line], cwd=case, capture_output=True, text=True, check=False)
     assert done.returncode == 0 and "FATAL" not in done.stdout + done.stderr, done.stdout[-2000:] + done.stderr[-2000:]
     return done.stdout
 
