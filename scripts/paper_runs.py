@@ -40,6 +40,7 @@ correction = {correction}
 
 [output]
 quality = "{quality}"
+on_inverted = "warn"
 """
 
 

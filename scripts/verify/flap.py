@@ -20,6 +20,7 @@ SCHEDULE = """
 azimuth = {{ stop = {angle}, step = {step} }}
 body = [ {{ name = "flap", tags = ["{flap}"], rigid = {{ rotate = {{ axis = [0, 0, 1], origin = {hinge}, angle = {down} }}, ramp = true }} }} ]
 boundaries.others = "fixed"
+output.on_inverted = "warn"
 {rest}
 """
 

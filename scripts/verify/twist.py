@@ -33,6 +33,9 @@ interpolate = "{interpolate}"
 
 [selection]
 tolerance = 1e-4
+
+[output]
+on_inverted = "warn"
 """
 
 

@@ -27,6 +27,10 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// then costs a product of small matrices. With method `real` each selection interval does that when a
 /// step of it is first needed, and the last interval is kept.
 ///
+/// Where cells of a step are folded, it is repaired with the steps around it, unless the schedule says otherwise
+/// ([`OnInverted`](crate::OnInverted)). For that, steps near the one that is asked for are judged too, each once. What comes out depends on the step
+/// alone, not on the order in which steps are asked for.
+///
 /// It owns what it needs and may be shared between threads. It writes no file.
 ///
 /// ```

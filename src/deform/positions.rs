@@ -200,15 +200,7 @@ impl Stepper<'_> {
         }
         let freedom = StepFreedom::of(self.plan, (self.measures)(), step);
         let after = FoldedCells::default().add(freedom.task(), points);
-        let mut repaired = freedom.relax(&window.area, points, self.stop)?;
-        self.rounding.apply(points);
-        let mut cells = self.judge(points);
-        if n_not_valid(&cells) > 0 {
-            let further = freedom.untangle(points, Limits::default(), self.stop)?;
-            repaired.patches.extend(further.patches);
-            self.rounding.apply(points);
-            cells = self.judge(points);
-        }
+        let (repaired, mut cells) = self.make_valid(&freedom, &window.area, points)?;
         let mut taken = 1.0;
         if let Some(plain) = plain {
             let blended = self.blend(&freedom, &plain, weight, points, cells);
@@ -230,6 +222,38 @@ impl Stepper<'_> {
         ));
         found.cells = Some(cells);
         Ok(())
+    }
+
+    /// Moves the nodes of an area to where its functional is least. Where cells are left, they get patches of their own; then
+    /// the area has another try, from valid cells, so that it ends where it ends at the steps beside this one.
+    fn make_valid(
+        &self,
+        freedom: &StepFreedom<'_>,
+        area: &Area,
+        points: &mut [Vector],
+    ) -> Result<(Repaired, Summary)> {
+        let mut repaired = freedom.relax(area, points, self.stop)?;
+        self.rounding.apply(points);
+        let mut cells = self.judge(points);
+        if n_not_valid(&cells) == 0 {
+            return Ok((repaired, cells));
+        }
+        let further = freedom.untangle(points, Limits::default(), self.stop)?;
+        repaired.patches.extend(further.patches);
+        self.rounding.apply(points);
+        cells = self.judge(points);
+        if n_not_valid(&cells) == 0 {
+            let mut again = points.to_vec();
+            let last = freedom.relax(area, &mut again, self.stop)?;
+            self.rounding.apply(&mut again);
+            let after = self.judge(&again);
+            if n_not_valid(&after) == 0 {
+                points.copy_from_slice(&again);
+                repaired.patches.extend(last.patches);
+                cells = after;
+            }
+        }
+        Ok((repaired, cells))
     }
 
     /// Makes `points`, which are a repaired step, a part of that and of its `plain` positions: `weight` of it, or more where

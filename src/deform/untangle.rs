@@ -8,6 +8,7 @@ use super::plan::Plan;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
+use crate::mesh::OneLayer;
 use crate::motion::{Role, Step};
 use crate::parallel;
 use crate::progress::Stop;
@@ -101,7 +102,20 @@ impl<'a> StepFreedom<'a> {
 /// Nodes of moving and fixed boundaries stay, those of planes that slide keep to them, periodic partners go together;
 /// outside a deforming zone nothing moves.
 fn freedom(plan: &Plan, measures: &Measures, to_inertial: Option<&Transform>) -> Freedom {
-    let mut freedom = Freedom::inner(&plan.mesh, measures.adjacency());
+    let is_alike = plan.periodic.followers().is_empty();
+    let layer = plan.one_layer.as_ref().filter(|_| is_alike);
+    let mut freedom = match layer {
+        None => Freedom::inner(&plan.mesh, measures.adjacency()),
+        Some(layer) => {
+            // The sides that are called `empty` are no boundary in the plane.
+            let high = layer.high_nodes(plan.mesh.points.len());
+            let is_upright = |nodes: &[u32]| {
+                let n_high = nodes.iter().filter(|&&node| high[node as usize]).count();
+                n_high > 0 && n_high < nodes.len()
+            };
+            Freedom::inside(&plan.mesh, measures.adjacency(), &is_upright)
+        }
+    };
     let turned = |constraint: Constraint| match to_inertial {
         None => constraint,
         Some(to_inertial) => {
@@ -134,6 +148,9 @@ fn freedom(plan: &Plan, measures: &Measures, to_inertial: Option<&Transform>) ->
             _ => freedom.fix(node),
         }
     }
+    if let Some(layer) = layer {
+        pair_sides(layer, &mut freedom);
+    }
     if let Some(zone) = &plan.motion.zone {
         for (node, inside) in (0..).zip(&zone.nodes) {
             if !inside {
@@ -142,6 +159,28 @@ fn freedom(plan: &Plan, measures: &Measures, to_inertial: Option<&Transform>) ->
         }
     }
     freedom
+}
+
+/// Nodes of the low side move in the plane, those over them with them.
+fn pair_sides(layer: &OneLayer, freedom: &mut Freedom) {
+    let mut normal = [0.0; 3];
+    normal[layer.axis] = 1.0;
+    let partners = layer.pairs.iter().map(|&[low, high]| {
+        let is_fixed = freedom.is_fixed(low) || freedom.is_fixed(high);
+        for node in [low, high] {
+            match is_fixed {
+                true => freedom.fix(node),
+                false => freedom.hold_too(node, normal),
+            }
+        }
+        Partner {
+            node: high,
+            leader: low,
+            map: Transform::IDENTITY,
+        }
+    });
+    let partners = partners.collect();
+    freedom.pair(partners);
 }
 
 impl super::periodic::PeriodicNodes {

@@ -113,6 +113,15 @@ impl OneLayer {
         }))
     }
 
+    /// Which of so many nodes lie over others.
+    pub fn high_nodes(&self, n_nodes: usize) -> Vec<bool> {
+        let mut high = vec![false; n_nodes];
+        for pair in &self.pairs {
+            high[pair[1] as usize] = true;
+        }
+        high
+    }
+
     /// Makes both sides of moved positions alike: each node over another one goes with that, and none leaves its side.
     /// Positions that were alike in the mesh are alike to the last bit.
     pub fn level(&self, before: &[Vector], out: &mut [Vector]) {

@@ -7,7 +7,7 @@
 use super::newton::minimise;
 use super::regions::{self, Region};
 use super::solve::{Wishes, patch};
-use super::{PatchLog, Repaired, Task, between_of, still_invalid};
+use super::{PatchLog, Repaired, Task, still_invalid};
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
 use crate::parallel;
@@ -16,7 +16,7 @@ use crate::quality::validity::{Proof, invalid};
 use std::collections::BTreeSet;
 
 /// Newton steps of a region.
-const MOST_STEPS: usize = 60;
+const MOST_STEPS: usize = 200;
 /// A region is at its end when a step lowers the functional by less than this part.
 const SETTLED: f64 = 1e-7;
 
@@ -24,8 +24,6 @@ const SETTLED: f64 = 1e-7;
 #[derive(Debug, Clone, Default)]
 pub struct FoldedCells {
     cells: BTreeSet<u32>,
-    /// Those of them that are folded, or not proven, between their corners.
-    between: BTreeSet<u32>,
 }
 
 /// How many cells are not valid at some positions.
@@ -49,7 +47,6 @@ impl FoldedCells {
     pub fn add(&mut self, task: Task<'_>, points: &[Vector]) -> Count {
         let found = invalid(task.mesh, points, task.reference);
         self.cells.extend(found.iter().map(|entry| entry.0));
-        self.between.extend(between_of(&found));
         let unproven = found.iter().filter(|entry| entry.1 == Proof::Unproven);
         let unproven = unproven.count();
         Count {
@@ -68,6 +65,7 @@ impl FoldedCells {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Area {
     regions: Vec<Region>,
+    /// Cells with simplices between their corners: whichever was folded.
     between: BTreeSet<u32>,
     rings: usize,
 }
@@ -82,7 +80,7 @@ impl Area {
         };
         Self {
             regions,
-            between: folded.between.clone(),
+            between: folded.cells.clone(),
             rings,
         }
     }

@@ -40,6 +40,15 @@ impl Freedom {
 
     /// With all nodes of the boundary fixed: those of outer faces, and of cells of a lower dimension.
     pub fn inner(mesh: &Mesh, adjacency: &Adjacency) -> Self {
+        Self::inside(mesh, adjacency, &|_| true)
+    }
+
+    /// With the nodes of those faces of the boundary fixed for whose nodes `holds` is true.
+    pub fn inside(
+        mesh: &Mesh,
+        adjacency: &Adjacency,
+        holds: &(dyn Fn(&[u32]) -> bool + Sync),
+    ) -> Self {
         let mut freedom = Self::new(mesh.points.len());
         let of_chunks = parallel::map(adjacency.n_chunks(), &|chunk| {
             let (cells, mut sides) = adjacency.chunk(chunk);
@@ -47,7 +56,9 @@ impl Freedom {
             for run in mesh.volume_runs_in(cells) {
                 for cell in run.cell_refs() {
                     for_each_side(&mesh.cells, &cell, |face, corners| {
-                        if let Across::Outside(_) = sides.across() {
+                        if let Across::Outside(_) = sides.across()
+                            && holds(corners)
+                        {
                             nodes.extend_from_slice(corners);
                             outer.push((cell.index as u32, face as u16));
                         }
@@ -68,8 +79,10 @@ impl Freedom {
             .runs()
             .filter(|run| run.kind.dimension() < dimension)
         {
-            for &node in run.connectivity {
-                freedom.fixed[node as usize] = true;
+            for cell in run.cell_refs().filter(|cell| holds(cell.nodes)) {
+                for &node in cell.nodes {
+                    freedom.fixed[node as usize] = true;
+                }
             }
         }
         freedom
@@ -94,6 +107,14 @@ impl Freedom {
         } else {
             self.held.remove(&node);
         }
+    }
+
+    /// Holds a node in one more direction.
+    pub fn hold_too(&mut self, node: u32, normal: Vector) {
+        let held = self.held.get(&node);
+        let mut normals = held.map_or(Vec::new(), |held| held.columns().to_vec());
+        normals.push(normal);
+        self.hold(node, Constraint::of_normals(&normals));
     }
 
     /// Makes nodes follow others; in any order, each node once.

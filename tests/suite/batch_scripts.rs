@@ -20,7 +20,8 @@ fn inverted_in_one_step() -> tempfile::TempDir {
         format!("{head}{values}{rest}"),
     )
     .unwrap();
-    let far = [("sin = 10.0", "sin = 170.0")];
+    let warn = ("[rbf]", "[output]\non_inverted = \"warn\"\n[rbf]");
+    let far = [("sin = 10.0", "sin = 170.0"), warn];
     rewrite(folder.path(), "n.toml", "case.toml", &far);
     let select = ["-q", "select", "n.vtu", "case.toml", "-o", "base.toml"];
     succeed(folder.path(), &select);

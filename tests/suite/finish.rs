@@ -103,7 +103,8 @@ fn what_is_joined_already_is_left_as_it_is() {
     let folder = seven_steps();
     let folder = folder.path();
     // Two of the steps have inverted cells.
-    let far = [("sin = 10.0", "sin = 170.0")];
+    let warn = ("[rbf]", "[output]\non_inverted = \"warn\"\n[rbf]");
+    let far = [("sin = 10.0", "sin = 170.0"), warn];
     rewrite(folder, "case.toml", "far.toml", &far);
     for (format, schedule, code) in [
         ("vtu", "case.toml", 0),

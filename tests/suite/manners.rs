@@ -91,7 +91,8 @@ fn a_check_that_failed_says_why_to_those_who_are_quiet() {
     let folder = short();
     let folder = folder.path();
     succeed(folder, &["-q", "sample", "block", "-o", "other.vtu"]);
-    let far = [("sin = 10.0", "sin = 170.0")];
+    let warn = ("[rbf]", "[output]\non_inverted = \"warn\"\n[rbf]");
+    let far = [("sin = 10.0", "sin = 170.0"), warn];
     crate::support::rewrite(folder, "few.toml", "far.toml", &far);
     let text = std::fs::read_to_string(folder.join("few.toml")).unwrap();
     let text = text.split("[selection]").next().unwrap().to_owned();

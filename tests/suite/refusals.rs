@@ -299,15 +299,20 @@ fn an_unreachable_tolerance_saves_the_base_points_and_writes_no_mesh() {
 fn inverted_cells_give_exit_code_1_and_stop_where_asked() {
     let folder = airfoil();
     let folder = folder.path();
-    rewrite(folder, "n.toml", "s.toml", &[("sin = 10.0", "sin = 170.0")]);
+    let warn = ("[rbf]", "[output]\non_inverted = \"warn\"\n[rbf]");
+    rewrite(
+        folder,
+        "n.toml",
+        "s.toml",
+        &[("sin = 10.0", "sin = 170.0"), warn],
+    );
     let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-o", "out"]);
     assert_eq!(run.code, 1, "{run:?}");
     assert_says(&run.err, &["step 3", "30 degrees"]);
     assert_says(&run.err, &["-v"]);
     assert_says(&run.out, &["inverted cells"]);
     assert!(folder.join("out/n_0036.vtu").is_file());
-    let stop = ("[rbf]", "[output]\non_inverted = \"stop\"\n[rbf]");
-    rewrite(folder, "s.toml", "s.toml", &[stop]);
+    rewrite(folder, "s.toml", "s.toml", &[("\"warn\"", "\"stop\"")]);
     let run = azimesh(
         folder,
         &["deform", "n.vtu", "s.toml", "-q", "-o", "stopped"],
