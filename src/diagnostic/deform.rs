@@ -112,9 +112,8 @@ DeformNote as Deform {
         /// Inverted and unproven cells after all.
         left: usize,
     } => (
-        "{} had {}: {}{}",
-        named_step(*step, *azimuth_deg, *time_s), counted(*before, "inverted cell"), outcome(*substeps, *after),
-        untangled(*patches, *left)
+        "{} had {}{}",
+        named_step(*step, *azimuth_deg, *time_s), outcome(*before, *substeps, *after), untangled(*patches, *left)
     )
 }}
 
@@ -154,11 +153,13 @@ impl fmt::Display for PeriodicMap {
 }
 
 /// What substeps have done about inverted cells.
-fn outcome(substeps: Option<usize>, after: usize) -> String {
-    match (substeps, after) {
-        (None, _) => "substeps do not reduce them".to_owned(),
-        (Some(n), 0) => format!("{n} substeps leave none"),
-        (Some(n), after) => format!("{n} substeps leave {after}"),
+fn outcome(before: usize, substeps: Option<usize>, after: usize) -> String {
+    let had = counted(before, "inverted cell");
+    match (before, substeps, after) {
+        (0, ..) => "no inverted cell, but cells that are not proven valid".to_owned(),
+        (_, None, _) => format!("{had}: substeps do not reduce them"),
+        (_, Some(n), 0) => format!("{had}: {n} substeps leave none"),
+        (_, Some(n), after) => format!("{had}: {n} substeps leave {after}"),
     }
 }
 
