@@ -4,13 +4,17 @@ A block in a square that is turned by 100 degrees (quadrilaterals), and a blade 
 180 degrees (hexahedra); both fold in one step. Also: the same bytes on one thread and two.
 """
 
-import itertools
 import json
+import sys
+from pathlib import Path
 
 import numpy as np
 import pyvista
 
-from program import azimesh, report, scratch
+sys.path.append(str(Path(__file__).parent.parent))
+
+from folding import jacobians  # noqa: E402
+from program import azimesh, report, scratch  # noqa: E402
 
 TURNED = """
 [azimuth]
@@ -28,27 +32,6 @@ support_radius = 5.625
 interpolate = "twist"
 substeps = 8
 """
-# Corners of the square and the cube in VTK's order.
-SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-CUBE = np.vstack([SQUARE, SQUARE + [0, 0, 1]])
-
-
-def jacobians(points, cells, n):
-    """The Jacobian of every cell at n points along each axis, corners included."""
-    solid = cells.shape[1] == 8
-    corners, axes = (CUBE, 3) if solid else (SQUARE, 2)
-    found = []
-    for at in itertools.product(np.linspace(0, 1, n), repeat=axes):
-        factors = np.array([np.where(corners[:, k] == 1, at[k], 1 - at[k]) for k in range(axes)])
-        columns = []
-        for k in range(axes):
-            slopes = np.where(corners[:, k] == 1, 1.0, -1.0) * np.delete(factors, k, axis=0).prod(axis=0)
-            columns.append(np.einsum("c,mcx->mx", slopes, points[cells]))
-        if not solid:
-            columns.append(np.broadcast_to([0.0, 0.0, 1.0], columns[0].shape))
-        found.append(np.einsum("mx,mx->m", columns[0], np.cross(columns[1], columns[2])))
-    return np.array(found)
-
 
 def volume_cells(grid, kind):
     """The cells of a VTK cell type."""

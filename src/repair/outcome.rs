@@ -37,7 +37,9 @@ impl Reason {
                 "there is no valid mesh: fixed nodes of the boundary have been passed by others, or bodies intersect"
             }
             Self::NotFound => "no valid positions were found for the nodes around them",
-            Self::Surface => "cells of a surface in space are not repaired",
+            Self::Surface => {
+                "cells of a surface in space are not repaired; repair the volume mesh that it bounds"
+            }
             Self::Curved => {
                 "cells of higher order are not repaired; convert --linearize makes them straight"
             }

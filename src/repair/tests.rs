@@ -1,7 +1,9 @@
 //! Folded meshes become valid, and only where they were folded.
 
 use super::*;
+use crate::geometry::Transform;
 use crate::mesh::{Adjacency, CellKind};
+use crate::rbf::constraint::Constraint;
 
 /// A grid of `n` cells along each axis in the unit square or cube.
 pub(super) fn grid(kind: CellKind, n: usize) -> Mesh {
@@ -41,12 +43,15 @@ pub(super) fn grid(kind: CellKind, n: usize) -> Mesh {
 }
 
 fn repaired(mesh: &Mesh, points: &mut [Vector]) -> Repaired {
+    repaired_with(mesh, points, &Freedom::inner(mesh, &Adjacency::of(mesh)))
+}
+
+fn repaired_with(mesh: &Mesh, points: &mut [Vector], freedom: &Freedom) -> Repaired {
     let reference = Reference::new(mesh);
-    let freedom = Freedom::inner(mesh, &Adjacency::of(mesh));
     let task = Task {
         mesh,
         reference: &reference,
-        freedom: &freedom,
+        freedom,
     };
     let found =
         untangle(task, points, Limits::default(), &Stop::default()).expect("nobody stops it");
@@ -104,4 +109,151 @@ fn a_cell_of_fixed_nodes_is_named() {
             reason: Reason::Fixed
         }]
     );
+}
+
+#[test]
+fn sliding_nodes_make_room_along_their_line() {
+    let mesh = grid(CellKind::Quadrilateral, 10);
+    let mut points = mesh.points.clone();
+    // A node of the lower side passes the next one.
+    points[4][0] = 0.53;
+    let adjacency = Adjacency::of(&mesh);
+    let stays = repaired(&mesh, &mut points.clone());
+    assert!(!stays.unrepaired.is_empty());
+    assert!(
+        stays
+            .unrepaired
+            .iter()
+            .all(|left| left.reason == Reason::Boundary)
+    );
+    assert_eq!(stays.overtaken[0].nodes, [4, 5]);
+    let mut freedom = Freedom::inner(&mesh, &adjacency);
+    for node in (1..10).filter(|node| *node != 4) {
+        freedom.hold(
+            node,
+            Constraint::of_normals(&[[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        );
+    }
+    let found = repaired_with(&mesh, &mut points, &freedom);
+    assert_eq!(
+        (found.unrepaired, found.overtaken),
+        (Vec::new(), Vec::new())
+    );
+    assert_eq!(points[4], [0.53, 0.0, 0.0]);
+    assert!(points[5][0] > 0.53);
+    assert!(
+        (0..=10).all(|node| points[node][1] == 0.0),
+        "they stay on the line"
+    );
+}
+
+#[test]
+fn periodic_partners_move_together() {
+    for turned in [false, true] {
+        let mut mesh = grid(CellKind::Hexahedron, 8);
+        // Sides x = 0 and x = 1, or these two with the second turned about the z axis by 20 degrees.
+        let turn = Transform::rotation([0.0, 0.0, 1.0], [0.0, -3.0, 0.0], -20f64.to_radians());
+        let map = if turned {
+            turn
+        } else {
+            Transform::translation([1.0, 0.0, 0.0])
+        };
+        if turned {
+            for x in &mut mesh.points {
+                let by = Transform::rotation(
+                    [0.0, 0.0, 1.0],
+                    [0.0, -3.0, 0.0],
+                    -x[0] * 20f64.to_radians(),
+                );
+                *x = by.apply([0.0, x[1], x[2]]);
+            }
+        }
+        let mut freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh));
+        let mut partners = Vec::new();
+        for (j, k) in (1..8).flat_map(|j| (1..8).map(move |k| (j, k))) {
+            let leader = 9 * (j + 9 * k);
+            freedom.free(leader);
+            freedom.free(leader + 8);
+            partners.push(Partner {
+                node: leader + 8,
+                leader,
+                map,
+            });
+        }
+        freedom.pair(partners.clone());
+        let mut points = mesh.points.clone();
+        // A node of one side is pushed through its neighbours, and its partner alike.
+        let pushed = 9 * (4 + 9 * 4);
+        let by = [0.03, 0.17, 0.16];
+        for axis in 0..3 {
+            points[pushed as usize][axis] += by[axis];
+            points[pushed as usize + 8][axis] += map.turn(by)[axis];
+        }
+        let found = repaired_with(&mesh, &mut points, &freedom);
+        assert!(found.n_before() > 4, "{found:?}");
+        assert_eq!(found.unrepaired, []);
+        for partner in partners {
+            let wanted = map.apply(points[partner.leader as usize]);
+            assert!(distance(wanted, points[partner.node as usize]) < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn improvement_reaches_what_is_wanted_or_makes_nothing_worse() {
+    for kind in [CellKind::Quadrilateral, CellKind::Hexahedron] {
+        let mesh = grid(kind, 6);
+        let (reference, freedom) = (
+            Reference::new(&mesh),
+            Freedom::inner(&mesh, &Adjacency::of(&mesh)),
+        );
+        let task = Task {
+            mesh: &mesh,
+            reference: &reference,
+            freedom: &freedom,
+        };
+        let mut shaken = mesh.points.clone();
+        for (i, x) in shaken.iter_mut().enumerate() {
+            if !freedom.is_fixed(i as u32) {
+                x[0] += 0.06 * (7.0 * i as f64).sin();
+                x[1] += 0.06 * (5.0 * i as f64).cos();
+            }
+        }
+        let least = |points: &[Vector]| {
+            let values = crate::quality::scaled_jacobians(&mesh, points, &reference);
+            values.into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let before = least(&shaken);
+        assert!((0.05..0.8).contains(&before), "{before}");
+        for (wanted, is_possible) in [(0.85, true), (1.0, false)] {
+            let mut points = shaken.clone();
+            improve(
+                task,
+                &mut points,
+                wanted,
+                Limits::default(),
+                &Stop::default(),
+            )
+            .expect("nobody stops it");
+            let after = least(&points);
+            assert_eq!(after >= wanted, is_possible, "{kind:?} {after}");
+            assert!(after > before && invalid(&mesh, &points, &reference).is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_grossly_folded_thin_layer_is_taken_from_its_rim() {
+    // Cells of edge ratio 1,000, one of whose nodes has gone 300 layers up.
+    let mut mesh = grid(CellKind::Quadrilateral, 12);
+    for x in &mut mesh.points {
+        x[1] *= 1e-3;
+    }
+    let mut points = mesh.points.clone();
+    let middle = 6 + 13 * 6;
+    points[middle][1] += 0.3e-1;
+    points[middle][0] += 0.2;
+    let found = repaired(&mesh, &mut points);
+    assert_eq!(found.unrepaired, []);
+    assert_eq!((found.patches.len(), found.patches[0].rings), (1, 3));
 }

@@ -31,6 +31,7 @@ mod real_msh_su2;
 mod records;
 mod refusals;
 mod repair;
+mod repair_command;
 mod report;
 mod resume;
 mod same_bytes;

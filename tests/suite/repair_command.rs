@@ -1,0 +1,161 @@
+//! `azimesh repair`: what it tells, and what it refuses.
+
+use crate::support::sequence::{read, write};
+use crate::support::{assert_says, azimesh, json};
+use azimesh::mesh::{CellKind, CellSet, Group, Mesh};
+use std::path::Path;
+
+/// A grid of squares in the unit square, its sides in the tags `lower` and `rest`.
+fn squares(n: usize) -> Mesh {
+    let mut mesh = Mesh::default();
+    for j in 0..=n {
+        for i in 0..=n {
+            mesh.points
+                .push([i as f64 / n as f64, j as f64 / n as f64, 0.0]);
+        }
+    }
+    let node = |i: usize, j: usize| (i + (n + 1) * j) as u32;
+    for j in 0..n {
+        for i in 0..n {
+            let ring = [
+                node(i, j),
+                node(i + 1, j),
+                node(i + 1, j + 1),
+                node(i, j + 1),
+            ];
+            mesh.cells.push(CellKind::Quadrilateral, &ring);
+        }
+    }
+    let mut side = |name: &str, edges: Vec<[u32; 2]>| {
+        let first = mesh.cells.len();
+        edges
+            .iter()
+            .for_each(|edge| mesh.cells.push(CellKind::Line, edge));
+        let cells: CellSet = (first..mesh.cells.len()).collect();
+        mesh.groups.push(Group {
+            dimension: 1,
+            name: name.into(),
+            number: None,
+            condition: None,
+            cells,
+        });
+    };
+    side(
+        "lower",
+        (0..n).map(|i| [node(i, 0), node(i + 1, 0)]).collect(),
+    );
+    let rest = (0..n).flat_map(|i| {
+        [
+            [node(n, i), node(n, i + 1)],
+            [node(i + 1, n), node(i, n)],
+            [node(0, i + 1), node(0, i)],
+        ]
+    });
+    side("rest", rest.collect());
+    mesh
+}
+
+/// Writes a mesh as `reference.vtu`, and with a node moved as `folded.vtu`.
+fn fold(folder: &Path, mut mesh: Mesh, node: usize, to: [f64; 3]) {
+    write(&mesh, &folder.join("reference.vtu"));
+    mesh.points[node] = to;
+    write(&mesh, &folder.join("folded.vtu"));
+}
+
+const REPAIR: [&str; 7] = [
+    "repair",
+    "folded.vtu",
+    "-o",
+    "out.vtu",
+    "--reference",
+    "reference.vtu",
+    "--force",
+];
+
+#[test]
+fn a_node_of_the_boundary_that_is_passed_is_named_with_its_cell_and_slides_where_it_may() {
+    let folder = tempfile::tempdir().unwrap();
+    fold(folder.path(), squares(10), 4, [0.53, 0.0, 0.0]);
+    let run = azimesh(folder.path(), &REPAIR);
+    assert_eq!(run.code, 1);
+    assert_says(&run.err, &["no valid mesh", "cell 4 on nodes 4, 5"]);
+    let told = json(folder.path(), &REPAIR);
+    assert_eq!(
+        told["overtaken"],
+        serde_json::json!([{ "cell": 4, "nodes": [4, 5] }])
+    );
+    assert_eq!(told["unrepaired"][0]["reason"], "boundary");
+    let told = json(
+        folder.path(),
+        &[&REPAIR[..], &["--slide", "lower"]].concat(),
+    );
+    assert_eq!(
+        (&told["invalid"], &told["overtaken"]),
+        (&0.into(), &serde_json::json!([]))
+    );
+    assert!(told["invalid_before"].as_u64() > Some(0));
+    let points = read(&folder.path().join("out.vtu")).points;
+    assert!((0..=10).all(|node| points[node][1] == 0.0));
+    assert!((0..10).all(|node| points[node][0] < points[node + 1][0]));
+}
+
+#[test]
+fn improvement_that_falls_short_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    fold(folder.path(), squares(10), 60, [0.59, 0.56, 0.0]);
+    let improved = |wanted: &'static str| {
+        azimesh(
+            folder.path(),
+            &[&REPAIR[..], &["--improve", wanted]].concat(),
+        )
+    };
+    let enough = improved("0.8");
+    assert_eq!(enough.code, 0, "{enough:?}");
+    assert!(!enough.err.contains("no better"), "{enough:?}");
+    let short = improved("1");
+    assert_says(&short.err, &["not 1", "no better was found"]);
+    let refused = improved("1.5");
+    assert_eq!(refused.code, 2);
+    assert_says(&refused.err, &["--improve 1.5", "between 0 and 1"]);
+}
+
+#[test]
+fn curved_cells_and_surfaces_are_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut curved = Mesh::default();
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [1.0, 1.0, 0.0],
+    ];
+    curved.points.extend(corners);
+    let triangles = [[0, 1, 2], [1, 3, 2]];
+    for [a, b, c] in triangles {
+        let first = curved.points.len() as u32;
+        for (i, j) in [(a, b), (b, c), (c, a)] {
+            let (p, q): ([f64; 3], [f64; 3]) = (corners[i as usize], corners[j as usize]);
+            curved.points.push([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])));
+        }
+        curved
+            .cells
+            .push(CellKind::Triangle6, &[a, b, c, first, first + 1, first + 2]);
+    }
+    fold(folder.path(), curved, 3, [-1.0, -1.0, 0.0]);
+    let run = azimesh(folder.path(), &REPAIR);
+    assert_eq!(run.code, 1, "{run:?}");
+    assert_says(&run.err, &["higher order", "convert --linearize"]);
+    let mut surface = Mesh {
+        space: Some(3),
+        ..Mesh::default()
+    };
+    surface.points.extend(corners);
+    surface.points[3][2] = 0.5;
+    for triangle in triangles {
+        surface.cells.push(CellKind::Triangle, &triangle);
+    }
+    fold(folder.path(), surface, 3, [-1.0, -1.0, 0.5]);
+    let run = azimesh(folder.path(), &REPAIR);
+    assert_eq!(run.code, 1, "{run:?}");
+    assert_says(&run.err, &["surface in space", "volume mesh"]);
+}
