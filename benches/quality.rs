@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout)]
 
 use azimesh::mesh::{CellKind, Mesh};
+use azimesh::quality::size_skew::ReferenceSizes;
 use azimesh::quality::{Reference, assess, per_cell};
 use std::hint::black_box;
 use std::time::Instant;
@@ -137,8 +138,9 @@ fn main() {
         let judged = rate(median_seconds(|| {
             black_box(Reference::new(&mesh));
         }));
+        let sizes = ReferenceSizes::of(&mesh, &reference);
         let summed = rate(median_seconds(|| {
-            black_box(assess(&mesh, &mesh.points, &reference));
+            black_box(assess(&mesh, &mesh.points, &reference, &sizes));
         }));
         let each = rate(median_seconds(|| {
             black_box(per_cell(&mesh, &mesh.points, &reference));

@@ -7,6 +7,7 @@ use crate::error::{Error, Result, counted};
 use crate::mesh::facets::facets;
 use crate::mesh::{Adjacency, Mesh};
 use crate::progress::Stop;
+use crate::quality::size_skew::ReferenceSizes;
 use crate::quality::{Reference, assess};
 use crate::rbf::slide::Sliding;
 use crate::repair::{
@@ -101,8 +102,9 @@ fn repair(
         reference: &reference,
         freedom,
     };
+    let sizes = ReferenceSizes::of(given, &reference);
     let scaled = |points: &[[f64; 3]]| {
-        let summary = assess(given, points, &reference);
+        let summary = assess(given, points, &reference, &sizes);
         summary.min_scaled_jacobian.map(|extreme| extreme.value)
     };
     let scaled_before = scaled(&mesh.points);

@@ -39,8 +39,7 @@ impl Measures {
 
     /// The whole assessment, from that of the cells.
     pub fn complete(&self, plan: &Plan, cells: Summary, points: &[Vector]) -> Assessment {
-        let before = &plan.mesh.points;
-        self.judge.complete(cells, &plan.mesh, points, before)
+        self.judge.complete(cells, &plan.mesh, points)
     }
 
     /// Largest change of the angle between a moving wall and its first cell, in degrees.
@@ -51,8 +50,7 @@ impl Measures {
 
     /// Every metric as a cell array.
     pub fn arrays(&self, plan: &Plan, points: &[Vector]) -> Vec<DataArray> {
-        let before = &plan.mesh.points;
-        self.judge.arrays(&plan.mesh, points, before)
+        self.judge.arrays(&plan.mesh, points)
     }
 
     /// The quality in plain numbers.

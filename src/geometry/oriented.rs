@@ -161,8 +161,11 @@ impl Group {
     /// Square of the distance from an axis-aligned box to each box, or less.
     #[inline(always)]
     pub fn distances_to(&self, block: &Bounds) -> [f64; LANES] {
-        let middle = std::array::from_fn(|i| 0.5 * (block.low[i] + block.high[i]));
-        let half = std::array::from_fn(|i| 0.5 * (block.high[i] - block.low[i]));
+        let (mut middle, mut half) = ([0.0; 3], [0.0; 3]);
+        for i in 0..3 {
+            middle[i] = 0.5 * (block.low[i] + block.high[i]);
+            half[i] = 0.5 * (block.high[i] - block.low[i]);
+        }
         self.separations(&middle, &half)
     }
 

@@ -63,8 +63,10 @@ impl Entry {
         let mut smallest = [NONE; 4];
         let size = match corners.len() {
             n @ ..=4 => {
-                smallest[..n].copy_from_slice(corners);
-                smallest.sort_unstable();
+                for (smallest, corner) in smallest.iter_mut().zip(corners) {
+                    *smallest = *corner;
+                }
+                sort(&mut smallest);
                 distinct(&mut smallest, n)
             }
             _ => {
@@ -109,8 +111,21 @@ impl Entry {
     }
 }
 
+/// Sorts four numbers, without branches and calls.
+#[inline]
+fn sort(numbers: &mut [u32; 4]) {
+    for (i, j) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
+        let (a, b) = (numbers[i], numbers[j]);
+        (numbers[i], numbers[j]) = (a.min(b), a.max(b));
+    }
+}
+
 /// Removes repeated corners of an ascending list; gives how many are left.
+#[inline]
 fn distinct(corners: &mut [u32; 4], n: usize) -> usize {
+    if (1..n).all(|i| corners[i] != corners[i - 1]) {
+        return n;
+    }
     let mut kept = 0;
     for i in 0..n {
         if i == 0 || corners[i] != corners[kept - 1] {

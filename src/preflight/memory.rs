@@ -87,7 +87,7 @@ fn fields(plan: &Plan) -> usize {
 /// Fields, the order of their nodes, and the tree of the correction.
 fn evaluating(plan: &Plan) -> usize {
     let tree = match plan.schedule.selection.correction {
-        true => 110 * plan.surface.nodes.len(),
+        true => 220 * plan.surface.nodes.len(),
         false => 0,
     };
     residuals(plan) + fields(plan) + 12 * n_deforming(plan) + tree

@@ -3,7 +3,7 @@
 
 use super::angles::{Angles, N_CLASSES};
 use super::facing::Facing;
-use super::metrics::Metrics;
+use super::metrics::{Knupp, Metrics};
 use super::span::Span;
 use crate::geometry::vector::Vector;
 use multiversion::multiversion;
@@ -11,7 +11,10 @@ use multiversion::multiversion;
 /// Most cells in a block: small enough that corners and metrics stay in the first cache.
 pub(super) const BLOCK: usize = 64;
 
-type Column = [f64; BLOCK];
+/// A number of each cell of a block.
+pub(super) type Column = [f64; BLOCK];
+/// Corners of the cells of a block, one column a coordinate.
+pub(super) type Columns<const N: usize> = [[Column; 3]; N];
 
 /// A [`Span`] of each cell.
 #[derive(Debug, Clone)]
@@ -30,6 +33,8 @@ pub(super) struct Block {
     pub scaled: Spans,
     pub edge: Spans,
     pub angles: [Spans; N_CLASSES],
+    pub size: Column,
+    pub skew: Column,
 }
 
 impl Spans {
@@ -61,6 +66,8 @@ impl Block {
         scaled: Spans::EMPTY,
         edge: Spans::EMPTY,
         angles: [Spans::EMPTY; N_CLASSES],
+        size: [0.0; BLOCK],
+        skew: [0.0; BLOCK],
     };
 
     #[inline(always)]
@@ -72,6 +79,8 @@ impl Block {
         for class in 0..N_CLASSES {
             self.angles[class].set(i, metrics.angles.classes[class]);
         }
+        self.size[i] = metrics.knupp.size;
+        self.skew[i] = metrics.knupp.skew;
     }
 
     #[inline]
@@ -82,6 +91,10 @@ impl Block {
             scaled: self.scaled.get(i),
             edge: self.edge.get(i),
             angles: self.angles(i),
+            knupp: Knupp {
+                size: self.size[i],
+                skew: self.skew[i],
+            },
         }
     }
 
@@ -103,9 +116,9 @@ pub(super) trait Shape<const N: usize> {
     fn measure(p: &[Vector; N], facing: Vector) -> Metrics;
 }
 
-/// Corners of the cells of a block, one column a coordinate.
+/// Corners of the cells of a block, and where they face.
 pub(super) struct Corners<const N: usize> {
-    at: [[Column; 3]; N],
+    at: Columns<N>,
     facing: [Column; 3],
 }
 
@@ -114,6 +127,25 @@ impl<const N: usize> Corners<N> {
         at: [[[0.0; BLOCK]; 3]; N],
         facing: [[0.0; BLOCK]; 3],
     };
+}
+
+/// Puts the corners of cells of `n_nodes` nodes each, at most [`BLOCK`] of them, side by side.
+#[inline(always)]
+pub(super) fn gather<const N: usize>(
+    connectivity: &[u32],
+    n_nodes: usize,
+    points: &[Vector],
+    at: &mut Columns<N>,
+) {
+    for (i, nodes) in connectivity.chunks_exact(n_nodes).take(BLOCK).enumerate() {
+        let nodes = nodes.first_chunk::<N>().expect("a cell has its corners");
+        for k in 0..N {
+            let point = points[nodes[k] as usize];
+            for axis in 0..3 {
+                at[k][axis][i] = point[axis];
+            }
+        }
+    }
 }
 
 /// Measures cells of `n_nodes` nodes each, at most [`BLOCK`] of them, the first being `first_cell`.
@@ -132,15 +164,9 @@ pub(super) fn measure<S: Shape<N>, const N: usize>(
     block: &mut Block,
 ) {
     let n = (connectivity.len() / n_nodes).min(BLOCK);
-    for (i, nodes) in connectivity.chunks_exact(n_nodes).take(BLOCK).enumerate() {
-        let nodes = nodes.first_chunk::<N>().expect("a cell has its corners");
-        for k in 0..N {
-            let point = points[nodes[k] as usize];
-            for axis in 0..3 {
-                corners.at[k][axis][i] = point[axis];
-            }
-        }
-        if S::FACES {
+    gather(connectivity, n_nodes, points, &mut corners.at);
+    if S::FACES {
+        for i in 0..n {
             let facing = facing.of(first_cell + i);
             for axis in 0..3 {
                 corners.facing[axis][i] = facing[axis];

@@ -88,6 +88,6 @@ impl From<&Assessment> for Quality {
 /// ```
 pub fn quality(mesh: &Mesh) -> Result<Quality> {
     mesh.validate()?;
-    let all = Judge::new(mesh).assess(mesh, &mesh.points, &mesh.points);
+    let all = Judge::new(mesh).assess(mesh, &mesh.points);
     Ok(Quality::from(&all))
 }

@@ -1,12 +1,12 @@
 //! Sums and extremes over the cells of a block, each in its orientation in the reference mesh.
 
 use super::angles::N_CLASSES;
-use super::block::{BLOCK, Block, Spans};
+use super::block::{BLOCK, Block, Column, Spans};
+use super::column::{greatest, known, least, sum};
 use super::percentile;
-use super::span::{Span, greater, lesser};
+use super::size_skew::size_skew;
+use super::span::Span;
 use multiversion::multiversion;
-
-type Column = [f64; BLOCK];
 
 /// Metrics of a block's cells, their sums and their extremes. Entries of columns beyond the cells of
 /// the block are undefined.
@@ -19,6 +19,7 @@ pub(super) struct Folded {
     /// Where the scaled Jacobian counts in the histogram.
     pub bins: [u32; BLOCK],
     pub edge_ratio_squared: Column,
+    pub size_skew: Column,
     /// Cells that have a scaled Jacobian.
     pub n_scaled: usize,
     pub volume_sum: f64,
@@ -29,6 +30,10 @@ pub(super) struct Folded {
     pub least_scaled: f64,
     pub most_edge_ratio_squared: f64,
     pub angles: [Span; N_CLASSES],
+    /// Cells that have a size-skew.
+    pub n_size_skew: usize,
+    pub size_skew_sum: f64,
+    pub least_size_skew: f64,
 }
 
 impl Folded {
@@ -38,6 +43,7 @@ impl Folded {
         scaled: [0.0; BLOCK],
         bins: [0; BLOCK],
         edge_ratio_squared: [0.0; BLOCK],
+        size_skew: [0.0; BLOCK],
         n_scaled: 0,
         volume_sum: 0.0,
         scaled_sum: 0.0,
@@ -46,16 +52,20 @@ impl Folded {
         least_scaled: 0.0,
         most_edge_ratio_squared: 0.0,
         angles: [Span::EMPTY; N_CLASSES],
+        n_size_skew: 0,
+        size_skew_sum: 0.0,
+        least_size_skew: 0.0,
     };
 }
 
-/// Folds a block; `signs` are those of its cells in the reference, doubled for invalid ones.
+/// Folds a block; `signs` are those of its cells in the reference, doubled for invalid ones, `sizes` the sums of their
+/// `alpha_k` there.
 #[multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-pub(super) fn fold(block: &Block, signs: &[i8], folded: &mut Folded) {
+pub(super) fn fold(block: &Block, signs: &[i8], sizes: &[f64], folded: &mut Folded) {
     let n = block.n.min(BLOCK);
     for (i, &sign) in signs[..n].iter().enumerate() {
         let turned = f64::from(sign.signum());
@@ -69,8 +79,15 @@ pub(super) fn fold(block: &Block, signs: &[i8], folded: &mut Folded) {
     for i in 0..n {
         folded.bins[i] = percentile::bin(folded.scaled[i]);
     }
+    for (i, &before) in sizes[..n].iter().enumerate() {
+        folded.size_skew[i] = size_skew(block.size[i], block.skew[i], before);
+    }
+    let size_skew = &folded.size_skew[..n];
+    folded.n_size_skew = known(size_skew);
+    folded.size_skew_sum = sum(size_skew);
+    folded.least_size_skew = least(size_skew);
     let scaled = &folded.scaled[..n];
-    folded.n_scaled = scaled.iter().filter(|value| !value.is_nan()).count();
+    folded.n_scaled = known(scaled);
     folded.scaled_sum = sum(scaled);
     folded.least_scaled = least(scaled);
     folded.volume_sum = sum(&folded.volume[..n]);
@@ -89,49 +106,4 @@ pub(super) fn fold(block: &Block, signs: &[i8], folded: &mut Folded) {
 fn facing(spans: &Spans, i: usize, sign: f64) -> f64 {
     let mirrored = -spans.high[i];
     if sign < 0.0 { mirrored } else { spans.low[i] }
-}
-
-/// Sums and extremes go side by side in as many lanes.
-const LANES: usize = 8;
-
-/// Without what is not a number.
-#[inline(always)]
-fn sum(values: &[f64]) -> f64 {
-    let known = |value: f64| if value.is_nan() { 0.0 } else { value };
-    let (groups, rest) = values.as_chunks::<LANES>();
-    let mut sums = [0.0; LANES];
-    for group in groups {
-        for lane in 0..LANES {
-            sums[lane] += known(group[lane]);
-        }
-    }
-    sums.iter().chain(rest).map(|&value| known(value)).sum()
-}
-
-/// The least value; infinite where all are not numbers.
-#[inline(always)]
-fn least(values: &[f64]) -> f64 {
-    let (groups, rest) = values.as_chunks::<LANES>();
-    let mut found = [f64::INFINITY; LANES];
-    for group in groups {
-        for lane in 0..LANES {
-            found[lane] = lesser(group[lane], found[lane]);
-        }
-    }
-    let all = found.iter().chain(rest);
-    all.fold(f64::INFINITY, |least, &value| lesser(value, least))
-}
-
-/// The greatest value; minus infinity where all are not numbers.
-#[inline(always)]
-fn greatest(values: &[f64]) -> f64 {
-    let (groups, rest) = values.as_chunks::<LANES>();
-    let mut found = [f64::NEG_INFINITY; LANES];
-    for group in groups {
-        for lane in 0..LANES {
-            found[lane] = greater(group[lane], found[lane]);
-        }
-    }
-    let all = found.iter().chain(rest);
-    all.fold(f64::NEG_INFINITY, |most, &value| greater(value, most))
 }

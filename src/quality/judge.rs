@@ -4,23 +4,25 @@ use super::cells::per_cell;
 use super::detail::{N_DETAILS, detail_arrays};
 use super::faces::{self, FaceSummary};
 use super::reference::Reference;
-use super::size_skew::{self, SizeSkew};
+use super::size_skew::{self, ReferenceSizes};
 use super::summary::{Summary, assess};
 use super::validity;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, BoundedCells, DataArray, Mesh};
 use std::sync::OnceLock;
 
-/// Data of the reference mesh that later positions are judged by. Its positions are not kept here: the
-/// methods take them.
-#[derive(Debug, Clone)]
+/// Data of the reference mesh that later positions are judged by.
+#[derive(Debug)]
 pub struct Judge {
     /// Orientation of the cells in the reference mesh.
     pub reference: Reference,
+    /// Sizes of the cells in the reference mesh.
+    sizes: ReferenceSizes,
     /// Which cells share each face.
     pub adjacency: Adjacency,
     /// Of which cell a boundary face has the values; made with the first arrays.
     bounded: OnceLock<BoundedCells>,
+    workspace: faces::Workspace,
 }
 
 /// All that a mesh is assessed by, with the cells that have the extremes.
@@ -30,8 +32,6 @@ pub struct Assessment {
     pub cells: Summary,
     /// Of its faces.
     pub faces: FaceSummary,
-    /// Of its cells against the reference mesh.
-    pub size_skew: SizeSkew,
 }
 
 impl Assessment {
@@ -39,7 +39,7 @@ impl Assessment {
     pub fn columns(&self) -> Vec<(&'static str, Option<f64>)> {
         let mut columns = self.cells.columns().to_vec();
         columns.extend(self.faces.columns());
-        columns.extend(self.size_skew.columns());
+        columns.extend(self.cells.size_skew.columns());
         columns.push(("unproven", Some(self.cells.unproven as f64)));
         columns
     }
@@ -48,51 +48,48 @@ impl Assessment {
 impl Judge {
     /// For the reference mesh: orientation of its cells, and its faces.
     pub fn new(mesh: &Mesh) -> Self {
+        let reference = Reference::new(mesh);
         Self {
-            reference: Reference::new(mesh),
+            sizes: ReferenceSizes::of(mesh, &reference),
+            reference,
             adjacency: Adjacency::of(mesh),
             bounded: OnceLock::new(),
+            workspace: faces::Workspace::default(),
         }
     }
 
-    /// Quality of `mesh` with nodes at `points`, relative to those at `before` in the reference mesh.
+    /// Quality of `mesh` with nodes at `points`, relative to the reference mesh.
     ///
     /// # Panics
     /// When there are fewer positions than nodes, or the mesh has other cells than the reference.
-    pub fn assess(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Assessment {
-        self.complete(self.cells(mesh, points), mesh, points, before)
+    pub fn assess(&self, mesh: &Mesh, points: &[Vector]) -> Assessment {
+        self.complete(self.cells(mesh, points), mesh, points)
     }
 
     /// The part of [`Judge::assess`] that tells of inverted cells.
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
-        let mut cells = assess(mesh, points, &self.reference);
+        let mut cells = assess(mesh, points, &self.reference, &self.sizes);
         cells.take_validity(&validity::assess(mesh, points, &self.reference));
         cells
     }
 
     /// The result of [`Judge::assess`], from that of [`Judge::cells`].
-    pub fn complete(
-        &self,
-        cells: Summary,
-        mesh: &Mesh,
-        points: &[Vector],
-        before: &[Vector],
-    ) -> Assessment {
+    pub fn complete(&self, cells: Summary, mesh: &Mesh, points: &[Vector]) -> Assessment {
         Assessment {
             cells,
             faces: self.faces(mesh, points),
-            size_skew: self.size_skew(mesh, points, before),
         }
     }
 
     /// The part of [`Judge::assess`] that measures faces.
     pub fn faces(&self, mesh: &Mesh, points: &[Vector]) -> FaceSummary {
-        faces::assess(mesh, points, &self.reference, &self.adjacency)
-    }
-
-    /// The part of [`Judge::assess`] that compares with the reference mesh.
-    pub fn size_skew(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> SizeSkew {
-        size_skew::assess(mesh, points, before, &self.reference)
+        faces::assess(
+            mesh,
+            points,
+            &self.reference,
+            &self.adjacency,
+            &self.workspace,
+        )
     }
 
     /// All metrics of every cell as cell arrays: those of [`CellMetrics`](super::cells::CellMetrics) and
@@ -101,12 +98,13 @@ impl Judge {
     ///
     /// # Panics
     /// As [`Judge::assess`].
-    pub fn arrays(&self, mesh: &Mesh, points: &[Vector], before: &[Vector]) -> Vec<DataArray> {
+    pub fn arrays(&self, mesh: &Mesh, points: &[Vector]) -> Vec<DataArray> {
         let mut arrays = per_cell(mesh, points, &self.reference).into_arrays();
         arrays.extend(detail_arrays(mesh, points, &self.reference));
         let faces = faces::per_cell(mesh, points, &self.reference, &self.adjacency);
         arrays.extend(faces.into_arrays());
-        arrays.push(size_skew::per_cell(mesh, points, before, &self.reference));
+        let size_skew = size_skew::per_cell(mesh, points, &self.reference, &self.sizes);
+        arrays.push(size_skew);
         let bounded = self.bounded.get_or_init(|| BoundedCells::of(mesh));
         for array in &mut arrays {
             bounded.give_values(array);
@@ -125,6 +123,6 @@ impl Judge {
         let runs = mesh.cells.runs();
         let below = runs.filter(|run| run.kind.dimension() + 1 == dimension);
         let bounded = 8 * below.map(|run| run.n_cells()).sum::<usize>();
-        mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh) + bounded
+        9 * mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh) + bounded
     }
 }

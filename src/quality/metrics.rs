@@ -17,6 +17,34 @@ pub(super) struct Metrics {
     pub edge: Span,
     /// Extreme angles of its faces and between them.
     pub angles: Angles,
+    /// Of [`size_skew`](super::size_skew); not numbers for kinds that do not have it.
+    pub knupp: Knupp,
+}
+
+/// Knupp's measures of the corners of a cell.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Knupp {
+    /// Sum of all `alpha_k`.
+    pub size: f64,
+    /// `f_skew`, which is 0 where the `alpha_k` are not all of one sign.
+    pub skew: f64,
+}
+
+impl Knupp {
+    pub(super) const UNDEFINED: Self = Self {
+        size: f64::NAN,
+        skew: f64::NAN,
+    };
+
+    /// `corner` holds the extremes of the `alpha_k`.
+    #[inline(always)]
+    pub(super) fn new(size: f64, corner: Span, skew: f64) -> Self {
+        let is_upright = (corner.low > 0.0) | (corner.high < 0.0);
+        Self {
+            size,
+            skew: if is_upright { skew } else { 0.0 },
+        }
+    }
 }
 
 impl Metrics {

@@ -12,6 +12,7 @@
 mod angles;
 mod block;
 mod cells;
+mod column;
 pub mod criterion;
 mod detail;
 pub mod faces;

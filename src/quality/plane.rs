@@ -1,7 +1,7 @@
 //! Triangles, quadrilaterals and polygons, seen along a given direction.
 
 use super::angles::{Angles, Edge, Patch, signed_root};
-use super::metrics::Metrics;
+use super::metrics::{Knupp, Metrics};
 use super::span::{Span, greater};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 
@@ -41,12 +41,15 @@ pub(super) fn triangle(p: &[Vector; 3], facing: Vector) -> Metrics {
     let squares = [edges[0].square, edges[1].square, edges[2].square];
     let mut angles = Angles::NONE;
     angles.add_triangle(edges);
+    let alpha = jacobian.copysign(along);
+    let skew = 2.0 * 3f64.sqrt() * jacobian / (squares[0] + squares[1] + squares[2]);
     Metrics {
-        volume: (0.5 * jacobian).copysign(along),
+        volume: 0.5 * alpha,
         corner: Span::at(along),
         scaled: facing_span(triangle_scaled(jacobian, squares), along),
         edge: Span::of_array(squares),
         angles,
+        knupp: Knupp::new(alpha, Span::at(alpha), skew),
     }
 }
 
@@ -85,12 +88,16 @@ pub(super) fn quadrilateral(p: &[Vector; 4], facing: Vector) -> Metrics {
         a[1].inverse * b[0].inverse,
     ];
     let (mut area, mut corner, mut scaled) = (0.0, Span::EMPTY, Span::EMPTY);
+    let (mut parts, mut badness) = (Span::EMPTY, 0.0);
     let shrink = ratio(1.0, length);
     for i in 0..4 {
         let part = dot(normals[i], across) * shrink;
         area += part;
+        parts.include(part);
         corner.include(dot(normals[i], facing));
-        scaled.include(or_zero(part * (part.abs() * inverse_squares[i])));
+        let square = or_zero(part * (part.abs() * inverse_squares[i]));
+        scaled.include(square);
+        badness += 1.0 / square.abs().sqrt();
     }
     let as_triangle = triangle_scaled(norm(normals[1]), [a[0].square, b[1].square, b[0].square]);
     let quality = if patch.is_triangle() {
@@ -106,6 +113,7 @@ pub(super) fn quadrilateral(p: &[Vector; 4], facing: Vector) -> Metrics {
         scaled: facing_span(quality, along),
         edge: Span::of_array([a[0].square, b[1].square, a[1].square, b[0].square]),
         angles,
+        knupp: Knupp::new(area.copysign(along), parts, 4.0 / badness),
     }
 }
 
@@ -124,6 +132,7 @@ pub(super) fn polygon(n: usize, corner: impl Fn(usize) -> Vector, facing: Vector
         scaled: Span::UNDEFINED,
         edge: Span::of(squares),
         angles: Angles::NONE,
+        knupp: Knupp::UNDEFINED,
     }
 }
 

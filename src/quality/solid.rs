@@ -5,14 +5,18 @@
 //! positive: for a wedge that is a first triangle whose normal points at the second.
 
 use super::angles::{Angles, Edge, Patch, signed_root};
-use super::metrics::Metrics;
+use super::metrics::{Knupp, Metrics};
 use super::plane::{or_zero, ratio};
+use super::size_skew::inverse_cube_root;
 use super::span::{Span, greater};
 use crate::geometry::vector::{Vector, add, cross, dot, scale, sub};
 use std::f64::consts::SQRT_2;
 
 /// `2 / sqrt(3)`: makes the right prism's scaled Jacobian one.
 const TWO_OVER_SQRT_3: f64 = 1.154_700_538_379_251_7;
+
+/// The cube root of 3/4: makes the right prism's `f_skew` one.
+const CUBE_ROOT_OF_3_4: f64 = 0.908_560_296_416_069_8;
 
 /// `a . (b x c)`.
 #[inline(always)]
@@ -76,12 +80,18 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Metrics {
     let jacobian = det(edges[0].along, edges[1].along, edges[2].along);
     let mut angles = Angles::NONE;
     angles.add_tetrahedron(edges);
+    let corner = Span::at(jacobian);
+    let lengths = (squares[0] + squares[1] + squares[2]) + (squares[3] + squares[4] + squares[5]);
+    let cube = 2.0 * jacobian * jacobian;
+    let root = inverse_cube_root(cube);
+    let skew = 6.0 * (cube * root * root) / lengths;
     Metrics {
         volume: jacobian / 6.0,
-        corner: Span::at(jacobian),
+        corner,
         scaled: Span::at(signed_root(tetrahedron_scaled(jacobian, squares))),
         edge: Span::of_array(squares),
         angles,
+        knupp: Knupp::new(jacobian, corner, skew),
     }
 }
 
@@ -131,6 +141,11 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Metrics {
         corner.include(jacobian);
         scaled.include(tetrahedron_scaled(jacobian, squares));
     }
+    let badness = pyramid_badness(tets[2].0, around[0], around[3], up[0])
+        + pyramid_badness(tets[0].0, around[1], around[0], up[1])
+        + pyramid_badness(tets[3].0, around[2], around[1], up[2])
+        + pyramid_badness(tets[1].0, around[3], around[2], up[3]);
+    let size = (tets[0].0 + tets[1].0) + (tets[2].0 + tets[3].0);
     let scaled = roots(scaled, SQRT_2);
     let base = patch([0.0; 3], d, c, b);
     let sides = tets[0].0 + tets[1].0;
@@ -151,7 +166,21 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Metrics {
         },
         edge,
         angles,
+        knupp: Knupp::new(size, corner, 12.0 / badness),
     }
+}
+
+/// `|S|^2 / det(S)^(2/3)` at a corner of the base with the edges to the next and from the last corner; `S` takes the
+/// corner from that of the pyramid whose edges are all equal.
+///
+/// ```text
+/// det S = sqrt(2) alpha,   |S|^2 = |e_1|^2 + |e_2|^2 + |2 e_3 - e_1 - e_2|^2 / 2
+/// ```
+#[inline(always)]
+fn pyramid_badness(alpha: f64, next: Edge, last: Edge, up: Edge) -> f64 {
+    let leaning = add(scale(up.along, 2.0), sub(last.along, next.along));
+    let squares = next.square + last.square + 0.5 * dot(leaning, leaning);
+    squares * inverse_cube_root(2.0 * alpha * alpha)
 }
 
 #[inline(always)]
@@ -188,9 +217,13 @@ pub(super) fn wedge(p: &[Vector; 6]) -> Metrics {
         jacobian([top[1], top[2], up[2]]),
     ];
     let (mut corner, mut scaled) = (Span::EMPTY, Span::EMPTY);
+    let (mut size, mut badness) = (0.0, 0.0);
     for i in 0..6 {
-        corner.include(corners[i].0);
-        scaled.include(corners[i].1);
+        let (jacobian, square) = corners[i];
+        corner.include(jacobian);
+        scaled.include(square);
+        size += jacobian;
+        badness += inverse_cube_root(square.abs());
     }
     let mut angles = Angles::NONE;
     angles.add_triangle(bottom);
@@ -207,6 +240,7 @@ pub(super) fn wedge(p: &[Vector; 6]) -> Metrics {
         scaled: roots(scaled, TWO_OVER_SQRT_3),
         edge,
         angles,
+        knupp: Knupp::new(size, corner, 6.0 / (CUBE_ROOT_OF_3_4 * badness)),
     }
 }
 
@@ -278,9 +312,13 @@ pub(super) fn hexahedron(p: &[Vector; 8]) -> Metrics {
     );
     // Corners 0 to 3, then 4 to 7: z along the cross product that the face has there, and the other
     // two edges. The bottom is seen from below.
+    let (mut size, mut badness) = (0.0, 0.0);
     let mut add_corner = |jacobian: f64, u: Edge, v: Edge, w: Edge| {
+        let square = over_lengths(jacobian, u, v, w);
         corner.include(jacobian);
-        scaled.include(over_lengths(jacobian, u, v, w));
+        scaled.include(square);
+        size += jacobian;
+        badness += inverse_cube_root(square.abs());
     };
     add_corner(-dot(z[0].along, below[0]), x[0], y[0], z[0]);
     add_corner(-dot(z[1].along, below[3]), x[0], y[1], z[1]);
@@ -299,6 +337,7 @@ pub(super) fn hexahedron(p: &[Vector; 8]) -> Metrics {
         scaled: roots(scaled, 1.0),
         edge,
         angles,
+        knupp: Knupp::new(size, corner, 8.0 / badness),
     }
 }
 
@@ -344,5 +383,6 @@ where
         scaled: Span::UNDEFINED,
         edge: Span::UNDEFINED,
         angles: Angles::NONE,
+        knupp: Knupp::UNDEFINED,
     }
 }

@@ -5,6 +5,7 @@ use super::block::Block;
 use super::fold::{Folded, fold};
 use super::percentile::Histogram;
 use super::reference::Reference;
+use super::size_skew::{ReferenceSizes, SizeSkew};
 use super::span::Span;
 use super::validity::Validity;
 use super::visit::{self, CHUNK};
@@ -53,6 +54,8 @@ pub struct Summary {
     pub max_edge_ratio: Option<Extreme>,
     /// Largest equiangle skew.
     pub max_skew: Option<Extreme>,
+    /// Against the reference mesh.
+    pub size_skew: SizeSkew,
 }
 
 impl Summary {
@@ -84,19 +87,29 @@ impl Summary {
     }
 }
 
-/// Quality of the cells of `mesh` with their nodes at `points`, judged against `reference`.
+/// Quality of the cells of `mesh` with their nodes at `points`, judged against `reference` and the `sizes` there.
 ///
 /// One parallel pass. Sums are folded over fixed chunks of cells in order, so the result is the
 /// same on any number of threads.
 ///
 /// # Panics
-/// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
-pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Summary {
+/// When `points` has fewer nodes than the mesh, or `reference` and `sizes` are of a mesh with fewer cells.
+pub fn assess(
+    mesh: &Mesh,
+    points: &[Vector],
+    reference: &Reference,
+    sizes: &ReferenceSizes,
+) -> Summary {
     let histograms = Scratch::new(Histogram::new);
     let of_chunk = |range, histogram: &mut Histogram| {
         let (mut part, mut folded) = (CellTotals::new(), Folded::EMPTY);
         visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
-            fold(block, reference.signs_from(first), &mut folded);
+            fold(
+                block,
+                reference.signs_from(first),
+                sizes.from(first),
+                &mut folded,
+            );
             part.take(first, block, &folded, histogram);
         });
         part
@@ -128,6 +141,9 @@ struct CellTotals {
     max_edge_ratio_squared: Option<Extreme>,
     max_skew: Option<Extreme>,
     angles: Angles,
+    n_size_skew: usize,
+    size_skew_sum: f64,
+    min_size_skew: Option<Extreme>,
 }
 
 impl CellTotals {
@@ -144,6 +160,9 @@ impl CellTotals {
             max_edge_ratio_squared: None,
             max_skew: None,
             angles: Angles::NONE,
+            n_size_skew: 0,
+            size_skew_sum: 0.0,
+            min_size_skew: None,
         }
     }
 
@@ -180,6 +199,14 @@ impl CellTotals {
             first,
         );
         self.take_angles(first, block, &folded.angles);
+        self.n_size_skew += folded.n_size_skew;
+        self.size_skew_sum += folded.size_skew_sum;
+        lower(
+            &mut self.min_size_skew,
+            folded.least_size_skew,
+            &folded.size_skew[..n],
+            first,
+        );
     }
 
     fn name_inverted(&mut self, first: usize, corner: &[f64]) {
@@ -226,9 +253,12 @@ impl CellTotals {
         self.inverted_cells.extend(named);
         self.volume_sum += next.volume_sum;
         self.scaled_sum += next.scaled_sum;
+        self.n_size_skew += next.n_size_skew;
+        self.size_skew_sum += next.size_skew_sum;
         for (mine, theirs) in [
             (&mut self.min_volume, next.min_volume),
             (&mut self.min_scaled, next.min_scaled),
+            (&mut self.min_size_skew, next.min_size_skew),
         ] {
             if let Some(e) = theirs {
                 keep_less(mine, e.value, e.cell);
@@ -268,6 +298,10 @@ impl CellTotals {
                 ..e
             }),
             max_skew: self.max_skew,
+            size_skew: SizeSkew {
+                min: self.min_size_skew,
+                mean: (self.n_size_skew > 0).then(|| self.size_skew_sum / self.n_size_skew as f64),
+            },
         }
     }
 }

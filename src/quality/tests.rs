@@ -4,6 +4,16 @@ use super::*;
 use crate::mesh::{CellKind, Mesh, Values};
 use crate::quality::cells::CellMetrics;
 use crate::quality::detail::detail_arrays;
+use crate::quality::size_skew::ReferenceSizes;
+
+fn assess(mesh: &Mesh, points: &[[f64; 3]], reference: &Reference) -> Summary {
+    summary::assess(
+        mesh,
+        points,
+        reference,
+        &ReferenceSizes::of(mesh, reference),
+    )
+}
 
 /// Cells and metrics from VTK, by `scripts/make_cell_quality.py`.
 const FROM_VTK: &str = include_str!("../../testdata/cell_quality.csv");

@@ -131,12 +131,7 @@ pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
         max_normal_change_deg: computed.normal_change,
         ..Row::default()
     };
-    if let Some(Assessment {
-        cells,
-        faces,
-        size_skew,
-    }) = &computed.quality
-    {
+    if let Some(Assessment { cells, faces }) = &computed.quality {
         row.inverted = Some(cells.inverted);
         row.inverted_reference = Some(cells.inverted_reference);
         row.unproven = Some(cells.unproven);
@@ -148,8 +143,8 @@ pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
         row.max_edge_ratio = value(cells.max_edge_ratio);
         row.max_skew = value(cells.max_skew);
         row.max_non_orthogonality = value(faces.max_non_orthogonality);
-        row.min_size_skew = value(size_skew.min);
-        row.mean_size_skew = size_skew.mean;
+        row.min_size_skew = value(cells.size_skew.min);
+        row.mean_size_skew = cells.size_skew.mean;
     }
     row
 }

@@ -8,7 +8,6 @@ use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::error::{Error, Result};
 use crate::formats::Format;
-use crate::geometry::vector::Vector;
 use crate::mesh::{Cells, Mesh};
 use crate::quality::{Assessment, Criterion, Judge, Statistic, statistics};
 use std::collections::BTreeSet;
@@ -145,19 +144,16 @@ fn judge_mesh<'a>(
     if let Some(given) = &given {
         given.check(&mesh, &args.mesh)?;
     }
-    let (judge, before) = match given {
-        Some(given) => (given.judge, given.points),
-        None => {
-            let judge = context.stage("reference", || Ok(Judge::new(&mesh)))?;
-            (judge, mesh.points.clone())
-        }
+    let judge = match given {
+        Some(given) => given.judge,
+        None => context.stage("reference", || Ok(Judge::new(&mesh)))?,
     };
     let mut findings = Findings::new(args);
-    findings.take(None, &mesh, &judge, &before, context)?;
+    findings.take(None, &mesh, &judge, context)?;
     let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
     findings.metrics = Some(context.stage("metrics", every)?);
     if let (Some(path), Some(format)) = (&args.output, format.output) {
-        let with_arrays = with_arrays(mesh, &judge, &before);
+        let with_arrays = with_arrays(mesh, &judge);
         args.write.save(&with_arrays, path, format, context)?;
     }
     Ok(findings)
@@ -178,7 +174,7 @@ fn judge_sequence<'a>(
         let given = given.get_or_insert_with(|| Given::new(&mesh));
         given.check(&mesh, input.path_of(index))?;
         let step = Some(Step { index, time });
-        findings.take(step, &mesh, &given.judge, &given.points, context)?;
+        findings.take(step, &mesh, &given.judge, context)?;
     }
     Ok(findings)
 }
@@ -203,7 +199,6 @@ fn read(
 /// A reference for several meshes.
 struct Given {
     judge: Judge,
-    points: Vec<Vector>,
     cells: Cells,
 }
 
@@ -226,7 +221,6 @@ impl Given {
     fn new(mesh: &Mesh) -> Self {
         Self {
             judge: Judge::new(mesh),
-            points: mesh.points.clone(),
             cells: mesh.cells.clone(),
         }
     }
@@ -258,14 +252,12 @@ impl<'a> Findings<'a> {
         step: Option<Step>,
         mesh: &Mesh,
         judge: &Judge,
-        before: &[Vector],
         context: &Context,
     ) -> Result<()> {
         let points = &mesh.points;
         let quality = Assessment {
             cells: context.stage("cells", || Ok(judge.cells(mesh, points)))?,
             faces: context.stage("faces", || Ok(judge.faces(mesh, points)))?,
-            size_skew: context.stage("size-skew", || Ok(judge.size_skew(mesh, points, before)))?,
         };
         let mut met = Vec::new();
         for (i, criterion) in self.fail_on.iter().enumerate() {
@@ -336,8 +328,8 @@ fn sentence(criterion: &Criterion, met: &[Met]) -> String {
 }
 
 /// The mesh with an array for each metric, in place of those of the same names.
-fn with_arrays(mut mesh: Mesh, judge: &Judge, before: &[Vector]) -> Mesh {
-    let arrays = judge.arrays(&mesh, &mesh.points, before);
+fn with_arrays(mut mesh: Mesh, judge: &Judge) -> Mesh {
+    let arrays = judge.arrays(&mesh, &mesh.points);
     mesh.cell_arrays
         .retain(|old| arrays.iter().all(|new| new.name != old.name));
     mesh.cell_arrays.extend(arrays);

@@ -154,7 +154,7 @@ fn extreme(quality: &Assessment, column: &str) -> Option<Extreme> {
         "max_face_skewness" => faces.max_face_skewness,
         "min_volume_ratio" => faces.min_volume_ratio,
         "min_face_weight" => faces.min_face_weight,
-        "min_size_skew" => quality.size_skew.min,
+        "min_size_skew" => quality.cells.size_skew.min,
         _ => None,
     }
 }

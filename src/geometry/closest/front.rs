@@ -15,7 +15,7 @@ const PARTS: usize = 4;
 pub(super) struct Block<'a> {
     surface: &'a ClosestSurface<'a>,
     limit: f64,
-    /// Where the last foot was found: the next search starts from there.
+    /// The leaf where the last foot was found: the next search starts from there.
     hint: Option<usize>,
     /// Room for the searches.
     waiting: Stack,
@@ -49,8 +49,8 @@ impl<'a> Block<'a> {
         if points.len() <= TOGETHER {
             for (i, point) in points.iter().enumerate() {
                 let found = self.search(&front, point);
-                if let Some((at, foot)) = found {
-                    self.hint = Some(at);
+                if let Some((leaf, foot)) = found {
+                    self.hint = Some(leaf);
                     (self.found)(first + i, &foot);
                 }
             }

@@ -6,6 +6,7 @@ mod search;
 
 use super::bounds::Bounds;
 use super::curve;
+use super::facet::{FacetPack, PACK};
 use super::oriented::{Group, LANES, OrientedBox};
 use super::vector::{Vector, add, scale};
 use crate::parallel::{SMALL_BLOCK, block, collect, collect_in_blocks};
@@ -15,7 +16,7 @@ use search::{Front, Query, Stack, search};
 use std::borrow::Cow;
 
 /// Facets of a leaf.
-const LEAF: usize = 4;
+const LEAF: usize = PACK;
 
 /// Facets in a tree of oriented boxes, ready for closest-point queries.
 #[derive(Debug, Clone)]
@@ -25,6 +26,8 @@ pub struct ClosestSurface<'a> {
     facets: Vec<[u32; 3]>,
     /// Position of each facet in the list it was built from.
     origin: Vec<u32>,
+    /// The same side by side, 72 bytes a facet.
+    leaves: Vec<FacetPack>,
     /// Boxes by level, in groups; the first is of the leaves, and a box of the next holds a group.
     levels: Vec<Vec<Group>>,
     /// The connected surface of each point, called by its lowest point.
@@ -64,7 +67,8 @@ impl<'a> ClosestSurface<'a> {
         let points = points.into();
         let place = |i: u32| points[i as usize];
         let centres = collect(facets.len(), |i| {
-            let [a, b, c] = facets[i].map(place);
+            let [a, b, c] = facets[i];
+            let [a, b, c] = [place(a), place(b), place(c)];
             scale(add(add(a, b), c), 1.0 / 3.0)
         });
         let origin = curve::order(&centres);
@@ -83,12 +87,14 @@ impl<'a> ClosestSurface<'a> {
             }
             boxes = of_groups(&boxes, LANES, OrientedBox::joined);
         }
+        let leaves = of_groups(&facets, LEAF, |leaf| FacetPack::new(leaf, &points));
         let components = components(points.len(), &facets);
         let owners = owners(&facets, &components);
         Self {
             points,
             facets,
             origin,
+            leaves,
             levels,
             components,
             owners,
@@ -145,7 +151,6 @@ impl<'a> ClosestSurface<'a> {
     fn query<'q>(&'q self, point: &'q Vector, apart: Option<u32>) -> Query<'q> {
         Query {
             surface: self,
-            points: &self.points,
             point,
             apart,
         }

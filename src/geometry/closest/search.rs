@@ -1,8 +1,8 @@
 //! The search for the facet closest to one point: boxes by their distance, the nearest first.
 
-use super::super::facet::closest_weights;
+use super::super::facet::ClosestPoints;
 use super::super::oriented::LANES;
-use super::super::vector::{Vector, add, dot, scale, sub};
+use super::super::vector::Vector;
 use super::{ClosestSurface, Foot, LEAF};
 use multiversion::multiversion;
 
@@ -26,8 +26,12 @@ struct Waiting {
     node: u32,
 }
 
-/// The nearest boxes first, from those of a front and facet `hint` where there is one.
-#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+/// The nearest boxes first, from those of a front and leaf `hint` where there is one. The foot comes with its leaf.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
 pub(super) fn search(
     query: &Query<'_>,
     front: &Front,
@@ -35,13 +39,12 @@ pub(super) fn search(
     hint: Option<usize>,
     waiting: &mut Stack,
 ) -> Option<(usize, Foot)> {
-    let surface = query.surface;
     let mut best = Best {
         limit: limit * limit,
         found: None,
     };
-    if let Some(at) = hint {
-        best.consider(query, at);
+    if let Some(leaf) = hint {
+        best.consider(query, leaf);
     }
     waiting.n = 0;
     for &group in &front.groups {
@@ -57,13 +60,7 @@ pub(super) fn search(
             waiting.open(query, level - 1, node, best.limit, first);
             continue;
         }
-        let end = (LEAF * node + LEAF).min(surface.facets.len());
-        for at in LEAF * node..end {
-            let owner = || surface.components[surface.facets[at][0] as usize];
-            if query.apart.is_none_or(|own| owner() != own) {
-                best.consider(query, at);
-            }
-        }
+        best.consider(query, node);
     }
     best.found
 }
@@ -71,8 +68,6 @@ pub(super) fn search(
 /// What a search is for.
 pub(super) struct Query<'a> {
     pub(super) surface: &'a ClosestSurface<'a>,
-    /// Those of the surface.
-    pub(super) points: &'a [Vector],
     pub(super) point: &'a Vector,
     /// The component that is left out.
     pub(super) apart: Option<u32>,
@@ -134,25 +129,37 @@ impl Stack {
     }
 }
 
-/// What is found so far: position among the facets, and the foot on it.
+/// What is found so far: the leaf, and the foot on one of its facets.
 struct Best {
     limit: f64,
     found: Option<(usize, Foot)>,
 }
 
 impl Best {
+    /// Looks at the facets of a leaf.
     #[inline(always)]
-    fn consider(&mut self, query: &Query<'_>, at: usize) {
+    fn consider(&mut self, query: &Query<'_>, leaf: usize) {
         let surface = query.surface;
+        let closest = surface.leaves[leaf].closest(query.point);
+        let mut near = 0u32;
+        for lane in 0..LEAF {
+            near |= u32::from(closest.distances_squared[lane] <= self.limit) << lane;
+        }
+        while near != 0 {
+            let lane = near.trailing_zeros() as usize;
+            near &= near - 1;
+            self.take(query, leaf, lane, &closest);
+        }
+    }
+
+    /// Takes a facet if it is the closest so far.
+    #[inline(always)]
+    fn take(&mut self, query: &Query<'_>, leaf: usize, lane: usize, closest: &ClosestPoints) {
+        let (surface, at) = (query.surface, LEAF * leaf + lane);
+        let distance_squared = closest.distances_squared[lane];
         let corners = surface.facets[at];
-        let [a, b, c] = corners.map(|i| sub(query.points[i as usize], *query.point));
-        let weights = closest_weights(&[a, b, c]);
-        let away = add(
-            add(scale(a, weights[0]), scale(b, weights[1])),
-            scale(c, weights[2]),
-        );
-        let distance_squared = dot(away, away);
-        if distance_squared > self.limit {
+        let owner = || surface.components[corners[0] as usize];
+        if distance_squared > self.limit || query.apart.is_some_and(|own| owner() == own) {
             return;
         }
         let facet = surface.origin[at] as usize;
@@ -161,12 +168,13 @@ impl Best {
             return;
         }
         self.limit = distance_squared;
+        let weights = &closest.weights;
         let foot = Foot {
             facet,
             corners,
-            weights,
+            weights: [weights[0][lane], weights[1][lane], weights[2][lane]],
             distance_squared,
         };
-        self.found = Some((at, foot));
+        self.found = Some((leaf, foot));
     }
 }

@@ -211,7 +211,17 @@ fn whole_groups(mut open: &mut [Open]) -> Vec<&mut [Open]> {
 
 /// Pairs sides of equal hash, which are few.
 fn settle(cells: &Cells, alike: &mut [Open]) {
-    let entries: Vec<Entry> = alike.iter().map(|open| entry(cells, open)).collect();
+    let mut few = [Entry::COLLAPSED; 4];
+    let mut many = Vec::new();
+    let entries = if alike.len() <= few.len() {
+        &mut few[..alike.len()]
+    } else {
+        many.resize(alike.len(), Entry::COLLAPSED);
+        &mut many
+    };
+    for (entry, open) in entries.iter_mut().zip(alike.iter()) {
+        *entry = entry_of(cells, open);
+    }
     for at in 0..alike.len() {
         if alike[at].is_boundary() || alike[at].code() != OPEN {
             continue;
@@ -232,7 +242,7 @@ fn settle(cells: &Cells, alike: &mut [Open]) {
 }
 
 /// The entry that an open side was made from.
-fn entry(cells: &Cells, open: &Open) -> Entry {
+fn entry_of(cells: &Cells, open: &Open) -> Entry {
     let cell = cells.get(open.cell as usize);
     let made = |corners: &[u32]| Entry::new(corners, 1, cell.index, open.face());
     let made = match open.is_boundary() {

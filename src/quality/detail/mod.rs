@@ -103,10 +103,12 @@ struct Placed<'a> {
 impl Placed<'_> {
     /// Its corners, with x multiplied by `turn`.
     fn corners<const N: usize>(&self, turn: f64) -> [Vector; N] {
-        std::array::from_fn(|k| {
+        let mut corners = [[0.0; 3]; N];
+        for k in 0..N {
             let [x, y, z] = self.points[self.nodes[k] as usize];
-            [turn * x, y, z]
-        })
+            corners[k] = [turn * x, y, z];
+        }
+        corners
     }
 }
 

@@ -1,5 +1,6 @@
 //! Tetrahedra, pyramids, wedges and hexahedra, in the order in which Verdict has them positive.
 
+use super::super::size_skew::inverse_cube_root;
 use super::plane::quadrilateral;
 use super::{Detail, over};
 use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
@@ -22,6 +23,7 @@ struct Corner {
 }
 
 impl Corner {
+    #[inline(always)]
     fn new(edges: [Vector; 3]) -> Self {
         let [a, b, c] = edges;
         Self {
@@ -31,9 +33,9 @@ impl Corner {
         }
     }
 
-    #[inline]
-    fn at(p: &[Vector], corner: [u8; 4]) -> Self {
-        let [at, a, b, c] = corner.map(usize::from);
+    #[inline(always)]
+    fn at(p: &[Vector], [at, a, b, c]: [u8; 4]) -> Self {
+        let [at, a, b, c] = [at as usize, a as usize, b as usize, c as usize];
         Self::new([sub(p[a], p[at]), sub(p[b], p[at]), sub(p[c], p[at])])
     }
 
@@ -46,10 +48,8 @@ impl Corner {
     /// Sum of the squares of all cofactors.
     fn minors(&self) -> f64 {
         let [a, b, c] = self.edges;
-        [cross(a, b), cross(b, c), cross(c, a)]
-            .iter()
-            .map(|normal| dot(*normal, *normal))
-            .sum()
+        let (ab, bc, ca) = (cross(a, b), cross(b, c), cross(c, a));
+        dot(ab, ab) + dot(bc, bc) + dot(ca, ca)
     }
 
     /// `3 (f J)^(2/3) / (|a|^2 + |b|^2 + |c|^2)`, at least 0.
@@ -69,9 +69,9 @@ impl Corner {
     }
 }
 
+#[inline]
 fn two_thirds_power(x: f64) -> f64 {
-    let root = x.cbrt();
-    root * root
+    x * inverse_cube_root(x)
 }
 
 /// A tetrahedron with edges `L` from its first corner, `C` the matrix that takes the regular
@@ -87,10 +87,13 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Detail {
     let corner = Corner::at(p, [0, 1, 2, 3]);
     let [ab, ac, ad] = corner.edges;
     let [bc, bd, cd] = [sub(ac, ab), sub(ad, ab), sub(ad, ac)];
-    let areas = [(ab, bc), (ab, ad), (ac, ad), (bc, cd)];
-    let areas: f64 = areas.iter().map(|&(a, b)| norm(cross(a, b))).sum();
-    let squares = [ab, ac, ad, bc, bd, cd].map(|edge| dot(edge, edge));
-    let longest = squares.into_iter().fold(0.0, f64::max).sqrt();
+    let area = |a: Vector, b: Vector| norm(cross(a, b));
+    let areas = area(ab, bc) + area(ab, ad) + area(ac, ad) + area(bc, cd);
+    let mut longest = 0.0;
+    for edge in [ab, ac, ad, bc, bd, cd] {
+        longest = f64::max(longest, dot(edge, edge));
+    }
+    let longest = longest.sqrt();
     let regular = Corner::new([
         ab,
         scale(sub(scale(ac, 2.0), ab), 1.0 / SQRT_3),
@@ -123,9 +126,12 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Detail {
 /// (9.7) leaves out the longer of the first two edges.
 pub(super) fn pyramid(p: &[Vector; 5]) -> Detail {
     let tetrahedra = [[0, 1, 2, 4], [0, 2, 3, 4], [0, 1, 3, 4], [1, 2, 3, 4]];
-    let jacobians = tetrahedra.map(|corner| Corner::at(p, corner).jacobian);
+    let mut jacobian = f64::INFINITY;
+    for corner in tetrahedra {
+        jacobian = f64::min(jacobian, Corner::at(p, corner).jacobian);
+    }
     Detail {
-        jacobian: jacobians.into_iter().fold(f64::INFINITY, f64::min),
+        jacobian,
         shape: pyramid_shape(p),
         ..Detail::NONE
     }
@@ -170,16 +176,18 @@ fn area_direction(p: &[Vector; 4]) -> Vector {
 /// shape      min over 6 corners of 3 (2 / sqrt(3) J)^(2/3) / (|a|^2 + |b|^2 + |c|^2), 0 to 1
 /// ```
 pub(super) fn wedge(p: &[Vector; 6]) -> Detail {
-    let corners = WEDGE.map(|corner| Corner::at(p, corner));
-    let frobenius = corners.iter().map(|corner| {
-        let volume = (2.0 * corner.jacobian * corner.jacobian).cbrt();
-        over(corner.against_regular(), 3.0 * volume)
-    });
-    let condition = frobenius.fold(0.0, f64::max) / WEDGE_CONDITION;
+    let (mut jacobian, mut frobenius, mut shape) = (f64::INFINITY, 0.0, 1.0);
+    for k in 0..6 {
+        let corner = Corner::at(p, WEDGE[k]);
+        jacobian = f64::min(jacobian, corner.jacobian);
+        shape = f64::min(shape, corner.mean_ratio(2.0 / SQRT_3));
+        let volume = two_thirds_power(SQRT_2 * corner.jacobian.abs());
+        frobenius = f64::max(frobenius, over(corner.against_regular(), 3.0 * volume));
+    }
     Detail {
-        jacobian: least(corners.iter().map(|corner| corner.jacobian)),
-        condition: condition.max(1.0),
-        shape: least(corners.iter().map(|corner| corner.mean_ratio(2.0 / SQRT_3))).min(1.0),
+        jacobian,
+        condition: (frobenius / WEDGE_CONDITION).max(1.0),
+        shape,
         ..Detail::NONE
     }
 }
@@ -193,10 +201,16 @@ pub(super) fn wedge(p: &[Vector; 6]) -> Detail {
 /// skew       largest cosine between two of X, Y, Z
 /// ```
 pub(super) fn hexahedron(p: &[Vector; 8]) -> Detail {
-    let corners = HEXAHEDRON.map(|corner| Corner::at(p, corner));
+    let (mut jacobian, mut condition, mut shape) = (f64::INFINITY, 0.0, 1.0);
+    for k in 0..8 {
+        let corner = Corner::at(p, HEXAHEDRON[k]);
+        jacobian = f64::min(jacobian, corner.jacobian);
+        condition = f64::max(condition, corner.condition());
+        shape = f64::min(shape, corner.mean_ratio(1.0));
+    }
     let axis = |to: [usize; 4], from: [usize; 4]| {
-        let edges = [0, 1, 2, 3].map(|i| sub(p[to[i]], p[from[i]]));
-        add(add(edges[0], edges[1]), add(edges[2], edges[3]))
+        let edge = |i: usize| sub(p[to[i]], p[from[i]]);
+        add(add(edge(0), edge(1)), add(edge(2), edge(3)))
     };
     let x = axis([1, 2, 5, 6], [0, 3, 4, 7]);
     let y = axis([2, 3, 6, 7], [1, 0, 5, 4]);
@@ -204,14 +218,10 @@ pub(super) fn hexahedron(p: &[Vector; 8]) -> Detail {
     let cosine = |a: Vector, b: Vector| over(dot(a, b).abs(), norm(a) * norm(b));
     let centre = dot(x, cross(y, z)) / 64.0;
     Detail {
-        jacobian: least(corners.iter().map(|corner| corner.jacobian)).min(centre),
-        condition: corners.iter().map(Corner::condition).fold(0.0, f64::max),
-        shape: least(corners.iter().map(|corner| corner.mean_ratio(1.0))).min(1.0),
+        jacobian: jacobian.min(centre),
+        condition,
+        shape,
         skew: cosine(x, y).max(cosine(y, z)).max(cosine(z, x)),
         ..Detail::NONE
     }
-}
-
-fn least(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(f64::INFINITY, f64::min)
 }

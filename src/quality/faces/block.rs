@@ -3,12 +3,12 @@
 
 use super::geometry::{self, Centre, FaceMetrics};
 use crate::geometry::vector::Vector;
+use crate::quality::block::{BLOCK, Column};
+use crate::quality::column::{greatest, least, sum};
 use multiversion::multiversion;
 
-/// Most faces in a block: small enough to stay in the first cache.
-pub(super) const BLOCK: usize = 64;
-
-type Column = [f64; BLOCK];
+/// Centres of cells side by side: three coordinates and the volume.
+pub(super) type CentreColumns = [Column; 4];
 
 /// Up to [`BLOCK`] faces of `N` corners each; entries of columns beyond them are undefined.
 pub(super) struct FaceBlock<const N: usize> {
@@ -18,12 +18,21 @@ pub(super) struct FaceBlock<const N: usize> {
     normal: [Column; 3],
     /// 1, or -1 where the corners turn so that the area points at the owner.
     turn: Column,
-    /// Centre and volume of the owner, then of the other cell.
-    centres: [[Column; 4]; 2],
+    /// Of the owner, then of the other cell.
+    centres: [CentreColumns; 2],
     cells: [[u32; BLOCK]; 2],
 }
 
-/// What was measured on the faces of a block.
+/// Where the numbers of up to [`BLOCK`] faces of `N` corners are, as in [`FaceBlock`].
+pub(super) struct Faces<'a, const N: usize> {
+    pub corners: [&'a [Column; 3]; N],
+    pub normal: &'a [Column; 3],
+    pub turn: &'a Column,
+    pub centres: [&'a CentreColumns; 2],
+}
+
+/// What was measured on the faces of a block. All of it is NaN where a cell has another's centre for its face, see
+/// [`Faces::measure`].
 pub(super) struct Measured<'a> {
     /// Owner of each face and the other cell.
     pub cells: [&'a [u32]; 2],
@@ -31,6 +40,17 @@ pub(super) struct Measured<'a> {
     pub skewness: &'a [f64],
     pub volume_ratio: &'a [f64],
     pub weight: &'a [f64],
+    pub extremes: Extremes,
+}
+
+/// Over the faces of a block.
+#[derive(Default, Clone, Copy)]
+pub(super) struct Extremes {
+    pub cosine_sum: f64,
+    pub least_cosine: f64,
+    pub most_skewness: f64,
+    pub least_volume_ratio: f64,
+    pub least_weight: f64,
 }
 
 /// A face between two cells.
@@ -98,14 +118,30 @@ impl<const N: usize> FaceBlock<N> {
         if n == 0 {
             return;
         }
+        let faces = Faces {
+            corners: self.corners.each_ref(),
+            normal: &self.normal,
+            turn: &self.turn,
+            centres: self.centres.each_ref(),
+        };
+        faces.measure([&self.cells[0][..n], &self.cells[1][..n]], take);
+    }
+}
+
+impl<const N: usize> Faces<'_, N> {
+    /// Measures the faces that these cells have. Where there is none, the other centre is not a number, and neither is
+    /// what is measured.
+    pub(super) fn measure(&self, cells: [&[u32]; 2], take: &mut impl FnMut(&Measured<'_>)) {
+        let n = cells[0].len();
         let mut found = [[0.0; BLOCK]; 4];
-        measure(self, &mut found);
+        let extremes = measure(self, n, &mut found);
         take(&Measured {
-            cells: [&self.cells[0][..n], &self.cells[1][..n]],
+            cells,
             cosine: &found[0][..n],
             skewness: &found[1][..n],
             volume_ratio: &found[2][..n],
             weight: &found[3][..n],
+            extremes,
         });
     }
 }
@@ -115,31 +151,33 @@ impl<const N: usize> FaceBlock<N> {
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn measure<const N: usize>(block: &FaceBlock<N>, found: &mut [Column; 4]) {
+fn measure<const N: usize>(faces: &Faces<'_, N>, n: usize, found: &mut [Column; 4]) -> Extremes {
     for i in 0..BLOCK {
         let vector = |columns: &[Column; 3]| [columns[0][i], columns[1][i], columns[2][i]];
         let mut p = [[0.0; 3]; N];
         for k in 0..N {
-            p[k] = vector(&block.corners[k]);
+            p[k] = vector(faces.corners[k]);
         }
         let centre = |side: usize| {
-            let [x, y, z, volume] = &block.centres[side];
+            let [x, y, z, volume] = faces.centres[side];
             Centre {
                 at: [x[i], y[i], z[i]],
                 volume: volume[i],
             }
         };
-        let metrics = turned(
-            &p,
-            vector(&block.normal),
-            block.turn[i],
-            &centre(0),
-            &centre(1),
-        );
+        let normal = vector(faces.normal);
+        let metrics = turned(&p, normal, faces.turn[i], &centre(0), &centre(1));
         found[0][i] = metrics.cosine;
         found[1][i] = metrics.skewness;
         found[2][i] = metrics.volume_ratio;
         found[3][i] = metrics.weight;
+    }
+    Extremes {
+        cosine_sum: sum(&found[0][..n]),
+        least_cosine: least(&found[0][..n]),
+        most_skewness: greatest(&found[1][..n]),
+        least_volume_ratio: least(&found[2][..n]),
+        least_weight: least(&found[3][..n]),
     }
 }
 
@@ -166,11 +204,19 @@ pub(super) fn one(points: &[Vector], face: &Between<'_>, take: &mut impl FnMut(&
     let shape = geometry::face(n, corner, face.normal);
     let [first, second] = &face.centres;
     let metrics = geometry::inner(&shape, n, corner, first, second);
+    let cosine = face.turn * metrics.cosine;
     take(&Measured {
         cells: [&face.cells[..1], &face.cells[1..]],
-        cosine: &[face.turn * metrics.cosine],
+        cosine: &[cosine],
         skewness: &[metrics.skewness],
         volume_ratio: &[metrics.volume_ratio],
         weight: &[metrics.weight],
+        extremes: Extremes {
+            cosine_sum: cosine,
+            least_cosine: cosine,
+            most_skewness: metrics.skewness,
+            least_volume_ratio: metrics.volume_ratio,
+            least_weight: metrics.weight,
+        },
     });
 }

@@ -1,20 +1,19 @@
-//! Centres and volumes of all cells with nodes at given positions. Those of triangles and tetrahedra
-//! are computed on demand, which is as fast as looking them up.
+//! Centres and volumes of all cells with nodes at given positions, volumes positive for the orientation that a cell has
+//! in the reference mesh. Those of triangles and tetrahedra are computed on demand, which is as fast as looking them up.
 
 use super::super::facing::Facing;
 use super::super::plane::vector_area;
 use super::super::reference::Reference;
 use super::geometry::{self, Centre, Face};
+use super::solids::{self, Hexahedron, Pyramid, Solid, Wedge};
 use crate::geometry::vector::{Vector, dot, scale, unit};
 use crate::mesh::sides::for_each_side;
 use crate::mesh::{CellKind, CellRef, CellRun, Mesh};
 use crate::parallel;
-use multiversion::multiversion;
+use crate::quality::block::{BLOCK, gather};
 
 /// Cells that one task works on.
 const CHUNK: usize = 4096;
-/// Cells side by side in vectors.
-const BLOCK: usize = 64;
 
 /// Centres of the cells of a mesh's own dimension.
 pub(super) struct Centres<'a> {
@@ -24,7 +23,7 @@ pub(super) struct Centres<'a> {
     dimension: u8,
     /// For each run of cells, where those of its cells begin in `stored`.
     starts: Vec<usize>,
-    stored: Vec<Centre>,
+    pub stored: Vec<Centre>,
 }
 
 /// Cells whose centres are not stored.
@@ -33,7 +32,13 @@ pub(super) fn is_simplex(kind: CellKind) -> bool {
 }
 
 impl<'a> Centres<'a> {
-    pub(super) fn new(mesh: &'a Mesh, points: &'a [Vector], reference: &'a Reference) -> Self {
+    /// `stored` is memory that was used before.
+    pub(super) fn new(
+        mesh: &'a Mesh,
+        points: &'a [Vector],
+        reference: &'a Reference,
+        mut stored: Vec<Centre>,
+    ) -> Self {
         let dimension = mesh.dimension();
         let n_stored = |run: &CellRun| {
             if run.kind.dimension() == dimension && !is_simplex(run.kind) {
@@ -56,7 +61,7 @@ impl<'a> Centres<'a> {
             dimension,
             stored: Vec::new(),
         };
-        let mut stored = vec![Centre::default(); n];
+        stored.resize(n, Centre::default());
         let mut rest = &mut stored[..];
         let mut tasks = Vec::new();
         let n_cells = mesh.cells.len();
@@ -87,22 +92,38 @@ impl<'a> Centres<'a> {
             return;
         }
         match run.kind.linear() {
-            CellKind::Hexahedron => self.fill_solid::<Hexahedron, 8>(run, centres),
-            CellKind::Wedge => self.fill_solid::<Wedge, 6>(run, centres),
-            CellKind::Pyramid => self.fill_solid::<Pyramid, 5>(run, centres),
+            CellKind::Hexahedron => self.fill_solid::<Hexahedron, 8, 6>(run, centres),
+            CellKind::Wedge => self.fill_solid::<Wedge, 6, 5>(run, centres),
+            CellKind::Pyramid => self.fill_solid::<Pyramid, 5, 5>(run, centres),
             _ => {
-                for (cell, centre) in run.cell_refs().zip(centres) {
+                for (cell, centre) in run.cell_refs().zip(centres.iter_mut()) {
                     *centre = self.of_any(&cell);
                 }
             }
         }
+        let turn = turn(run.kind);
+        for (cell, centre) in (run.first_cell..).zip(centres) {
+            centre.volume *= turn * f64::from(self.reference.sign(cell));
+        }
     }
 
-    fn fill_solid<S: Solid<N>, const N: usize>(&self, run: &CellRun, centres: &mut [Centre]) {
+    fn fill_solid<S: Solid<N, F>, const N: usize, const F: usize>(
+        &self,
+        run: &CellRun,
+        centres: &mut [Centre],
+    ) {
         let mut corners = [[[0.0; BLOCK]; 3]; N];
+        let mut found = [[0.0; BLOCK]; 4];
         let cells = run.connectivity.chunks(BLOCK * run.n_nodes);
         for (cells, centres) in cells.zip(centres.chunks_mut(BLOCK)) {
-            solid_centres::<S, N>(cells, run.n_nodes, self.points, &mut corners, centres);
+            gather(cells, run.n_nodes, self.points, &mut corners);
+            solids::centres::<S, N, F>(&corners, &mut found);
+            for (i, centre) in centres.iter_mut().enumerate() {
+                *centre = Centre {
+                    at: [found[0][i], found[1][i], found[2][i]],
+                    volume: found[3][i],
+                };
+            }
         }
     }
 
@@ -129,6 +150,15 @@ impl<'a> Centres<'a> {
         let area = vector_area(n_corners, |i| self.points[cell.nodes[i] as usize]);
         let normal = unit(area).unwrap_or(toward);
         scale(normal, 1f64.copysign(dot(normal, toward)))
+    }
+}
+
+/// -1 for the only kind whose faces point inward where the Verdict library has it positive.
+fn turn(kind: CellKind) -> f64 {
+    if kind.linear() == CellKind::Wedge {
+        -1.0
+    } else {
+        1.0
     }
 }
 
@@ -177,15 +207,26 @@ impl<'a> Finder<'a> {
             CellKind::Tetrahedron => Form::Tetrahedron,
             _ => Form::Stored,
         };
-        // The only kind whose faces point inward where the Verdict library has it positive.
-        let is_wedge = self.run.kind.linear() == CellKind::Wedge;
-        self.turn = if is_wedge { -1.0 } else { 1.0 };
+        self.turn = turn(self.run.kind);
     }
 
-    /// Centre of a cell, its volume positive for the orientation that it has in the reference mesh; and
-    /// 1 where its faces point outward there as its kind lists them, else -1.
+    /// 1 where the faces of a cell point outward in the reference mesh as its kind lists them, else -1.
     #[inline(always)]
-    pub(super) fn centre(&mut self, cell: usize) -> (Centre, f64) {
+    pub(super) fn turn(&mut self, cell: usize) -> f64 {
+        if cell < self.run.first_cell || cell >= self.end {
+            self.go_to(cell);
+        }
+        self.turn * f64::from(self.centres.reference.sign(cell))
+    }
+
+    /// Whether the centres of the cells of the last cell's run are computed on demand.
+    pub(super) fn is_simplex(&self) -> bool {
+        is_simplex(self.run.kind)
+    }
+
+    /// Centre of a cell.
+    #[inline(always)]
+    pub(super) fn centre(&mut self, cell: usize) -> Centre {
         if cell < self.run.first_cell || cell >= self.end {
             self.go_to(cell);
         }
@@ -196,7 +237,12 @@ impl<'a> Finder<'a> {
         let centre = match self.form {
             Form::Tetrahedron => {
                 let nodes = nodes.first_chunk::<4>().expect("a cell has its corners");
-                geometry::solid_simplex(nodes.map(point))
+                geometry::solid_simplex([
+                    point(nodes[0]),
+                    point(nodes[1]),
+                    point(nodes[2]),
+                    point(nodes[3]),
+                ])
             }
             Form::Triangle => {
                 let cell = CellRef {
@@ -205,88 +251,14 @@ impl<'a> Finder<'a> {
                     nodes,
                 };
                 let nodes = nodes.first_chunk::<3>().expect("a cell has its corners");
-                geometry::plane_simplex(nodes.map(point), self.centres.normal(&cell))
+                geometry::plane_simplex(
+                    [point(nodes[0]), point(nodes[1]), point(nodes[2])],
+                    self.centres.normal(&cell),
+                )
             }
-            Form::Stored => self.centres.stored[self.start + at],
+            Form::Stored => return self.centres.stored[self.start + at],
         };
-        let outward = self.turn * f64::from(self.centres.reference.sign(cell));
-        let volume = centre.volume * outward;
-        (Centre { volume, ..centre }, outward)
-    }
-}
-
-/// A kind of solid cell with `N` corners.
-trait Solid<const N: usize> {
-    fn centre(corner: impl Fn(usize) -> Vector) -> Centre;
-}
-
-#[inline(always)]
-fn tri(corner: &impl Fn(usize) -> Vector, nodes: [usize; 3]) -> Face {
-    geometry::triangle(corner(nodes[0]), corner(nodes[1]), corner(nodes[2]))
-}
-
-#[inline(always)]
-fn quad(corner: &impl Fn(usize) -> Vector, nodes: [usize; 4]) -> Face {
-    geometry::polygon(4, |i| corner(nodes[i]))
-}
-
-macro_rules! solids {
-    ($($name:ident $n:literal: $($face:ident $nodes:expr),+;)*) => {
-        $(
-            struct $name;
-
-            impl Solid<$n> for $name {
-                #[inline(always)]
-                fn centre(corner: impl Fn(usize) -> Vector) -> Centre {
-                    geometry::cell(&[$($face(&corner, $nodes)),+], 3)
-                }
-            }
-        )*
-    };
-}
-
-// As in `CellKind::faces`.
-solids! {
-    Hexahedron 8: quad [0, 4, 7, 3], quad [1, 2, 6, 5], quad [0, 1, 5, 4], quad [3, 7, 6, 2], quad [0, 3, 2, 1],
-        quad [4, 5, 6, 7];
-    Wedge 6: tri [0, 1, 2], tri [3, 5, 4], quad [0, 3, 4, 1], quad [1, 4, 5, 2], quad [2, 5, 3, 0];
-    Pyramid 5: quad [0, 3, 2, 1], tri [0, 1, 4], tri [1, 2, 4], tri [2, 3, 4], tri [3, 0, 4];
-}
-
-/// Centres of at most [`BLOCK`] cells of `n_nodes` nodes each.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn solid_centres<S: Solid<N>, const N: usize>(
-    cells: &[u32],
-    n_nodes: usize,
-    points: &[Vector],
-    corners: &mut [[[f64; BLOCK]; 3]; N],
-    centres: &mut [Centre],
-) {
-    for (i, nodes) in cells.chunks_exact(n_nodes).take(BLOCK).enumerate() {
-        let nodes = nodes.first_chunk::<N>().expect("a cell has its corners");
-        for k in 0..N {
-            let point = points[nodes[k] as usize];
-            for axis in 0..3 {
-                corners[k][axis][i] = point[axis];
-            }
-        }
-    }
-    let mut found = [[0.0; BLOCK]; 4];
-    for i in 0..BLOCK {
-        let centre = S::centre(|k| [corners[k][0][i], corners[k][1][i], corners[k][2][i]]);
-        found[0][i] = centre.at[0];
-        found[1][i] = centre.at[1];
-        found[2][i] = centre.at[2];
-        found[3][i] = centre.volume;
-    }
-    for (i, centre) in centres.iter_mut().take(BLOCK).enumerate() {
-        *centre = Centre {
-            at: [found[0][i], found[1][i], found[2][i]],
-            volume: found[3][i],
-        };
+        let volume = centre.volume * f64::from(self.centres.reference.sign(cell));
+        Centre { volume, ..centre }
     }
 }

@@ -26,6 +26,14 @@ pub(super) struct Centre {
     pub volume: f64,
 }
 
+impl Centre {
+    /// In place of one that is not there.
+    pub(super) const NONE: Self = Self {
+        at: [f64::NAN; 3],
+        volume: f64::NAN,
+    };
+}
+
 /// What is measured on a face between two cells.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FaceMetrics {

@@ -5,6 +5,7 @@ mod block;
 mod centres;
 mod geometry;
 mod per_cell;
+mod solids;
 #[cfg(test)]
 mod tests;
 mod walk;
@@ -16,7 +17,9 @@ use crate::mesh::{Adjacency, Mesh};
 use crate::parallel;
 use block::Measured;
 use centres::Centres;
+use geometry::Centre;
 pub use per_cell::per_cell;
+use std::sync::{Mutex, PoisonError};
 
 /// Quality of the faces between the volume cells of a mesh. `None` where there are none. An extreme
 /// names the face's owner, the first of its cells.
@@ -53,6 +56,20 @@ impl FaceSummary {
     }
 }
 
+/// Memory for centres of cells that is used again at the next step: fresh memory costs as much time as the centres.
+#[derive(Debug, Default)]
+pub struct Workspace(Mutex<Vec<Centre>>);
+
+impl Workspace {
+    fn take(&self) -> Vec<Centre> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn keep(&self, centres: Vec<Centre>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = centres;
+    }
+}
+
 /// Bytes that centres of cells take while faces are judged.
 pub(super) fn step_bytes(mesh: &Mesh) -> usize {
     let stored = mesh
@@ -63,7 +80,7 @@ pub(super) fn step_bytes(mesh: &Mesh) -> usize {
 
 /// Quality of the faces of `mesh` with its nodes at `points`.
 ///
-/// Two parallel passes: centres of cells that are no simplices (32 bytes each), then faces. Sums are
+/// Two parallel passes: centres of cells that are no simplices (32 bytes each, which `workspace` keeps), then faces. Sums are
 /// folded over fixed chunks in order, so the result is the same on any number of threads.
 ///
 /// # Panics
@@ -74,8 +91,9 @@ pub fn assess(
     points: &[Vector],
     reference: &Reference,
     adjacency: &Adjacency,
+    workspace: &Workspace,
 ) -> FaceSummary {
-    let centres = Centres::new(mesh, points, reference);
+    let centres = Centres::new(mesh, points, reference, workspace.take());
     let parts = parallel::map(adjacency.n_chunks(), &|chunk| {
         let mut part = FaceTotals::default();
         walk::faces_of(&centres, adjacency, chunk, &mut part);
@@ -85,6 +103,7 @@ pub fn assess(
     for part in &parts {
         whole.append(part);
     }
+    workspace.keep(centres.stored);
     whole.finish(adjacency)
 }
 
@@ -114,6 +133,15 @@ impl Least {
         }
     }
 
+    /// Includes `sign` times the values of some cells, which are ascending; `extreme` is the value where that is least.
+    #[inline]
+    fn include_all(&mut self, sign: f64, extreme: f64, values: &[f64], cells: &[u32]) {
+        let may_be_less = self.0.is_none_or(|(least, _)| sign * extreme <= least);
+        if may_be_less && let Some(i) = values.iter().position(|&value| value == extreme) {
+            self.include(sign * extreme, cells[i]);
+        }
+    }
+
     fn merge(&mut self, other: Self) {
         if let Some((value, cell)) = other.0 {
             self.include(value, cell);
@@ -130,15 +158,17 @@ impl Least {
 
 impl walk::Sink for FaceTotals {
     fn inner(&mut self, faces: &Measured<'_>) {
-        let mut sum = 0.0;
-        for (i, &owner) in faces.cells[0].iter().enumerate() {
-            sum += faces.cosine[i];
-            self.min_cosine.include(faces.cosine[i], owner);
-            self.max_skewness.include(-faces.skewness[i], owner);
-            self.min_volume_ratio.include(faces.volume_ratio[i], owner);
-            self.min_weight.include(faces.weight[i], owner);
-        }
-        self.cosine_sum += sum;
+        let all = &faces.extremes;
+        self.cosine_sum += all.cosine_sum;
+        let owners = faces.cells[0];
+        self.min_cosine
+            .include_all(1.0, all.least_cosine, faces.cosine, owners);
+        self.max_skewness
+            .include_all(-1.0, all.most_skewness, faces.skewness, owners);
+        self.min_volume_ratio
+            .include_all(1.0, all.least_volume_ratio, faces.volume_ratio, owners);
+        self.min_weight
+            .include_all(1.0, all.least_weight, faces.weight, owners);
     }
 
     fn outer(&mut self, cell: usize, skewness: f64) {

@@ -42,7 +42,7 @@ pub fn per_cell(
     reference: &Reference,
     adjacency: &Adjacency,
 ) -> FaceArrays {
-    let centres = Centres::new(mesh, points, reference);
+    let centres = Centres::new(mesh, points, reference, Vec::new());
     let nothing = || {
         (0..mesh.cells.len())
             .map(|_| AtomicI64::new(NOTHING))

@@ -39,7 +39,7 @@ fn two_cubes_are_orthogonal_and_a_slanted_one_is_not() {
     for as_polyhedron in [false, true] {
         let mesh = two_cubes(as_polyhedron);
         let judge = Judge::new(&mesh);
-        let good = judge.assess(&mesh, &mesh.points, &mesh.points).faces;
+        let good = judge.assess(&mesh, &mesh.points).faces;
         assert_eq!((good.n_inner, good.n_outer), (1, 10));
         let value = |name: &str, quality: &super::FaceSummary| {
             let found = quality.columns().into_iter().find(|(n, _)| *n == name);
@@ -62,7 +62,7 @@ fn two_cubes_are_orthogonal_and_a_slanted_one_is_not() {
                 }
             })
             .collect();
-        let bad = judge.assess(&mesh, &moved, &mesh.points).faces;
+        let bad = judge.assess(&mesh, &moved).faces;
         let angle = (1.0f64 / 1.5).atan().to_degrees();
         assert!(close(value("max_non_orthogonality", &bad), angle));
         assert!(close(value("mean_non_orthogonality", &bad), angle));
@@ -159,9 +159,7 @@ fn a_cell_and_its_mirror_image_are_orthogonal_for_every_kind() {
             })
             .collect();
         mesh.cells.push(kind, &mirrored);
-        let faces = Judge::new(&mesh)
-            .assess(&mesh, &mesh.points, &mesh.points)
-            .faces;
+        let faces = Judge::new(&mesh).assess(&mesh, &mesh.points).faces;
         assert_eq!(faces.n_inner, 1, "{kind:?}");
         let angle = faces.max_non_orthogonality.expect("a face").value;
         assert!(angle < 1e-5, "{kind:?}: {angle}");
@@ -179,7 +177,7 @@ fn a_cell_that_turns_over_has_a_negative_ratio_and_more_than_a_right_angle() {
         .iter()
         .map(|&[x, y, z]| [if x > 1.5 { 0.75 } else { x }, y, z])
         .collect();
-    let faces = judge.assess(&mesh, &moved, &mesh.points).faces;
+    let faces = judge.assess(&mesh, &moved).faces;
     assert!(faces.min_volume_ratio.expect("a face").value < 0.0);
     let angle = |x: f64| {
         let moved: Vec<_> = mesh
@@ -187,7 +185,7 @@ fn a_cell_that_turns_over_has_a_negative_ratio_and_more_than_a_right_angle() {
             .iter()
             .map(|&p| if p[0] > 1.5 { [x, p[1], p[2]] } else { p })
             .collect();
-        let faces = judge.assess(&mesh, &moved, &mesh.points).faces;
+        let faces = judge.assess(&mesh, &moved).faces;
         faces.max_non_orthogonality.expect("a face").value
     };
     assert!(close(angle(0.75), 0.0) && close(angle(-1.5), 180.0));

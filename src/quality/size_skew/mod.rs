@@ -5,25 +5,23 @@
 //! size-skew = sqrt(f_size) f_skew, 0 where a corner is flat or turned over
 //! ```
 //!
-//! 1 for a cell of ideal angles that has kept its size. Not defined for polygons, polyhedra, prisms on
-//! more corners, and cells whose corners are not all valid in the reference mesh.
+//! At corner `k` of a cell the edges to its neighbours are the columns of the Jacobian matrix `A_k`, and
+//! `alpha_k = det A_k`. 1 for a cell of ideal angles that has kept its size. Not defined for polygons, polyhedra, prisms
+//! on more corners, and cells whose corners are not all valid in the reference mesh.
+//!
+//! Source: P. M. Knupp, Algebraic mesh quality metrics for unstructured initial meshes, Finite Elements
+//! in Analysis and Design 39, 2003. Pyramids and wedges, which it does not have, follow from the same
+//! matrices.
 
-mod shapes;
 #[cfg(test)]
 mod tests;
 
 use super::reference::Reference;
 use super::summary::Extreme;
+use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
-use crate::mesh::{CellKind, CellRun, DataArray, Mesh, Values};
+use crate::mesh::{DataArray, Mesh, Values};
 use crate::parallel;
-use multiversion::multiversion;
-use shapes::{Corners, Shape};
-
-/// Cells that are folded into one part of the sums.
-const CHUNK: usize = 4096;
-/// Cells side by side in vectors.
-const BLOCK: usize = 64;
 
 /// Least and mean size-skew of the volume cells of a mesh; `None` where no cell has it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -44,230 +42,82 @@ impl SizeSkew {
     }
 }
 
-/// Positions of the nodes now and in the reference mesh.
-#[derive(Clone, Copy)]
-struct Positions<'a> {
-    now: &'a [Vector],
-    before: &'a [Vector],
-    reference: &'a Reference,
-}
+/// The sum of the `alpha_k` of each cell in the reference mesh, 8 bytes a cell; NaN for cells that have no size-skew.
+#[derive(Debug, Clone)]
+pub struct ReferenceSizes(Vec<f64>);
 
-/// Size-skew of the cells of `mesh` with nodes at `points`, relative to those at `before` that `reference` was
-/// made from.
-///
-/// One parallel pass; the same on any number of threads.
-///
-/// # Panics
-/// When there are fewer positions than nodes, or `reference` is of a mesh with fewer cells.
-pub fn assess(
-    mesh: &Mesh,
-    points: &[Vector],
-    before: &[Vector],
-    reference: &Reference,
-) -> SizeSkew {
-    let positions = Positions {
-        now: points,
-        before,
-        reference,
-    };
-    let parts = parallel::map_blocks(mesh.cells.len(), CHUNK, &|cells| {
-        let mut part = SizeSkewTotals::default();
-        for run in mesh.volume_runs_in(cells) {
-            positions.visit(&run, &mut |first, values| part.take(first, values));
-        }
-        part
-    });
-    let mut whole = SizeSkewTotals::default();
-    for part in &parts {
-        whole.sum += part.sum;
-        whole.n += part.n;
-        if let Some(least) = part.least {
-            whole.include(least);
-        }
+impl ReferenceSizes {
+    /// Of the mesh that `reference` was made from. One parallel pass.
+    pub fn of(mesh: &Mesh, reference: &Reference) -> Self {
+        let mut sizes = vec![f64::NAN; mesh.cells.len()];
+        parallel::for_blocks(&mut sizes, CHUNK, &|start, own| {
+            let cells = start..start + own.len();
+            visit::volume_cells(
+                mesh,
+                &mesh.points,
+                reference.facing(),
+                cells,
+                |first, block| {
+                    for i in (0..block.n).filter(|i| reference.is_valid(first + i)) {
+                        own[first + i - start] = block.size[i];
+                    }
+                },
+            );
+        });
+        Self(sizes)
     }
-    SizeSkew {
-        min: whole.least,
-        mean: (whole.n > 0).then(|| whole.sum / whole.n as f64),
+
+    /// Of the cells from `first` on.
+    pub(super) fn from(&self, first: usize) -> &[f64] {
+        &self.0[first..]
     }
 }
 
-/// Size-skew of every cell as a cell array `SizeSkew`; NaN where it is not defined.
+/// Size-skew of every cell of `mesh` with nodes at `points` as a cell array `SizeSkew`; NaN where it is not defined.
 ///
 /// # Panics
-/// As [`assess`].
+/// When there are fewer positions than nodes, or `reference` and `sizes` are of a mesh with fewer cells.
 pub fn per_cell(
     mesh: &Mesh,
     points: &[Vector],
-    before: &[Vector],
     reference: &Reference,
+    sizes: &ReferenceSizes,
 ) -> DataArray {
-    let positions = Positions {
-        now: points,
-        before,
-        reference,
-    };
     let mut all = vec![f64::NAN; mesh.cells.len()];
     parallel::for_blocks(&mut all, CHUNK, &|start, own| {
-        for run in mesh.volume_runs_in(start..start + own.len()) {
-            positions.visit(&run, &mut |first, values| {
-                own[first - start..][..values.len()].copy_from_slice(values);
-            });
-        }
+        let cells = start..start + own.len();
+        visit::volume_cells(mesh, points, reference.facing(), cells, |first, block| {
+            let before = &sizes.from(first)[..block.n];
+            for (i, before) in before.iter().enumerate() {
+                own[first + i - start] = size_skew(block.size[i], block.skew[i], *before);
+            }
+        });
     });
     DataArray::scalar("SizeSkew", Values::F64(all))
 }
 
-/// Sum, count and least value over a chunk of cells.
-#[derive(Default)]
-struct SizeSkewTotals {
-    sum: f64,
-    n: usize,
-    least: Option<Extreme>,
-}
-
-impl SizeSkewTotals {
-    fn take(&mut self, first: usize, values: &[f64]) {
-        let mut sum = 0.0;
-        for (cell, &value) in (first..).zip(values) {
-            if value.is_nan() {
-                continue;
-            }
-            sum += value;
-            self.n += 1;
-            self.include(Extreme { value, cell });
-        }
-        self.sum += sum;
-    }
-
-    #[inline]
-    fn include(&mut self, found: Extreme) {
-        if self.least.is_none_or(|least| found.value < least.value) {
-            self.least = Some(found);
-        }
-    }
-}
-
-impl Positions<'_> {
-    /// Calls `visit(first_cell, size_skews)` for the cells of a run, some at a time; not for kinds that
-    /// do not have it.
-    fn visit(&self, run: &CellRun<'_>, visit: &mut impl FnMut(usize, &[f64])) {
-        match run.kind.linear() {
-            CellKind::Triangle => self.measure::<shapes::Triangle, 3>(run, visit),
-            CellKind::Quadrilateral => self.measure::<shapes::Quadrilateral, 4>(run, visit),
-            CellKind::Tetrahedron => self.measure::<shapes::Tetrahedron, 4>(run, visit),
-            CellKind::Pyramid => self.measure::<shapes::Pyramid, 5>(run, visit),
-            CellKind::Wedge => self.measure::<shapes::Wedge, 6>(run, visit),
-            CellKind::Hexahedron => self.measure::<shapes::Hexahedron, 8>(run, visit),
-            _ => {}
-        }
-    }
-
-    fn measure<S: Shape<N>, const N: usize>(
-        &self,
-        run: &CellRun<'_>,
-        visit: &mut impl FnMut(usize, &[f64]),
-    ) {
-        let mut block = Block::<N>::EMPTY;
-        let mut values = [0.0; BLOCK];
-        let mut first = run.first_cell;
-        for cells in run.connectivity.chunks(BLOCK * run.n_nodes) {
-            let n = cells.len() / run.n_nodes;
-            for i in 0..n {
-                let facing = self.reference.facing().of(first + i);
-                for axis in 0..3 {
-                    block.facing[axis][i] = facing[axis];
-                }
-                block.sign[i] = if self.reference.is_valid(first + i) {
-                    f64::from(self.reference.sign(first + i))
-                } else {
-                    f64::NAN
-                };
-            }
-            measure::<S, N>(
-                cells,
-                run.n_nodes,
-                self.now,
-                self.before,
-                &mut block,
-                &mut values,
-            );
-            visit(first, &values[..n]);
-            first += n;
-        }
-    }
-}
-
-type Column = [f64; BLOCK];
-
-/// Corners of some cells now and in the reference mesh, one column a coordinate.
-struct Block<const N: usize> {
-    now: [[Column; 3]; N],
-    before: [[Column; 3]; N],
-    facing: [Column; 3],
-    /// Orientation in the reference mesh; NaN for a cell that is not valid there.
-    sign: Column,
-}
-
-impl<const N: usize> Block<N> {
-    const EMPTY: Self = Self {
-        now: [[[0.0; BLOCK]; 3]; N],
-        before: [[[0.0; BLOCK]; 3]; N],
-        facing: [[0.0; BLOCK]; 3],
-        sign: [0.0; BLOCK],
-    };
-}
-
-#[multiversion(targets(
-    "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn measure<S: Shape<N>, const N: usize>(
-    cells: &[u32],
-    n_nodes: usize,
-    now: &[Vector],
-    before: &[Vector],
-    block: &mut Block<N>,
-    values: &mut Column,
-) {
-    for (i, nodes) in cells.chunks_exact(n_nodes).take(BLOCK).enumerate() {
-        let nodes = nodes.first_chunk::<N>().expect("a cell has its corners");
-        for k in 0..N {
-            let (point, reference) = (now[nodes[k] as usize], before[nodes[k] as usize]);
-            for axis in 0..3 {
-                block.now[k][axis][i] = point[axis];
-                block.before[k][axis][i] = reference[axis];
-            }
-        }
-    }
-    for i in 0..BLOCK {
-        let vector = |columns: &[Column; 3]| [columns[0][i], columns[1][i], columns[2][i]];
-        let (mut p, mut q) = ([[0.0; 3]; N], [[0.0; 3]; N]);
-        for k in 0..N {
-            p[k] = vector(&block.now[k]);
-            q[k] = vector(&block.before[k]);
-        }
-        let facing = vector(&block.facing);
-        let reference = S::corners(&q, facing).sum;
-        values[i] = size_skew(&S::corners(&p, facing), reference, block.sign[i]);
-    }
-}
-
+/// Of a cell with the sum `size` of its `alpha_k`, which is `before` in the reference mesh, and this `f_skew`.
 #[inline(always)]
-fn size_skew(corners: &Corners, reference: f64, sign: f64) -> f64 {
-    let least = if sign < 0.0 {
-        -corners.high
-    } else {
-        corners.low
-    };
-    let tau = corners.sum / reference;
-    let size = if tau < 1.0 { tau } else { 1.0 / tau };
-    let product = size.sqrt() * corners.skew;
-    let value = if least > 0.0 && product.is_finite() {
-        product
-    } else {
-        0.0
-    };
-    // Not a number for a cell that is not judged.
-    if sign.is_nan() { f64::NAN } else { value }
+pub(super) fn size_skew(size: f64, skew: f64, before: f64) -> f64 {
+    let tau = size / before;
+    // Not a number for a cell that is turned over.
+    let product = (if tau < 1.0 { tau } else { 1.0 / tau }).sqrt() * skew;
+    let value = if product.is_finite() { product } else { 0.0 };
+    if before.is_nan() { f64::NAN } else { value }
+}
+
+/// One over the cube root of a number that is not negative, to a few units in the last place, without branches and
+/// divisions; of no meaning below 1e-290 and for what is not finite.
+///
+/// The exponent is divided by three. With `h = 1 - x r^3`, `r (1 - h)^(-1/3)` is exact: two steps with four terms of the
+/// series, each of which makes four times as many digits right.
+#[inline(always)]
+pub(super) fn inverse_cube_root(x: f64) -> f64 {
+    let high = (x.to_bits() >> 32) as u32;
+    let mut r = f64::from_bits(u64::from(0x553e_f0ff - high / 3) << 32);
+    for _ in 0..2 {
+        let h = 1.0 - x * (r * r * r);
+        r += r * (h * (1.0 / 3.0 + h * (2.0 / 9.0 + h * (14.0 / 81.0))));
+    }
+    r
 }
