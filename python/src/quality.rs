@@ -27,7 +27,7 @@ pub fn quality<'py>(
     let (cells, summary) = done(py, None, move || {
         let by = Reference::new(&reference);
         let cells = per_cell(&mesh, &mesh.points, &by);
-        let all = Judge::new(&reference).assess(&mesh, &mesh.points, &reference.points);
+        let all = Judge::new(&reference).assess(&mesh, &mesh.points);
         Ok::<_, Error>((cells, Quality::from(&all)))
     })?;
     let arrays = PyDict::new(py);

@@ -4,6 +4,7 @@
 //! differ by little, results may differ by much. An area is the same for all positions, and its functional is minimised
 //! until it falls no more: where its nodes go changes as smoothly as the positions do.
 
+use super::nearby::Nearby;
 use super::newton::minimise;
 use super::regions::{self, Region};
 use super::solve::{Wishes, patch};
@@ -76,7 +77,7 @@ impl Area {
         let seeds: Vec<u32> = folded.cells.iter().copied().collect();
         let regions = match super::refused(task.mesh) {
             Some(_) => Vec::new(),
-            None => regions::around(task.mesh, task.freedom, &seeds, rings).0,
+            None => regions::around(&Nearby::new(task.mesh), task.freedom, &seeds, rings).0,
         };
         Self {
             regions,

@@ -233,6 +233,17 @@ fn quality_names_inverted_cells_and_fails_on_request() {
 }
 
 #[test]
+fn quality_says_that_a_mesh_is_folded_in_itself() {
+    let folder = folder();
+    let crossed =
+        "NDIME= 2\nNELEM= 1\n9 0 1 2 3 0\nNPOIN= 4\n0 0 0\n1 0 1\n0 1 2\n1 1 3\nNMARK= 0\n";
+    std::fs::write(folder.path().join("crossed.su2"), crossed).unwrap();
+    let (code, _, error) = azimesh(folder.path(), &["quality", "crossed.su2"]);
+    assert_eq!(code, 0);
+    assert_says(&error, &["1 cell is", "inverted_reference", "--reference"]);
+}
+
+#[test]
 fn quality_writes_cell_arrays() {
     let folder = folder();
     let write = ["quality", "square.su2", "-o", "judged.vtu"];

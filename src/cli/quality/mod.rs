@@ -6,6 +6,7 @@ mod worst;
 use super::input::Input;
 use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
+use crate::diagnostic::with_verb;
 use crate::error::{Error, Result};
 use crate::formats::Format;
 use crate::mesh::{Cells, Mesh};
@@ -150,6 +151,13 @@ fn judge_mesh<'a>(
     };
     let mut findings = Findings::new(args);
     findings.take(None, &mesh, &judge, context)?;
+    let folded = judge.reference.n_inverted();
+    if folded > 0 && args.reference.is_none() {
+        context.complain(&format!(
+            "{} not valid in the mesh itself, counted as inverted_reference; --reference MESH gives one to judge by",
+            with_verb(folded, "cell", "is")
+        ));
+    }
     let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
     findings.metrics = Some(context.stage("metrics", every)?);
     if let (Some(path), Some(format)) = (&args.output, format.output) {
