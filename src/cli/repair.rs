@@ -4,6 +4,7 @@ use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::diagnostic::short;
 use crate::error::{Error, Result, counted};
+use crate::geometry::vector::{cross, dot, norm, sub};
 use crate::mesh::facets::facets;
 use crate::mesh::{Adjacency, Mesh};
 use crate::progress::Stop;
@@ -165,6 +166,7 @@ fn freedom(mesh: &Mesh, slide: &[String]) -> Result<Freedom> {
         .iter()
         .map(|&node| mesh.points[node as usize])
         .collect();
+    align(&points, &mut pieces, &numbers);
     let sliding = Sliding::new(&points, &pieces, &numbers, &slides);
     for (at, &node) in nodes.iter().enumerate() {
         if sliding.is_linear(at) {
@@ -172,6 +174,38 @@ fn freedom(mesh: &Mesh, slide: &[String]) -> Result<Freedom> {
         }
     }
     Ok(freedom)
+}
+
+/// Turns all pieces of a flat tag the same way: those that are folded over would be taken for edges.
+fn align(points: &[[f64; 3]], pieces: &mut [[u32; 3]], numbers: &[u32]) {
+    let normal = |piece: &[u32; 3]| {
+        let [a, b, c] = piece.map(|node| points[node as usize]);
+        match piece[1] == piece[2] {
+            true => [b[1] - a[1], a[0] - b[0], 0.0],
+            false => cross(sub(b, a), sub(c, a)),
+        }
+    };
+    let mut first = 0;
+    for run in numbers.chunk_by(|a, b| a == b) {
+        let own = &mut pieces[first..first + run.len()];
+        first += run.len();
+        let normals: Vec<[f64; 3]> = own.iter().map(&normal).collect();
+        let largest = normals
+            .iter()
+            .max_by(|a, b| norm(**a).total_cmp(&norm(**b)));
+        let Some(&up) = largest else { continue };
+        let flat = |n: &[f64; 3]| norm(cross(*n, up)) <= 1e-6 * norm(*n) * norm(up);
+        if normals.iter().all(flat) {
+            for (piece, n) in own.iter_mut().zip(&normals) {
+                if dot(*n, up) < 0.0 {
+                    *piece = match *piece {
+                        [a, b, c] if b == c => [b, a, a],
+                        [a, b, c] => [b, a, c],
+                    };
+                }
+            }
+        }
+    }
 }
 
 impl Findings {
