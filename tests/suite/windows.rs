@@ -200,25 +200,24 @@ fn repair_is_what_happens_unless_something_else_is_said() {
 
 #[test]
 fn a_mesh_of_one_layer_is_repaired_in_its_plane() {
-    let folder = swing("");
+    let folder = swing("format = \"vtu\"");
     let folder = folder.path();
-    succeed(
-        folder,
-        &["-q", "convert", "b.vtu", "layer.vtu", "--extrude", "0.1"],
-    );
+    let case = ["--extrude", "0.1", "--format", "openfoam"];
+    let convert = ["-q", "convert", "b.vtu", "layer"];
+    succeed(folder, &[&convert[..], &case].concat());
     let text = std::fs::read_to_string(folder.join("b.toml")).unwrap();
     let steps = format!("step = {}", 0.05 * LAST as f64);
     let text = text.replace("step = 0.1", &steps);
     std::fs::write(folder.join("layer.toml"), text).unwrap();
     succeed(
         folder,
-        &["-q", "deform", "layer.vtu", "layer.toml", "-o", "out"],
+        &["-q", "deform", "layer", "layer.toml", "-o", "out"],
     );
-    let repair = record(&folder.join("out"))["repairs"][0].clone();
+    let repair = record(&folder.join("out"))["repairs"][1].clone();
     assert!(repair["inverted"].as_u64() > Some(0), "{repair}");
     assert_eq!(repair["unrepaired"], 0, "{repair}");
-    let before = Mesh::read(folder.join("layer.vtu")).unwrap();
-    let after = Mesh::read(folder.join("out/layer_0001.vtu")).unwrap();
+    let [before, after] =
+        ["layer", "out/layer_0001.vtu"].map(|file| Mesh::read(folder.join(file)).unwrap());
     for (from, to) in before.points().iter().zip(after.points()) {
         assert_eq!(from[2], to[2]);
     }
