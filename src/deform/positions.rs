@@ -105,6 +105,8 @@ impl Stepper<'_> {
             cells: Some(cells),
             repair: None,
         };
+        // Where nothing has moved there is nothing to take part in.
+        let window = window.filter(|_| *points != self.plan.mesh.points[..]);
         if let Some(window) = window {
             self.repair(&window, step, points, &mut found)?;
             if self.plan.velocity.is_some() {

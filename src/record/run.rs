@@ -349,6 +349,11 @@ impl OptionsRecord {
 }
 
 impl RepairRecord {
+    /// Whether a cell of the step was inverted or unproven before the repair.
+    pub fn was_folded(&self) -> bool {
+        self.inverted_before + self.unproven_before.unwrap_or(0) > 0
+    }
+
     /// The note of this repair; azimuth in degrees and time in seconds are those of the step.
     pub fn note(&self, azimuth_deg: Option<f64>, time_s: Option<f64>) -> DeformNote {
         DeformNote::Substeps {

@@ -309,10 +309,12 @@ impl Run<'_> {
         self.save_record()
     }
 
-    /// What was done about inverted cells, in this run or an earlier one.
+    /// What was done about cells that were not valid, in this run or an earlier one. Of steps that take a part in the repair of
+    /// others run.json tells.
     fn tell_repairs(&self, finished: &mut Finished) {
         let repairs = self.earlier.repairs.iter();
-        let written = repairs.filter(|(step, _)| self.rows.contains_key(step));
+        let folded = repairs.filter(|(_, repair)| repair.was_folded());
+        let written = folded.filter(|(step, _)| self.rows.contains_key(step));
         let notes = written.map(|(step, repair)| {
             let step = &self.plan.motion.steps[*step];
             Diagnostic::from(repair.note(step.azimuth_deg(), step.time_s()))
