@@ -135,7 +135,7 @@ def foam_motion(schedule):
     axis, origin, angle = re.search(r"axis = \[(.*?)\], origin = \[(.*?)\], angle = ([-\d.]+)", schedule).groups()
     spaced = lambda text: text.replace(",", " ")  # noqa: E731
     omega = np.radians(float(angle))
-    return f"solidBodyMotionFunction rotatingMotion; rotatingMotionCoeffs {{ origin ({spaced(origin)}); axis ({spaced(axis)}); omega {omega!r}; }}"
+    return f"solidBodyMotionFunction rotatingMotion; rotatingMotionCoeffs {{ origin ({spaced(origin)}); axis ({spaced(axis)}); omega {float(omega)!r}; }}"
 
 
 HEADER = "FoamFile {{ version 2.0; format ascii; class {0}; object {1}; }}\n"

@@ -4,7 +4,7 @@ use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::diagnostic::short;
 use crate::error::{Error, Result, counted};
-use crate::geometry::vector::{cross, dot, norm, sub};
+use crate::geometry::vector::{distance, norm, sub};
 use crate::mesh::facets::facets;
 use crate::mesh::{Adjacency, Mesh};
 use crate::progress::Stop;
@@ -79,7 +79,7 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
         }
         None => mesh.clone(),
     };
-    let freedom = freedom(&mesh, &args.slide)?;
+    let freedom = freedom(&mesh, &given.points, &args.slide)?;
     let findings = repair(args, context, &given, &mut mesh, &freedom)?;
     args.write
         .save(&mesh, &args.output, formats.output, context)?;
@@ -127,8 +127,9 @@ fn repair(
     })
 }
 
-/// The boundary is fixed, but for nodes of tags that slide and are in no other tag.
-fn freedom(mesh: &Mesh, slide: &[String]) -> Result<Freedom> {
+/// The boundary is fixed, but for nodes of tags that slide and are in no other tag. Planes are those of the reference, where
+/// no face is folded over, as long as the nodes are still in them.
+fn freedom(mesh: &Mesh, reference: &[[f64; 3]], slide: &[String]) -> Result<Freedom> {
     let mut freedom = Freedom::inner(mesh, &Adjacency::of(mesh));
     if slide.is_empty() {
         return Ok(freedom);
@@ -162,50 +163,27 @@ fn freedom(mesh: &Mesh, slide: &[String]) -> Result<Freedom> {
             }
         }
     }
-    let points: Vec<[f64; 3]> = nodes
-        .iter()
-        .map(|&node| mesh.points[node as usize])
-        .collect();
-    align(&points, &mut pieces, &numbers);
-    let sliding = Sliding::new(&points, &pieces, &numbers, &slides);
+    let of = |points: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        let own = nodes.iter().map(|&node| points[node as usize]);
+        own.collect()
+    };
+    let (now, then) = (of(&mesh.points), of(reference));
+    let mut sliding = Sliding::new(&then, &pieces, &numbers, &slides);
+    let has_left = |at: usize| {
+        let way = sub(now[at], then[at]);
+        let kept = sliding.constraint(at).remove(way);
+        let rounding = 1e-12 * norm(now[at]);
+        sliding.is_linear(at) && distance(way, kept) > 1e-6 * norm(way) + rounding
+    };
+    if (0..nodes.len()).any(has_left) {
+        sliding = Sliding::new(&now, &pieces, &numbers, &slides);
+    }
     for (at, &node) in nodes.iter().enumerate() {
         if sliding.is_linear(at) {
             freedom.hold(node, sliding.constraint(at));
         }
     }
     Ok(freedom)
-}
-
-/// Turns all pieces of a flat tag the same way: those that are folded over would be taken for edges.
-fn align(points: &[[f64; 3]], pieces: &mut [[u32; 3]], numbers: &[u32]) {
-    let normal = |piece: &[u32; 3]| {
-        let [a, b, c] = piece.map(|node| points[node as usize]);
-        match piece[1] == piece[2] {
-            true => [b[1] - a[1], a[0] - b[0], 0.0],
-            false => cross(sub(b, a), sub(c, a)),
-        }
-    };
-    let mut first = 0;
-    for run in numbers.chunk_by(|a, b| a == b) {
-        let own = &mut pieces[first..first + run.len()];
-        first += run.len();
-        let normals: Vec<[f64; 3]> = own.iter().map(&normal).collect();
-        let largest = normals
-            .iter()
-            .max_by(|a, b| norm(**a).total_cmp(&norm(**b)));
-        let Some(&up) = largest else { continue };
-        let flat = |n: &[f64; 3]| norm(cross(*n, up)) <= 1e-6 * norm(*n) * norm(up);
-        if normals.iter().all(flat) {
-            for (piece, n) in own.iter_mut().zip(&normals) {
-                if dot(*n, up) < 0.0 {
-                    *piece = match *piece {
-                        [a, b, c] if b == c => [b, a, a],
-                        [a, b, c] => [b, a, c],
-                    };
-                }
-            }
-        }
-    }
 }
 
 impl Findings {

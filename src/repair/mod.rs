@@ -236,8 +236,7 @@ impl Round<'_> {
             next.log.invalid = left.len();
             next.log.largest_move = largest_move(&next.before, points);
             let stuck: BTreeSet<u32> = solved.stuck.iter().copied().collect();
-            let is_squeezed = left.is_empty() && self.is_squeezed(&mut next);
-            if is_squeezed {
+            if left.is_empty() && self.is_squeezed(&mut next) {
                 open.push(next);
             } else if left.iter().all(|(cell, _)| stuck.contains(cell)) {
                 repaired.give_up(

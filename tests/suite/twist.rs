@@ -9,9 +9,10 @@ use std::path::Path;
 const STEPS: &str = "[azimuth]\nstart = 0.0\nstop = 270.0\nstep = 30.0\n";
 
 /// A body turned evenly from 0 to 270 degrees, in steps of 30.
+/// Folded cells stay as they are: what interpolation alone does is looked at here.
 fn schedule(tag: &str, axis: &str, fixed: &str, rbf: &str) -> String {
     format!(
-        "{STEPS}[[body]]\nname = \"body\"\ntags = [\"{tag}\"]\n\
+        "output.on_inverted = \"warn\"\n{STEPS}[[body]]\nname = \"body\"\ntags = [\"{tag}\"]\n\
          rigid = {{ rotate = {{ axis = {axis}, angle = 270.0 }}, ramp = true }}\n\
          [boundaries]\nfixed = [\"{fixed}\"]\n[rbf]\n{rbf}\n[selection]\ntolerance = 1e-4\n"
     )
