@@ -75,7 +75,7 @@ def main():
         ]:
             assert old in text, f"n.toml has no {old}"
             text = text.replace(old, new)
-        (folder / "far.toml").write_text(text)
+        (folder / "far.toml").write_text(text + '\n[output]\non_inverted = "warn"\n')
         n_files += check(["n.vtu", "far.toml", "far_base.toml"], folder, "inverted", 1)
     tried = "slurm_array.sh"
     if shutil.which("parallel"):

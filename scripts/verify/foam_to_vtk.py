@@ -14,6 +14,7 @@ from pathlib import Path
 import foam
 import numpy as np
 import pyvista
+from openfoam_write import ETC
 from program import TESTDATA, report, scratch
 
 MESH = "constant/polyMesh"
@@ -61,8 +62,9 @@ meshQualityControls
 
 def run(case, *command):
     """Runs a tool of OpenFOAM in a case."""
+    line = f". {ETC} >/dev/null 2>&1; exec {' '.join(command)} -case {case}"
     # Some write files into the folder where they were started.
-    done = subprocess.run([*command, "-case", str(case)], cwd=case, capture_output=True, text=True)
+    done = subprocess.run(["bash", "-c", line], cwd=case, capture_output=True, text=True)
     assert done.returncode == 0, f"{command[0]} in {case}:\n{done.stdout[-1500:]}{done.stderr[-1500:]}"
 
 
@@ -157,7 +159,7 @@ def compare(case, out):
 
 def main():
     """One line in all."""
-    if not shutil.which("foamToVTK"):
+    if not (ETC.exists() and shutil.which("foamToVTK")):
         print("foam_to_vtk: OpenFOAM is not installed: SKIPPED", file=sys.stderr)
         return
     found = {}

@@ -197,6 +197,15 @@ def runs(folder):
         yield record(path)
 
 
+def grid(n, second):
+    """A square of n by n cells as SU2; the second node of its lower side is at `second`."""
+    cells = [(9, i + (n + 1) * j, i + 1 + (n + 1) * j, i + 1 + (n + 1) * (j + 1), i + (n + 1) * (j + 1)) for j in range(n) for i in range(n)]
+    points = [[i / n, j / n] for j in range(n + 1) for i in range(n + 1)]
+    points[1][0] = second
+    text = f"NDIME= 2\nNELEM= {len(cells)}\n" + "".join(" ".join(map(str, cell)) + "\n" for cell in cells)
+    return text + f"NPOIN= {len(points)}\n" + "".join(f"{x} {y}\n" for x, y in points) + "NMARK= 0\n"
+
+
 def folding(folder, told, record):
     """A block that is turned too far: a run that takes substeps, one that passes over steps, and one with twist."""
     azimesh("sample", "block", "-o", folder / "block.vtu")
@@ -220,6 +229,9 @@ def folding(folder, told, record):
     yield told("repair", folded, "-o", folder / "untangled.vtu", *given)
     (folder / "bent.su2").write_text(BENT)
     yield told("repair", folder / "bent.su2", "-o", folder / "stuck.vtu", expect=1)
+    (folder / "straight.su2").write_text(grid(4, 0.25))
+    (folder / "passed.su2").write_text(grid(4, 0.6))
+    yield told("repair", folder / "passed.su2", "--reference", folder / "straight.su2", "-o", folder / "none.vtu", expect=1)
     yield told("deform", folder / "block.vtu", folder / "stop.toml", "-o", folder / "stopped", expect=1)
     yield record(folder / "stopped" / "run.json")
 
