@@ -55,7 +55,6 @@ impl PyMesh {
 impl PyMesh {
     #[new]
     #[pyo3(signature = (points, cells, *, tags=None, zones=None, point_data=None, cell_data=None, field_data=None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn from_arrays(
         points: &Bound<'_, PyAny>,
         cells: &Bound<'_, PyAny>,
