@@ -1,6 +1,7 @@
 //! `info`, `convert`, `quality` and `diff` from outside, on a mesh of two triangles.
 
 use crate::support::assert_says;
+use crate::support::sequence::{Sequence, testdata};
 use assert_cmd::Command;
 use std::path::Path;
 use tempfile::TempDir;
@@ -230,6 +231,41 @@ fn quality_names_inverted_cells_and_fails_on_request() {
         &error,
         &["invertd", "inverted, inverted_reference, min_volume"],
     );
+}
+
+#[test]
+fn every_metric_of_a_step_is_what_quality_says_of_its_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mesh, schedule) = (testdata("naca0012.vtu"), testdata("naca0012.toml"));
+    let run = Sequence::of(folder.path(), &mesh, &schedule, "out");
+    let written = folder.path().join("out/naca0012_0009.vtu");
+    let args = [
+        "quality",
+        written.to_str().unwrap(),
+        "--reference",
+        mesh.to_str().unwrap(),
+    ];
+    let found = json(folder.path(), &args);
+    for column in [
+        "inverted",
+        "inverted_reference",
+        "min_volume",
+        "min_scaled_jacobian",
+        "mean_scaled_jacobian",
+        "p01_scaled_jacobian",
+        "max_edge_ratio",
+        "max_skew",
+        "max_non_orthogonality",
+        "min_size_skew",
+        "mean_size_skew",
+        "unproven",
+    ] {
+        assert_eq!(
+            Some(run.numbers(column)[9]),
+            found[column].as_f64(),
+            "{column}"
+        );
+    }
 }
 
 #[test]

@@ -72,3 +72,34 @@ pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
         x => x.sqrt(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_two_parts_the_furthest_pair_counts_and_of_equal_ones_the_first() {
+        let furthest = |distances: [f64; 2]| {
+            let [a, b] = [0, 1].map(|node| {
+                let pair = NodePair {
+                    node,
+                    partner: node,
+                    a: [0.0; 3],
+                    b: [distances[node], 0.0, 0.0],
+                    distance: distances[node],
+                };
+                Moved {
+                    n: 1,
+                    first: Some(pair),
+                    furthest: Some(pair),
+                }
+            });
+            let joined = a.joined(b);
+            assert_eq!((joined.n, joined.first.map(|pair| pair.node)), (2, Some(0)));
+            joined.furthest.map(|pair| pair.node)
+        };
+        assert_eq!(furthest([1.0, 2.0]), Some(1));
+        assert_eq!(furthest([2.0, 1.0]), Some(0));
+        assert_eq!(furthest([1.0, 1.0]), Some(0));
+    }
+}
