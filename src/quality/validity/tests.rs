@@ -126,3 +126,22 @@ fn hexahedra_of_good_corners_are_found_to_be_inverted_between_them() {
     }
     assert!(n_valid > 1000 && n_inside > 10, "{n_valid} {n_inside}");
 }
+
+#[test]
+fn a_wedge_of_good_corners_is_found_to_be_inverted_between_them() {
+    // Its triangles have the area e / 2, and half way up the Jacobian is (2 e - 1 - e^2) / 4 for each height.
+    let with = |e: f64| {
+        let p = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, e, 0.0],
+            [0.0, 0.0, 1.0],
+            [-e, 0.0, 1.0],
+            [0.0, -1.0, 1.0],
+        ];
+        assert!((wedge_jacobian(&p, 0.2, 0.3, 0.5) - (2.0 * e - 1.0 - e * e) / 4.0).abs() < 1e-15);
+        wedge(&p, 1.0)
+    };
+    assert_eq!(with(0.1), Proof::Inside);
+    assert_eq!(with(0.9), Proof::Inside);
+}
