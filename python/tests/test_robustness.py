@@ -1,6 +1,7 @@
 """Whatever is handed over: exceptions of Python, never a crash; no memory is lost."""
 
 import gc
+import os
 import resource
 
 import numpy as np
@@ -12,6 +13,11 @@ hypothesis = pytest.importorskip("hypothesis")
 from hypothesis import given, settings  # noqa: E402
 from hypothesis import strategies as st  # noqa: E402
 from hypothesis.extra import numpy as hnp  # noqa: E402
+
+# The same cases at every run; more of them with HYPOTHESIS_PROFILE=thorough.
+settings.register_profile("same", derandomize=True, max_examples=300, deadline=None)
+settings.register_profile("thorough", max_examples=50_000, deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 ALLOWED = (azimesh.Error, TypeError, ValueError, OverflowError, RuntimeWarning)
 numbers = st.one_of(st.integers(-(2**70), 2**70), st.floats(), st.booleans(), st.none(), st.text(max_size=3), st.complex_numbers())
@@ -36,7 +42,6 @@ def tried(function, *arguments, **options):
         return None
 
 
-@settings(max_examples=400, deadline=None)
 @given(points, st.lists(st.tuples(names, blocks), max_size=3), groups, groups)
 def test_anything_as_a_mesh(points, cells, tags, data):
     mesh = tried(azimesh.Mesh, points, cells, tags=tags, point_data=data)
@@ -49,7 +54,6 @@ def test_anything_as_a_mesh(points, cells, tags, data):
         mesh.tag_nodes(name), mesh.tag_faces(name)
 
 
-@settings(max_examples=200, deadline=None)
 @given(arrays, arrays, arrays)
 def test_anything_to_a_morph(displacements, moving, fixed):
     mesh = azimesh.Mesh(np.eye(3), {"triangle": [[0, 1, 2]], "line": [[0, 1], [1, 2]]}, tags={"a": [1], "b": [2]})
@@ -70,7 +74,6 @@ keys = st.recursive(
 )
 
 
-@settings(max_examples=400, deadline=None)
 @given(keys)
 def test_anything_as_a_schedule(source):
     if not isinstance(source, str):
