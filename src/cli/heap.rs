@@ -31,6 +31,16 @@ pub(super) fn allow(limit: u64) {
     );
 }
 
+/// Gives small arrays that are free back to the system, which the system's allocator keeps between those in use:
+/// a quarter of all that a mesh of 8 million nodes takes. A few milliseconds.
+pub(super) fn give_back() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: no memory in use is touched.
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
+
 /// What is done from here on, and with which file.
 pub(super) fn set_stage(stage: &str, path: Option<&Path>) {
     let path = path.map(|path| format!(" {}", path.display()));

@@ -34,6 +34,7 @@ impl Bars {
 
 impl Progress for Bars {
     fn start(&self, stage: &str, total: Option<u64>) {
+        heap::give_back();
         heap::set_stage(stage, None);
         if self.is_quiet {
             return;

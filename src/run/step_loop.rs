@@ -12,7 +12,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::MeshView;
-use crate::motion::{OnInverted, Step};
+use crate::motion::{OnInverted, QualityOutput, Step};
 
 /// What is to be done for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,10 +41,14 @@ impl Run<'_> {
             return Ok(LoopEnd::Done);
         };
         let progress = self.deformation.progress();
+        let mut task = self.task(first);
+        if task == Task::New && self.plan.schedule.output.quality != QualityOutput::None {
+            progress.start("reference", None);
+            self.deformation.measures();
+        }
         progress.start("steps", Some(todo.len() as u64));
         let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
         let mut next = points.clone();
-        let mut task = self.task(first);
         let mut computed = task.run(base_points, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
             self.check_stop()?;

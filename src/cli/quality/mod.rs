@@ -90,7 +90,7 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
             return Err(Error::input(message).file(&args.mesh));
         }
         Some(times) => judge_sequence(args, context, &input, &times, format)?,
-        None => judge_mesh(args, context, &input, format)?,
+        None => judge_mesh(args, context, input, format)?,
     };
     let beside = args
         .output
@@ -136,11 +136,12 @@ impl Formats {
 fn judge_mesh<'a>(
     args: &'a QualityArgs,
     context: &Context,
-    input: &Input,
+    input: Input,
     format: Formats,
 ) -> Result<Findings<'a>> {
-    let mut told = BTreeSet::new();
-    let mesh = read(input, None, context, &mut told)?;
+    let mesh = read(&input, None, context, &mut BTreeSet::new())?;
+    // A file that is mapped would count as memory of the program until its end.
+    drop(input);
     let given = given_reference(args, context, format)?;
     if let Some(given) = &given {
         given.check(&mesh, &args.mesh)?;
