@@ -547,7 +547,7 @@ fn a_report_shows_the_steps_of_a_region_in_pieces() {
         let out = format!("{name}_out");
         succeed(folder, &["-q", "deform", &region, "s.toml", "-o", &out]);
         succeed(folder, &["-q", "report", &out]);
-        let page = fs::read_to_string(folder.join(&out).join("azimesh/report.html")).unwrap();
+        let page = fs::read_to_string(folder.join(&out).join("report.html")).unwrap();
         let n_steps = page.matches("<figcaption><button").count();
         assert!(n_steps > 1 && !page.contains("not shown:"), "{n_steps}");
     }
