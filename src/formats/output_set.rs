@@ -1,18 +1,18 @@
 //! The output of one mesh: a file, a file with companion files, or a folder. All files are complete before any gets
 //! its name.
 
-use super::save::{Staged, stage_bytes, stage_whole};
+use super::save::{PIECE, Staged, stage_bytes, stage_whole};
 use super::staged::{Commit, folder_of};
 use super::staged_folder::Folder;
 use crate::error::{Error, Result};
-use crate::parallel::with;
+use crate::parallel::with_own_thread;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Bytes from which on a second thread pays for a hash.
-const LARGE: usize = 1 << 18;
+/// Bytes whose hash is worth a thread.
+const LARGE: usize = 4 << 20;
 
 /// The files that a mesh is written to, staged until the result of [`OutputSet::finish`] is committed: first the
 /// files of a folder, then companion files, then the main file, since it may refer to the others.
@@ -243,14 +243,17 @@ impl Write for Counting<'_> {
         match hasher.as_mut().filter(|_| bytes.len() >= LARGE) {
             Some(hasher) => {
                 let mut written = Ok(());
-                with(&mut || written = out.write_all(bytes), &mut || {
-                    hasher.update_rayon(bytes);
+                with_own_thread(&mut || written = out.write_all(bytes), &mut || {
+                    hasher.update(bytes);
                 });
                 written?;
             }
             None => {
-                out.write_all(bytes)?;
-                hasher.map(|hasher| hasher.update(bytes));
+                // A piece is hashed while it is in the cache.
+                for piece in bytes.chunks(PIECE) {
+                    out.write_all(piece)?;
+                    hasher.as_mut().map(|hasher| hasher.update(piece));
+                }
             }
         }
         self.n_bytes += bytes.len() as u64;
