@@ -127,19 +127,19 @@ def one_cell(case, points, faces):
     return case
 
 
-def by_foam_to_vtk(case):
-    """The grid inside, and the patches by their names."""
-    run(case, "foamToVTK", "-constant", "-time", "0", "-no-point-data")
+def by_foam_to_vtk(case, chosen):
+    """The grid inside, and the patches by their names; `chosen` are options that choose the time and the region."""
+    run(case, "foamToVTK", *chosen, "-no-point-data")
     # Of the mesh in constant and of that at the time 0, which is the same.
     inside = sorted(case.glob("VTK/**/internal.vtu"))[0]
     patches = {path.stem: pyvista.read(path) for path in inside.parent.glob("boundary/*.vtp")}
     return pyvista.read(inside), patches
 
 
-def compare(case, out):
-    """What was compared: points, cells and faces."""
-    theirs, patches = by_foam_to_vtk(case)
-    grid, volume, tags, _ = foam.by_azimesh(case, out)
+def compare(case, out, path=None, step=None, chosen=("-constant", "-time", "0")):
+    """What was compared: points, cells and faces. `path` is the case for azimesh, where it is another one."""
+    theirs, patches = by_foam_to_vtk(case, chosen)
+    grid, volume, tags, _ = foam.by_azimesh(path or case, out, step)
     assert np.array_equal(grid.points.astype(np.float32), theirs.points[: grid.n_points].astype(np.float32)), f"{case.name}: points"
     assert theirs.n_cells == len(volume), f"{case.name}: {len(volume)} cells, not {theirs.n_cells}"
     ours = grid.extract_cells(volume)
