@@ -111,7 +111,7 @@ def by_foam_to_vtk(mesh, case, region, times, is_wide):
 
 def with_width(folder):
     """Writes into the headers that labels have 64 bits."""
-    for path in folder.iterdir():
+    for path in filter(pathlib.Path.is_file, folder.iterdir()):
         data = path.read_bytes()
         if b"arch" not in data[:1000]:
             path.write_bytes(re.sub(rb"(format\s+binary;)", rb'\1 arch "LSB;label=64;scalar=64";', data, count=1))
@@ -146,15 +146,13 @@ def outcome(case, mesh, region, times):
         return {"result": f"**wrong**: {words[:300]}"}
 
 
-def of_region(read, region):
-    """VTK's reader, but of one region only, and without zones of 64-bit labels."""
+def without_wide_zones(read):
+    """VTK's reader, but without zones of 64-bit labels."""
 
     def reader(*arguments, **named):
         found = read(*arguments, **named)
-        if region or "internalMesh" not in found.keys():
-            found = found[region or "defaultRegion"]
-        kept = [name for name in found.keys() if name != "zones" or not named.get("long_labels")]
-        return pyvista.MultiBlock({name: found[name] for name in kept})
+        is_zone = lambda name: "cellZones" in name.split("/")[:-1]
+        return {name: block for name, block in found.items() if not (named.get("long_labels") and is_zone(name))}
 
     return reader
 
@@ -167,7 +165,7 @@ def compared(case, path, region, step, time, points=None):
     points = points or case / "constant" / (region or "") / "polyMesh" / "points"
     is_last = step == -1
     read, failed = foam.by_vtk, []
-    foam.by_vtk = of_region(read, region)
+    foam.by_vtk = without_wide_zones(read)
     with tempfile.TemporaryDirectory() as scratch:
         out = pathlib.Path(scratch) / "ours.vtu"
         told = {"step": None if is_last else step, "points": points, "time": time if is_last else 0.0, **chosen}
