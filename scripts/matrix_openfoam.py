@@ -4,7 +4,7 @@
 
 FOLDER holds the cases, and SOURCES.tsv with the name of each of its folders and the repository that it is of. Compared are the mesh at its first time
 and, where there are several, at the last one. VTK is told the width of labels, which it does not find out; for foamToVTK it is written into
-the headers of a copy. foamToVTK is left out where OpenFOAM is not installed.
+the headers of a copy, with the version where a header has none. foamToVTK is left out where OpenFOAM is not installed.
 """
 
 import argparse
@@ -99,7 +99,7 @@ def by_foam_to_vtk(mesh, case, region, times, is_wide):
                     if folder.is_dir():
                         copied = copy / instance / (region or "") / "polyMesh"
                         shutil.copytree(folder, copied)
-                        with_width(copied) if is_wide else None
+                        complete_headers(copied, is_wide)
                 path = mesh if region and not times else case / "constant" / region if region else case
                 out = pathlib.Path(scratch) / "ours.vtu"
                 points += foam_to_vtk.compare(copy, out, path, step, chosen + of_region)[0]
@@ -109,11 +109,16 @@ def by_foam_to_vtk(mesh, case, region, times, is_wide):
     return "same, labels of 64 bits told" if is_wide else "same"
 
 
-def with_width(folder):
-    """Writes into the headers that labels have 64 bits."""
+def complete_headers(folder, is_wide):
+    """Writes into the headers what v1912 wants and others leave out: the version, and that labels have 64 bits."""
     for path in filter(pathlib.Path.is_file, folder.iterdir()):
         data = path.read_bytes()
-        if b"arch" not in data[:1000]:
+        if data[:2] == b"\x1f\x8b":
+            continue
+        if not re.search(rb"\bversion\s+[\d.]+;", data[:1500]):
+            data = re.sub(rb"(FoamFile\s*\{)", rb"\1 version 2.0;", data, count=1)
+            path.write_bytes(data)
+        if is_wide and b"arch" not in data[:1000]:
             path.write_bytes(re.sub(rb"(format\s+binary;)", rb'\1 arch "LSB;label=64;scalar=64";', data, count=1))
 
 

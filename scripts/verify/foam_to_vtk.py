@@ -140,7 +140,7 @@ def by_foam_to_vtk(case, chosen):
 
 def empty_patches(case):
     """Names of the patches of type `empty`."""
-    path = next(case.rglob("polyMesh/boundary*"))
+    path = next(path for path in case.rglob("polyMesh/boundary*") if path.name in ("boundary", "boundary.gz"))
     data = path.read_bytes()
     text = (gzip.decompress(data) if path.suffix == ".gz" else data).decode("latin1")
     return re.findall(r"(\S+)\s*\{[^{}]*\btype\s+empty\s*;", text)
