@@ -103,7 +103,7 @@ def test_seeded_calls_with_anything(airfoil):
     mesh = azimesh.Mesh(np.eye(3), {"triangle": [[0, 1, 2]], "line": [[0, 1], [1, 2]]}, tags={"a": [1], "b": [2]})
     flat = mesh.with_points([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     morph = azimesh.Morph(flat, [0], [2])
-    schedule = {"azimuth": {"values": [0.0, 90.0]}, "body": [{"name": "a", "tags": ["airfoil"], "cyclic": {"collective": 1.0}}]}
+    schedule = {"azimuth": {"values": [0.0, 90.0]}, "body": [{"name": "a", "tags": ["airfoil"], "cyclic": {"collective": 1.0}}], "boundaries": {"others": "fixed"}}
     deformation = azimesh.Deformation(airfoil, azimesh.Schedule(schedule))
     step = deformation[0]
     calls = [

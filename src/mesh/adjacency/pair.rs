@@ -2,8 +2,8 @@
 //! their hash. Both by a table of hashes that stays in the cache.
 
 use super::super::Cells;
-use super::super::faces::{self, Entry, all_corners};
-use super::super::sides::for_each_side;
+use super::super::faces::{self, BOUNDARY, Entry, all_corners};
+use super::super::sides::{for_each_side, side_corners};
 use super::{CHUNK, Chunk, ELSEWHERE, INNER, NONE, OUTER, code_at, range};
 use crate::parallel::{Scratch, map, map_items};
 use std::ops::Range;
@@ -20,7 +20,7 @@ pub(super) fn chunks(cells: &Cells, dimension: u8) -> Vec<Chunk> {
     let drafts = map(n_cells.div_ceil(CHUNK), &|chunk| {
         desks.with(|desk| desk.draft(cells, dimension, range(chunk, n_cells)))
     });
-    let boundary = Open::new(faces::boundary_cells(cells, dimension));
+    let boundary = Open::new(&faces::boundary_cells(cells, dimension));
     let settled = map(PARTS, &|part| {
         desks.with(|desk| {
             desk.settle(
@@ -55,14 +55,14 @@ pub(super) fn chunks(cells: &Cells, dimension: u8) -> Vec<Chunk> {
 struct Open {
     /// Part of each, in order.
     parts: Vec<u8>,
-    /// Part by part, each in order.
-    entries: Vec<Entry>,
+    /// Cell and face of each, part by part, each in order.
+    sides: Vec<[u32; 2]>,
     /// Where each part begins, and the last ends.
     starts: [u32; PARTS + 1],
 }
 
 impl Open {
-    fn new(entries: Vec<Entry>) -> Self {
+    fn new(entries: &[Entry]) -> Self {
         let part_of = |entry: &Entry| (hash(entry) >> (u64::BITS - PARTS.ilog2())) as u8;
         let parts: Vec<u8> = entries.iter().map(part_of).collect();
         let mut starts = [0; PARTS + 1];
@@ -73,21 +73,21 @@ impl Open {
             starts[part + 1] += starts[part];
         }
         let mut next = starts;
-        let mut sorted = vec![Entry::COLLAPSED; entries.len()];
+        let mut sides = vec![[0; 2]; entries.len()];
         for (entry, &part) in entries.iter().zip(&parts) {
             let next = &mut next[usize::from(part)];
-            sorted[*next as usize] = *entry;
+            sides[*next as usize] = [entry.cell, entry.face()];
             *next += 1;
         }
         Self {
             parts,
-            entries: sorted,
+            sides,
             starts,
         }
     }
 
-    fn part(&self, part: usize) -> &[Entry] {
-        &self.entries[self.starts[part] as usize..self.starts[part + 1] as usize]
+    fn part(&self, part: usize) -> &[[u32; 2]] {
+        &self.sides[self.starts[part] as usize..self.starts[part + 1] as usize]
     }
 }
 
@@ -152,7 +152,7 @@ impl Desk {
         }
         chunk.codes.shrink_to_fit();
         chunk.across.shrink_to_fit();
-        (chunk, Open::new(open))
+        (chunk, Open::new(&open))
     }
 
     /// Pairs a part of the open sides of all chunks; on one that is left lies the first boundary cell with its
@@ -160,11 +160,12 @@ impl Desk {
     fn settle<'a>(
         &mut self,
         cells: &Cells,
-        open: impl Iterator<Item = &'a [Entry]>,
-        boundary: &[Entry],
+        open: impl Iterator<Item = &'a [[u32; 2]]>,
+        boundary: &[[u32; 2]],
     ) -> Vec<Settled> {
         self.entries.clear();
-        open.for_each(|open| self.entries.extend_from_slice(open));
+        let entries = |open: &'a [[u32; 2]]| open.iter().map(|side| entry_of(cells, *side));
+        self.entries.extend(open.flat_map(entries));
         self.across.clear();
         self.across.resize(self.entries.len(), SOUGHT);
         self.pair(cells);
@@ -175,8 +176,8 @@ impl Desk {
                 across => (INNER, across),
             })
             .collect();
-        for lying in boundary {
-            self.walk(cells, lying, |_, at| {
+        for lying in boundary.iter().map(|side| entry_of(cells, *side)) {
+            self.walk(cells, &lying, |_, at| {
                 if settled[at] == (OUTER, NONE) {
                     settled[at].1 = lying.cell;
                 }
@@ -234,6 +235,18 @@ impl Desk {
             slot = (slot + 1) & mask;
         }
     }
+}
+
+/// The entry that an open side or a boundary cell was made from.
+#[inline]
+fn entry_of(cells: &Cells, [cell, face]: [u32; 2]) -> Entry {
+    let cell = cells.get(cell as usize);
+    let made = |corners: &[u32]| Entry::new(corners, 1, cell.index, face);
+    let made = match face {
+        BOUNDARY => made(&cell.nodes[..cell.kind.n_corners(cell.nodes.len())]),
+        _ => side_corners(cells, &cell, face as usize, made),
+    };
+    made.expect("an open side has corners")
 }
 
 /// Whether two sides are one face of two cells.
