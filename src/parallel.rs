@@ -168,6 +168,23 @@ pub fn with(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send)) {
     });
 }
 
+/// Calls `act` on this thread and `beside` on a thread of its own, which does not wait for other work of the loops' threads.
+/// Where there is one thread, or the system starts no other, `beside` is called after `act`.
+pub fn with_own_thread(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send)) {
+    if n_threads() == 1 {
+        act();
+        return beside();
+    }
+    let is_started = std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().spawn_scoped(scope, &mut *beside);
+        act();
+        thread.is_ok()
+    });
+    if !is_started {
+        beside();
+    }
+}
+
 /// Block `i` of `size` of the numbers below `n`.
 pub fn block(n: usize, size: usize, i: usize) -> Range<usize> {
     i * size..n.min((i + 1) * size)
@@ -262,8 +279,11 @@ mod tests {
         });
         assert!(is_sorted);
         assert_eq!(keys, sorted);
-        sort_by_key(&mut keys, |key| key.1);
-        assert_eq!(keys, by_node);
+        let mut n_done = 0;
+        with_own_thread(&mut || sort_by_key(&mut keys, |key| key.1), &mut || {
+            n_done += 1;
+        });
+        assert_eq!((keys, n_done), (by_node, 1));
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! Any bytes in one file of an OpenFOAM case, whose others are good. The first byte says which file: of a whole case, of
-//! one in pieces, of one whose pieces are collated.
+//! one in pieces, of one whose pieces are collated, of one that has nothing but tetrahedra.
 
 #![no_main]
 
+use azimesh::Mesh;
 use azimesh::formats::openfoam::OpenFoam;
 use azimesh::formats::{Format, Location, Notes, OutputSet, ReadOptions, WriteOptions};
 use libfuzzer_sys::fuzz_target;
@@ -30,6 +31,13 @@ static PLACES: LazyLock<Vec<(PathBuf, PathBuf)>> = LazyLock::new(|| {
         let names = FILES.iter().chain(NUMBERS.iter().filter(|_| case != "binary"));
         places.extend(names.map(|name| (own.join(case), own.join(case).join(mesh).join(name))));
     }
+    // A mesh of tetrahedra, in binary files.
+    let testdata = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../testdata"));
+    let case = own.join("tetrahedra");
+    let mesh = Mesh::read(testdata.join("sphere_in_box_raw_zlib.vtu")).expect("a mesh");
+    fs::create_dir_all(&case).expect("a folder");
+    mesh.write(case.join("case.foam")).expect("it is written");
+    places.extend(FILES[..5].iter().map(|name| (case.clone(), case.join("constant/polyMesh").join(name))));
     places
 });
 

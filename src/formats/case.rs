@@ -1,7 +1,7 @@
 //! The interface of formats whose sequences lie in a folder that holds more than meshes, such as the case of a solver: a
 //! file for each step, beside what all steps share.
 
-use super::{Begin, Commit, Notes, OutputSet, WriteOptions};
+use super::{Begin, Commit, Location, Notes, OutputSet, WriteOptions};
 use crate::error::Result;
 use crate::mesh::MeshView;
 use std::io;
@@ -61,7 +61,7 @@ pub trait CaseFormat: Sync {
     fn has_hash(&self, path: &Path, hash: &str) -> io::Result<bool>;
 
     /// The case and the index in it of the step whose file this is, where the file has a part of the mesh only.
-    fn step_at(&self, path: &Path) -> Option<(std::path::PathBuf, usize)>;
+    fn step_at(&self, path: &Path) -> Option<(Location, usize)>;
 
     /// All files of a step that are there, as paths.
     fn files_of(&self, path: &Path) -> Vec<std::path::PathBuf>;

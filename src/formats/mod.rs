@@ -246,7 +246,7 @@ pub fn records_in(folder: &Path) -> Option<PathBuf> {
 }
 
 /// The case and the index in it of the step whose file this is, where the file has a part of the mesh only.
-pub fn step_in_case(path: &Path) -> Option<(std::path::PathBuf, usize)> {
+pub fn step_in_case(path: &Path) -> Option<(Location, usize)> {
     let mut cases = FORMATS.iter().filter_map(|format| format.case());
     cases.find_map(|case| case.step_at(path))
 }

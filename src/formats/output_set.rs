@@ -1,14 +1,18 @@
 //! The output of one mesh: a file, a file with companion files, or a folder. All files are complete before any gets
 //! its name.
 
-use super::save::{Staged, stage_bytes, stage_whole};
+use super::save::{PIECE, Staged, stage_bytes, stage_whole};
 use super::staged::{Commit, folder_of};
 use super::staged_folder::Folder;
 use crate::error::{Error, Result};
+use crate::parallel::with_own_thread;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
+
+/// Bytes whose hash is worth a thread.
+const LARGE: usize = 4 << 20;
 
 /// The files that a mesh is written to, staged until the result of [`OutputSet::finish`] is committed: first the
 /// files of a folder, then companion files, then the main file, since it may refer to the others.
@@ -152,9 +156,10 @@ impl<'a> OutputSet<'a> {
         fs::create_dir_all(folder_of(&path)).map_err(|error| Error::io(folder, &error))?;
         let tally = &mut self.tally;
         let counted = |out: &mut dyn Write| tally.count(out, write);
+        // It is synced when the folder is put in place.
         let replace = Commit {
             replace: true,
-            ..commit
+            sync: false,
         };
         let known = |mut error: Error| {
             // The user knows the folder, not the staged one.
@@ -232,6 +237,29 @@ struct Counting<'a> {
 }
 
 impl Write for Counting<'_> {
+    /// Large pieces are hashed beside the writing.
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let (out, mut hasher) = (&mut *self.out, self.hasher.as_mut());
+        match hasher.as_mut().filter(|_| bytes.len() >= LARGE) {
+            Some(hasher) => {
+                let mut written = Ok(());
+                with_own_thread(&mut || written = out.write_all(bytes), &mut || {
+                    hasher.update(bytes);
+                });
+                written?;
+            }
+            None => {
+                // A piece is hashed while it is in the cache.
+                for piece in bytes.chunks(PIECE) {
+                    out.write_all(piece)?;
+                    hasher.as_mut().map(|hasher| hasher.update(piece));
+                }
+            }
+        }
+        self.n_bytes += bytes.len() as u64;
+        Ok(())
+    }
+
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let n = self.out.write(bytes)?;
         self.n_bytes += n as u64;

@@ -5,6 +5,7 @@ use super::memory_limit::MemoryLimit;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -131,6 +132,16 @@ impl Source {
         if let Bytes::Mapped(map) = &*self.bytes {
             // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
             let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+        }
+    }
+
+    /// [`Source::release`] of some of its bytes.
+    pub(super) fn release_part(&self, bytes: Range<usize>) {
+        #[cfg(unix)]
+        if let Bytes::Mapped(map) = &*self.bytes {
+            let advice = memmap2::UncheckedAdvice::DontNeed;
+            // SAFETY: as above.
+            let _ = unsafe { map.unchecked_advise_range(advice, bytes.start, bytes.len()) };
         }
     }
 

@@ -181,7 +181,8 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
-fn sync_file(path: &Path) -> io::Result<()> {
+/// Syncs the bytes of a file to the disk.
+pub(super) fn sync_file(path: &Path) -> io::Result<()> {
     let mut options = OpenOptions::new();
     // Windows syncs only files that are open for writing.
     options

@@ -3,7 +3,7 @@
 
 use super::output_set::files_in;
 use super::save::{Staged, exists};
-use super::staged::{Commit, Temporary, folder_of, sync_folder};
+use super::staged::{Commit, Temporary, folder_of, sync_file, sync_folder};
 use crate::error::{Error, Result};
 use std::collections::BTreeSet;
 use std::fs;
@@ -110,9 +110,12 @@ impl Folder {
         last: impl FnOnce() -> Result<()> + Send + 'static,
     ) -> Staged {
         Staged::new(move || {
+            if commit.sync {
+                self.sync_files()?;
+            }
             self.put_in_place(|| {
                 if commit.sync {
-                    self.sync()?;
+                    self.sync_names()?;
                 }
                 last()
             })?;
@@ -120,8 +123,16 @@ impl Folder {
         })
     }
 
+    /// Syncs what is in the files.
+    fn sync_files(&self) -> Result<()> {
+        self.names.iter().try_for_each(|name| {
+            let synced = sync_file(&self.temporary.path().join(name));
+            synced.map_err(|error| Error::io(&self.target.join(name), &error))
+        })
+    }
+
     /// Syncs the names of all files and folders.
-    fn sync(&self) -> Result<()> {
+    fn sync_names(&self) -> Result<()> {
         let of_name = |name: &String| {
             Path::new(name)
                 .ancestors()

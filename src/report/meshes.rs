@@ -100,7 +100,7 @@ fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
             step: Some(step),
             ..options.clone()
         };
-        return Ok(Mesh::read_with(&case, &options)?.mesh);
+        return Ok(formats::read(&case, &options)?.mesh);
     }
     // A step in a case is a file in the folder of the mesh at its time.
     let folder = path

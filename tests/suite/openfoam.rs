@@ -528,6 +528,32 @@ fn a_sequence_of_a_decomposed_case_lies_in_its_pieces() {
 }
 
 #[test]
+fn a_report_shows_the_steps_of_a_region_in_pieces() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let schedule = "time = { stop = 1.0, step = 0.5, frequency = 1.0 }\nboundaries.others = \"free\"\n\
+        boundaries.fixed = [\"inlet\"]\n[[body]]\nname = \"floor\"\ntags = [\"floor\"]\n\
+        rigid = { translate = [0.02, 0.0, 0.03], ramp = true }\n";
+    fs::write(folder.join("s.toml"), schedule).unwrap();
+    for name in ["decomposed", "collated"] {
+        let case = folder.join(name);
+        for (file, content) in all_files(&Path::new("testdata/openfoam").join(name)) {
+            let file = case.join(file.replace("constant/", "constant/solid/"));
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(file, content).unwrap();
+        }
+        fs::create_dir_all(case.join("constant/solid")).unwrap();
+        let region = format!("{name}/constant/solid");
+        let out = format!("{name}_out");
+        succeed(folder, &["-q", "deform", &region, "s.toml", "-o", &out]);
+        succeed(folder, &["-q", "report", &out]);
+        let page = fs::read_to_string(folder.join(&out).join("report.html")).unwrap();
+        let n_steps = page.matches("<figcaption><button").count();
+        assert!(n_steps > 1 && !page.contains("not shown:"), "{n_steps}");
+    }
+}
+
+#[test]
 fn zones_of_faces_and_points_are_kept_where_pieces_are_joined() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -4,6 +4,7 @@
 use super::cells::NONE;
 use super::decomposed::{Piece, is_shared, whole_patch, zones_of};
 use super::faces::Faces;
+use super::labels::Label;
 use super::read::Lists;
 use super::topology::Patch;
 use crate::error::{Error, Result};
@@ -32,8 +33,8 @@ pub(super) fn join(pieces: &[Piece]) -> Result<Lists> {
     for place in &places {
         let piece = &pieces[place.piece as usize];
         let numbers = piece.numbers.as_ref().expect("all pieces have numbers");
-        let nodes = piece.lists.faces.get(place.face as usize);
-        let whole = |node: &u32| numbers.points[*node as usize];
+        let nodes = piece.lists.faces.view().get(place.face as usize);
+        let whole = |node: &Label| numbers.points[node.get() as usize];
         match place.is_turned {
             false => faces.push(nodes.iter().map(whole)),
             true => faces.push(nodes[..1].iter().chain(nodes[1..].iter().rev()).map(whole)),
@@ -42,8 +43,8 @@ pub(super) fn join(pieces: &[Piece]) -> Result<Lists> {
     Ok(Lists {
         points: points(pieces)?,
         faces,
-        owner,
-        neighbour: neighbour[..n_internal].to_vec(),
+        owner: owner.into(),
+        neighbour: neighbour[..n_internal].to_vec().into(),
         patches,
         zones: zones_of(pieces, |piece, cell| {
             let cells = &numbers(piece).cells;
@@ -110,11 +111,12 @@ fn sides(pieces: &[Piece], n_faces: usize) -> Result<(Vec<u32>, Vec<u32>)> {
         for cell in cells {
             check_number(piece, "cell", *cell as usize, n_cells)?;
         }
+        let (owners, neighbours) = (piece.lists.owner.view(), piece.lists.neighbour.view());
         for face in 0..piece.lists.faces.len() {
             let (number, is_turned) = number_of(piece, face);
-            let here = cells[piece.lists.owner[face] as usize];
-            let there = piece.lists.neighbour.get(face);
-            let there = there.map_or(NONE, |cell| cells[*cell as usize]);
+            let here = cells[owners[face].get() as usize];
+            let there = neighbours.get(face);
+            let there = there.map_or(NONE, |cell| cells[cell.get() as usize]);
             let (out, other) = if is_turned {
                 (there, here)
             } else {

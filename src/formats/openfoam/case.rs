@@ -3,7 +3,7 @@
 //! ```text
 //! CASE                            the mesh at every time
 //! CASE/any.foam                   the same; any{REGION}.foam: of a region
-//! CASE/constant/REGION            the mesh of a region at every time
+//! CASE/constant/REGION            the mesh of a region at every time, whole or in pieces
 //! CASE/TIME/polyMesh, CASE/TIME   the mesh at this time alone (constant too)
 //! CASE/processor0                 one piece as a case of its own; CASE/processors4: all pieces
 //! ```
@@ -13,10 +13,10 @@
 use super::file::{FoamFile, path_of};
 use super::folders::{
     CONSTANT, MESH, Pieces, Step, is_case, is_instance, is_mesh, mesh_folder, parent_of, pieces_in,
-    regions_of, steps_in, time_of, times_in,
+    regions_in, regions_of, steps_in, time_of, times_in,
 };
 use crate::error::{Error, Result};
-use crate::formats::Location;
+use crate::formats::{Location, Source};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -210,6 +210,12 @@ impl Case {
     }
 }
 
+/// A region of a case, by the file that viewers open it with, which does not have to be there.
+pub(super) fn of_region(case: &Path, region: &str) -> Location {
+    let mark = case.join(format!("case{{{region}}}.foam"));
+    Source::from_bytes(&mark, Vec::new()).into()
+}
+
 fn list(names: impl Iterator<Item = String>) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
@@ -260,7 +266,21 @@ impl Spot {
         {
             return Some(spot);
         }
-        is_case(folder).then(|| of_case(folder))
+        Self::of_region_in_pieces(folder).or_else(|| is_case(folder).then(|| of_case(folder)))
+    }
+
+    /// The folder of a region of which only the pieces have a mesh.
+    fn of_region_in_pieces(folder: &Path) -> Option<Self> {
+        let (region, constant) = parent_of(folder)?;
+        let (name, root) = parent_of(&constant)?;
+        let pieces = pieces_in(&root);
+        let is_there = name == CONSTANT && regions_in(&pieces.first()?.folder).contains(&region);
+        is_there.then_some(Self {
+            root,
+            region: Some(region),
+            only: None,
+            is_bare: false,
+        })
     }
 
     /// The folder above a `polyMesh`: that of a time, or of a region in it. A region without `is_exact` is meant at

@@ -1,7 +1,8 @@
 //! Cells from faces: which faces each cell has, and the cells in the order of the file, in blocks on all threads.
 
-use super::faces::Faces;
-use super::shapes;
+use super::faces::{Faces, FacesView};
+use super::labels::{Label, Labels};
+use super::{shapes, tetrahedra};
 use crate::error::{Error, Result, counted};
 use crate::mesh::{CellKind, Cells};
 use crate::parallel::{for_items, map_blocks, n_threads};
@@ -54,21 +55,23 @@ impl CellFaces {
 
 /// The cells on both sides of all faces, and those that blocks of faces belong to, so that faces of other cells are passed
 /// over.
-struct Blocks<'a> {
-    owner: &'a [u32],
+pub(super) struct Blocks<'a> {
+    pub owner: &'a [Label],
     /// Of the faces between two cells, which are the first.
-    neighbour: &'a [u32],
+    pub neighbour: &'a [Label],
     of_owner: Vec<Range<u32>>,
     of_neighbour: Vec<Range<u32>>,
 }
 
 impl<'a> Blocks<'a> {
-    fn new(owner: &'a [u32], neighbour: &'a [u32]) -> Self {
-        let span = |cells: &[u32]| {
-            let low = cells.iter().copied().min().unwrap_or(0);
-            low..cells.iter().copied().max().unwrap_or(0) + 1
+    pub fn new(owner: &'a [Label], neighbour: &'a [Label]) -> Self {
+        // Bounds rather than options: so the loop over a block takes many labels at a time.
+        let span = |cells: &[Label]| {
+            let cells = cells.iter().map(|cell| cell.get());
+            let low = cells.clone().fold(u32::MAX, u32::min);
+            low..cells.fold(0, u32::max) + 1
         };
-        let spans = |cells: &[u32]| map_blocks(cells.len(), FACES, &|range| span(&cells[range]));
+        let spans = |cells: &[Label]| map_blocks(cells.len(), FACES, &|range| span(&cells[range]));
         Self {
             of_owner: spans(owner),
             of_neighbour: spans(neighbour),
@@ -97,7 +100,7 @@ impl<'a> Blocks<'a> {
 
     /// Calls `act(cell, face)` for the sides of these cells, counted from the first of them, in the order of the faces;
     /// the face with [`INWARD`].
-    fn visit(&self, cells: &Range<usize>, mut act: impl FnMut(usize, u32)) {
+    pub fn visit(&self, cells: &Range<usize>, mut act: impl FnMut(usize, u32)) {
         let (owner, neighbour) = (self.owner, self.neighbour);
         let (first, n) = (cells.start as u32, cells.len() as u32);
         let touches = |span: Option<&Range<u32>>| {
@@ -110,12 +113,12 @@ impl<'a> Blocks<'a> {
             }
             let faces = block * FACES..owner.len().min((block + 1) * FACES);
             for face in faces {
-                let owner = owner[face].wrapping_sub(first);
+                let owner = owner[face].get().wrapping_sub(first);
                 if owner < n {
                     act(owner as usize, face as u32);
                 }
                 if let Some(neighbour) = neighbour.get(face) {
-                    let neighbour = neighbour.wrapping_sub(first);
+                    let neighbour = neighbour.get().wrapping_sub(first);
                     if neighbour < n {
                         act(neighbour as usize, face as u32 | INWARD);
                     }
@@ -128,17 +131,25 @@ impl<'a> Blocks<'a> {
 /// The cells of the mesh, then the faces on its boundary as cells.
 pub(super) fn assemble(
     faces: &Faces,
-    owner: &[u32],
-    neighbour: &[u32],
+    owner: &Labels,
+    neighbour: &Labels,
     n_cells: usize,
 ) -> Result<Cells> {
-    let blocks = Blocks::new(owner, neighbour);
+    let blocks = Blocks::new(owner.view(), neighbour.view());
+    match tetrahedra::assemble(&blocks, faces.view(), n_cells) {
+        Some(cells) => Ok(cells),
+        None => one_by_one(&blocks, faces.view(), n_cells),
+    }
+}
+
+/// [`assemble`] of cells of any kind, each found from its own faces.
+pub(super) fn one_by_one(blocks: &Blocks, faces: FacesView, n_cells: usize) -> Result<Cells> {
     let size = n_cells.div_ceil(PARTS).max(1);
     let n_held = size * n_threads().max(HELD);
     let (mut cells, mut parts) = (Cells::new(), Vec::new());
     for first in (0..n_cells).step_by(n_held) {
         let held = first..n_cells.min(first + n_held);
-        let of_cells = CellFaces::new(&blocks, held.clone(), size, parts);
+        let of_cells = CellFaces::new(blocks, held.clone(), size, parts);
         in_batches(held, n_cells, &mut cells, &|range| {
             let mut part = Cells::new();
             let mut scratch = shapes::Scratch::default();
@@ -157,24 +168,26 @@ pub(super) fn assemble(
         parts = of_cells.parts;
     }
     drop(parts);
-    let outside = neighbour.len()..faces.len();
+    let outside = blocks.neighbour.len()..faces.len();
     in_batches(outside, faces.len(), &mut cells, &|range| {
-        let mut part = Cells::new();
+        let (mut part, mut scratch) = (Cells::new(), Vec::new());
         for face in range {
-            push_face(&mut part, faces.get(face));
+            push_face(&mut part, faces.get(face), &mut scratch);
         }
         Ok(part)
     })?;
     Ok(cells)
 }
 
-fn push_face(cells: &mut Cells, nodes: &[u32]) {
+fn push_face(cells: &mut Cells, nodes: &[Label], scratch: &mut Vec<u32>) {
     let kind = match nodes.len() {
         3 => CellKind::Triangle,
         4 => CellKind::Quadrilateral,
         _ => CellKind::Polygon,
     };
-    cells.push(kind, nodes);
+    scratch.clear();
+    scratch.extend(nodes.iter().map(|node| node.get()));
+    cells.push(kind, scratch);
 }
 
 /// Appends the cells of a range; after the first batch of them room is made for those up to `last`.

@@ -2,33 +2,55 @@
 
 use super::ascii;
 use super::file::FoamFile;
-use super::lists::{Layout, Open, cut_off, ends, head, labels_at, needed, number, wrong_label};
+use super::labels::{Label, Labels};
+use super::lists::{Layout, Open, cut_off, ends, head, indices_at, needed, number, wrong_label};
 use super::text::Text;
 use crate::error::Result;
+use crate::parallel::{any, map_blocks};
+use std::ops::Range;
+
+/// Faces that one task looks through.
+const BLOCK: usize = 1 << 16;
 
 /// Faces as lists of nodes, one after another.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Clone, Default)]
 pub(super) struct Faces {
     /// Where each face starts in `nodes`, and the end of the last; empty where all faces have one size.
-    starts: Vec<u32>,
+    starts: Labels,
     /// The size of all faces; 0 where `starts` tells it.
     size: usize,
     /// Nodes of all faces.
-    pub nodes: Vec<u32>,
+    pub nodes: Labels,
+}
+
+/// The lists of [`Faces`], for loops.
+#[derive(Clone, Copy)]
+pub(super) struct FacesView<'a> {
+    starts: &'a [Label],
+    /// The size of all faces; 0 where they may have several.
+    pub size: usize,
+    /// Nodes of all faces.
+    pub nodes: &'a [Label],
 }
 
 impl Faces {
     /// Of nodes one after another, with the places where faces start and where the last ends.
-    pub fn new(starts: Vec<u32>, nodes: Vec<u32>) -> Self {
-        let size = match &starts[..] {
-            [first, second, ..] => second.saturating_sub(*first),
-            _ => 0,
-        };
-        let differs = |two: &[u32]| two[1].wrapping_sub(two[0]) != size;
-        let is_regular = size > 0 && starts[0] == 0 && !starts.windows(2).any(differs);
+    pub fn new(starts: impl Into<Labels>, nodes: impl Into<Labels>) -> Self {
+        let starts = starts.into();
+        Self::of_size(regular_size(starts.view()), starts, nodes.into())
+    }
+
+    fn of_size(size: Option<usize>, starts: Labels, nodes: Labels) -> Self {
+        if size.is_some() {
+            starts.release();
+        }
         Self {
-            starts: if is_regular { Vec::new() } else { starts },
-            size: if is_regular { size as usize } else { 0 },
+            starts: if size.is_some() {
+                Labels::default()
+            } else {
+                starts
+            },
+            size: size.unwrap_or(0),
             nodes,
         }
     }
@@ -41,37 +63,13 @@ impl Faces {
         }
     }
 
-    /// Nodes of a face.
-    #[inline]
-    pub fn get(&self, face: usize) -> &[u32] {
-        &self.nodes[self.start(face)..self.start(face + 1)]
-    }
-
-    /// Where the nodes of a face start.
-    #[inline]
-    fn start(&self, face: usize) -> usize {
-        match self.size {
-            0 => self.starts[face] as usize,
-            size => face * size,
+    /// The lists. Loops ask for them once.
+    pub fn view(&self) -> FacesView<'_> {
+        FacesView {
+            starts: self.starts.view(),
+            size: self.size,
+            nodes: self.nodes.view(),
         }
-    }
-
-    /// The face that the node at this place is of.
-    pub fn face_at(&self, place: usize) -> usize {
-        match self.size {
-            0 => {
-                let after = self
-                    .starts
-                    .partition_point(|start| *start as usize <= place);
-                after.saturating_sub(1)
-            }
-            size => place / size,
-        }
-    }
-
-    /// All of them in order.
-    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        (0..self.len()).map(|face| self.get(face))
     }
 
     /// Appends a face.
@@ -79,12 +77,80 @@ impl Faces {
         if self.starts.is_empty() {
             let ends = 0..=self.len();
             let starts = ends.map(|face| (face * self.size) as u32);
-            self.starts = starts.collect();
+            self.starts = starts.collect::<Vec<_>>().into();
             self.size = 0;
         }
-        self.nodes.extend(nodes);
-        self.starts.push(self.nodes.len() as u32);
+        let own = self.nodes.decoded();
+        own.extend(nodes);
+        let end = own.len() as u32;
+        self.starts.decoded().push(end);
     }
+}
+
+impl<'a> FacesView<'a> {
+    /// Number of faces.
+    pub fn len(&self) -> usize {
+        match self.size {
+            0 => self.starts.len().saturating_sub(1),
+            size => self.nodes.len() / size,
+        }
+    }
+
+    /// Nodes of a face.
+    #[inline]
+    pub fn get(&self, face: usize) -> &'a [Label] {
+        &self.nodes[self.start(face)..self.start(face + 1)]
+    }
+
+    /// Where the nodes of a face start.
+    #[inline]
+    fn start(&self, face: usize) -> usize {
+        match self.size {
+            0 => self.starts[face].get() as usize,
+            size => face * size,
+        }
+    }
+
+    /// The first face of fewer nodes than this.
+    pub fn first_below(&self, n: usize) -> Option<usize> {
+        match self.size {
+            0 => (0..self.len()).find(|face| self.get(*face).len() < n),
+            size => (size < n && self.len() > 0).then_some(0),
+        }
+    }
+
+    /// The face that the node at this place is of.
+    pub fn face_at(&self, place: usize) -> usize {
+        match self.size {
+            0 => {
+                let is_before = |start: &Label| start.get() as usize <= place;
+                self.starts.partition_point(is_before).saturating_sub(1)
+            }
+            size => place / size,
+        }
+    }
+}
+
+/// The size of all faces that start at these places; `None` where they have several.
+fn regular_size(starts: &[Label]) -> Option<usize> {
+    let &[first, second, ..] = starts else {
+        return None;
+    };
+    let size = second.get().checked_sub(first.get())?;
+    let is_sound = first.get() == 0
+        && size > 0
+        && (starts.len() - 1) as u64 * u64::from(size) <= u64::from(u32::MAX);
+    let differs = |range: Range<usize>| {
+        let mut expected = range.start as u32 * size;
+        let mut differs = false;
+        for start in &starts[range] {
+            differs |= start.get() != expected;
+            expected = expected.wrapping_add(size);
+        }
+        differs
+    };
+    let is_regular = is_sound && !map_blocks(starts.len(), BLOCK, &differs).contains(&true);
+    is_regular.then_some(size as usize)
 }
 
 /// The faces in a file: a `faceList`, or a `faceCompactList` (where each starts, then the nodes of all).
@@ -92,7 +158,7 @@ pub(super) fn faces(file: &FoamFile) -> Result<Faces> {
     let mut text = file.text();
     let layout = Layout::of(file);
     let faces = match file.header.class.as_str() {
-        "faceCompactList" => compact_faces(&mut text, layout),
+        "faceCompactList" => compact_faces(&mut text, file, layout),
         _ if text.is_binary => binary_faces(&mut text, layout),
         _ => ascii_faces(&mut text),
     };
@@ -108,7 +174,7 @@ fn ascii_faces(text: &mut Text) -> Result<Faces> {
     }
 }
 
-fn compact_faces(text: &mut Text, layout: Layout) -> Result<Faces> {
+fn compact_faces(text: &mut Text, file: &FoamFile, layout: Layout) -> Result<Faces> {
     let place = text.at;
     // The second list settles the width of both.
     let mut whole = None;
@@ -118,7 +184,7 @@ fn compact_faces(text: &mut Text, layout: Layout) -> Result<Faces> {
             labels: [width; 2],
             ..layout
         };
-        let parsed = compact_lists(&mut after, layout);
+        let parsed = compact_lists(&mut after, file, layout);
         if parsed.is_ok() || whole.is_none() {
             let is_good = parsed.is_ok();
             whole = Some(parsed);
@@ -131,13 +197,16 @@ fn compact_faces(text: &mut Text, layout: Layout) -> Result<Faces> {
         }
     }
     let (starts, nodes) = whole.expect("there are two widths")?;
-    let is_ascending = starts.windows(2).all(|two| two[0] <= two[1]);
-    let ends = (starts.first().copied(), starts.last().copied());
-    let fits = match ends {
+    let list = starts.view();
+    let value = |label: Option<&Label>| label.map(|label| label.get());
+    let fits = match (value(list.first()), value(list.last())) {
         (Some(0), Some(last)) => last as usize == nodes.len(),
         (None, _) => nodes.is_empty(),
         _ => false,
     };
+    let size = regular_size(list);
+    let falls = |i: usize| list[i].get() > list[i + 1].get();
+    let is_ascending = size.is_some() || !any(list.len().saturating_sub(1), falls);
     if !is_ascending || !fits {
         return Err(text.error_at(
             place,
@@ -148,16 +217,16 @@ fn compact_faces(text: &mut Text, layout: Layout) -> Result<Faces> {
             ),
         ));
     }
-    Ok(Faces::new(starts, nodes))
+    Ok(Faces::of_size(size, starts, nodes))
 }
 
-fn compact_lists(text: &mut Text, layout: Layout) -> Result<(Vec<u32>, Vec<u32>)> {
+fn compact_lists(text: &mut Text, file: &FoamFile, layout: Layout) -> Result<(Labels, Labels)> {
     let index = |label: i64| u32::try_from(label).ok();
-    let starts = labels_at(text, layout, 0, &index)?;
+    let starts = indices_at(text, file, layout, 0, &index)?;
     if starts.is_empty() && text.peek().is_none() {
-        return Ok((starts, Vec::new()));
+        return Ok((starts, Labels::default()));
     }
-    let nodes = labels_at(text, layout, 0, &index)?;
+    let nodes = indices_at(text, file, layout, 0, &index)?;
     Ok((starts, nodes))
 }
 

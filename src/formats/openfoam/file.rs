@@ -1,6 +1,7 @@
 //! One file of OpenFOAM: opened, decompressed, its header read; the blocks of a collated file.
 
 use super::dictionary::Header;
+use super::labels::Labels;
 use super::text::Text;
 use crate::error::{Error, Result};
 use crate::formats::Source;
@@ -68,6 +69,11 @@ impl FoamFile {
 
     fn text_of(&self, part: Range<usize>) -> Text<'_> {
         Text::new(self.content.bytes(), part)
+    }
+
+    /// The labels in these bytes, where they are as the machine has them.
+    pub fn labels(&self, bytes: Range<usize>) -> Labels {
+        Labels::stored(self.content.clone(), bytes)
     }
 
     /// Lets go of the memory of a file that has been read.

@@ -1,7 +1,7 @@
 //! Zones of faces and of points, which a mesh does not hold: read again from the files that it was read from, so that they
 //! can be written where faces have another order, or where pieces are joined.
 
-use super::faces::{self, Faces};
+use super::faces;
 use super::file::FoamFile;
 use super::order::FaceList;
 use super::topology::{StoredFile, Topology};
@@ -22,7 +22,7 @@ pub(super) struct KeptZones {
 struct FaceZone {
     name: String,
     /// Turned as the zone has them.
-    faces: Faces,
+    faces: FaceList,
 }
 
 /// A zone of faces, by their numbers.
@@ -96,13 +96,14 @@ impl KeptZones {
         }
         let flips = zones::zones(file, "flipMap", MOST)?;
         let faces = faces::faces(faces)?;
+        let faces = faces.view();
         for (zone, flips) in zones.into_iter().zip(flips) {
             let place = self.faces.iter().position(|known| known.name == zone.name);
             let place = place.unwrap_or(self.faces.len());
             if place == self.faces.len() {
                 self.faces.push(FaceZone {
                     name: zone.name,
-                    faces: Faces::default(),
+                    faces: FaceList::default(),
                 });
             }
             let own = &mut self.faces[place].faces;
@@ -110,11 +111,12 @@ impl KeptZones {
                 if *face as usize >= faces.len() {
                     continue;
                 }
-                let nodes = faces.get(*face as usize).iter().map(|node| whole(*node));
-                match flips.labels.get(i) {
-                    Some(1) => own.push(nodes.rev()),
-                    _ => own.push(nodes),
+                let nodes = faces.get(*face as usize).iter();
+                let mut nodes: Vec<u32> = nodes.map(|node| whole(node.get())).collect();
+                if flips.labels.get(i) == Some(&1) {
+                    nodes.reverse();
                 }
+                own.push(&nodes);
             }
         }
         Ok(())
@@ -196,9 +198,9 @@ mod tests {
 
     #[test]
     fn faces_of_a_zone_are_found_and_turned_as_it_has_them() {
-        let mut faces = Faces::default();
+        let mut faces = FaceList::default();
         for face in [&[4, 5, 6][..], &[2, 1, 0], &[6, 4, 5]] {
-            faces.push(face.iter().copied());
+            faces.push(face);
         }
         let kept = KeptZones {
             faces: vec![FaceZone {

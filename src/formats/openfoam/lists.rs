@@ -5,6 +5,7 @@
 
 use super::ascii;
 use super::file::FoamFile;
+use super::labels::Labels;
 use super::text::Text;
 use crate::error::{Error, Result};
 use crate::parallel::collect;
@@ -57,6 +58,51 @@ pub(super) fn labels<T: Copy + Default + Send + Sync>(
 ) -> Result<Vec<T>> {
     let mut text = file.text();
     file.checked(labels_at(&mut text, Layout::of(file), most, &of))
+}
+
+/// The indices in a file, as [`labels`], without a copy where the file has them as the machine does.
+pub(super) fn indices(
+    file: &FoamFile,
+    most: usize,
+    of: impl Fn(i64) -> Option<u32> + Sync,
+) -> Result<Labels> {
+    let mut text = file.text();
+    file.checked(indices_at(&mut text, file, Layout::of(file), most, &of))
+}
+
+/// The indices of a list, as [`labels_at`], without a copy where the file has them as the machine does. `of` takes all
+/// from 0 on as they are.
+pub(super) fn indices_at(
+    text: &mut Text,
+    file: &FoamFile,
+    layout: Layout,
+    most: usize,
+    of: &(impl Fn(i64) -> Option<u32> + Sync),
+) -> Result<Labels> {
+    let mut after = text.clone();
+    if let Some(found) = stored(&mut after, file, layout) {
+        *text = after;
+        return Ok(found);
+    }
+    labels_at(text, layout, most, of).map(Labels::from)
+}
+
+/// The labels of a list where none is negative and the file has them as the machine does; moves past it.
+fn stored(text: &mut Text, file: &FoamFile, layout: Layout) -> Option<Labels> {
+    let is_as_here = text.is_binary && layout.is_big_endian == cfg!(target_endian = "big");
+    let (Some(n), Open::Values) = head(text).ok()? else {
+        return None;
+    };
+    let mut widths = layout.labels.into_iter();
+    let width = widths.find(|width| ends(text, n, *width))?;
+    if !is_as_here || width != 4 {
+        return None;
+    }
+    let values = text.at..text.at + n * width;
+    text.at = values.end + 1;
+    let labels = file.labels(values);
+    let is_index = |largest: u32| i32::try_from(largest).is_ok();
+    labels.largest().is_none_or(is_index).then_some(labels)
 }
 
 /// The labels of a list; moves past it.

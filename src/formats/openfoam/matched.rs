@@ -4,6 +4,7 @@
 //! Cells, points and faces come piece by piece.
 
 use super::decomposed::{Piece, is_shared, whole_patch, zones_of};
+use super::labels::Label;
 use super::read::Lists;
 use super::topology::Patch;
 use crate::error::Result;
@@ -49,18 +50,17 @@ pub(super) fn join(pieces: &[Piece]) -> Result<(Lists, Vec<Vec<u32>>)> {
         new_index: &new_index,
     };
     for piece in pieces {
-        for face in 0..piece.lists.neighbour.len() {
+        for (face, cell) in piece.lists.neighbour.view().iter().enumerate() {
             whole.push(&mut lists, piece, face);
-            let cell = piece.lists.neighbour[face] as usize;
-            lists
-                .neighbour
-                .push((starts.cells[piece.number] + cell) as u32);
+            let cell = starts.cells[piece.number] + cell.get() as usize;
+            lists.neighbour.decoded().push(cell as u32);
         }
     }
     for (one, other, [face, their_face]) in between {
         whole.push(&mut lists, &pieces[one], face);
-        let cell = pieces[other].lists.owner[their_face] as usize;
-        lists.neighbour.push((starts.cells[other] + cell) as u32);
+        let cell = pieces[other].lists.owner.view()[their_face];
+        let cell = starts.cells[other] + cell.get() as usize;
+        lists.neighbour.decoded().push(cell as u32);
     }
     whole.push_patches(&mut lists);
     lists.zones = zones_of(pieces, |piece, cell| {
@@ -152,11 +152,11 @@ impl Same {
 
     /// Joins the nodes of a face in two pieces.
     fn join(&mut self, starts: &Starts, pieces: [&Piece; 2], faces: [usize; 2]) -> Result<()> {
-        let [one, other] = [0, 1].map(|i| pieces[i].lists.faces.get(faces[i]));
+        let [one, other] = [0, 1].map(|i| pieces[i].lists.faces.view().get(faces[i]));
         let turned = other[..1].iter().chain(other[1..].iter().rev());
         let [a, b] = pieces.map(|piece| &piece.lists.points);
-        let is_near = |(one, other): (&u32, &u32)| {
-            let [p, q] = [a[*one as usize], b[*other as usize]];
+        let is_near = |(one, other): (&Label, &Label)| {
+            let [p, q] = [a[one.get() as usize], b[other.get() as usize]];
             let size = p.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             (0..3).all(|i| (p[i] - q[i]).abs() <= SAME_PLACE * size.max(f64::MIN_POSITIVE))
         };
@@ -168,7 +168,7 @@ impl Same {
         }
         for (one, other) in one.iter().zip(turned) {
             let [one, other] = [(one, 0), (other, 1)]
-                .map(|(node, i)| (starts.points[pieces[i].number] + *node as usize) as u32);
+                .map(|(node, i)| (starts.points[pieces[i].number] + node.get() as usize) as u32);
             let [one, other] = [self.root(one), self.root(other)];
             self.0[one.max(other) as usize] = one.min(other);
         }
@@ -204,12 +204,12 @@ impl Whole<'_> {
     /// Appends a face of a piece and its owner.
     fn push(&self, lists: &mut Lists, piece: &Piece, face: usize) {
         let first = self.starts.points[piece.number];
-        let nodes = piece.lists.faces.get(face).iter();
-        lists
-            .faces
-            .push(nodes.map(|node| self.new_index[first + *node as usize]));
-        let cell = self.starts.cells[piece.number] + piece.lists.owner[face] as usize;
-        lists.owner.push(cell as u32);
+        let nodes = piece.lists.faces.view().get(face).iter();
+        let whole = |node: &Label| self.new_index[first + node.get() as usize];
+        lists.faces.push(nodes.map(whole));
+        let owner = piece.lists.owner.view()[face].get();
+        let cell = self.starts.cells[piece.number] + owner as usize;
+        lists.owner.decoded().push(cell as u32);
     }
 
     /// Appends the faces of the patches, by name in the order in which the pieces have them.

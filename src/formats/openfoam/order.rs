@@ -55,6 +55,11 @@ impl FaceList {
         &self.nodes[self.starts[face] as usize..self.starts[face + 1] as usize]
     }
 
+    /// All of them in order.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.len()).map(|face| self.get(face))
+    }
+
     /// Appends a face.
     pub fn push(&mut self, nodes: &[u32]) {
         self.nodes.extend_from_slice(nodes);

@@ -7,6 +7,7 @@ use super::dictionary;
 use super::faces::{self, Faces};
 use super::file::FoamFile;
 use super::folders::Step;
+use super::labels::{Label, Labels};
 use super::lists;
 use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
@@ -14,6 +15,7 @@ use crate::diagnostic::formats::Foam;
 use crate::error::{Error, Result};
 use crate::formats::{Location, Notes, ReadOptions};
 use crate::mesh::{CellSet, Group, Mesh, Origin, too_many};
+use crate::parallel::any;
 
 /// The lists of a mesh.
 #[derive(Default)]
@@ -23,9 +25,9 @@ pub(super) struct Lists {
     /// Faces between two cells, then those of the patches.
     pub faces: Faces,
     /// The cell that each face points out of.
-    pub owner: Vec<u32>,
+    pub owner: Labels,
     /// The other cell of the faces between two cells.
-    pub neighbour: Vec<u32>,
+    pub neighbour: Labels,
     /// The patches.
     pub patches: Vec<Patch>,
     /// Zones of cells.
@@ -136,20 +138,18 @@ impl LabelFiles {
     /// Reads them all, and the points.
     pub fn lists(&self, points: &FoamFile) -> Result<Lists> {
         let faces = faces::faces(&self.faces)?;
-        self.faces.release();
+        release(&self.faces, &faces.nodes);
         let n_faces = faces.len();
         let index = |label: i64| u32::try_from(label).ok().filter(|cell| *cell < NONE - 1);
-        let owner = lists::labels(&self.owner, n_faces, index)?;
-        self.owner.release();
-        let mut neighbour = lists::labels(&self.neighbour, n_faces, |label| match label {
+        let owner = lists::indices(&self.owner, n_faces, index)?;
+        release(&self.owner, &owner);
+        let mut neighbour = lists::indices(&self.neighbour, n_faces, |label| match label {
             -1 => Some(NONE),
             label => index(label),
         })?;
-        self.neighbour.release();
+        release(&self.neighbour, &neighbour);
         // Old files have -1 for each face on the boundary.
-        while neighbour.last() == Some(&NONE) {
-            neighbour.pop();
-        }
+        neighbour.trim_end(NONE);
         let mut text = self.boundary.text();
         text.is_binary = false;
         let patches = self.boundary.checked(dictionary::patches(&mut text))?;
@@ -170,6 +170,13 @@ impl LabelFiles {
     fn into_files(self) -> Vec<StoredFile> {
         let files = [self.faces, self.owner, self.neighbour, self.boundary];
         files.iter().map(StoredFile::of).collect()
+    }
+}
+
+/// Lets go of the memory of a file whose labels were copied out of it.
+fn release(file: &FoamFile, labels: &Labels) {
+    if !labels.is_stored() {
+        file.release();
     }
 }
 
@@ -195,18 +202,22 @@ impl Lists {
         if self.points.len() >= u32::MAX as usize {
             return wrong(&files.faces, too_many("nodes"));
         }
-        let few = |face: &usize| self.faces.get(*face).len() < 3;
-        if let Some(face) = (0..n_faces).find(few) {
-            let n = self.faces.get(face).len();
+        let faces = self.faces.view();
+        if let Some(face) = faces.first_below(3) {
+            let n = faces.get(face).len();
             return wrong(
                 &files.faces,
                 format!("face {face} has {n} nodes; it must have at least 3"),
             );
         }
         let n_points = self.points.len() as u32;
-        if let Some(at) = crate::mesh::first_where(&self.faces.nodes, |node| *node >= n_points) {
-            let face = self.faces.face_at(at);
-            let node = self.faces.nodes[at];
+        let is_beyond = |node: &Label| node.get() >= n_points;
+        let largest = self.faces.nodes.largest();
+        if largest.is_some_and(|node| node >= n_points)
+            && let Some(at) = faces.nodes.iter().position(is_beyond)
+        {
+            let face = faces.face_at(at);
+            let node = faces.nodes[at].get();
             let message =
                 format!("face {face} has node {node}, but the mesh has {n_points} nodes (from 0)");
             return wrong(&files.faces, message);
@@ -225,9 +236,12 @@ impl Lists {
             );
             return wrong(&files.neighbour, message);
         }
-        let is_alone = |face: &usize| [NONE, self.owner[*face]].contains(&self.neighbour[*face]);
-        if let Some(face) = (0..self.neighbour.len()).find(is_alone) {
-            let message = match self.neighbour[face] {
+        let (owner, neighbour) = (self.owner.view(), self.neighbour.view());
+        let is_alone = |face: usize| [NONE, owner[face].get()].contains(&neighbour[face].get());
+        if any(neighbour.len(), is_alone)
+            && let Some(face) = (0..neighbour.len()).find(|face| is_alone(*face))
+        {
+            let message = match neighbour[face].get() {
                 NONE => format!(
                     "face {face} has no neighbour, but face {} after it has one",
                     face + 1
@@ -266,8 +280,8 @@ impl Lists {
 
     /// Number of cells.
     pub fn n_cells(&self) -> usize {
-        let cells = self.owner.iter().chain(&self.neighbour);
-        cells.max().map_or(0, |last| *last as usize + 1)
+        let last = self.owner.largest().max(self.neighbour.largest());
+        last.map_or(0, |last| last as usize + 1)
     }
 }
 
@@ -290,6 +304,10 @@ fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
     }
     let cells = cells::assemble(&lists.faces, &lists.owner, &lists.neighbour, n_cells)
         .map_err(|error| error.dataset("faces"))?;
+    // What follows takes memory of its own, and reads the files one by one.
+    for labels in [&lists.faces.nodes, &lists.owner, &lists.neighbour] {
+        labels.release();
+    }
     (lists.faces, lists.owner, lists.neighbour) = Default::default();
     let mut groups = Vec::new();
     for patch in &lists.patches {

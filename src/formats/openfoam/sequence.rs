@@ -1,7 +1,7 @@
 //! A case with the points of many times: that of a run, written step by step beside a mesh that all steps share, and that
 //! of a conversion, written as a whole.
 
-use super::case::Case;
+use super::case::{Case, of_region};
 use super::folders::{CONSTANT, MESH, piece_folders};
 use super::motion::{field_path, write_time};
 use super::place::{Place, foam_file};
@@ -141,15 +141,19 @@ impl CaseFormat for OpenFoam {
         Ok(hash_of_names(&hashes).to_string() == hash)
     }
 
-    fn step_at(&self, path: &Path) -> Option<(PathBuf, usize)> {
+    fn step_at(&self, path: &Path) -> Option<(Location, usize)> {
         let (root, inside) = split(path)?;
         let (case, _) = roots_of(root.clone());
         if case == root {
             return None;
         }
-        let all = Case::at(&Location::open(&case).ok()?).ok()?.steps;
+        let location = match &inside[..] {
+            [_, region, _, _] => of_region(&case, region),
+            _ => Location::Folder(case),
+        };
+        let all = Case::at(&location).ok()?.steps;
         let step = all.iter().position(|step| step.name == inside[0])?;
-        Some((case, step))
+        Some((location, step))
     }
 
     fn files_of(&self, path: &Path) -> Vec<PathBuf> {

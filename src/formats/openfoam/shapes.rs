@@ -4,7 +4,8 @@
 //! shapes with a collapsed edge (`wedge`, `tetWedge`) are polyhedra.
 
 use super::cells::INWARD;
-use super::faces::Faces;
+use super::faces::FacesView;
+use super::labels::Label;
 use crate::error::Result;
 use crate::mesh::{CellKind, Cells};
 
@@ -51,7 +52,7 @@ struct Outward {
 /// Appends the cell that has these faces, with [`INWARD`] where they point into it.
 pub(super) fn push(
     cells: &mut Cells,
-    faces: &Faces,
+    faces: FacesView,
     of_cell: &[u32],
     scratch: &mut Scratch,
 ) -> Result<()> {
@@ -67,15 +68,16 @@ pub(super) fn push(
     }
     let stream = &mut scratch.stream;
     stream.clear();
+    let value = |node: &Label| node.get();
     stream.push(of_cell.len() as u32);
     for face in of_cell {
         let nodes = faces.get((face & !INWARD) as usize);
         stream.push(nodes.len() as u32);
         match face & INWARD == 0 {
-            true => stream.extend_from_slice(nodes),
+            true => stream.extend(nodes.iter().map(value)),
             false => {
-                stream.push(nodes[0]);
-                stream.extend(nodes[1..].iter().rev());
+                stream.push(nodes[0].get());
+                stream.extend(nodes[1..].iter().rev().map(value));
             }
         }
     }
@@ -84,13 +86,13 @@ pub(super) fn push(
 
 /// The nodes of a tetrahedron: the base seen from inside, then the apex.
 #[inline]
-fn tetrahedron(faces: &Faces, of_cell: &[u32]) -> Option<[u32; 4]> {
+fn tetrahedron(faces: FacesView, of_cell: &[u32]) -> Option<[u32; 4]> {
     let &[base, ref sides @ ..] = of_cell else {
         return None;
     };
     let triangle = |face: u32| match (faces.get((face & !INWARD) as usize), face & INWARD) {
-        (&[a, b, c], 0) => Some([a, b, c]),
-        (&[a, b, c], _) => Some([a, c, b]),
+        (&[a, b, c], 0) => Some([a.get(), b.get(), c.get()]),
+        (&[a, b, c], _) => Some([a.get(), c.get(), b.get()]),
         _ => None,
     };
     let &[first, second, third] = sides else {
@@ -119,7 +121,7 @@ fn tetrahedron(faces: &Faces, of_cell: &[u32]) -> Option<[u32; 4]> {
 
 impl Outward {
     /// `None` where there are more faces, or larger ones, than any simple cell has.
-    fn new(faces: &Faces, of_cell: &[u32]) -> Option<Self> {
+    fn new(faces: FacesView, of_cell: &[u32]) -> Option<Self> {
         if of_cell.len() > 6 {
             return None;
         }
@@ -132,7 +134,9 @@ impl Outward {
             let nodes = faces.get((face & !INWARD) as usize);
             let n = nodes.len();
             let turned = outward.faces[i].get_mut(..n)?;
-            turned.copy_from_slice(nodes);
+            for (own, node) in turned.iter_mut().zip(nodes) {
+                *own = node.get();
+            }
             if face & INWARD != 0 {
                 turned[1..].reverse();
             }
@@ -231,6 +235,7 @@ fn is_turned(face: &[u8], expected: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::faces::Faces;
     use super::*;
 
     fn built(faces: &[&[u32]], owner: &[u32], cell: u32) -> Cells {
@@ -244,7 +249,7 @@ mod tests {
         };
         let of_cell: Vec<u32> = (0..faces.len()).map(number).collect();
         let mut cells = Cells::new();
-        push(&mut cells, &list, &of_cell, &mut Scratch::default()).expect("a cell");
+        push(&mut cells, list.view(), &of_cell, &mut Scratch::default()).expect("a cell");
         cells
     }
 

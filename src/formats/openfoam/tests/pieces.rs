@@ -4,6 +4,7 @@ use super::super::fixtures::{ASCII, BINARY, Way, small};
 use super::super::topology::Topology;
 use super::{case_of, loaded, mesh, refused};
 use crate::diagnostic::formats::Foam;
+use crate::formats::{ReadOptions, read, step_in_case};
 use crate::mesh::Mesh;
 use std::fs;
 use tempfile::TempDir;
@@ -158,4 +159,34 @@ fn a_collated_file_without_blocks_is_refused() {
         error.ends_with("the file has no block of any piece: it is cut off or damaged"),
         "{error}"
     );
+}
+
+#[test]
+fn a_region_that_only_the_pieces_have_is_read_as_a_whole() {
+    let expected = mesh(case_of(&small(), ASCII).path());
+    for is_collated in [false, true] {
+        let case = decomposed(BINARY, is_collated, true);
+        let folders = match is_collated {
+            true => vec!["processors2"],
+            false => vec!["processor0", "processor1"],
+        };
+        for folder in &folders {
+            let constant = case.path().join(folder).join("constant");
+            fs::create_dir(constant.join("solid")).expect("a folder");
+            fs::rename(constant.join("polyMesh"), constant.join("solid/polyMesh"))
+                .expect("it is there");
+        }
+        assert_eq!(
+            refused(case.path()),
+            "CASE: the case has no mesh of its own but regions; give one of constant/solid"
+        );
+        let region = case.path().join("constant/solid");
+        fs::create_dir_all(&region).expect("a folder");
+        assert_eq!(mesh(&region), expected);
+        let points = case.path().join(folders[folders.len() - 1]);
+        let points = points.join("constant/solid/polyMesh/points");
+        let (location, step) = step_in_case(&points).expect("it is one of a step");
+        let found = read(&location, &ReadOptions::default()).expect("it is read");
+        assert_eq!((found.mesh, step), (expected.clone(), 0));
+    }
 }
