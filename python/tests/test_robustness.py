@@ -2,6 +2,7 @@
 
 import gc
 import os
+import random
 import resource
 
 import numpy as np
@@ -78,6 +79,72 @@ keys = st.recursive(
 def test_anything_as_a_schedule(source):
     if not isinstance(source, str):
         tried(azimesh.Schedule, source)
+
+
+def anything():
+    """Arrays of wrong and right shapes, types and layouts, and what is no array."""
+    good = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    wide = np.zeros((3, 6))
+    wide[:, ::2] = good
+    frozen = good.copy()
+    frozen.flags.writeable = False
+    numbers = [good, wide[:, ::2], frozen, np.asfortranarray(good), good.astype(">f8"), good.astype("f4"), good[::-1], good[:, :2], good.T, good[:0]]
+    numbers += [np.full((3, 3), value) for value in (np.nan, np.inf, 1e308, -1.0)] + [np.zeros((3, 3, 1)), np.float64(2.0), np.zeros((0, 3)), np.zeros((10_000, 3))]
+    indices = [np.array(values) for values in ([0, 1, 2], [0, -1], [3], [2**31], [2**62], [[0, 1, 2]], [[0, 1]], [], [0, 0, 0], [1.5], [True, False, True])]
+    indices += [np.array([0, 1, 2], dtype=kind) for kind in ("u1", "i2", ">i4", "u8", "f8", "c16", "O", "S1", "U1", "M8[s]")]
+    masked = np.ma.masked_array(good, mask=good > 0)
+    others = [None, True, 0, -1, 2**80, 1.5, float("nan"), 1j, "", "a", "b", "no", b"a", "\0", "\ud800", object(), [], [[]], [[0, 1], [2]], {}, {"a": 1}, {1: "a"}, {"a": [1]}, {"a": good}]
+    others += [[("triangle", [[0, 1, 2]])], {"triangle": [[0, 1, 2]]}, {"polygon": [[0, 1, 2]]}, {"polyhedron": [[[0, 1, 2]]]}, range(3), memoryview(b"abc"), slice(1), int, masked]
+    return numbers + indices + others
+
+
+def test_seeded_calls_with_anything(airfoil):
+    """`AZIMESH_PYTHON_CALLS` sets how many."""
+    mesh = azimesh.Mesh(np.eye(3), {"triangle": [[0, 1, 2]], "line": [[0, 1], [1, 2]]}, tags={"a": [1], "b": [2]})
+    flat = mesh.with_points([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    morph = azimesh.Morph(flat, [0], [2])
+    schedule = {"azimuth": {"values": [0.0, 90.0]}, "body": [{"name": "a", "tags": ["airfoil"], "cyclic": {"collective": 1.0}}], "boundaries": {"others": "fixed"}}
+    deformation = azimesh.Deformation(airfoil, azimesh.Schedule(schedule))
+    step = deformation[0]
+    calls = [
+        lambda a, b, c: azimesh.Mesh(a, b),
+        lambda a, b, c: azimesh.Mesh(np.eye(3), {"triangle": a, "line": b}, tags={"a": c}),
+        lambda a, b, c: azimesh.Mesh(np.eye(3), {"triangle": [[0, 1, 2]]}, tags=a, zones=b, cell_data=c),
+        lambda a, b, c: azimesh.Mesh(np.eye(3), {"triangle": [[0, 1, 2]]}, point_data={"a": a}, field_data={"b": b}, cell_data={"c": c}),
+        lambda a, b, c: mesh.with_points(a),
+        lambda a, b, c: mesh.with_data(point_data={"a": a}, cell_data=b),
+        lambda a, b, c: (mesh.tag_nodes(a), mesh.tag_faces(a)),
+        lambda a, b, c: morph(a),
+        lambda a, b, c: morph.pull_back(a),
+        lambda a, b, c: morph.displacements_of(a),
+        lambda a, b, c: deformation[a],
+        lambda a, b, c: azimesh.diff(mesh, flat, tolerance=a, relative=b, match_tolerance=c),
+        lambda a, b, c: azimesh.quality(mesh, a),
+        lambda a, b, c: setattr(step, "points", a),
+        lambda a, b, c: mesh.points.__setitem__(a, b),
+        lambda a, b, c: step.points[a],
+        lambda a, b, c: azimesh.Schedule({"azimuth": a, "body": b}),
+        lambda a, b, c: azimesh.Schedule({**schedule, "body": [{"name": a, "tags": b, "displacements": c}]}),
+    ]
+    seldom = [
+        lambda a, b, c: azimesh.Morph(flat, a, b, slide=c),
+        lambda a, b, c: azimesh.Morph(flat, [0], [2], max_points=a, tolerance=b, support_radius=c),
+        lambda a, b, c: azimesh.Morph(flat, [0], [2], kernel=a, periodic=b, samples=c),
+        lambda a, b, c: morph.report(a),
+        lambda a, b, c: azimesh.Deformation(a, b, base_points=c),
+        lambda a, b, c: azimesh.from_meshio(a),
+        lambda a, b, c: azimesh.quality(tried(azimesh.Mesh, a, b) or mesh),
+    ]
+    pool, pick = anything(), random.Random(1)
+    allowed = (*ALLOWED, IndexError, KeyError, AttributeError)
+    raised = 0
+    for _ in range(int(os.environ.get("AZIMESH_PYTHON_CALLS", 20_000))):
+        call = pick.choice(seldom if pick.random() < 0.01 else calls)
+        try:
+            call(pick.choice(pool), pick.choice(pool), pick.choice(pool))
+        except allowed:
+            raised += 1
+    assert raised > 0
 
 
 def test_strided_and_read_only_arrays_are_taken(cube):

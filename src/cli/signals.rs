@@ -46,7 +46,7 @@ pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
         }
         end_with(
             signal,
-            "interrupted; finished steps are kept, and --resume continues from there",
+            "interrupted before this run wrote a step; what an earlier run finished is kept",
         );
     })
 }

@@ -52,7 +52,8 @@ impl Transform {
     /// The image of a direction: rotated only.
     #[inline]
     pub fn turn(&self, x: Vector) -> Vector {
-        self.rotation.map(|row| dot(row, x))
+        let [a, b, c] = self.rotation;
+        [dot(a, x), dot(b, x), dot(c, x)]
     }
 
     /// First `self`, then `next`.

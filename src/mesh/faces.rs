@@ -47,7 +47,8 @@ pub(super) struct Entry {
 }
 
 const NONE: u32 = u32::MAX;
-const BOUNDARY: u32 = (1 << 24) - 1;
+/// In place of the face of a boundary cell.
+pub(super) const BOUNDARY: u32 = (1 << 24) - 1;
 
 impl Entry {
     /// In place of a side that is no face.

@@ -168,13 +168,14 @@ impl Modes {
         if self.n_modes == 0 {
             return [0.0; 3];
         }
-        let at_node = |node: usize| {
-            (0..self.n_steps()).fold([0.0; 3], |worst: Vector, step| {
-                let moved = self.displacement(node, step);
-                std::array::from_fn(|axis| worst[axis].max(moved[axis].abs()))
-            })
+        let larger = |a: Vector, b: Vector| {
+            let of = |axis: usize| a[axis].max(b[axis].abs());
+            [of(0), of(1), of(2)]
         };
-        let larger = |a: Vector, b: Vector| std::array::from_fn(|axis| a[axis].max(b[axis]));
+        let at_node = |node: usize| {
+            let moved = (0..self.n_steps()).map(|step| self.displacement(node, step));
+            moved.fold([0.0; 3], larger)
+        };
         let n_nodes = self.values.len() / self.n_modes;
         let blocks = parallel::map_blocks(n_nodes, CHUNK, &|nodes| {
             nodes.map(at_node).fold([0.0; 3], larger)

@@ -285,6 +285,7 @@ impl RotorAxes {
     }
 
     /// The point `O + x e_x + y e_y + z e_z`.
+    #[inline]
     pub fn point(&self, x: f64, y: f64, z: f64) -> Vector {
         let offset = add(
             scale(self.e_x, x),

@@ -129,14 +129,14 @@ impl<const N: usize> Corners<N> {
     };
 }
 
-/// Puts the corners of cells of `n_nodes` nodes each, at most [`BLOCK`] of them, side by side.
+/// Puts the corners of cells of `n_nodes` nodes each, at most [`BLOCK`] of them, side by side; gives their number.
 #[inline(always)]
 pub(super) fn gather<const N: usize>(
     connectivity: &[u32],
     n_nodes: usize,
     points: &[Vector],
     at: &mut Columns<N>,
-) {
+) -> usize {
     for (i, nodes) in connectivity.chunks_exact(n_nodes).take(BLOCK).enumerate() {
         let nodes = nodes.first_chunk::<N>().expect("a cell has its corners");
         for k in 0..N {
@@ -146,6 +146,17 @@ pub(super) fn gather<const N: usize>(
             }
         }
     }
+    (connectivity.len() / n_nodes).min(BLOCK)
+}
+
+/// The corners of one cell of a block.
+#[inline(always)]
+pub(super) fn corners_of<const N: usize>(at: &Columns<N>, i: usize) -> [Vector; N] {
+    let mut p = [[0.0; 3]; N];
+    for k in 0..N {
+        p[k] = [at[k][0][i], at[k][1][i], at[k][2][i]];
+    }
+    p
 }
 
 /// Measures cells of `n_nodes` nodes each, at most [`BLOCK`] of them, the first being `first_cell`.
@@ -163,8 +174,7 @@ pub(super) fn measure<S: Shape<N>, const N: usize>(
     corners: &mut Corners<N>,
     block: &mut Block,
 ) {
-    let n = (connectivity.len() / n_nodes).min(BLOCK);
-    gather(connectivity, n_nodes, points, &mut corners.at);
+    let n = gather(connectivity, n_nodes, points, &mut corners.at);
     if S::FACES {
         for i in 0..n {
             let facing = facing.of(first_cell + i);
@@ -175,19 +185,11 @@ pub(super) fn measure<S: Shape<N>, const N: usize>(
     }
     block.n = n;
     for i in 0..n {
-        let mut p = [[0.0; 3]; N];
-        for k in 0..N {
-            p[k] = [
-                corners.at[k][0][i],
-                corners.at[k][1][i],
-                corners.at[k][2][i],
-            ];
-        }
         let facing = [
             corners.facing[0][i],
             corners.facing[1][i],
             corners.facing[2][i],
         ];
-        block.set(i, &S::measure(&p, facing));
+        block.set(i, &S::measure(&corners_of(&corners.at, i), facing));
     }
 }

@@ -149,12 +149,17 @@ impl Criterion {
         steps: impl Iterator<Item = usize>,
     ) -> f64 {
         // Of one part the root is taken once.
+        let mut largest = 0.0;
         if let [modes] = self.parts.as_slice() {
-            let squares = steps.map(|k| self.squared(residual, modes.clone(), k));
-            return arm(lever_arms, 0) * squares.fold(0.0, f64::max).sqrt();
+            for step in steps {
+                largest = f64::max(largest, self.squared(residual, modes.clone(), step));
+            }
+            return arm(lever_arms, 0) * largest.sqrt();
         }
-        let errors = steps.map(|k| self.at_step(residual, lever_arms, k));
-        errors.fold(0.0, f64::max)
+        for step in steps {
+            largest = f64::max(largest, self.at_step(residual, lever_arms, step));
+        }
+        largest
     }
 
     /// The sum over the parts of arm times length.

@@ -243,7 +243,10 @@ impl Run<'_> {
     /// Ends the run where it was asked to.
     pub(super) fn check_stop(&self) -> Result<()> {
         self.deformation.stop().check().map_err(|mut error| {
-            error.message += "; finished steps are kept, and --resume continues from there";
+            error.message += match self.rows.is_empty() {
+                true => "; no step was finished",
+                false => "; finished steps are kept, and --resume continues from there",
+            };
             error
         })
     }

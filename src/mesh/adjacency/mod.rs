@@ -97,7 +97,7 @@ impl Adjacency {
     ///
     /// Of a face that more than two cells have, the cells pair up in their order, and one that is left
     /// has an outer face. Time and memory grow with the number of cells: in addition to what is kept,
-    /// 12 to 24 bytes for each side whose other cell is more than 32,768 cells away.
+    /// 17 bytes for each side whose other cell is more than 32,768 cells away.
     pub fn of(mesh: &Mesh) -> Self {
         Self::of_cells(&mesh.cells, mesh.dimension())
     }

@@ -1,79 +1,93 @@
-//! Pairing the sides of cells: each chunk's among themselves first, by a table of hashes, then those
-//! left of all chunks, sorted by hash.
+//! Pairing the sides of cells: each chunk's among themselves first, then those left of all chunks, in parts by
+//! their hash. Both by a table of hashes that stays in the cache.
 
 use super::super::Cells;
-use super::super::faces::{self, Entry, all_corners};
+use super::super::faces::{self, BOUNDARY, Entry, all_corners};
 use super::super::sides::{for_each_side, side_corners};
 use super::{CHUNK, Chunk, ELSEWHERE, INNER, NONE, OUTER, code_at, range};
-use crate::parallel::{BLOCK, for_items, map, map_items, sort_by_key};
+use crate::parallel::{Scratch, map, map_items};
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
 
 /// Code of a side while its face is still sought.
 const OPEN: u8 = 3;
+/// Parts of the sides that are left, by the highest bits of their hash.
+const PARTS: usize = 64;
 
 /// The paired sides of all cells of the mesh's dimension, which is 2 or 3.
 pub(super) fn chunks(cells: &Cells, dimension: u8) -> Vec<Chunk> {
     let n_cells = cells.len();
-    let desks: Mutex<Vec<Desk>> = Mutex::default();
-    let desks = || desks.lock().unwrap_or_else(PoisonError::into_inner);
+    let desks = Scratch::new(Desk::default);
     let drafts = map(n_cells.div_ceil(CHUNK), &|chunk| {
-        let mut desk = desks().pop().unwrap_or_default();
-        let draft = desk.draft(cells, dimension, range(chunk, n_cells));
-        desks().push(desk);
-        draft
+        desks.with(|desk| desk.draft(cells, dimension, range(chunk, n_cells)))
     });
-    let mut open = boundary_cells(cells, dimension);
-    open.reserve_exact(drafts.iter().map(|(_, open)| open.len()).sum());
-    let take = |(chunk, own): (Chunk, Vec<Open>)| {
-        open.extend(own);
-        chunk
+    let boundary = Open::new(&faces::boundary_cells(cells, dimension));
+    let settled = map(PARTS, &|part| {
+        desks.with(|desk| {
+            desk.settle(
+                cells,
+                drafts.iter().map(|(_, open)| open.part(part)),
+                boundary.part(part),
+            )
+        })
+    });
+    let mut first = [0; PARTS];
+    let with_first = |(chunk, open): (Chunk, Open)| {
+        let own = first;
+        for part in 0..PARTS {
+            first[part] += open.part(part).len();
+        }
+        (chunk, open.parts, own)
     };
-    let drafts: Vec<Chunk> = drafts.into_iter().map(take).collect();
-    settle_all(cells, &mut open);
-    map_items(drafts, &|chunk, draft| {
-        let first = range(chunk, n_cells).start;
-        let from = open.partition_point(|open| (open.cell as usize) < first);
-        finish(draft, open[from..].iter())
+    let drafts: Vec<_> = drafts.into_iter().map(with_first).collect();
+    map_items(drafts, &|_, (draft, parts, mut at)| {
+        finish(
+            draft,
+            parts.iter().map(|&part| {
+                let part = usize::from(part);
+                at[part] += 1;
+                settled[part][at[part] - 1]
+            }),
+        )
     })
 }
 
-/// A side that no cell of its chunk shares, or a boundary cell.
-#[derive(Clone, Copy)]
+/// Sides that no cell of their chunk shares, or boundary cells.
 struct Open {
-    /// Of its corners; later what [`Chunk::across`] holds.
-    value: u32,
-    cell: u32,
-    /// Number of the side (24 bits; all set for a boundary cell) and its code (8 bits).
-    face_and_code: u32,
+    /// Part of each, in order.
+    parts: Vec<u8>,
+    /// Cell and face of each, part by part, each in order.
+    sides: Vec<[u32; 2]>,
+    /// Where each part begins, and the last ends.
+    starts: [u32; PARTS + 1],
 }
 
-const BOUNDARY: u32 = (1 << 24) - 1;
-
 impl Open {
-    fn new(entry: &Entry) -> Self {
+    fn new(entries: &[Entry]) -> Self {
+        let part_of = |entry: &Entry| (hash(entry) >> (u64::BITS - PARTS.ilog2())) as u8;
+        let parts: Vec<u8> = entries.iter().map(part_of).collect();
+        let mut starts = [0; PARTS + 1];
+        for &part in &parts {
+            starts[usize::from(part) + 1] += 1;
+        }
+        for part in 0..PARTS {
+            starts[part + 1] += starts[part];
+        }
+        let mut next = starts;
+        let mut sides = vec![[0; 2]; entries.len()];
+        for (entry, &part) in entries.iter().zip(&parts) {
+            let next = &mut next[usize::from(part)];
+            sides[*next as usize] = [entry.cell, entry.face()];
+            *next += 1;
+        }
         Self {
-            value: (hash(entry) >> 32) as u32,
-            cell: entry.cell,
-            face_and_code: entry.face() << 8 | u32::from(OPEN),
+            parts,
+            sides,
+            starts,
         }
     }
 
-    fn face(&self) -> u32 {
-        self.face_and_code >> 8
-    }
-
-    fn code(&self) -> u8 {
-        self.face_and_code as u8
-    }
-
-    fn is_boundary(&self) -> bool {
-        self.face() == BOUNDARY
-    }
-
-    fn settle(&mut self, code: u8, value: u32) {
-        self.face_and_code = self.face() << 8 | u32::from(code);
-        self.value = value;
+    fn part(&self, part: usize) -> &[[u32; 2]] {
+        &self.sides[self.starts[part] as usize..self.starts[part + 1] as usize]
     }
 }
 
@@ -102,9 +116,12 @@ const NOT_MINE: u32 = u32::MAX - 1;
 const FREE: u32 = u32::MAX;
 const USED: u32 = u32::MAX - 1;
 
+/// What was found for an open side: its code, and what [`Chunk::across`] holds.
+type Settled = (u8, u32);
+
 impl Desk {
     /// Pairs the sides of some cells among themselves; those left are open.
-    fn draft(&mut self, cells: &Cells, dimension: u8, range: Range<usize>) -> (Chunk, Vec<Open>) {
+    fn draft(&mut self, cells: &Cells, dimension: u8, range: Range<usize>) -> (Chunk, Open) {
         self.entries.clear();
         self.across.clear();
         let least = usize::from(dimension);
@@ -126,7 +143,7 @@ impl Desk {
             let code = match across {
                 NOT_MINE => ELSEWHERE,
                 SOUGHT => {
-                    open.push(Open::new(entry));
+                    open.push(*entry);
                     OPEN
                 }
                 _ => INNER,
@@ -135,7 +152,39 @@ impl Desk {
         }
         chunk.codes.shrink_to_fit();
         chunk.across.shrink_to_fit();
-        (chunk, open)
+        (chunk, Open::new(&open))
+    }
+
+    /// Pairs a part of the open sides of all chunks; on one that is left lies the first boundary cell with its
+    /// corners, if any.
+    fn settle<'a>(
+        &mut self,
+        cells: &Cells,
+        open: impl Iterator<Item = &'a [[u32; 2]]>,
+        boundary: &[[u32; 2]],
+    ) -> Vec<Settled> {
+        self.entries.clear();
+        let entries = |open: &'a [[u32; 2]]| open.iter().map(|side| entry_of(cells, *side));
+        self.entries.extend(open.flat_map(entries));
+        self.across.clear();
+        self.across.resize(self.entries.len(), SOUGHT);
+        self.pair(cells);
+        let mut settled: Vec<Settled> = (self.across.iter())
+            .map(|&across| match across {
+                NOT_MINE => (ELSEWHERE, NONE),
+                SOUGHT => (OUTER, NONE),
+                across => (INNER, across),
+            })
+            .collect();
+        for lying in boundary.iter().map(|side| entry_of(cells, *side)) {
+            self.walk(cells, &lying, |_, at| {
+                if settled[at] == (OUTER, NONE) {
+                    settled[at].1 = lying.cell;
+                }
+                false
+            });
+        }
+        settled
     }
 
     /// A side that finds its like in the table takes it out of there.
@@ -148,26 +197,56 @@ impl Desk {
                 continue;
             }
             let entry = self.entries[at];
-            let mut slot = hash(&entry) as usize & (n_slots - 1);
-            loop {
-                match self.slots[slot] {
-                    FREE => {
-                        self.slots[slot] = at as u32;
-                        break;
-                    }
-                    USED => {}
-                    other if is_same(cells, &self.entries[other as usize], &entry) => {
-                        self.across[other as usize] = entry.cell;
-                        self.across[at] = NOT_MINE;
-                        self.slots[slot] = USED;
-                        break;
-                    }
-                    _ => {}
+            let mut alike = None;
+            let free = self.walk(cells, &entry, |slot, other| {
+                alike = Some((slot, other));
+                true
+            });
+            match alike {
+                Some((slot, other)) => {
+                    self.across[other] = entry.cell;
+                    self.across[at] = NOT_MINE;
+                    self.slots[slot] = USED;
                 }
-                slot = (slot + 1) & (n_slots - 1);
+                None => self.slots[free] = at as u32,
             }
         }
     }
+
+    /// Calls `is_last(slot, position)` for the entries in the table that are one face with `entry`, until it is so;
+    /// gives the slot where it ended, free if it never was.
+    #[inline(always)]
+    fn walk(
+        &self,
+        cells: &Cells,
+        entry: &Entry,
+        mut is_last: impl FnMut(usize, usize) -> bool,
+    ) -> usize {
+        let mask = self.slots.len() - 1;
+        let mut slot = hash(entry) as usize & mask;
+        loop {
+            match self.slots[slot] {
+                FREE => return slot,
+                USED => {}
+                other if !is_same(cells, &self.entries[other as usize], entry) => {}
+                other if is_last(slot, other as usize) => return slot,
+                _ => {}
+            }
+            slot = (slot + 1) & mask;
+        }
+    }
+}
+
+/// The entry that an open side or a boundary cell was made from.
+#[inline]
+fn entry_of(cells: &Cells, [cell, face]: [u32; 2]) -> Entry {
+    let cell = cells.get(cell as usize);
+    let made = |corners: &[u32]| Entry::new(corners, 1, cell.index, face);
+    let made = match face {
+        BOUNDARY => made(&cell.nodes[..cell.kind.n_corners(cell.nodes.len())]),
+        _ => side_corners(cells, &cell, face as usize, made),
+    };
+    made.expect("an open side has corners")
 }
 
 /// Whether two sides are one face of two cells.
@@ -178,82 +257,8 @@ fn is_same(cells: &Cells, a: &Entry, b: &Entry) -> bool {
         && (a.size() <= 4 || all_corners(cells, a) == all_corners(cells, b))
 }
 
-fn boundary_cells(cells: &Cells, dimension: u8) -> Vec<Open> {
-    let entries = faces::boundary_cells(cells, dimension);
-    entries.iter().map(Open::new).collect()
-}
-
-/// Pairs what is open and sorts it by cell and side, without the boundary cells.
-fn settle_all(cells: &Cells, open: &mut Vec<Open>) {
-    sort_by_key(open, |open| (open.value, open.cell, open.face_and_code));
-    for_items(whole_groups(open), &|_, open| {
-        for alike in open.chunk_by_mut(|a, b| a.value == b.value) {
-            settle(cells, alike);
-        }
-    });
-    open.retain(|open| !open.is_boundary());
-    sort_by_key(open, |open| (open.cell, open.face_and_code));
-}
-
-/// Blocks of sides that no hash is in two of.
-fn whole_groups(mut open: &mut [Open]) -> Vec<&mut [Open]> {
-    let mut blocks = Vec::new();
-    while !open.is_empty() {
-        let at = open.len().min(BLOCK);
-        let hash = open[at - 1].value;
-        let more = open[at..].iter().take_while(|open| open.value == hash);
-        let (block, rest) = open.split_at_mut(at + more.count());
-        blocks.push(block);
-        open = rest;
-    }
-    blocks
-}
-
-/// Pairs sides of equal hash, which are few.
-fn settle(cells: &Cells, alike: &mut [Open]) {
-    let mut few = [Entry::COLLAPSED; 4];
-    let mut many = Vec::new();
-    let entries = if alike.len() <= few.len() {
-        &mut few[..alike.len()]
-    } else {
-        many.resize(alike.len(), Entry::COLLAPSED);
-        &mut many
-    };
-    for (entry, open) in entries.iter_mut().zip(alike.iter()) {
-        *entry = entry_of(cells, open);
-    }
-    for at in 0..alike.len() {
-        if alike[at].is_boundary() || alike[at].code() != OPEN {
-            continue;
-        }
-        let is_other = |other: &usize| is_same(cells, &entries[at], &entries[*other]);
-        let open = |other: &usize| !alike[*other].is_boundary() && alike[*other].code() == OPEN;
-        if let Some(other) = (at + 1..alike.len()).filter(open).find(is_other) {
-            let across = alike[other].cell;
-            alike[at].settle(INNER, across);
-            alike[other].settle(ELSEWHERE, NONE);
-            continue;
-        }
-        let mut boundary = (0..alike.len()).filter(|&other| alike[other].is_boundary());
-        let on_it = boundary.find(is_other);
-        let on_it = on_it.map_or(NONE, |other| alike[other].cell);
-        alike[at].settle(OUTER, on_it);
-    }
-}
-
-/// The entry that an open side was made from.
-fn entry_of(cells: &Cells, open: &Open) -> Entry {
-    let cell = cells.get(open.cell as usize);
-    let made = |corners: &[u32]| Entry::new(corners, 1, cell.index, open.face());
-    let made = match open.is_boundary() {
-        true => made(&cell.nodes[..cell.kind.n_corners(cell.nodes.len())]),
-        false => side_corners(cells, &cell, open.face() as usize, made),
-    };
-    made.expect("an open side has corners")
-}
-
 /// The draft of a chunk with its open sides settled, which come in the order of the sides.
-fn finish<'a>(draft: Chunk, mut open: impl Iterator<Item = &'a Open>) -> Chunk {
+fn finish(draft: Chunk, mut open: impl Iterator<Item = Settled>) -> Chunk {
     let mut across = draft.across.iter();
     let mut done = Chunk {
         codes: Vec::with_capacity(draft.codes.len()),
@@ -262,8 +267,8 @@ fn finish<'a>(draft: Chunk, mut open: impl Iterator<Item = &'a Open>) -> Chunk {
     for side in 0..4 * draft.codes.len() {
         match code_at(&draft.codes, side) {
             OPEN => {
-                let open = open.next().expect("an open side is in the list");
-                done.push(side, open.code(), open.value);
+                let (code, across) = open.next().expect("an open side is in the list");
+                done.push(side, code, across);
             }
             ELSEWHERE => done.push(side, ELSEWHERE, NONE),
             code => {

@@ -115,6 +115,7 @@ impl SpanHistory {
 
 impl SpanValues<'_> {
     /// The first `N` values at a station.
+    #[inline]
     pub fn values<const N: usize>(&self, station: f64) -> [f64; N] {
         self.between(&self.values, station)
     }
@@ -124,16 +125,22 @@ impl SpanValues<'_> {
         self.between(&self.rates, station)
     }
 
+    #[inline]
     fn between<const N: usize>(&self, of: &[f64], station: f64) -> [f64; N] {
         let (lower, upper, part) = between(self.stations.len(), |i| self.stations[i], station);
         let row = |i: usize| &of[i * self.n_values..][..N];
         let (lower, upper) = (row(lower), row(upper));
-        std::array::from_fn(|c| (1.0 - part) * lower[c] + part * upper[c])
+        let mut row = [0.0; N];
+        for c in 0..N {
+            row[c] = (1.0 - part) * lower[c] + part * upper[c];
+        }
+        row
     }
 }
 
 /// The increasing places before and after `at`, and the part of the way between them; the same one
 /// twice past the ends.
+#[inline]
 fn between(n: usize, place: impl Fn(usize) -> f64, at: f64) -> (usize, usize, f64) {
     let (mut low, mut high) = (0, n);
     while low < high {

@@ -10,13 +10,11 @@
 
 use crate::geometry::vector::{Vector, add, cross, dot, scale, sub};
 use crate::mesh::{CellRef, CellRun};
-use crate::quality::block::BLOCK;
+use crate::quality::block::{BLOCK, Columns, corners_of, gather};
 use multiversion::multiversion;
 
 /// What rounding may take off, as a part of the product of the lengths.
 const ROUNDING: f64 = 1e-13;
-
-type Columns<const N: usize> = [[[f64; BLOCK]; 3]; N];
 
 /// Calls `visit` for the hexahedra of a run that do not pass.
 pub(super) fn hexahedra<'a>(
@@ -67,34 +65,6 @@ fn report<'a>(
     }
 }
 
-#[inline(always)]
-fn gather<const N: usize>(
-    connectivity: &[u32],
-    n_nodes: usize,
-    points: &[Vector],
-    at: &mut Columns<N>,
-) -> usize {
-    for (i, nodes) in connectivity.chunks_exact(n_nodes).take(BLOCK).enumerate() {
-        let nodes = nodes.first_chunk::<N>().expect("a cell has its corners");
-        for k in 0..N {
-            let point = points[nodes[k] as usize];
-            for axis in 0..3 {
-                at[k][axis][i] = point[axis];
-            }
-        }
-    }
-    (connectivity.len() / n_nodes).min(BLOCK)
-}
-
-#[inline(always)]
-fn corners<const N: usize>(at: &Columns<N>, i: usize) -> [Vector; N] {
-    let mut p = [[0.0; 3]; N];
-    for k in 0..N {
-        p[k] = [at[k][0][i], at[k][1][i], at[k][2][i]];
-    }
-    p
-}
-
 #[multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
@@ -110,7 +80,7 @@ fn pass_hexahedra(
     let n = gather(connectivity, n_nodes, points, at);
     let mut margins = [0.0; BLOCK];
     for i in 0..n {
-        margins[i] = hexahedron(&corners(at, i));
+        margins[i] = hexahedron(&corners_of(at, i));
     }
     for i in 0..n {
         passes[i] = margins[i] > 0.0;
@@ -132,7 +102,7 @@ fn pass_wedges(
     let n = gather(connectivity, n_nodes, points, at);
     let mut margins = [0.0; BLOCK];
     for i in 0..n {
-        margins[i] = wedge(&corners(at, i));
+        margins[i] = wedge(&corners_of(at, i));
     }
     for i in 0..n {
         passes[i] = margins[i] > 0.0;

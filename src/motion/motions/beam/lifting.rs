@@ -147,6 +147,7 @@ impl LiftingLine {
     }
 
     /// The point of a station.
+    #[inline]
     pub fn at(&self, station: f64) -> Vector {
         let after = self.stations.partition_point(|r| *r <= station);
         if after == 0 || after == self.stations.len() {
@@ -156,7 +157,8 @@ impl LiftingLine {
         }
         let (r, p) = (&self.stations[after - 1..], &self.points[after - 1..]);
         let part = (station - r[0]) / (r[1] - r[0]);
-        std::array::from_fn(|i| p[0][i] + part * (p[1][i] - p[0][i]))
+        let between = |i: usize| p[0][i] + part * (p[1][i] - p[0][i]);
+        [between(0), between(1), between(2)]
     }
 }
 

@@ -58,19 +58,24 @@ impl Sections<'_> {
     #[inline]
     pub fn place(&self, x: Vector, at: Vector) -> Vector {
         let station = self.station(x);
-        let [dx, dy, dz, rx, ry, rz] = self.values.values(station).map(|v| self.part * v);
+        let mut values: [f64; 6] = self.values.values(station);
+        for value in &mut values {
+            *value *= self.part;
+        }
+        let [dx, dy, dz, rx, ry, rz] = values;
         let pitch = self.part * self.pitch();
         let RotorAxes { e_x, e_y, e_z, .. } = self.blade;
         let arm = sub(at, self.reference(station));
-        let [x, y, z] = [e_x, e_y, e_z].map(|axis| dot(axis, arm));
-        let [along, forward, up] = [x, y, z];
-        let (y, z) = turned(y, z, rx + pitch);
-        let (z, x) = turned(z, x, ry);
+        let (along, forward, up) = (dot(e_x, arm), dot(e_y, arm), dot(e_z, arm));
+        let (y, z) = turned(forward, up, rx + pitch);
+        let (z, x) = turned(z, along, ry);
         let (x, y) = turned(x, y, rz);
         // As a displacement, so that what does not move stays to the last bit.
         let by = [x - along + dx, y - forward + dy, z - up + dz];
-        let moved: Vector =
-            std::array::from_fn(|i| at[i] + (e_x[i] * by[0] + e_y[i] * by[1] + e_z[i] * by[2]));
+        let mut moved = at;
+        for i in 0..3 {
+            moved[i] += e_x[i] * by[0] + e_y[i] * by[1] + e_z[i] * by[2];
+        }
         self.after.apply(moved)
     }
 
@@ -126,15 +131,18 @@ impl Sections<'_> {
     }
 
     /// The pitch of the cyclic motion.
+    #[inline]
     fn pitch(&self) -> f64 {
         self.hinges.map_or(0.0, |[pitch, ..]| pitch.angle)
     }
 
+    #[inline]
     fn station(&self, x: Vector) -> f64 {
         dot(sub(x, self.blade.hub), self.blade.e_x)
     }
 
     /// The point of the lifting line that a section turns about.
+    #[inline]
     fn reference(&self, station: f64) -> Vector {
         let [x, y, z] = self.line.at(station);
         self.blade.point(x, y, z)
