@@ -163,10 +163,10 @@ def half_body(folder, by, slides, n=48):
 
 def turned_block(folder, angle, slides, n=18, floats=False, split=False):
     """A block of hexahedra that stands on a plane and turns about the plane's normal; or it floats above that."""
-    low = 0.3 if floats else 0.0
+    base = 0.3 if floats else 0.0
     xs = np.unique(np.concatenate([np.linspace(-1, -0.3, n // 3 + 1), np.linspace(-0.3, 0.3, n // 2 + 1), np.linspace(0.3, 1, n // 3 + 1)]).round(12))
     ys = np.unique(np.concatenate([np.linspace(-1, -0.1, n // 2 + 1), np.linspace(-0.1, 0.1, n // 4 + 1), np.linspace(0.1, 1, n // 2 + 1)]).round(12))
-    zs = np.unique(np.concatenate([np.linspace(0, low, n // 3 if floats else 1), np.linspace(low, low + 0.4, n // 3 + 1), np.linspace(low + 0.4, 1 + low, n // 3 + 1)]).round(12))
+    zs = np.unique(np.concatenate([np.linspace(0, base, n // 3 if floats else 1), np.linspace(base, base + 0.4, n // 3 + 1), np.linspace(base + 0.4, 1 + base, n // 3 + 1)]).round(12))
     points = np.array([[x, y, z] for z in zs for y in ys for x in xs])
     node = lambda i, j, k: i + len(xs) * (j + len(ys) * k)  # noqa: E731
     middle = lambda values, i: (values[i] + values[i + 1]) / 2  # noqa: E731
@@ -178,7 +178,7 @@ def turned_block(folder, angle, slides, n=18, floats=False, split=False):
             return "plane"
         if not all(0 <= at < n for at, n in zip((i, j, k), counts)):
             return "outer"
-        return "body" if abs(middle(xs, i)) < 0.3 and abs(middle(ys, j)) < 0.1 and low < middle(zs, k) < low + 0.4 else None
+        return "body" if abs(middle(xs, i)) < 0.3 and abs(middle(ys, j)) < 0.1 and base < middle(zs, k) < base + 0.4 else None
 
     cells, tags = [], {"body": [], "plane": [], "outer": []}
     for k, j, i in itertools.product(*(range(n) for n in counts[::-1])):
