@@ -68,7 +68,32 @@ def su2(path, points, cells, tags, dimension=2):
     path.write_text("\n".join(lines) + "\n")
 
 
-def two_blocks(folder, gap, move, n=60):
+# Along the diagonal of a hexahedron.
+TETRAHEDRA = [(0, p, q, 6) for p, q in ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))]
+
+
+def in_triangles(cells):
+    """Quadrilaterals cut in two."""
+    return [triangle for a, b, c, d in cells for triangle in ((a, b, c), (a, c, d))]
+
+
+def in_tetrahedra(cells, tags):
+    """Hexahedra of a lattice cut in six, and the faces of their tags in two."""
+    cells = [tuple(cell[i] for i in corners) for cell in cells for corners in TETRAHEDRA]
+    faces = {}
+    for cell in cells:
+        for face in itertools.combinations(cell, 3):
+            faces.setdefault(frozenset(face), []).append(face)
+    outer = [face[0] for face in faces.values() if len(face) == 1]
+    of_node = {}
+    for face in outer:
+        for node in face:
+            of_node.setdefault(node, []).append(face)
+    cut = lambda quad: {face for face in of_node[quad[0]] + of_node[quad[1]] if set(face) <= set(quad)}  # noqa: E731
+    return cells, {name: sorted(set().union(*map(cut, quads))) for name, quads in tags.items()}
+
+
+def two_blocks(folder, gap, move, n=60, split=False):
     """Two blocks with a narrow gap between them; the right one moves toward and along the left one's side."""
     left, right = ("left", 0.3, 0.5 - gap / 2, 0.35, 0.65), ("right", 0.5 + gap / 2, 0.7, 0.35, 0.65)
     inner = np.linspace(0.5 - gap / 2, 0.5 + gap / 2, 7)
@@ -76,10 +101,10 @@ def two_blocks(folder, gap, move, n=60):
                                    np.linspace(0.5 + gap / 2, 0.7, n // 6 + 1), np.linspace(0.7, 1, n // 3 + 1)]).round(12))  # fmt: skip
     ys = np.unique(np.concatenate([np.linspace(0, 0.35, n // 3 + 1), np.linspace(0.35, 0.65, n // 3 + 1), np.linspace(0.65, 1, n // 3 + 1)]).round(12))
     motion = f"translate = [0.0, {move}, 0.0]"
-    return blocks(folder, xs, ys, [left, right]), schedule("right", motion, ["left", "outer"])
+    return blocks(folder, xs, ys, [left, right], split), schedule("right", motion, ["left", "outer"])
 
 
-def blocks(folder, xs, ys, holes):
+def blocks(folder, xs, ys, holes, split=False):
     """The mesh of a box between `xs` and `ys` without its holes."""
     points = np.array([[x, y] for y in ys for x in xs])
     node = lambda i, j: i + len(xs) * j  # noqa: E731
@@ -105,16 +130,16 @@ def blocks(folder, xs, ys, holes):
     new = {old: i for i, old in enumerate(used)}
     cells = [[new[i] for i in cell] for cell in cells]
     tags = {name: [tuple(new[i] for i in edge) for edge in edges] for name, edges in tags.items()}
-    su2(folder / "mesh.su2", points[used], cells, tags)
+    su2(folder / "mesh.su2", points[used], in_triangles(cells) if split else cells, tags)
     return folder / "mesh.su2"
 
 
-def flap(folder, angle, slot=0.02):
+def flap(folder, angle, slot=0.02, split=False):
     """A flap behind a wing, with a slot between them; turns about the middle of its nose."""
     x0, x1 = 0.6, 0.6 + slot
     xs = np.unique(np.concatenate([np.linspace(0, 0.2, 11), np.linspace(0.2, x0, 31), np.linspace(x0, x1, 7), np.linspace(x1, 0.8, 15), np.linspace(0.8, 1.2, 21)]).round(12))
     ys = np.unique(np.concatenate([np.linspace(0, 0.45, 24), np.linspace(0.45, 0.48, 6), np.linspace(0.48, 0.52, 9), np.linspace(0.52, 0.55, 6), np.linspace(0.55, 1, 24)]).round(12))
-    mesh = blocks(folder, xs, ys, [("wing", 0.2, x0, 0.45, 0.55), ("flap", x1, 0.8, 0.48, 0.52)])
+    mesh = blocks(folder, xs, ys, [("wing", 0.2, x0, 0.45, 0.55), ("flap", x1, 0.8, 0.48, 0.52)], split)
     return mesh, schedule("flap", rotation(-angle, origin=(x1, 0.5, 0.0)), ["wing", "outer"])
 
 
@@ -136,11 +161,12 @@ def half_body(folder, by, slides, n=48):
     return folder / "mesh.su2", schedule("body", f"translate = [{by}, 0.0, 0.0]", fixed, slide)
 
 
-def turned_block(folder, angle, slides, n=18):
-    """A block of hexahedra that stands on a plane and turns about the plane's normal."""
+def turned_block(folder, angle, slides, n=18, floats=False, split=False):
+    """A block of hexahedra that stands on a plane and turns about the plane's normal; or it floats above that."""
+    base = 0.3 if floats else 0.0
     xs = np.unique(np.concatenate([np.linspace(-1, -0.3, n // 3 + 1), np.linspace(-0.3, 0.3, n // 2 + 1), np.linspace(0.3, 1, n // 3 + 1)]).round(12))
     ys = np.unique(np.concatenate([np.linspace(-1, -0.1, n // 2 + 1), np.linspace(-0.1, 0.1, n // 4 + 1), np.linspace(0.1, 1, n // 2 + 1)]).round(12))
-    zs = np.unique(np.concatenate([np.linspace(0, 0.4, n // 3 + 1), np.linspace(0.4, 1, n // 3 + 1)]).round(12))
+    zs = np.unique(np.concatenate([np.linspace(0, base, n // 3 if floats else 1), np.linspace(base, base + 0.4, n // 3 + 1), np.linspace(base + 0.4, 1 + base, n // 3 + 1)]).round(12))
     points = np.array([[x, y, z] for z in zs for y in ys for x in xs])
     node = lambda i, j, k: i + len(xs) * (j + len(ys) * k)  # noqa: E731
     middle = lambda values, i: (values[i] + values[i + 1]) / 2  # noqa: E731
@@ -152,7 +178,7 @@ def turned_block(folder, angle, slides, n=18):
             return "plane"
         if not all(0 <= at < n for at, n in zip((i, j, k), counts)):
             return "outer"
-        return "body" if abs(middle(xs, i)) < 0.3 and abs(middle(ys, j)) < 0.1 and middle(zs, k) < 0.4 else None
+        return "body" if abs(middle(xs, i)) < 0.3 and abs(middle(ys, j)) < 0.1 and base < middle(zs, k) < base + 0.4 else None
 
     cells, tags = [], {"body": [], "plane": [], "outer": []}
     for k, j, i in itertools.product(*(range(n) for n in counts[::-1])):
@@ -173,12 +199,14 @@ def turned_block(folder, angle, slides, n=18):
     new = {old: i for i, old in enumerate(used)}
     cells = [[new[i] for i in cell] for cell in cells]
     tags = {name: [tuple(new[i] for i in face) for face in faces] for name, faces in tags.items()}
+    if split:
+        cells, tags = in_tetrahedra(cells, tags)
     su2(folder / "mesh.su2", points[used], cells, tags, dimension=3)
     fixed, slide = (["outer"], ["plane"]) if slides else (["outer", "plane"], [])
     return folder / "mesh.su2", schedule("body", rotation(angle), fixed, slide)
 
 
-def o_grid(folder, angle, n=160, layers=60, first=1e-3):
+def o_grid(folder, angle, n=160, layers=60, first=1e-3, split=False):
     """An O-grid with thin first cells whose inner circle turns in the fixed outer one."""
     growth = np.geomspace(first, 0.12, layers)
     radii = 0.5 + np.concatenate([[0], np.cumsum(growth)])
@@ -187,5 +215,5 @@ def o_grid(folder, angle, n=160, layers=60, first=1e-3):
     node = lambda i, j: i % n + n * j  # noqa: E731
     cells = [[node(i + 1, j), node(i, j), node(i, j + 1), node(i + 1, j + 1)] for j in range(layers) for i in range(n)]
     tags = {"body": [(node(i, 0), node(i + 1, 0)) for i in range(n)], "outer": [(node(i, layers), node(i + 1, layers)) for i in range(n)]}
-    su2(folder / "mesh.su2", points, cells, tags)
+    su2(folder / "mesh.su2", points, in_triangles(cells) if split else cells, tags)
     return folder / "mesh.su2", schedule("body", rotation(angle), ["outer"])

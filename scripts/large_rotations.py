@@ -3,7 +3,8 @@
     .venv/bin/python scripts/large_rotations.py
 
 Prints the tables: an airfoil in a circle and a blade in its cylinder, turned in one step from the reference mesh, with
-displacements and with rotations interpolated. Draws docs/pictures/large_rotations.png: the airfoil at 180 degrees.
+displacements interpolated, with rotations interpolated, and with rotations that fall with the logarithm of the radius; and the airfoil with
+cells of other heights, about another point and with other support radii. Draws docs/pictures/large_rotations.png: the airfoil at 180 degrees.
 """
 
 import sys
@@ -25,7 +26,7 @@ import outputs
 import twist
 from program import azimesh
 
-WAYS = ("displacement", "twist")
+WAYS = tuple(twist.WAYS)
 BLADE = ["--untwisted", "--root", 11, "--radius", 14, "--cylinder-radius", 8, "--first-cell", 1e-2]
 BLADE += ["--nodes", 500_000, "--layers", 110]
 
@@ -37,9 +38,9 @@ def row_of(row):
 
 
 def table(found):
-    """Both ways side by side."""
-    print("| degrees | displacement: scaled Jacobian (inverted) | first cell | twist: scaled Jacobian (inverted) | first cell |")
-    print("|---|---|---|---|---|")
+    """All ways side by side."""
+    print("| degrees | " + " | first cell | ".join(WAYS) + " | first cell |")
+    print("|---" * (1 + 2 * len(WAYS)) + "|")
     for angle in twist.ANGLES:
         print(f"| {angle} | " + " | ".join(row_of(found[way][angle]) for way in WAYS) + " |")
 
@@ -50,7 +51,7 @@ def blade(folder):
     azimesh("sample", "blade", *BLADE, "-o", mesh)
     found = {}
     for way in WAYS:
-        text = twist.SCHEDULE.format(interpolate=way).replace("airfoil", "blade").replace("farfield", "outer")
+        text = twist.SCHEDULE.format(keys=twist.WAYS[way].replace("10.0", "20.0")).replace("airfoil", "blade").replace("farfield", "outer")
         text = text.replace("[0.0, 0.0, 1.0], origin = [0.25, 0.0, 0.0]", "[1.0, 0.0, 0.0], origin = [12.5, -0.25, 0.0]")
         text = text.replace("support_radius = 10.0", "support_radius = 20.0").replace("1e-4", "3e-3")
         schedule = folder / f"blade_{way}.toml"
@@ -58,6 +59,22 @@ def blade(folder):
         rows = outputs.deform(mesh, schedule, folder / f"blade_{way}", expect=(0, 1))
         found[way] = {round(float(row["azimuth_deg"])): row for row in rows}
     return found
+
+
+def variants(folder):
+    """The airfoil at 120, 180 and 270 degrees with other cells, another centre, other radii."""
+    def told(name, ways=("interpolated", "twist"), change=lambda text: text):
+        cells = [row_of(found[angle]).split(" |")[0] for way in ways for found in [twist.turned(folder, way, change)] for angle in (120, 180, 270)]
+        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+
+    print("| | interpolated: 120 | 180 | 270 | twist: 120 | 180 | 270 |\n|---|---|---|---|---|---|---|")
+    usual = twist.LARGEST
+    for twist.LARGEST in (0.02, 0.03, 0.05, 0.1, float("inf")):
+        told(f"{twist.LARGEST}, {len(twist.heights()) - 1} layers, largest {max(twist.np.diff(twist.heights())):.3f}")
+    twist.LARGEST = usual
+    told("about the quarter chord", change=lambda text: text.replace("origin = [0.25", "origin = [0.0"))
+    for radius in (2.5, 40.0):
+        told(f"support radius {radius}", change=lambda text, radius=radius: text.replace("radius = 10.0", f"radius = {radius}"))
 
 
 def draw(axes, points, shape, title):
@@ -98,6 +115,7 @@ def main():
         print("airfoil:")
         table(found)
         picture(folder, found, Path("docs/pictures/large_rotations.png"))
+        variants(folder)
         print("blade:")
         table(blade(folder))
 

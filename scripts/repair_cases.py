@@ -33,11 +33,17 @@ def azimesh(*arguments):
     return done.stdout, after.ru_utime - before.ru_utime
 
 
-def blade(folder, angle, cells, nodes=20_000):
-    """A blade with first cells of 1e-5 chord, turned about its span."""
+def blade(folder, angle, cells, keys="", nodes=20_000):
+    """A blade with first cells of 1e-5 chord in a fixed cylinder, turned about its span."""
     azimesh("sample", "blade", "--nodes", nodes, "--cells", cells, "-o", folder / "mesh.vtu", "--force")
-    more = '[rbf]\nsupport_radius = 5.625\ninterpolate = "twist"\n'
+    more = f'[rbf]\nsupport_radius = 5.625\ninterpolate = "twist"\n{keys}\n'
     return folder / "mesh.vtu", schedule("blade", rotation(angle, axis=(1.0, 0.0, 0.0)), ["outer"], more=more)
+
+
+def twisted(case, keys):
+    """A case with rotations interpolated."""
+    mesh, text = case
+    return mesh, text + f'[rbf]\ninterpolate = "twist"\n{keys}\n'
 
 
 def last_row(folder):
@@ -109,9 +115,24 @@ for angle in (20, 40, 60):
     CASES[f"flap behind a slot, {angle} degrees"] = lambda folder, angle=angle: flap(folder, angle)
 for angle in (90, 120, 180, 270):
     CASES[f"O-grid, {angle} degrees"] = lambda folder, angle=angle: o_grid(folder, angle)
+    for keys, name in (("", "twist"), ("rotation_radius = 7.0", "interpolated twist")):
+        CASES[f"O-grid, {name}, {angle} degrees"] = lambda folder, angle=angle, keys=keys: twisted(o_grid(folder, angle), keys)
+CASES["triangles, gap 0.005, moved by 20 gaps"] = lambda folder: two_blocks(folder, 0.005, 0.1, split=True)
+CASES["triangles, gap 0.005, moved by 60 gaps"] = lambda folder: two_blocks(folder, 0.005, 0.3, split=True)
+CASES["triangles, flap behind a slot, 60 degrees"] = lambda folder: flap(folder, 60, split=True)
+CASES["triangles, O-grid, 120 degrees"] = lambda folder: o_grid(folder, 120, split=True)
+CASES["triangles, O-grid, 180 degrees"] = lambda folder: o_grid(folder, 180, split=True)
+for angle in (90, 120, 150):
+    for cells in ("hexahedra", "tetrahedra"):
+        CASES[f"{cells}, a block in a box, {angle} degrees"] = lambda folder, angle=angle, cells=cells: turned_block(
+            folder, angle, False, n=12, floats=True, split=cells == "tetrahedra"
+        )
 for angle in (90, 120, 180, 270):
     for cells in ("hex", "wedge", "tet"):
         CASES[f"blade of {cells}, {angle} degrees"] = lambda folder, angle=angle, cells=cells: blade(folder, angle, cells)
+        CASES[f"blade of {cells}, interpolated rotation, {angle} degrees"] = lambda folder, angle=angle, cells=cells: blade(
+            folder, angle, cells, "rotation_radius = 5.625"
+        )
 
 
 def main():

@@ -2,7 +2,8 @@
 
     .venv/bin/python scripts/repair_layers.py target/release/azimesh
 
-A blade with first cells of 1e-6 chord is turned by one step of twist that folds cells; a row for hexahedra and wedges: cells that
+A blade with first cells of 1e-6 chord is turned by one step of twist that folds cells, and, so that patches reach the wall, its wall
+alone is pushed out through the cells on it. A row for hexahedra and wedges: cells that
 are folded, left, and the least and largest ratio of a first cell's volume to its face on the blade, which is its height,
 against the reference; of cells with a node that the repair has moved, and of the others.
 """
@@ -42,42 +43,77 @@ def heights(points, pairs, n_cells):
     return sums[counts > 0] / counts[counts > 0], np.flatnonzero(counts > 0)
 
 
-def row(folder, kind, angle):
-    """Deforms, repairs and compares."""
+def sample(folder, kind):
+    """A blade with first cells of 1e-6 chord, and its wall nodes."""
     mesh = folder / "mesh.vtu"
     azimesh("sample", "blade", "--nodes", 40_000, "--first-cell", 1e-6, "--cells", kind, "-o", mesh, "--force")
-    more = '[rbf]\nsupport_radius = 5.625\ninterpolate = "twist"\n[output]\non_inverted = "warn"\n'
+    grid = pyvista.read(mesh)
+    number = list(grid.field_data["BoundaryTagNames"]).index("blade") + 1
+    wall = np.zeros(grid.n_points, bool)
+    for i in np.flatnonzero(np.asarray(grid.cell_data["BoundaryTag"]) == number):
+        wall[grid.get_cell(int(i)).point_ids] = True
+    return mesh, grid, wall
+
+
+def row(folder, kind, angle):
+    """Deforms, repairs and compares."""
+    mesh, reference, wall = sample(folder, kind)
+    more = '[rbf]\nsupport_radius = 5.625\nrotation_radius = 5.625\ninterpolate = "twist"\n[output]\non_inverted = "warn"\n'
     text = schedule("blade", rotation(angle, axis=(1.0, 0.0, 0.0)), ["outer"], more=more)
     (folder / "turned.toml").write_text(text)
     azimesh("deform", mesh, folder / "turned.toml", "-o", folder / "out", "--force", "-q")
     folded = sorted((folder / "out").glob("*_0001.vtu"))[-1]
-    out, seconds = azimesh("repair", folded, "-o", folder / "repaired.vtu", "--reference", mesh, "--force", "-q", "--json")
+    compare(folder, f"{kind}, {angle} degrees", kind, reference, wall, folded)
+
+
+def dent(folder, kind, depth):
+    """The wall alone is pushed out by so many heights of its first cells, over a bump a few cells wide; the mesh above is not."""
+    mesh, reference, wall = sample(folder, kind)
+    x = np.asarray(reference.points, float)
+    pairs = upright_edges(reference.cells_dict[{"hex": 12, "wedge": 13}[kind]], wall)
+    above = np.full(len(x), -1)
+    above[pairs[:, 1]] = pairs[:, 2]
+    nodes = np.flatnonzero(above >= 0)
+    # In the middle of the upper side, away from edges.
+    middle = nodes[np.argmin(np.linalg.norm(x[nodes] - np.quantile(x[nodes], [0.5, 0.5, 0.9], axis=0).diagonal(), axis=1))]
+    distance = np.linalg.norm(x[nodes] - x[middle], axis=1)
+    radius = np.sort(distance)[60]
+    bump = depth * np.clip(1 - (distance / radius) ** 2, 0, None) ** 2
+    moved = reference.copy()
+    y = x.copy()
+    y[nodes] += bump[:, None] * (x[above[nodes]] - x[nodes])
+    moved.points = y
+    moved.save(folder / "dented.vtu")
+    compare(folder, f"{kind}, wall pushed out by {depth} first cells", kind, reference, wall, folder / "dented.vtu")
+
+
+def compare(folder, name, kind, reference, wall, folded):
+    """Repairs and prints the row."""
+    out, seconds = azimesh("repair", folded, "-o", folder / "repaired.vtu", "--reference", folder / "mesh.vtu", "--force", "-q", "--json")
     found = json.loads(out)
-    reference, before, after = (pyvista.read(path) for path in (mesh, folded, folder / "repaired.vtu"))
+    before, after = (pyvista.read(path) for path in (folded, folder / "repaired.vtu"))
     x, y, z = (np.asarray(grid.points, float) for grid in (reference, before, after))
     cells = reference.cells_dict[{"hex": 12, "wedge": 13}[kind]]
-    tags = np.asarray(reference.cell_data["BoundaryTag"])
-    names = list(reference.field_data["BoundaryTagNames"])
-    wall = np.zeros(len(x), bool)
-    for i in np.flatnonzero(tags == names.index("blade") + 1):
-        wall[reference.get_cell(int(i)).point_ids] = True
     pairs = upright_edges(cells, wall)
     old, own = heights(x, pairs, len(cells))
     ratio, ratio_before = heights(z, pairs, len(cells))[0] / old, heights(y, pairs, len(cells))[0] / old
     moved = (y != z).any(axis=1)[cells].any(axis=1)[own]
     of = lambda values: f"{values.min():.4f} to {values.max():.4f}" if len(values) else "-"  # noqa: E731
-    print(f"| {kind}, {angle} degrees | {found['invalid_before']} | {found['invalid']} | {seconds:.1f} | {moved.sum()} | "
+    rings = max((patch["rings"] for patch in found["patches"]), default=0)
+    print(f"| {name} | {found['invalid_before']} | {found['invalid']} | {seconds:.1f} | {rings} | {moved.sum()} | "
           f"{of(ratio_before[moved])} | {of(ratio[moved])} | {len(own) - moved.sum()} | {of(ratio[~moved])} |", flush=True)  # fmt: skip
 
 
 def main():
     """Both kinds of cells."""
-    print("| case | folded | left | s | first cells in patches | their heights before | after | other first cells | their heights |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    print("| case | folded | left | s | rings | first cells in patches | their heights before | after | other first cells | their heights |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         for kind in ("hex", "wedge"):
             for angle in (120, 180):
                 row(Path(folder), kind, angle)
+            for depth in (2, 20):
+                dent(Path(folder), kind, depth)
 
 
 if __name__ == "__main__":

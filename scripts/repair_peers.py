@@ -5,7 +5,7 @@
 A row for each case of cells of one kind: folded cells left (of which a corner is not positive) and CPU seconds of
 
 - `azimesh repair` on what one step of interpolation gives,
-- linear elasticity in 10 steps, with a stiffness of 1/volume: bilinear and trilinear elements, direct solver (scipy),
+- linear elasticity in 10 steps, with a stiffness of 1/volume: linear, bilinear and trilinear elements, direct solver (scipy),
 - gmsh's `UntangleMeshGeometry` on what one step of interpolation gives,
 - OpenFOAM's `displacementLaplacian` (quadratic inverse distance) and `displacementSBRStress`, by `moveDynamicMesh` in 10 steps.
 
@@ -52,7 +52,7 @@ def at_corners(points, cells, is_plane):
         return jacobians(points, cells, 2)
     edges = points[cells[:, 1:]] - points[cells[:, :1]]
     if is_plane:
-        return np.cross(edges[:, 0, :2], edges[:, 1, :2])[None]
+        return (edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])[None]
     return np.linalg.det(edges)[None]
 
 
@@ -63,16 +63,29 @@ def folded(reference, points, cells):
     return int((at_corners(points, cells, is_plane) * sign <= 0).any(axis=0).sum())
 
 
-def stiffness(points, cells):
-    """The matrix of linear elasticity with E = 1 / volume and a Poisson ratio of 0.3."""
-    d = 3 if cells.shape[1] == 8 else 2
+def dimension(points, cells):
+    """2 or 3."""
+    return 3 if cells.shape[1] == 8 or np.ptp(points[:, 2]) > 0 else 2
+
+
+def shape_slopes(d, n):
+    """The slopes (d, n) of the shape functions at each point of the quadrature: linear, bilinear or trilinear."""
+    if n == d + 1:
+        return [np.hstack([-np.ones((d, 1)), np.eye(d)])]
     corners = (CUBE if d == 3 else SQUARE)[:, :d]
-    n = len(corners)
-    lame, shear = 0.3 / (1.3 * 0.4), 1 / 2.6
-    whole, volume = np.zeros((len(cells), n * d, n * d)), np.zeros(len(cells))
+    found = []
     for at in itertools.product((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), repeat=d):
         factors = np.where(corners == 1, at, 1 - np.array(at))
-        slopes = np.stack([np.where(corners[:, k] == 1, 1.0, -1.0) * np.delete(factors, k, axis=1).prod(axis=1) for k in range(d)])
+        found.append(np.stack([np.where(corners[:, k] == 1, 1.0, -1.0) * np.delete(factors, k, axis=1).prod(axis=1) for k in range(d)]))
+    return found
+
+
+def stiffness(points, cells):
+    """The matrix of linear elasticity with E = 1 / volume and a Poisson ratio of 0.3."""
+    d, n = dimension(points, cells), cells.shape[1]
+    lame, shear = 0.3 / (1.3 * 0.4), 1 / 2.6
+    whole, volume = np.zeros((len(cells), n * d, n * d)), np.zeros(len(cells))
+    for slopes in shape_slopes(d, n):
         jacobian = np.einsum("kc,mcx->mkx", slopes, points[cells][:, :, :d])
         determinant = np.abs(np.linalg.det(jacobian))
         gradient = np.einsum("mxk,kc->mcx", np.linalg.inv(jacobian), slopes)
@@ -80,7 +93,7 @@ def stiffness(points, cells):
         block = lame * np.einsum("mix,mjy->mixjy", gradient, gradient) + shear * np.einsum("miy,mjx->mixjy", gradient, gradient)
         block += shear * np.einsum("mij,xy->mixjy", dots, np.eye(d))
         whole += determinant[:, None, None] * block.reshape(len(cells), n * d, n * d)
-        volume += determinant / 2**d
+        volume += determinant
     whole /= volume[:, None, None]
     unknowns = (d * cells[:, :, None] + np.arange(d)).reshape(len(cells), n * d)
     rows, columns = np.broadcast_arrays(unknowns[:, :, None], unknowns[:, None, :])
@@ -89,10 +102,9 @@ def stiffness(points, cells):
 
 def elasticity(reference, goal, cells, boundary, steps=10):
     """The boundary moved to its goal in steps, each on the mesh of the last one."""
-    simplices = cells.shape[1] == 3 or (cells.shape[1] == 4 and np.ptp(reference[:, 2]) > 0)
-    if simplices or len(cells) > 30_000 or (cells.shape[1] == 8 and len(cells) > 8_000):
+    d = dimension(reference, cells)
+    if len(reference) > (30_000 if d == 2 else 8_000):
         return None
-    d = 3 if cells.shape[1] == 8 else 2
     points, start = reference.copy(), time.process_time()
     fixed = np.zeros((len(points), d), bool)
     fixed[boundary] = True
@@ -183,6 +195,8 @@ def moved_by_foam(folder, mesh, schedule, solver):
     azimesh("convert", case, folder / "after.vtu", "--step", "1", "--force")
     before, after = (pyvista.read(folder / name) for name in ("before.vtu", "after.vtu"))
     cells, _ = volume_cells(before)
+    if cells is None:
+        return "-"  # a layer of wedges
     return f"{folded(np.asarray(before.points, float), np.asarray(after.points, float), cells)}, {seconds:.1f} s"
 
 

@@ -1,8 +1,8 @@
 """A body that turns there and back in a mesh that folds: how much the velocities of nodes jump at repaired steps.
 
-    .venv/bin/python scripts/repair_sequence.py target/release/azimesh FOLDER [--angle 180] [--step 5] [--frames]
+    .venv/bin/python scripts/repair_sequence.py target/release/azimesh FOLDER [--case blade] [--angle 180] [--step 5] [--frames]
 
-Writes an O-grid and its sequence to FOLDER. Prints a row a step: the weight of the repair, folded cells left, the least scaled
+Writes an O-grid, or a blade of 20,000 nodes of hexahedra, and its sequence to FOLDER; `--rbf` are further lines of the schedule. Prints a row a step: the weight of the repair, folded cells left, the least scaled
 Jacobian, and the largest second difference of a node's positions in units of the largest first difference of the moving
 surface: what the velocity of a node changes by from step to step. `--frames` draws every step to FOLDER/frames.
 """
@@ -34,23 +34,26 @@ def o_grid(path, n=96, layers=36, first=2e-3):
     path.write_text("\n".join(lines) + "\n")
 
 
-def schedule(angle, step, how):
+def schedule(case, angle, step, rbf, how):
     """Turns the body by `angle` and back."""
     n = round(angle / step)
     angles = [step * i for i in range(n + 1)] + [step * i for i in range(n - 1, -1, -1)]
-    rows = "\n".join(f"{i},0,0,0,0,0,{a}" for i, a in enumerate(angles))
+    rows = "\n".join(f"{i},0,0,0,{f'{a},0,0' if case == 'blade' else f'0,0,{a}'}" for i, a in enumerate(angles))
+    body = "blade" if case == "blade" else "body"
     text = f"""version = 1
 [time]
 start = 0.0
 stop = {len(angles) - 1}.0
 step = 1.0
 [[body]]
-name = "body"
-tags = ["body"]
+name = "{body}"
+tags = ["{body}"]
 [body.table]
 file = "turn.csv"
 [boundaries]
 fixed = ["outer"]
+[rbf]
+{rbf}
 [output]
 {how}
 """
@@ -61,6 +64,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("azimesh", type=Path)
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--case", choices=["o_grid", "blade"], default="o_grid")
+    parser.add_argument("--rbf", default="")
     parser.add_argument("--angle", type=float, default=180.0)
     parser.add_argument("--step", type=float, default=5.0)
     parser.add_argument("--output", default='on_inverted = "repair"')
@@ -68,11 +73,16 @@ def main():
     args = parser.parse_args()
     folder = args.folder
     folder.mkdir(parents=True, exist_ok=True)
-    o_grid(folder / "mesh.su2")
-    text, table = schedule(args.angle, args.step, args.output)
+    mesh = folder / ("mesh.vtu" if args.case == "blade" else "mesh.su2")
+    if args.case == "blade":
+        sample = [args.azimesh.resolve(), "sample", "blade", "--nodes", "20000", "--cells", "hex", "-o", mesh, "--force", "-q"]
+        subprocess.run(sample, check=True)
+    else:
+        o_grid(mesh)
+    text, table = schedule(args.case, args.angle, args.step, args.rbf, args.output)
     (folder / "turn.toml").write_text(text)
     (folder / "turn.csv").write_text(table)
-    command = [args.azimesh.resolve(), "deform", folder / "mesh.su2", folder / "turn.toml", "-o", folder / "out", "--force", "-q"]
+    command = [args.azimesh.resolve(), "deform", mesh, folder / "turn.toml", "-o", folder / "out", "--force", "-q"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode in (0, 1), done.stderr
     files = sorted((folder / "out").glob("mesh_*.vtu"))
@@ -84,7 +94,7 @@ def main():
     weights = {repair["step"]: repair.get("weight", 1.0) for repair in repairs}
     first = np.linalg.norm(np.diff(points, axis=0), axis=2)
     second = np.linalg.norm(np.diff(points, 2, axis=0), axis=2)
-    unit = first[:, :96].max()
+    unit = first[:, wall_nodes(meshes[0], "blade" if args.case == "blade" else "body")].max()
     print(f"{'step':>4} {'weight':>7} {'left':>5} {'least SJ':>9} {'speed':>7} {'jump':>7}")
     for i, row in enumerate(rows[1:]):
         speed = first[i].max() / unit if i < len(first) else np.nan
@@ -93,6 +103,13 @@ def main():
         print(f"{i:4} {weights.get(i, 0.0):7.3f} {left:5} {float(row[column('min_scaled_jacobian')]):9.4f} {speed:7.3f} {jump:7.3f}")
     if args.frames:
         draw(folder, meshes)
+
+
+def wall_nodes(mesh, tag):
+    """The nodes of a tag."""
+    number = list(mesh.field_data["BoundaryTagNames"]).index(tag) + 1
+    faces = np.flatnonzero(np.asarray(mesh.cell_data["BoundaryTag"]) == number)
+    return np.unique(np.concatenate([mesh.get_cell(int(face)).point_ids for face in faces]))
 
 
 def draw(folder, meshes):

@@ -29,6 +29,7 @@ ramp = true
 fixed = ["outer"]
 [rbf]
 support_radius = 5.625
+rotation_radius = 5.625
 interpolate = "twist"
 substeps = 8
 """

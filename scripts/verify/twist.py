@@ -29,7 +29,7 @@ fixed = ["farfield"]
 
 [rbf]
 support_radius = 10.0
-interpolate = "{interpolate}"
+{keys}
 
 [selection]
 tolerance = 1e-4
@@ -37,6 +37,13 @@ tolerance = 1e-4
 [output]
 on_inverted = "warn"
 """
+
+# In the ring between airfoil and circle a rotation is not interpolated, unless it has a radius of its own.
+WAYS = {
+    "displacement": 'interpolate = "displacement"',
+    "interpolated": 'interpolate = "twist"\nrotation_radius = 10.0',
+    "twist": 'interpolate = "twist"',
+}
 
 
 def heights():
@@ -92,34 +99,50 @@ def scaled_jacobian(points, quads):
     return (cross / (np.linalg.norm(ahead, axis=2) * np.linalg.norm(back, axis=2))).min(axis=1)
 
 
-def turned(folder, interpolate):
-    """Rows of steps.csv by angle, each with the least scaled Jacobian and the inverted cells found here."""
-    mesh, schedule = folder / "ogrid.su2", folder / f"{interpolate}.toml"
+def turned(folder, way, change=lambda text: text):
+    """Rows of steps.csv by angle, each with the points, the least scaled Jacobian and the inverted cells found here."""
+    mesh, schedule = folder / "ogrid.su2", folder / f"{way}.toml"
     quads = write_su2(ogrid(), mesh)
-    schedule.write_text(SCHEDULE.format(interpolate=interpolate))
-    rows = outputs.deform(mesh, schedule, folder / interpolate, expect=(0, 1))
+    schedule.write_text(change(SCHEDULE.format(keys=WAYS[way])))
+    rows = outputs.deform(mesh, schedule, folder / way, expect=(0, 1))
     found = {}
     for row in rows:
         angle = round(float(row["azimuth_deg"]))
         if angle in [0, *ANGLES]:
-            quality = scaled_jacobian(np.array(pyvista.read(folder / interpolate / row["file"]).points), quads)
-            found[angle] = row | {"least": quality.min(), "folded": int((quality <= 0).sum())}
+            points = np.array(pyvista.read(folder / way / row["file"]).points)
+            quality = scaled_jacobian(points, quads)
+            found[angle] = row | {"points": points, "least": quality.min(), "folded": int((quality <= 0).sum())}
     return found
+
+
+def by_logarithm(points, angle):
+    """The nodes turned about the middle of the chord: as the airfoil within its radius, falling with log r to the circle."""
+    middle = np.array([0.25, 0.0, 0.0])
+    arms = points - middle
+    radii = np.hypot(arms[:, 0], arms[:, 1])
+    inner, outer = radii[:AROUND].max(), radii[-AROUND:].min()
+    part = np.clip(np.log(np.clip(radii, 1e-300, None) / inner) / np.log(outer / inner), 0, 1)
+    weight = np.where(part < 0.5, 1 - 4 / 3 * part**2, 4 / 3 * (1 - part))
+    turns = np.exp(1j * np.radians(angle) * weight) * (arms[:, 0] + 1j * arms[:, 1])
+    return middle + np.c_[turns.real, turns.imag, arms[:, 2]]
 
 
 def main():
     """Twist leaves no cell inverted, displacement many, and azimesh counts them alike."""
     with scratch() as folder:
-        twist, displacement = turned(folder, "twist"), turned(folder, "displacement")
+        twist, interpolated, displacement = (turned(folder, way) for way in ("twist", "interpolated", "displacement"))
     off = 0.0
-    for row in [*twist.values(), *displacement.values()]:
+    for row in [*twist.values(), *interpolated.values(), *displacement.values()]:
         assert row["folded"] == int(row["inverted"]), f"{row['inverted']} inverted cells, here {row['folded']}"
         if row["folded"] == 0:  # of folded cells VTK's definition, which azimesh follows, is another one
             off = max(off, abs(row["least"] - float(row["min_scaled_jacobian"])))
+    for angle, row in twist.items():
+        off = max(off, np.abs(row["points"] - by_logarithm(twist[0]["points"], angle)).max())
     least = ", ".join(f"{angle}: {twist[angle]['least']:.3f}" for angle in ANGLES)
-    report("twist", len(twist) + len(displacement), off, "steps", f"least scaled Jacobian by degrees: {least}")
+    report("twist", len(twist) + len(interpolated) + len(displacement), off, "steps", f"least scaled Jacobian by degrees: {least}")
     assert off <= 1e-9
-    assert all(row["folded"] == 0 for row in twist.values()), "twist has folded cells"
+    for found in (twist, interpolated):
+        assert all(row["folded"] == 0 for row in found.values()), "twist has folded cells"
     assert displacement[120]["folded"] > 0 and displacement[180]["folded"] > 0
 
 

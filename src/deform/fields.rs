@@ -65,9 +65,7 @@ impl Fields {
             .iter()
             .zip(chosen)
             .map(|(layer, chosen)| {
-                let deforming = state.deforming.map(<[u32]>::to_vec);
-                let interpolant = &chosen.selection.interpolant;
-                let mut field = Field::evaluate(interpolant, state.nodes, deforming, &report);
+                let mut field = evaluate(state, layer, chosen, &report);
                 if correct && layer.modes.n_modes > 0 {
                     let found = add_correction(state, layer, chosen, &mut field);
                     narrow = narrow
@@ -103,6 +101,30 @@ impl Fields {
             }
         }
     }
+}
+
+/// The values of the modes of a layer at the nodes that deform, before the correction.
+fn evaluate(
+    state: MeshState<'_>,
+    layer: &Layer,
+    chosen: &Chosen<'_>,
+    report: &dyn Fn(usize),
+) -> Field {
+    let deforming = state.deforming.map(<[u32]>::to_vec);
+    let interpolant = &chosen.selection.interpolant;
+    let mut field = Field::evaluate(interpolant, state.nodes, deforming, report);
+    if field.n_modes != layer.modes.n_modes {
+        // There is no base point: every value is zero.
+        field.n_modes = layer.modes.n_modes;
+        let n_nodes = field.nodes.as_ref().map_or(state.nodes.len(), Vec::len);
+        field.values = vec![0.0; n_nodes * field.n_modes];
+    }
+    let Field { nodes, values, .. } = &mut field;
+    match nodes {
+        None => layer.add_rings(values, |row| state.nodes[row]),
+        Some(nodes) => layer.add_rings(values, |row| state.nodes[nodes[row] as usize]),
+    }
+    field
 }
 
 fn add_correction(

@@ -5,16 +5,24 @@
 //! displacement   x' = x + d(x)
 //! twist          x' = x + tau(x) + sum_b [ exp(theta_b(x)) (x - c_b) - (x - c_b) ]
 //! ```
+//!
+//! Where a body turns in a [`Ring`], `theta_b` is the ring's weight times that of the body, and what this leaves at the
+//! surface is interpolated.
 
+use super::ring::Ring;
 use crate::error::Result;
 use crate::geometry::rotation::rotate_by;
-use crate::geometry::vector::{Vector, add, distance, scale, sub, weighted_sum};
+use crate::geometry::vector::{Vector, add, distance, norm, scale, sub, weighted_sum};
 use crate::geometry::{Bounds, Transform};
 use crate::modes::{Form, Modes, RigidSurface};
 use crate::motion::CentreLine;
+use crate::parallel;
 use crate::rbf::criterion::Criterion;
 use crate::rbf::space::Space;
 use std::ops::Range;
+
+/// The part of an axis across a normal that counts as none.
+const ALONG_NORMAL: f64 = 1e-6;
 
 /// The motion of one body over some steps, from the mesh that is deformed.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +82,8 @@ pub struct Layer {
     pub lever_arms: Vec<f64>,
     /// The part of the tolerance that is left to it.
     pub tolerance: f64,
+    /// What is interpolated of the data (N, r): without what rings give. `None` where there is no ring.
+    rest: Option<Vec<f64>>,
 }
 
 /// What a layer's values are.
@@ -94,6 +104,8 @@ pub struct Turning {
     pub lever_arm: f64,
     /// Its modes.
     pub modes: Range<usize>,
+    /// Where its rotation falls with the distance from the axis alone, with the values of its modes on the body.
+    pub ring: Option<(Ring, Vec<f64>)>,
 }
 
 /// What a body turns about.
@@ -129,6 +141,8 @@ pub struct Method {
     pub tolerance: f64,
     /// What modes may be off by, in mesh units.
     pub truncation: f64,
+    /// Whether rotations in rings fall with the logarithm of the distance from the axis.
+    pub rings: bool,
 }
 
 /// The layers of a motion: displacements, or rotations and then translations.
@@ -152,7 +166,7 @@ pub fn layers(
             method.tolerance,
         )?]);
     };
-    let (turning, rotation) = rotations(surface, &turns, rotation_form(method))?;
+    let (turning, rotation) = rotations(surface, &turns, method)?;
     let shifts: Vec<_> = turns
         .iter()
         .map(|turns| translations(turns.tau.iter().copied()))
@@ -182,6 +196,7 @@ pub(super) fn twist_layers(
     Ok(vec![
         Layer {
             lever_arms: lever_arms(points, &turning),
+            rest: rest(points, &turning, &rotation),
             ..Layer::new(
                 LayerKind::Rotation(turning),
                 method.rotation.clone(),
@@ -222,11 +237,13 @@ fn translations(by: impl Iterator<Item = Vector>) -> Vec<Transform> {
 fn rotations(
     surface: RigidSurface<'_>,
     turns: &[&Turns],
-    form: Form,
+    method: &Method,
 ) -> Result<(Vec<Turning>, Modes)> {
+    let form = rotation_form(method);
     let n_steps = turns.first().map_or(0, |turns| turns.theta.len());
     let centres = turns.iter().map(|turns| Centre::Point(turns.centre));
-    turning_bodies(surface, centres.collect(), n_steps, |body, lever_arm| {
+    let centres = centres.collect();
+    let (mut turning, modes) = turning_bodies(surface, centres, n_steps, |body, lever_arm| {
         let own = surface.body.iter();
         let own: Vec<Option<u16>> = own
             .map(|of| of.filter(|of| usize::from(*of) == body).map(|_| 0))
@@ -238,7 +255,70 @@ fn rotations(
             body: &own,
         };
         Modes::of_rigid_bodies(own, &[lengths], form)
-    })
+    })?;
+    if method.rings {
+        for (body, (turning, turns)) in turning.iter_mut().zip(turns).enumerate() {
+            turning.ring = ring(surface, body, turns, method, &modes, &turning.modes);
+        }
+    }
+    Ok((turning, modes))
+}
+
+/// The ring of a body, with the values of its modes on it, which are the same at all of its points.
+fn ring(
+    surface: RigidSurface<'_>,
+    body: usize,
+    turns: &Turns,
+    method: &Method,
+    modes: &Modes,
+    own: &Range<usize>,
+) -> Option<(Ring, Vec<f64>)> {
+    let constraints = method.rotation.constraints.as_ref();
+    let may_turn = |point: usize, axis: Vector| {
+        let held = constraints.map_or(axis, |held| held[point].project(axis));
+        norm(held) < ALONG_NORMAL
+    };
+    let of = surface.body.iter();
+    let at = of
+        .clone()
+        .position(|of| of.map(usize::from) == Some(body))?;
+    let ring = Ring::around(surface, body, turns.centre, &turns.theta, may_turn)?;
+    let row = &modes.values[at * modes.n_modes..][own.clone()];
+    Some((ring, row.to_vec()))
+}
+
+/// What is left of the values of rotations (N, r) at the surface when what rings give is taken off; `None` where there
+/// is no ring.
+fn rest(points: &[Vector], bodies: &[Turning], modes: &Modes) -> Option<Vec<f64>> {
+    bodies.iter().find(|body| body.ring.is_some())?;
+    let mut rest = modes.values.clone();
+    add_rings(bodies, -1.0, modes.n_modes, &mut rest, |row| points[row]);
+    Some(rest)
+}
+
+/// Adds what the rings of bodies give, `sign` times, to rows of values (N, r) at the places `at`.
+fn add_rings(
+    bodies: &[Turning],
+    sign: f64,
+    r: usize,
+    values: &mut [f64],
+    at: impl Fn(usize) -> Vector + Sync,
+) {
+    for body in bodies {
+        let Some((ring, own)) = &body.ring else {
+            continue;
+        };
+        parallel::for_blocks(values, parallel::BLOCK * r, &|first, rows| {
+            for (i, row) in rows.chunks_exact_mut(r).enumerate() {
+                let weight = sign * ring.weight(at(first / r + i));
+                if weight != 0.0 {
+                    for (value, own) in row[body.modes.clone()].iter_mut().zip(own) {
+                        *value += weight * own;
+                    }
+                }
+            }
+        });
+    }
 }
 
 /// The rotations of all bodies about their centres, side by side. `modes_of(body, lever_arm)` gives the
@@ -263,6 +343,7 @@ pub(super) fn turning_bodies(
             centre,
             lever_arm,
             modes: first..first + modes.n_modes,
+            ring: None,
         });
         all = Some(match all {
             Some(all) => all.beside(modes, n_steps),
@@ -306,7 +387,30 @@ impl Layer {
             modes,
             lever_arms: Vec::new(),
             tolerance,
+            rest: None,
         })
+    }
+
+    /// What is to be interpolated (N, r), by rows.
+    pub fn interpolated(&self) -> &[f64] {
+        self.rest.as_ref().unwrap_or(&self.modes.values)
+    }
+
+    /// Adds to values of the modes (N, r) at the places `at` what is not interpolated.
+    pub(super) fn add_rings(&self, values: &mut [f64], at: impl Fn(usize) -> Vector + Sync) {
+        if let LayerKind::Rotation(bodies) = &self.kind {
+            add_rings(bodies, 1.0, self.modes.n_modes, values, at);
+        }
+    }
+
+    /// The rings in which bodies turn, by their numbers.
+    pub fn rings(&self) -> impl Iterator<Item = (usize, &Ring)> {
+        let bodies = match &self.kind {
+            LayerKind::Displacement => &[][..],
+            LayerKind::Rotation(bodies) => bodies,
+        };
+        let rings = bodies.iter().enumerate();
+        rings.filter_map(|(body, turning)| Some((body, &turning.ring.as_ref()?.0)))
     }
 
     /// What it adds to the position of a node at `x` whose values of the modes are `row`, at a step.

@@ -23,6 +23,7 @@ mod positions;
 mod prepare;
 mod repair;
 mod repair_rate;
+mod ring;
 mod sections;
 mod sliding;
 mod step_memory;

@@ -60,7 +60,7 @@ impl Plan {
     pub fn targets<'a>(&'a self, layer: &'a Layer) -> Targets<'a> {
         Targets {
             points: &self.surface.points,
-            values: &layer.modes.values,
+            values: layer.interpolated(),
             criterion: &layer.criterion,
             images: &self.periodic.is_image,
             lever_arms: &layer.lever_arms,

@@ -20,6 +20,9 @@ use crate::quality::Summary;
 use crate::repair::{Area, FoldedCells, Limits, Repaired, refused};
 use std::sync::Arc;
 
+/// Rings of neighbours around the folded cells of a window: its repair is spread over more nodes than one step needs.
+const LEAST_RINGS: usize = 3;
+
 /// Results of positioning the nodes at a step.
 #[derive(Clone)]
 pub(super) struct Positions {
@@ -164,15 +167,27 @@ impl Stepper<'_> {
         let mut hardest = (0, worst);
         for &step in &folded {
             self.stop.check()?;
-            self.start(&steps[step], substeps, points)?;
+            let error = self.start(&steps[step], substeps, points)?;
+            if substeps.is_some() {
+                self.memory.keep_start(step, points, error);
+            }
             let n = all.add(freedom.task(), points).all();
             if n > hardest.0 {
                 hardest = (n, &steps[step]);
             }
         }
-        let mut rings = Limits::default().first_rings;
+        let mut rings = LEAST_RINGS;
         if hardest.0 > 0 {
-            self.start(hardest.1, substeps, points)?;
+            match self.memory.take_start(hardest.1.index) {
+                Some(start) => {
+                    points.copy_from_slice(&start.points);
+                    let error = start.selection_error;
+                    self.memory.keep_start(hardest.1.index, points, error);
+                }
+                None => {
+                    self.start(hardest.1, substeps, points)?;
+                }
+            }
             let freedom = StepFreedom::of(self.plan, (self.measures)(), hardest.1);
             let repaired = freedom.untangle(points, Limits::default(), self.stop)?;
             rings = rings_of(&repaired).max(rings);
@@ -198,7 +213,13 @@ impl Stepper<'_> {
         let plain = (weight < 1.0).then(|| points.to_vec());
         let plain_error = found.selection_error;
         if window.substeps.is_some() {
-            found.selection_error = self.start(step, window.substeps, points)?;
+            found.selection_error = match self.memory.take_start(step.index) {
+                Some(start) => {
+                    points.copy_from_slice(&start.points);
+                    start.selection_error
+                }
+                None => self.start(step, window.substeps, points)?,
+            };
         }
         let freedom = StepFreedom::of(self.plan, (self.measures)(), step);
         let after = FoldedCells::default().add(freedom.task(), points);

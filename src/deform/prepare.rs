@@ -6,7 +6,7 @@ use super::checks::{
     repeated_time, unused,
 };
 use super::first_cells::FirstCells;
-use super::layer::{self, Method};
+use super::layer::{self, Layer, Method};
 use super::periodic::PeriodicNodes;
 use super::plan::{Plan, SELECTED};
 use super::sections;
@@ -116,6 +116,13 @@ impl Plan {
             )?
         };
         self.check_truncation()?;
+        for (body, ring) in self.layers.iter().flat_map(Layer::rings) {
+            let note = DeformNote::TurnsInRing {
+                body: self.motion.bodies[body].name.clone(),
+                radii: [ring.inner, ring.outer],
+            };
+            self.choices.push(note.into());
+        }
         if self.schedule.output.velocity {
             self.velocity = Some(velocity::layer(self)?);
         }
@@ -204,6 +211,7 @@ fn method(
         },
         tolerance: SELECTED * tolerance,
         truncation,
+        rings: schedule.rbf.rotation_radius.is_none(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! What is found of the steps of a deformation, and kept: how good they are before any repair, windows of repaired steps,
-//! and, where velocities need their neighbours, the last repaired positions.
+//! positions in substeps that a window was found from until its steps are repaired, and, where velocities need their
+//! neighbours, the last repaired positions.
 //!
 //! All of it can be found again: what is kept saves time and decides nothing. No lock is held while something is computed.
 
@@ -14,6 +15,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Repaired steps whose positions are kept: a step and its neighbours.
 const KEPT: usize = 3;
+/// Bytes of positions in substeps that are kept at most.
+pub(crate) const STARTS: usize = 64 << 20;
 
 /// What coordinates become in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,12 +43,20 @@ pub(super) struct RepairedStep {
     pub found: Positions,
 }
 
+/// A folded step of a window before its repair.
+#[derive(Clone)]
+pub(super) struct Start {
+    pub points: Vec<Vector>,
+    pub selection_error: f64,
+}
+
 /// What is kept of the steps for one rounding of their coordinates.
 #[derive(Default)]
 pub(super) struct StepMemory {
     verdicts: Mutex<BTreeMap<usize, Summary>>,
     windows: Mutex<Vec<Arc<Window>>>,
     repaired: Mutex<VecDeque<Arc<RepairedStep>>>,
+    starts: Mutex<BTreeMap<usize, Start>>,
 }
 
 fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -82,6 +93,26 @@ impl StepMemory {
         }
     }
 
+    /// Keeps a step before its repair, as long as there is room for it.
+    pub fn keep_start(&self, step: usize, points: &[Vector], selection_error: f64) {
+        let mut starts = lock(&self.starts);
+        if (starts.len() + 1) * size_of_val(points) <= STARTS {
+            let points = points.to_vec();
+            starts.insert(
+                step,
+                Start {
+                    points,
+                    selection_error,
+                },
+            );
+        }
+    }
+
+    /// A step before its repair, where it was kept, which it is no more then.
+    pub fn take_start(&self, step: usize) -> Option<Start> {
+        lock(&self.starts).remove(&step)
+    }
+
     /// A repaired step, where it is one of the last.
     pub fn repaired(&self, step: usize) -> Option<Arc<RepairedStep>> {
         let repaired = lock(&self.repaired);
@@ -95,5 +126,23 @@ impl StepMemory {
         if repaired.len() > KEPT {
             repaired.pop_front();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn starts_are_kept_as_long_as_there_is_room_and_given_once() {
+        let memory = StepMemory::default();
+        let points = vec![[1.0, 2.0, 3.0]; STARTS / 24 / 2];
+        for step in [4, 5, 6] {
+            memory.keep_start(step, &points, 0.5);
+        }
+        assert!(memory.take_start(6).is_none());
+        let start = memory.take_start(4).expect("there was room for two");
+        assert_eq!((start.points, start.selection_error), (points, 0.5));
+        assert!(memory.take_start(4).is_none());
     }
 }

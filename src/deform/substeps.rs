@@ -68,7 +68,7 @@ impl Interval {
             .map(|(layer, base)| {
                 let targets = Targets {
                     points: &surface,
-                    values: &layer.modes.values,
+                    values: layer.interpolated(),
                     criterion: &layer.criterion,
                     images: &plan.periodic.is_image,
                     lever_arms: &layer.lever_arms,

@@ -20,6 +20,18 @@ DeformNote as Deform {
         tolerance: f64,
     } => ("selection.tolerance = {} (chosen)", short(*tolerance))
 
+    /// A body turns in a ring without other surfaces.
+    TurnsInRing {
+        /// Its name.
+        body: String,
+        /// The radii of the body and of the ring, in mesh units.
+        radii: [f64; 2],
+    } => (
+        "body \"{body}\" turns about one axis with no other surface between the radii {} and {}: its rotation falls with \
+         the logarithm of the radius",
+        in_digits(radii[0], 3), in_digits(radii[1], 3)
+    )
+
     /// The format of the output that was chosen.
     OutputFormat {
         /// Its name.

@@ -230,8 +230,8 @@ fn residuals(space: &Space, interpolant: &Interpolant, targets: Targets<'_>) -> 
     if interpolant.n_columns > 0 {
         interpolant.negated().add_at(targets.points, &mut residuals);
     }
-    if space.constraints.is_some() && interpolant.n_columns > 0 {
-        let r = interpolant.n_columns;
+    let r = targets.criterion.n_modes();
+    if space.constraints.is_some() && r > 0 {
         parallel::for_blocks(&mut residuals, BLOCK * r, &|first, rows| {
             for (i, residual) in rows.chunks_exact_mut(r).enumerate() {
                 space.project(first / r + i, residual);

@@ -8,8 +8,10 @@ use crate::geometry::vector::{Vector, add, cross, dot, norm, scale, sub};
 /// A 3x3 matrix by columns.
 pub(super) type Columns = [Vector; 3];
 
-/// Sweeps over the pairs of columns; four leave a relative error of about 1e-9 at worst.
+/// Sweeps over the pairs of columns at most; four leave a relative error of about 1e-9 at worst.
 const SWEEPS: usize = 4;
+/// Two columns are orthogonal where the square of the cosine between them is no more than this.
+const ORTHOGONAL: f64 = 1e-18;
 
 /// The decomposition of a matrix.
 pub(super) struct Singular {
@@ -27,9 +29,12 @@ pub(super) fn decompose(j: &Columns) -> Singular {
     let mut a = *j;
     let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for _ in 0..SWEEPS {
-        rotate(&mut a, &mut v, 0, 1);
-        rotate(&mut a, &mut v, 0, 2);
-        rotate(&mut a, &mut v, 1, 2);
+        let mut turned = rotate(&mut a, &mut v, 0, 1);
+        turned |= rotate(&mut a, &mut v, 0, 2);
+        turned |= rotate(&mut a, &mut v, 1, 2);
+        if !turned {
+            break;
+        }
     }
     for (p, q) in [(0, 1), (0, 2), (1, 2)] {
         if dot(a[q], a[q]) > dot(a[p], a[p]) {
@@ -77,12 +82,12 @@ pub(super) fn decompose_plane(j: &Columns) -> Singular {
     }
 }
 
-/// Makes two columns orthogonal.
+/// Makes two columns orthogonal; whether they were not.
 #[inline(always)]
-fn rotate(a: &mut Columns, v: &mut Columns, p: usize, q: usize) {
+fn rotate(a: &mut Columns, v: &mut Columns, p: usize, q: usize) -> bool {
     let (alpha, beta, gamma) = (dot(a[p], a[p]), dot(a[q], a[q]), dot(a[p], a[q]));
-    if gamma == 0.0 {
-        return;
+    if gamma * gamma <= ORTHOGONAL * alpha * beta {
+        return false;
     }
     let zeta = (beta - alpha) / (2.0 * gamma);
     let t = 1.0_f64.copysign(zeta) / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
@@ -90,6 +95,7 @@ fn rotate(a: &mut Columns, v: &mut Columns, p: usize, q: usize) {
     let s = c * t;
     turn(a, p, q, c, s);
     turn(v, p, q, c, s);
+    true
 }
 
 #[inline(always)]

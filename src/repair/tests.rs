@@ -200,6 +200,35 @@ fn periodic_partners_move_together() {
 }
 
 #[test]
+fn polyhedra_that_are_only_unproven_become_proven() {
+    let hexahedra = grid(CellKind::Hexahedron, 4);
+    let mut mesh = Mesh {
+        points: hexahedra.points.clone(),
+        ..Mesh::default()
+    };
+    for cell in hexahedra.cells.iter() {
+        let mut stream = vec![6];
+        for face in CellKind::Hexahedron.faces() {
+            stream.push(4);
+            stream.extend(face.iter().map(|&corner| cell.nodes[usize::from(corner)]));
+        }
+        mesh.cells.push_polyhedron(&stream).expect("a good stream");
+    }
+    // The node in the middle goes beyond the middle of a cell, which keeps a volume.
+    let mut points = mesh.points.clone();
+    points[62] = points[62].map(|x| x + 0.75 * 0.25);
+    let before = invalid(&mesh, &points, &Reference::new(&mesh));
+    assert!(!before.is_empty());
+    assert!(before.iter().all(|(_, proof)| *proof == Proof::Unproven));
+    let found = repaired(&mesh, &mut points);
+    assert_eq!(
+        (found.n_before(), found.unrepaired.len()),
+        (before.len(), 0)
+    );
+    assert_ne!(points[62], mesh.points[62].map(|x| x + 0.75 * 0.25));
+}
+
+#[test]
 fn improvement_reaches_what_is_wanted_or_makes_nothing_worse() {
     for kind in [CellKind::Quadrilateral, CellKind::Hexahedron] {
         let mesh = grid(kind, 6);

@@ -116,6 +116,58 @@ fn an_airfoil_turns_by_270_degrees_without_inverted_cells_where_displacement_fol
 }
 
 #[test]
+fn inside_a_circle_a_rotation_is_not_interpolated_but_falls_with_the_logarithm_of_the_radius() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(&ogrid(128), &path.join("n.vtu"));
+    let rbf = "support_radius = 10.0\ninterpolate = \"twist\"";
+    let text = schedule("airfoil", "[0.0, 0.0, 1.0]", "farfield", rbf);
+    let rings = deform(path, "n.vtu", &text, "rings");
+    rings.assert_sound();
+    assert!(rings.numbers("base_points").iter().all(|n| *n == 0.0));
+    // What is no farther from the axis than the body turns with it.
+    for ratio in rings.numbers("min_first_cell_ratio") {
+        assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+    }
+    // Between the radii 0.5 and 2.5 the angle falls with the logarithm.
+    let points = rings.points(9);
+    let mut n_between = 0;
+    for (node, x) in rings.reference.points.iter().enumerate() {
+        let (before, after) = (x[0].hypot(x[1]), points[node][0].hypot(points[node][1]));
+        assert!((before - after).abs() < 1e-13, "every circle is kept");
+        let part = ((before / 0.5).ln() / 5.0f64.ln()).clamp(0.0, 1.0);
+        let weight = match part < 0.5 {
+            true => 1.0 - 4.0 / 3.0 * part * part,
+            false => 4.0 / 3.0 * (1.0 - part),
+        };
+        let (s, c) = (270f64.to_radians() * weight).sin_cos();
+        let wanted = [c * x[0] - s * x[1], s * x[0] + c * x[1], x[2]];
+        assert!(distance(points[node], wanted) < 1e-6, "node {node}");
+        n_between += usize::from(weight > 0.0 && weight < 1.0);
+    }
+    assert!(n_between > 1000);
+}
+
+#[test]
+fn a_rotation_below_the_tolerance_has_no_base_points_and_an_exact_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(&ogrid(64), &path.join("n.vtu"));
+    let rbf = "support_radius = 10.0\nrotation_radius = 10.0\ninterpolate = \"twist\"";
+    let text = schedule("airfoil", "[0.0, 0.0, 1.0]", "farfield", rbf);
+    let out = deform(
+        path,
+        "n.vtu",
+        &text.replace("angle = 270.0", "angle = 0.001"),
+        "out",
+    );
+    out.assert_sound();
+    assert!(out.numbers("base_points").iter().all(|n| *n == 0.0));
+    assert!(out.numbers("max_displacement")[9] > 1e-6);
+    assert!(out.numbers("max_surface_error")[9] < 1e-14);
+}
+
+#[test]
 fn a_blade_turns_about_its_span_by_180_degrees_without_inverted_cells_where_displacement_folds() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -197,7 +249,8 @@ fn the_selection_error_of_twist_is_within_the_tolerance() {
     let path = folder.path();
     let sample = ["-q", "sample", "naca0012", "--nodes", "3000", "-o", "n.vtu"];
     succeed(path, &sample);
-    let rbf = "support_radius = 10.0\ninterpolate = \"twist\"";
+    // With a radius of its own the rotation is interpolated; else it would be exact.
+    let rbf = "support_radius = 10.0\nrotation_radius = 10.0\ninterpolate = \"twist\"";
     let text = schedule("airfoil", "[0.0, 0.0, 1.0]", "farfield", rbf);
     let moved = text.replace("ramp = true", "translate = [0.3, -0.2, 0.0], ramp = true");
     for text in [text, moved] {
