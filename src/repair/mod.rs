@@ -68,7 +68,7 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            first_rings: 3,
+            first_rings: 1,
             most_rings: 48,
             most_steps: 60,
         }
