@@ -168,9 +168,14 @@ def test_ctrl_c_ends_the_work_and_leaves_whole_steps(airfoil, tmp_path):
             time.sleep(0.01)
         os.kill(os.getpid(), signal.SIGINT)
 
-    threading.Thread(target=interrupt, daemon=True).start()
-    with pytest.raises(KeyboardInterrupt):
-        deformation.write(tmp_path)
+    # A shell starts what it puts into the background with SIGINT ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        threading.Thread(target=interrupt, daemon=True).start()
+        with pytest.raises(KeyboardInterrupt):
+            deformation.write(tmp_path)
+    finally:
+        signal.signal(signal.SIGINT, before)
     written = list(tmp_path.glob("*.vtu"))
     assert 0 < len(written) < len(deformation)
     for path in written:
