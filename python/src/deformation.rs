@@ -124,7 +124,7 @@ impl PyDeformation {
         PyMesh::new(Arc::clone(self.deformation.mesh()))
     }
 
-    /// The steps of the schedule.
+    /// The steps of the schedule. Each keeps its points as long as it lives; iterating over the deformation keeps none.
     #[getter]
     fn steps<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
         let n = slf.get().deformation.steps().len();
@@ -145,8 +145,12 @@ impl PyDeformation {
         }
     }
 
+    /// Makes each step when it is asked for, so that the points of one that is dropped are freed.
     fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyIterator>> {
-        Self::steps(slf)?.try_iter()
+        let builtins = slf.py().import("builtins")?;
+        let numbers = builtins.call_method1("range", (slf.get().__len__(),))?;
+        let step = slf.getattr("__getitem__")?;
+        builtins.call_method1("map", (step, numbers))?.try_iter()
     }
 
     /// Numbers of the nodes that are base points; with twist those of the translation.

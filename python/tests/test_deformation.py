@@ -1,12 +1,14 @@
 """Deformations: the same as the program, motion by a function, progress and Ctrl-C."""
 
 import filecmp
+import gc
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -182,6 +184,13 @@ def test_ctrl_c_ends_the_work_and_leaves_whole_steps(airfoil, tmp_path):
         assert azimesh.read(path).n_points == airfoil.n_points
     # The next call begins afresh.
     assert deformation[1].points.shape == airfoil.points.shape
+
+
+def test_iteration_keeps_no_step(airfoil, pitch):
+    points = [weakref.ref(step.points) for step in azimesh.Deformation(airfoil, pitch)]
+    gc.collect()
+    assert len(points) == 37
+    assert all(view() is None for view in points)
 
 
 def test_threads_of_python_share_a_deformation(airfoil, pitch):
