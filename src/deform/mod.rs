@@ -49,7 +49,7 @@ pub use plan::Plan;
 pub(crate) use repair::Repair;
 pub(crate) use step_memory::Rounding;
 pub(crate) use tolerance::missed_at_step;
-pub use tolerance::{check_tolerance, missed_layers};
+pub use tolerance::{BaseOrigin, check_tolerance, missed, missed_layers};
 
 #[cfg(test)]
 mod tests;
