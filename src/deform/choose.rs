@@ -10,6 +10,8 @@
 use super::base_points::BasePoints;
 use super::layer::{Layer, LayerKind};
 use super::plan::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, ErrorKind, Result};
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{SelectionCriterion, SelectionMethod};
@@ -141,6 +143,31 @@ fn every_point(plan: &Plan, layer: &Layer, targets: Targets<'_>) -> Result<Selec
     };
     selection.skipped = plan.surface.nodes.len() - selection.base.len();
     Ok(selection)
+}
+
+/// A note where method `all` has left surface points out.
+pub(super) fn left_out(plan: &Plan, selections: &[Selection]) -> Vec<Diagnostic> {
+    let is_all = plan.schedule.selection.method == SelectionMethod::All;
+    let n_images = plan
+        .periodic
+        .is_image
+        .iter()
+        .filter(|image| **image)
+        .count();
+    let wanted = plan.surface.points.len() - n_images;
+    let layers = plan
+        .layers
+        .iter()
+        .zip(selections)
+        .filter(|(layer, own)| is_all && layer.modes.n_modes > 0 && own.base.len() < wanted);
+    let notes = layers.map(|(layer, own)| DeformNote::NotAll {
+        base_points: own.base.len(),
+        surface: wanted,
+        kernel: layer.space.basis.kernel.name(),
+        radius: layer.space.basis.radius,
+        error: own.error,
+    });
+    notes.map(Diagnostic::from).collect()
 }
 
 /// The first step of an interval, or the first at which anything moves: base points for nothing would
