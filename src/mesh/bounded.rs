@@ -4,6 +4,29 @@ use super::arrays::with_numbers;
 use super::faces::{Entry, entries, for_each_face};
 use super::{CellRef, DataArray, Mesh, MeshView, Values};
 
+/// Boundary faces that lie between two cells of the mesh or more, ascending.
+pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
+    let dimension = mesh.dimension();
+    let is_face = |run: &super::CellRun<'_>| run.kind.dimension() + 1 == dimension;
+    let mut touched = vec![false; mesh.points.len()];
+    for run in mesh.cells.runs().filter(is_face) {
+        run.connectivity
+            .iter()
+            .for_each(|&node| touched[node as usize] = true);
+    }
+    let touches = |cell: &CellRef<'_>| cell.nodes.iter().any(|&node| touched[node as usize]);
+    let mut entries = entries(mesh.cells, mesh.points.len(), dimension, touches);
+    let mut inner = Vec::new();
+    for_each_face(mesh.cells, &mut entries, |same| {
+        if same.iter().filter(|entry| !entry.is_boundary()).count() > 1 {
+            let faces = same.iter().filter(|entry| entry.is_boundary());
+            inner.extend(faces.map(|entry| entry.cell));
+        }
+    });
+    inner.sort_unstable();
+    inner
+}
+
 /// Those of some boundary faces, ascending cell indices, that are a side of no cell of the mesh. Cells that touch none of
 /// their nodes are passed over.
 pub fn faces_on_no_cell(mesh: &Mesh, faces: &[u32]) -> Vec<u32> {
@@ -116,6 +139,11 @@ mod tests {
             [None, None, Some(1), Some(0), None, Some(1), None],
             "{bounded:?}"
         );
+    }
+
+    #[test]
+    fn faces_between_cells_are_inner_ones() {
+        assert_eq!(inner_faces(&mesh().view()), [3]);
     }
 
     #[test]
