@@ -23,7 +23,7 @@ const ARMIJO: f64 = 1e-4;
 /// Steps shorter than this are none.
 const SHORTEST: f64 = 1e-6;
 /// A patch without folded simplices is finished when a step lowers the functional by less than this part.
-const SETTLED: f64 = 0.02;
+const SETTLED: f64 = 0.002;
 /// The least determinant that is sought, and steps that are spent on it once the functional has settled.
 const ENOUGH: f64 = 0.02;
 const POLISH: usize = 4;
