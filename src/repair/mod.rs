@@ -10,6 +10,7 @@ mod density;
 mod derivatives;
 mod elements;
 mod freedom;
+mod history;
 mod improve;
 mod nearby;
 mod newton;
@@ -24,7 +25,7 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
-pub use area::{Area, Count, FoldedCells};
+pub use area::{Area, Count, FoldedCells, NEARLY_SETTLED, SETTLED};
 pub use boundary::Overtaken;
 pub use freedom::{Freedom, Partner};
 pub use improve::improve;
