@@ -8,7 +8,7 @@ use super::nearby::Nearby;
 use super::newton::minimise;
 use super::regions::{self, Region};
 use super::solve::{Wishes, patch};
-use super::{PatchLog, Repaired, Task, still_invalid};
+use super::{PatchLog, Repaired, Task, between_of, still_invalid};
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
 use crate::parallel;
@@ -19,7 +19,9 @@ use std::collections::BTreeSet;
 /// Newton steps of a region.
 const MOST_STEPS: usize = 200;
 /// A region is at its end when a step lowers the functional by less than this part.
-const SETTLED: f64 = 1e-7;
+pub const SETTLED: f64 = 1e-7;
+/// The same where it is only to be seen where it goes.
+pub const NEARLY_SETTLED: f64 = 1e-5;
 
 /// Folded cells of several positions of a mesh.
 #[derive(Debug, Clone, Default)]
@@ -86,14 +88,32 @@ impl Area {
         }
     }
 
+    /// Takes simplices between their corners into account too for cells that are folded between valid corners at
+    /// `points`; gives whether there were new ones.
+    pub fn look_between(&mut self, task: Task<'_>, points: &[Vector]) -> bool {
+        let n_before = self.between.len();
+        for region in &self.regions {
+            let found = still_invalid(task, &region.cells, points);
+            self.between.extend(between_of(&found));
+        }
+        self.between.len() > n_before
+    }
+
     /// Moves the nodes of the area to where its functional is least, which makes its cells valid unless it is too small
-    /// for that. The result is the same on any number of threads.
+    /// for that. It is least where a step lowers it by less than the part `settled`. The result is the same on any number
+    /// of threads.
     ///
     /// # Errors
     /// Where `stop` was asked for.
-    pub fn relax(&self, task: Task<'_>, points: &mut [Vector], stop: &Stop) -> Result<Repaired> {
+    pub fn relax(
+        &self,
+        task: Task<'_>,
+        points: &mut [Vector],
+        settled: f64,
+        stop: &Stop,
+    ) -> Result<Repaired> {
         let relaxed = parallel::try_map(self.regions.len(), &|i| {
-            self.relax_region(task, &self.regions[i], points, stop)
+            self.relax_region(task, &self.regions[i], points, settled, stop)
         })?;
         let mut repaired = Repaired::default();
         for (region, (mut log, moved)) in self.regions.iter().zip(relaxed) {
@@ -123,6 +143,7 @@ impl Area {
         task: Task<'_>,
         region: &Region,
         points: &[Vector],
+        settled: f64,
         stop: &Stop,
     ) -> Result<(PatchLog, Vec<(u32, Vector)>)> {
         let low = &BTreeSet::new();
@@ -136,7 +157,7 @@ impl Area {
         let first = first.or(region.seeds.first().copied());
         let (mut patch, _) = patch(task, region, points, wishes);
         let least_before = patch.state(1e-9, &patch.places).least;
-        let course = minimise(&mut patch, MOST_STEPS, Some(SETTLED), stop)?;
+        let course = minimise(&mut patch, MOST_STEPS, Some(settled), stop)?;
         let log = PatchLog {
             invalid_before: found.len(),
             first_cell: first.unwrap_or(0) as usize,
