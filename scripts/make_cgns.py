@@ -259,18 +259,8 @@ def odd():
     writer.ints(polygons, "ElementConnectivity", "DataArray_t", [*HIGH, 1, 2])
 
 
-def without_z():
-    """Cells in space whose nodes have no z, as after a failed export."""
-    writer = Writer("without_z.cgns", 3.4)
-    zone = writer.zone(writer.base(), "Zone", 12, 2)
-    writer.coordinates(zone)
-    del zone["GridCoordinates"]["CoordinateZ"]
-    writer.section(zone, "Elem", 17, 1, HEXAHEDRA)
-
-
 def main():
     FOLDER.mkdir(exist_ok=True)
-    without_z()
     odd()
     polyhedra("polyhedra_offsets.cgns", 3.4, True)
     polyhedra("polyhedra_counts.cgns", 3.3, False)

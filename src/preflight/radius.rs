@@ -7,7 +7,7 @@ use crate::geometry::vector::distance;
 use crate::motion::Interpolate;
 
 /// Surface points times steps that are looked at, at most.
-const MOST: usize = 10_000_000;
+const MOST: usize = 2_000_000;
 /// The advice is on the safe side by this factor.
 const SAFE: f64 = 1.1;
 

@@ -188,9 +188,7 @@ Read {
     ZoneKind { zone: String, found: String, meant: &'static str } => ("{zone}: ZoneType \"{found}\" is read as {meant}")
     /// Polygons without a shape.
     DegeneratePolygons { zone: String, n: usize } => (
-        "{zone}: {} fewer than 3 nodes {} left out",
-        counted(*n, "polygon").replace("polygons", "polygons with").replace("polygon ", "polygon with "),
-        if *n == 1 { "is" } else { "are" }
+        "{zone}: {} left out, since {} fewer than 3 nodes", are(*n, "polygon"), if *n == 1 { "it has" } else { "they have" }
     )
     /// The number of cells in a zone of a CGNS file is wrong.
     CellCount { zone: String, said: usize, dimension: u8, found: usize } => (

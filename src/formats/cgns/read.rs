@@ -24,7 +24,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
             }
             Ok(mesh)
         }
-        Err(error) if files.is_empty() => Err(error),
+        Err(error) if files.iter().all(|file| error.message.contains(file)) => Err(error),
         Err(error) => Err(Error {
             message: format!(
                 "{}; links lead to files that are not there: {}",

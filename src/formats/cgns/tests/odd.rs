@@ -44,13 +44,3 @@ fn odd_parts_cost_no_more_than_themselves_and_are_told() {
         assert!(notes.contains(&note.clone().into()), "{note:?}: {notes:?}");
     }
 }
-
-#[test]
-fn cells_in_space_without_a_third_coordinate_are_refused() {
-    let bytes = std::fs::read(path("without_z.cgns")).expect("the file is there");
-    let message = refused(&bytes).to_string();
-    assert!(
-        message.contains("it has no CoordinateZ; cells of dimension 3 need 3 coordinates"),
-        "{message}"
-    );
-}
