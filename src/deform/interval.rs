@@ -1,8 +1,10 @@
 //! Node positions at the steps of a selection interval: fields of the layers, the exact surface and the
 //! rotation to the inertial frame.
 
+use super::choose;
 use super::fields::{Chosen, Fields, MeshState};
 use super::plan::Plan;
+use super::round_off;
 use super::sliding;
 use super::substeps::Parts;
 use super::velocity::Velocities;
@@ -73,8 +75,10 @@ impl Interval {
             way: Way::Substeps,
             bases: selections.iter().map(|s| s.base.clone()).collect(),
             velocities: None,
-            warnings: Vec::new(),
+            warnings: choose::left_out(plan, &selections),
         };
+        let noise = round_off::check(plan, &selections)?;
+        interval.warnings.extend(noise);
         if plan.schedule.rbf.substeps == 1 {
             interval.way = interval.at_once(selections, progress)?;
         }

@@ -81,6 +81,42 @@ DeformNote as Deform {
         in_digits(*width, 3), short(*tolerances), in_digits(*fade_radius, 3)
     )
 
+    /// Method `all` has left surface nodes out.
+    NotAll {
+        /// How many it takes.
+        base_points: usize,
+        /// Of how many.
+        surface: usize,
+        /// Name of the kernel.
+        kernel: &'static str,
+        /// Support radius, in mesh units.
+        radius: f64,
+        /// What is left at the surface before the correction, in mesh units.
+        error: f64,
+    } => (
+        "method = \"all\" takes {base_points} of {surface} surface nodes: with {kernel} and a support radius of {} double \
+         precision cannot tell the others from them; they are reproduced within {error:.1e} before the correction",
+        short(*radius)
+    )
+
+    /// Large weights cancel, and what round-off leaves changes first cells.
+    RoundOff {
+        /// How large it is, in mesh units.
+        noise: f64,
+        /// The smallest first cell, in mesh units.
+        first_cell: f64,
+        /// Name of the kernel.
+        kernel: &'static str,
+        /// Support radius, in mesh units.
+        radius: f64,
+        /// A smaller support radius that was tried, and the round-off with it.
+        works: Option<(f64, f64)>,
+    } => (
+        "round-off moves nodes by about {noise:.1e}, which is {} of the smallest first cell {}: the weights of {kernel} \
+         with a support radius of {} are large and cancel; {}",
+        percent(noise / first_cell), in_digits(*first_cell, 3), short(*radius), less_round_off(works, *first_cell)
+    )
+
     /// Base points leave too large an error in the velocities.
     Velocities {
         /// How many there are.
@@ -132,6 +168,22 @@ DeformNote as Deform {
         named_step(*step, *azimuth_deg, *time_s), repaired(*before, *weight, &[outcome(*substeps, kernel.as_deref(), *after, *patches), untangled(*patches, *left)])
     )
 }}
+
+fn percent(part: f64) -> String {
+    format!("{}%", in_digits(100.0 * part, 2))
+}
+
+fn less_round_off(works: &Option<(f64, f64)>, first_cell: f64) -> String {
+    match works {
+        Some((radius, noise)) => format!(
+            "the same base points with `support_radius` = {} make it {}",
+            in_digits(*radius, 3),
+            percent(noise / first_cell)
+        ),
+        None => "no smaller support radius was found that would help; a kernel of lower order may"
+            .to_owned(),
+    }
+}
 
 /// What takes one side of a periodic pair to the other.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -124,20 +124,6 @@ MotionNote as Motion {
         table.display(), short(between[0]), short(between[1]), if *is_before { "first station" } else { "last station" }
     )
 
-    /// A station of a table lies far off the blade.
-    FarStation {
-        /// The station.
-        station: f64,
-        /// Name of the body.
-        body: String,
-        /// Where it begins and ends along its span.
-        span: [f64; 2],
-    } => (
-        "station {} lies far from body \"{body}\", which goes from {} to {} along its span; stations are \
-         lengths from the hub in mesh units",
-        short(*station), short(span[0]), short(span[1])
-    )
-
     /// Rows of a table are for nodes that the body does not have.
     OtherNodes {
         /// How many rows.

@@ -1,5 +1,6 @@
 //! `[body.beam]`: a blade that bends: translations and rotations of its sections over azimuth and span.
 
+mod coverage;
 mod lifting;
 pub(super) mod sections;
 
@@ -19,14 +20,10 @@ use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::table::{Interpolation, SpanHistory, Table};
-use lifting::{BladeEdges, LiftingLine, off_blade};
+use coverage::check_span;
+use lifting::{BladeEdges, LiftingLine};
 use sections::Sections;
 use std::sync::Arc;
-
-/// A blade that goes on past the ends of its table by more than this part of its span gives a note.
-const BEYOND: f64 = 0.05;
-/// Stations beyond this many times the farthest end of the blade give a note.
-const FAR: f64 = 2.0;
 
 /// Elastic motion of a blade from a structural code: translations and rotations of its sections about a
 /// lifting line, with the cyclic motion of the body as its pitch, flap and lag (eq. 2 and 3 of the method).
@@ -49,6 +46,8 @@ pub struct Beam {
     lifting_line: Option<TableSource>,
     /// How values between azimuths are found; along the span it is linear.
     interpolation: Interpolation,
+    /// Whether the table may cover less than nine tenths of the blade.
+    hold_ends: bool,
 }
 
 impl Beam {
@@ -58,6 +57,7 @@ impl Beam {
             table: table.into(),
             lifting_line: None,
             interpolation: Interpolation::Linear,
+            hold_ends: false,
         }
     }
 }
@@ -68,13 +68,16 @@ setters! { Beam {
     lifting_line(table: impl Into<TableSource>) |self| self.lifting_line = Some(table.into());
     /// A cubic spline between azimuths, periodic where the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
+    /// Allows a table that covers less than nine tenths of the blade: the values of its first and last station hold
+    /// past them.
+    hold_ends() |self| self.hold_ends = true;
 } }
 
 impl FromSchedule for Beam {
     const KEY: &'static str = "beam";
 
     fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let keys = ["table", "lifting_line", "interpolation"];
+        let keys = ["table", "lifting_line", "interpolation", "hold_ends"];
         let section = entry.section("[body.beam]", &keys)?;
         let line = section.optional("lifting_line", Entry::string)?;
         let line = line.filter(|line| *line != "quarter_chord");
@@ -83,6 +86,9 @@ impl FromSchedule for Beam {
             table: table.string()?.into(),
             lifting_line: line.map(TableSource::from),
             interpolation: read_interpolation(&section)?,
+            hold_ends: section
+                .optional("hold_ends", Entry::boolean)?
+                .unwrap_or(false),
         })
     }
 }
@@ -132,7 +138,7 @@ impl BodyMotion for Beam {
         let span = read_span(&table, self.interpolation)?;
         on.clock.check(span.history(), on, "beam")?;
         let edges = BladeEdges::of(on);
-        let mut notes = check_span(&span, &table, body, edges.span())?;
+        let mut notes = check_span(&span, &table, body, edges.span(), self.hold_ends)?;
         let (line, name) = match line {
             Some(line) => (
                 LiftingLine::from_table(&line, body, edges.span())?,
@@ -270,43 +276,4 @@ fn read_span(table: &Table, interpolation: Interpolation) -> Result<SpanHistory>
         .collect::<Result<Vec<_>>>()?;
     columns.done()?;
     SpanHistory::from_table(table, key, station, &six, interpolation)
-}
-
-/// Refuses a table that lies wholly off the blade; notes of a blade that goes on far past its table, and of
-/// stations far off the blade.
-fn check_span(
-    span: &SpanHistory,
-    table: &Table,
-    body: &str,
-    [low, high]: [f64; 2],
-) -> Result<Vec<Diagnostic>> {
-    let (stations, path) = (span.stations(), table.path());
-    let (first, last) = (stations[0], stations[stations.len() - 1]);
-    if last < low || first > high {
-        let nearest = if last < low { stations.len() - 1 } else { 0 };
-        let message = off_blade([first, last], body, [low, high]);
-        return Err(Error::input(message).line(span.line(nearest)).file(path));
-    }
-    let mut notes: Vec<Diagnostic> = Vec::new();
-    for (beyond, from, to) in [(first - low, low, first), (high - last, last, high)] {
-        if beyond > BEYOND * (high - low) {
-            let note = MotionNote::NoStations {
-                body: body.to_owned(),
-                table: path.to_path_buf(),
-                between: [from, to],
-                is_before: from == low,
-            };
-            notes.push(note.into());
-        }
-    }
-    let farthest = FAR * low.abs().max(high.abs());
-    if let Some(at) = stations.iter().position(|station| station.abs() > farthest) {
-        let note = MotionNote::FarStation {
-            station: stations[at],
-            body: body.to_owned(),
-            span: [low, high],
-        };
-        notes.push(Diagnostic::new(note).file(path).line(span.line(at)));
-    }
-    Ok(notes)
 }
