@@ -76,6 +76,20 @@ MotionNote as Motion {
          turn; check `angle_unit`"
     )
 
+    /// A table over azimuth does not repeat itself, and its body has an azimuth offset.
+    Transient {
+        /// Name of the body.
+        body: String,
+        /// Its azimuth offset, in degrees.
+        offset_deg: f64,
+        /// Why it does not repeat itself.
+        why: String,
+    } => (
+        "body \"{body}\": the table does not repeat itself ({why}), so it is taken at the azimuth of the rotor; \
+         azimuth_offset = {} turns the axes of the blade, and shifts harmonics and tables that repeat themselves",
+        in_digits(*offset_deg, 6)
+    )
+
     /// Where the line is that the sections of a beam turn about.
     BeamLine {
         /// Name of the body.

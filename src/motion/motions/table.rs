@@ -1,10 +1,11 @@
 //! `[body.table]`: six degrees of freedom over azimuth, time or step.
 
+use super::clock::StepHistory;
 use super::link::{Link, RigidLink};
 use super::{
-    At, AxisRotation, BodyMotion, Clock, FromSchedule, OnMesh, ResolvedMotion, TableSource,
-    read_interpolation,
+    At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
 };
+use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, scale};
 use crate::motion::body::Body;
@@ -68,7 +69,7 @@ impl FromSchedule for TableMotion {
         let section = entry.section("[body.table]", &["file", "origin", "interpolation"])?;
         let mut motion = Self::new(section.require("file", "file = \"motion.csv\"")?.string()?);
         section.set("origin", &mut motion.origin, Entry::numbers)?;
-        motion.interpolation = read_interpolation(&section)?;
+        motion.interpolation = read_interpolation(&section, "interpolation")?;
         Ok(motion)
     }
 }
@@ -108,12 +109,12 @@ impl BodyMotion for TableMotion {
         let present: Vec<Column> = found.iter().flatten().copied().collect();
         let mut next = 0..present.len();
         let history = History::from_table(&table, key, &present, self.interpolation)?;
-        on.clock.check(&history, on, "table")?;
+        let history = StepHistory::new(history, on, "table")?;
         Ok(Arc::new(SixDegrees {
+            notes: history.note.iter().cloned().collect(),
             history,
             columns: found.map(|column| column.and_then(|_| next.next())),
             origin: self.origin,
-            offset: on.offset,
         }))
     }
 }
@@ -121,31 +122,27 @@ impl BodyMotion for TableMotion {
 /// A table of `dx, dy, dz, rot_x, rot_y, rot_z`.
 #[derive(Debug)]
 struct SixDegrees {
-    history: History,
+    history: StepHistory,
     /// Place of each of the six among the values; a column left out is 0.
     columns: [Option<usize>; 6],
     origin: Vector,
-    offset: f64,
+    notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for SixDegrees {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let key = self.history.key();
-        let promise = "the history was checked at every step";
-        let place = Clock::place(key, at.step, self.offset).expect(promise);
-        let values = self.history.at(place).expect(promise);
-        let rates = self.history.rates_at(place).expect(promise);
-        let each = at.clock.rate(key, at.step);
+        let values = self.history.values(at.step);
+        let rates = self.history.rates(at);
         let of = |values: &[f64], i: usize| self.columns[i].map_or(0.0, |at| values[at]);
-        let rotation = |axis: usize| AxisRotation {
+        let rotation = |axis: usize| Rotation {
             axis: std::array::from_fn(|i| f64::from(u8::from(i == axis))),
             origin: self.origin,
             angle: at.part * of(&values, 3 + axis),
-            rate: each * of(&rates, 3 + axis),
+            rate: of(&rates, 3 + axis),
         };
         let turning = (0..3).filter(|axis| self.columns[3 + axis].is_some());
         let by = std::array::from_fn(|i| of(&values, i));
-        let rate = std::array::from_fn(|i| each * of(&rates, i));
+        let rate = std::array::from_fn(|i| of(&rates, i));
         Some(Link::Rigid(RigidLink {
             rotations: turning.map(rotation).collect(),
             translation: Some([scale(by, at.part), rate]),
@@ -155,6 +152,10 @@ impl ResolvedMotion for SixDegrees {
     fn centre(&self) -> Option<Vector> {
         let turns = self.columns[3..].iter().any(Option::is_some);
         turns.then_some(self.origin)
+    }
+
+    fn notes(&self) -> &[Diagnostic] {
+        &self.notes
     }
 }
 

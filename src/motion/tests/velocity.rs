@@ -20,7 +20,15 @@ fn motion(interpolation: &str, body: &str) -> Motion {
         "INTERPOLATION",
         &format!("interpolation = \"{interpolation}\""),
     );
-    let files = [("m.csv", TABLE), ("beam.csv", BEAM)];
+    let files = [
+        ("m.csv", TABLE),
+        ("beam.csv", BEAM),
+        ("angle.csv", "time_s,angle_deg\n0,0\n1,9\n2,-4\n3,1\n"),
+        (
+            "trim.csv",
+            "azimuth_deg,pitch_deg,lag_deg\n0,1,0\n100,5,2\n200,-3,1\n300,0,0\n",
+        ),
+    ];
     resolve(false, &head, &body, &files).expect("it is good")
 }
 
@@ -46,6 +54,26 @@ fn assert_differentiated(motion: &Motion) {
         let found = to_inertial.velocity(place(1), found);
         let off = distance(found, difference) / norm(difference);
         assert!(off < 1e-7, "{found:?} {difference:?}");
+    }
+}
+
+#[test]
+fn oscillations_and_tables_of_angles_are_differentiated() {
+    let rotate = "axis = [1, 2, 3], origin = [0.1, 0.2, 0], angle = 3";
+    let harmonics = "harmonics = [ { sin = 5, cos = 2 }, { sin = 1 } ]";
+    for body in [
+        format!("rigid.rotate = {{ {rotate}, {harmonics} }}"),
+        format!("rigid.rotate = {{ {rotate}, {harmonics}, frequency = 2.3 }}"),
+        // Small: it grows within the three steps.
+        "rigid = { rotate = { axis = [1, 2, 3], angle = 1e-5, harmonics = [ { sin = 3e-5 } ] }, translate = { vector = [1, 0, 0], harmonics = [ { cos = 2 } ] }, ramp = true }".to_owned(),
+        format!("rigid.rotate = {{ {rotate}, table = \"angle.csv\", INTERPOLATION }}"),
+        format!("rigid.translate = {{ vector = [1, 2, 3], {harmonics} }}"),
+        format!("rigid.translate = {{ vector = [1, 2, 3], {harmonics}, frequency = 2.3 }}"),
+        "cyclic = { pitch = [ { sin = 3 } ], table = \"trim.csv\", INTERPOLATION }".to_owned(),
+    ] {
+        for interpolation in ["linear", "cubic"] {
+            assert_differentiated(&motion(interpolation, &body));
+        }
     }
 }
 

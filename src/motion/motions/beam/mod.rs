@@ -82,7 +82,7 @@ impl FromSchedule for Beam {
         Ok(Self {
             table: table.string()?.into(),
             lifting_line: line.map(TableSource::from),
-            interpolation: read_interpolation(&section)?,
+            interpolation: read_interpolation(&section, "interpolation")?,
         })
     }
 }
@@ -130,9 +130,10 @@ impl BodyMotion for Beam {
         }
         let (table, line) = (self.table.read(on, "beam")?, self.read_line(on)?);
         let span = read_span(&table, self.interpolation)?;
-        on.clock.check(span.history(), on, "beam")?;
+        let note = on.clock.check(span.history(), on, "beam")?;
         let edges = BladeEdges::of(on);
         let mut notes = check_span(&span, &table, body, edges.span())?;
+        notes.extend(note);
         let (line, name) = match line {
             Some(line) => (
                 LiftingLine::from_table(&line, body, edges.span())?,
@@ -144,21 +145,21 @@ impl BodyMotion for Beam {
                 (line?, "quarter chord")
             }
         };
-        let note = MotionNote::BeamLine {
+        let line_note = MotionNote::BeamLine {
             body: body.clone(),
             line: name,
             ends: line.ends().map(|[x, y, z]| on.blade.point(x, y, z)),
             leading_edge: on.blade.leading_edge(),
         };
-        notes.push(note.into());
+        notes.push(line_note.into());
         Ok(Arc::new(BendingBlade {
             warning: line.beside(body, &edges.bounds()),
+            offset: Clock::offset(span.history(), on),
             span,
             line,
             notes,
             blade: on.blade,
-            offset: on.offset,
-            hinges: Hinges::of(on),
+            hinges: Hinges::of(on)?,
         }))
     }
 }
