@@ -138,18 +138,26 @@ MotionNote as Motion {
         table.display(), short(between[0]), short(between[1]), if *is_before { "first station" } else { "last station" }
     )
 
-    /// A station of a table lies far off the blade.
-    FarStation {
-        /// The station.
-        station: f64,
+    /// Columns of a table that nothing asks for.
+    OtherColumns {
         /// Name of the body.
         body: String,
-        /// Where it begins and ends along its span.
-        span: [f64; 2],
+        /// The columns.
+        columns: Vec<String>,
     } => (
-        "station {} lies far from body \"{body}\", which goes from {} to {} along its span; stations are \
-         lengths from the hub in mesh units",
-        short(*station), short(span[0]), short(span[1])
+        "body \"{body}\": passed over {} that `columns` does not name: {}",
+        counted(columns.len(), "column"), columns.join(", ")
+    )
+
+    /// Lengths of a table are in a unit, and the schedule does not say what the mesh is in.
+    AssumesMetres {
+        /// Name of the body.
+        body: String,
+        /// The lengths with their units.
+        lengths: Vec<String>,
+    } => (
+        "body \"{body}\": {} is converted for a mesh in m; for another write for example  length_unit = \"mm\"  in [output]",
+        lengths.join(", ")
     )
 
     /// Rows of a table are for nodes that the body does not have.

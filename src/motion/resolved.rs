@@ -116,6 +116,7 @@ impl Motion {
                 steps: &self.steps,
                 neighbours: &self.neighbours,
             },
+            length_unit: schedule.output.length_unit.as_deref(),
             body,
             folder: schedule.path.with_file_name(""),
             nodes: OnceCell::new(),

@@ -1,13 +1,27 @@
 //! Pitch, flap and lag of a blade from a table over azimuth, time or step.
 
 use super::clock::StepHistory;
+use super::naming;
 use super::{At, OnMesh, TableSource};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::motion::steps::Step;
-use crate::motion::table::{Column, History, Interpolation, Table};
+use crate::motion::table::{Column, History, Interpolation, Naming, Table};
 
 const COLUMNS: [&str; 3] = ["pitch", "flap", "lag"];
+/// What `columns` and `units` may name.
+pub(super) const NAMED: [&str; 10] = [
+    "azimuth_deg",
+    "azimuth_rad",
+    "time_s",
+    "step",
+    "pitch_deg",
+    "pitch_rad",
+    "flap_deg",
+    "flap_rad",
+    "lag_deg",
+    "lag_rad",
+];
 
 /// Angles at every step, in radians, without the signs of the rotor.
 #[derive(Debug)]
@@ -17,6 +31,8 @@ pub(super) struct BladeAngles {
     columns: [Option<usize>; 3],
     /// The largest size of each in a row.
     pub bound: [f64; 3],
+    /// What the user should know of the table.
+    pub notes: Vec<Diagnostic>,
 }
 
 impl BladeAngles {
@@ -24,16 +40,18 @@ impl BladeAngles {
     pub fn read(
         table: &TableSource,
         interpolation: Interpolation,
+        naming: &Naming,
         on: &OnMesh<'_>,
     ) -> Result<Self> {
         let table = table.read(on, "cyclic.table")?;
-        let mut columns = table.columns();
+        let names = naming::resolve(naming, on, None, "cyclic")?;
+        let mut columns = table.columns_as(names.clone())?;
         let key = columns.require_key()?;
         let mut found = [None; 3];
         for (column, name) in found.iter_mut().zip(COLUMNS) {
             *column = columns.optional_angle(name)?;
         }
-        columns.done()?;
+        let others = columns.done()?;
         if found.iter().all(Option::is_none) {
             let message = "the table has none of the columns pitch_deg, flap_deg, lag_deg";
             return Err(table.header_error(message));
@@ -49,8 +67,12 @@ impl BladeAngles {
             });
             rows.fold(0.0, f64::max)
         };
+        let history = StepHistory::new(history, on, "cyclic.table")?;
+        let mut notes = naming::notes(naming, &names, &others, &table, &on.body.name);
+        notes.extend(history.note.clone());
         Ok(Self {
-            history: StepHistory::new(history, on, "cyclic.table")?,
+            history,
+            notes,
             bound: found.map(largest),
             columns: found.map(|column| column.and_then(|_| next.next())),
         })
@@ -64,11 +86,6 @@ impl BladeAngles {
     /// Their rates, in radians a second.
     pub fn rates(&self, at: &At<'_>) -> [f64; 3] {
         self.three(&self.history.rates(at))
-    }
-
-    /// What the user should know of the table.
-    pub fn note(&self) -> Option<Diagnostic> {
-        self.history.note.clone()
     }
 
     fn three(&self, values: &[f64]) -> [f64; 3] {

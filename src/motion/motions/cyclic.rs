@@ -1,7 +1,8 @@
 //! `[body.cyclic]`: pitch, flap and lag as harmonics of the azimuth, and from a table.
 
-use super::blade_angles::BladeAngles;
+use super::blade_angles::{self, BladeAngles};
 use super::link::{Link, RigidLink};
+use super::naming;
 use super::series::{Harmonic, Series};
 use super::{
     At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
@@ -15,7 +16,7 @@ use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::steps::Step;
-use crate::motion::table::Interpolation;
+use crate::motion::table::{Interpolation, Naming};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -30,6 +31,8 @@ const CYCLIC: &[&str] = &[
     "flap_hinge",
     "table",
     "interpolation",
+    "columns",
+    "units",
 ];
 
 /// Cyclic motion of a blade (eq. 11 of the method): pitch, flap and lag as harmonics of the azimuth
@@ -68,6 +71,7 @@ pub struct Cyclic {
     /// Angles that are added.
     table: Option<TableSource>,
     interpolation: Interpolation,
+    naming: Naming,
 }
 
 impl Cyclic {
@@ -105,6 +109,11 @@ setters! { Cyclic {
     /// Angles that are added: a table of `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) and some of
     /// `pitch_deg`, `flap_deg`, `lag_deg` (or `_rad`); what is left out is 0.
     table(table: impl Into<TableSource>) |self| self.table = Some(table.into());
+    /// What the file calls a column, by its name here: `column("pitch_deg", "theta")`. Columns of other names are passed
+    /// over.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// The unit of a column, by its name here: `unit("pitch_deg", "rad")`.
+    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
     /// A cubic spline between rows of the table, periodic where the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
@@ -137,7 +146,10 @@ impl FromSchedule for Cyclic {
         let table = section.optional("table", Entry::string)?;
         cyclic.table = table.map(TableSource::from);
         cyclic.interpolation = read_interpolation(&section, "interpolation")?;
-        if let (Some(entry), None) = (section.get("interpolation"), &cyclic.table) {
+        cyclic.naming = naming::read(&section, &blade_angles::NAMED)?;
+        let mut of_table = ["interpolation", "columns", "units"].into_iter();
+        let of_table = of_table.find_map(|key| section.get(key));
+        if let (Some(entry), None) = (of_table, &cyclic.table) {
             return Err(entry.error("is that of `table`, which is not given"));
         }
         Ok(cyclic)
@@ -163,6 +175,7 @@ impl BodyMotion for Cyclic {
         for (name, series) in self.series() {
             series.check(&body.places, &format!("cyclic.{name}"), name)?;
         }
+        naming::check(&self.naming, &blade_angles::NAMED, body, "cyclic")?;
         body.places.angle("cyclic.phase", self.phase)?;
         body.places.finite("cyclic.pitch_axis", &self.pitch_axis)?;
         body.places.finite("cyclic.flap_hinge", &[self.flap_hinge])
@@ -193,10 +206,10 @@ impl BodyMotion for Cyclic {
 
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let hinges = self.hinges(on)?;
-        let note = hinges.table.as_ref().and_then(|table| table.note());
+        let notes = hinges.table.as_ref().map(|table| table.notes.clone());
         Ok(Arc::new(Blade {
             warning: hinges.more_than_a_turn(&on.body.name),
-            notes: note.into_iter().collect(),
+            notes: notes.unwrap_or_default(),
             hinges,
             bends: on.body.bends(),
         }))
@@ -205,7 +218,8 @@ impl BodyMotion for Cyclic {
 
 impl Cyclic {
     fn hinges(&self, on: &OnMesh<'_>) -> Result<Hinges> {
-        let read = |table: &TableSource| BladeAngles::read(table, self.interpolation, on);
+        let read =
+            |table: &TableSource| BladeAngles::read(table, self.interpolation, &self.naming, on);
         Ok(Hinges {
             table: self.table.as_ref().map(read).transpose()?,
             cyclic: self.clone(),

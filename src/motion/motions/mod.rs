@@ -19,6 +19,7 @@ mod function;
 mod heave;
 mod link;
 mod modes;
+mod naming;
 mod node_files;
 mod nodes;
 mod oscillation;
@@ -203,6 +204,8 @@ pub(super) struct OnMesh<'a> {
     /// The azimuth offset in radians.
     pub offset: f64,
     pub clock: Clock<'a>,
+    /// What the mesh unit is called, where the schedule says.
+    pub length_unit: Option<&'a str>,
     pub body: &'a Body,
     /// Folder that files are relative to.
     pub folder: PathBuf,

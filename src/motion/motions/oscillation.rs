@@ -54,7 +54,7 @@ impl Oscillation {
     }
 
     /// What it is at every step; it is under `key`.
-    pub fn resolve(&self, on: &OnMesh<'_>, key: &str) -> Result<Swing> {
+    pub(super) fn resolve(&self, on: &OnMesh<'_>, key: &str) -> Result<Swing> {
         let timed = on.clock.steps.iter().all(|step| step.time_s.is_some());
         if self.frequency.is_some() && !timed {
             let message = "`frequency` needs the time of every step; give the schedule [time], or `rpm` in [rotor], or \

@@ -2,6 +2,7 @@
 
 use super::clock::StepHistory;
 use super::link::{Link, RigidLink};
+use super::naming;
 use super::{
     At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
 };
@@ -11,7 +12,7 @@ use crate::geometry::vector::{Vector, scale};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::setters::setters;
-use crate::motion::table::{Column, Columns, History, Interpolation, Table};
+use crate::motion::table::{Column, Columns, History, Interpolation, Naming, Table};
 use std::sync::Arc;
 
 /// Axes that a body in the plane cannot be moved along or turned about, as columns.
@@ -36,7 +37,25 @@ pub struct TableMotion {
     table: TableSource,
     origin: Vector,
     interpolation: Interpolation,
+    naming: Naming,
 }
+
+/// What `columns` and `units` may name.
+const NAMED: [&str; 13] = [
+    "azimuth_deg",
+    "azimuth_rad",
+    "time_s",
+    "step",
+    "dx",
+    "dy",
+    "dz",
+    "rot_x_deg",
+    "rot_x_rad",
+    "rot_y_deg",
+    "rot_y_rad",
+    "rot_z_deg",
+    "rot_z_rad",
+];
 
 impl TableMotion {
     /// A table that turns about the origin, linear between rows.
@@ -45,6 +64,7 @@ impl TableMotion {
             table: table.into(),
             origin: [0.0; 3],
             interpolation: Interpolation::Linear,
+            naming: Naming::default(),
         }
     }
 }
@@ -52,6 +72,10 @@ impl TableMotion {
 setters! { TableMotion {
     /// What it turns about, in mesh units.
     origin(origin: Vector) |self| self.origin = origin;
+    /// What the file calls a column, by its name here: `column("dx", "u1")`. Columns of other names are passed over.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// The unit of a column, by its name here: `unit("dx", "mm")`, `unit("rot_x_deg", "rad")`.
+    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
     /// A cubic spline between rows, periodic where the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
@@ -66,10 +90,14 @@ impl FromSchedule for TableMotion {
     const KEY: &'static str = "table";
 
     fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let section = entry.section("[body.table]", &["file", "origin", "interpolation"])?;
+        let section = entry.section(
+            "[body.table]",
+            &["file", "origin", "interpolation", "columns", "units"],
+        )?;
         let mut motion = Self::new(section.require("file", "file = \"motion.csv\"")?.string()?);
         section.set("origin", &mut motion.origin, Entry::numbers)?;
         motion.interpolation = read_interpolation(&section, "interpolation")?;
+        motion.naming = naming::read(&section, &NAMED)?;
         Ok(motion)
     }
 }
@@ -88,16 +116,18 @@ impl BodyMotion for TableMotion {
     }
 
     fn check(&self, body: &Body) -> Result<()> {
+        naming::check(&self.naming, &NAMED, body, "table")?;
         body.places.finite("table.origin", &self.origin)
     }
 
     /// Reads the table; it must have values at every step.
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let table = self.table.read(on, "table")?;
-        let mut columns = table.columns();
+        let names = naming::resolve(&self.naming, on, None, "table")?;
+        let mut columns = table.columns_as(names.clone())?;
         let key = columns.require_key()?;
         let found = six(&mut columns)?;
-        columns.done()?;
+        let others = columns.done()?;
         if found.iter().all(Option::is_none) {
             let message =
                 "the table has none of the columns dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg";
@@ -110,8 +140,10 @@ impl BodyMotion for TableMotion {
         let mut next = 0..present.len();
         let history = History::from_table(&table, key, &present, self.interpolation)?;
         let history = StepHistory::new(history, on, "table")?;
+        let mut notes = naming::notes(&self.naming, &names, &others, &table, &on.body.name);
+        notes.extend(history.note.clone());
         Ok(Arc::new(SixDegrees {
-            notes: history.note.iter().cloned().collect(),
+            notes,
             history,
             columns: found.map(|column| column.and_then(|_| next.next())),
             origin: self.origin,

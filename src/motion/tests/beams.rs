@@ -147,9 +147,21 @@ fn a_wrong_beam_table_is_told_its_line() {
 }
 
 #[test]
-fn a_blade_that_goes_on_far_past_its_table_is_told_of() {
-    let table = format!("{BEAM}0,0,0,0,0,0,0\n0.5,0,0,0.1,0,0,0\n");
-    let notes = bent("azimuth.values = [0]", &table).notes();
+fn a_table_of_part_of_a_blade_is_refused_unless_its_ends_are_held() {
+    let half = format!("{BEAM}0,0,0,0,0,0,0\n0.5,0,0,0.1,0,0,0\n");
+    assert_eq!(
+        told(false, "beam = { table = \"m.csv\" }", &half),
+        "m.csv:3: the stations go from 0 to 0.5, which is 50% of the blade: body \"blade\" goes from 0 to 1 along its span; \
+         stations are lengths from the hub in mesh units; with `hold_ends = true` the values of the first and the last \
+         station hold for the rest of the blade"
+    );
+    let held = "beam = { table = \"m.csv\", hold_ends = true }";
+    let held = |table: &str| {
+        let motion = resolve(false, "azimuth.values = [0]", held, &[("m.csv", table)]);
+        motion.expect("its ends are held")
+    };
+    assert_near(place(&held(&half), 0, [0.9, 0.3, 0.0]), [0.9, 0.3, 0.1]);
+    let notes = held(&half).notes();
     assert_eq!(notes.len(), 2);
     let is_right = matches!(
         &notes[0].kind,
@@ -160,6 +172,55 @@ fn a_blade_that_goes_on_far_past_its_table_is_told_of() {
         })
     );
     assert!(is_right, "{notes:?}");
+    let nearly = format!("{BEAM}0.05,0,0,0,0,0,0\n0.96,0,0,0.1,0,0,0\n");
+    assert_eq!(bent("azimuth.values = [0]", &nearly).notes().len(), 1);
+}
+
+/// A blade of one face from `root` to `tip`, with a table of these stations.
+fn blade_with(root: f64, tip: f64, stations: &[f64], body: &str) -> Result<Motion, String> {
+    let rows = stations.iter().map(|r| format!("{r},0,0,0,0,0,0\n"));
+    let table = format!("{BEAM}{}", rows.collect::<String>());
+    let body = format!("beam = {{ table = \"m.csv\"{body} }}");
+    let line = "station,x,y,z\n0,0,0,0\n1,1,0.5,0\n";
+    let files = [("m.csv", table.as_str()), ("l.csv", line)];
+    let head = "azimuth.values = [0]";
+    let told = |text: String| text.rsplit('/').next().unwrap_or_default().to_owned();
+    resolve_between([root, tip], head, &body, &files).map_err(|error| told(error.to_string()))
+}
+
+#[test]
+fn stations_that_are_fractions_of_the_radius_are_refused_with_the_key_that_says_so() {
+    let key = "fractions of the radius need `units = { station = \"radius\" }`";
+    for (root, tip, what) in [
+        (
+            0.9,
+            5.6,
+            "m.csv:4: the stations go from 0.2 to 1, which is 2% of the blade",
+        ),
+        (1.3, 5.6, "m.csv:4: the stations go from 0.2 to 1, but body"),
+        (
+            0.1,
+            0.6,
+            "m.csv:4: station 1 lies far past the end of the blade",
+        ),
+    ] {
+        let error = blade_with(root, tip, &[0.2, 0.6, 1.0], "").expect_err("they are fractions");
+        assert!(error.starts_with(what) && error.contains(key), "{error}");
+    }
+    for (root, tip) in [(0.2, 1.0), (0.2, 0.95), (0.2, 1.08)] {
+        assert!(blade_with(root, tip, &[0.2, 0.6, 1.0], "").is_ok(), "{tip}");
+    }
+    assert!(blade_with(0.9, 5.6, &[0.2, 1.0], ", hold_ends = true").is_ok());
+}
+
+#[test]
+fn a_bent_lifting_line_over_fractions_of_the_radius_is_refused() {
+    let with_line = |tip: f64| blade_with(0.0, tip, &[0.0, tip], ", lifting_line = \"l.csv\"");
+    let error = with_line(5.6).expect_err("they are fractions");
+    let wanted =
+        "l.csv:3: the stations of the lifting line go from 0 to 1, but body \"blade\" ends at 5.6";
+    assert!(error.starts_with(wanted), "{error}");
+    assert!(with_line(1.05).is_ok());
 }
 
 #[test]
@@ -198,7 +259,7 @@ impl Case {
         let [collective, sin, cos] = self.pitch;
         let [coning, flap] = self.flap;
         let body = format!(
-            "azimuth_offset = {:?}\ncyclic = {{ collective = {collective:?}, pitch = [ {{ sin = {sin:?}, cos = {cos:?} }} ], coning = {coning:?}, flap = [ {{ cos = {flap:?} }} ], lag = [ {{ sin = {:?} }} ], flap_hinge = {:?} }}\nbeam = {{ table = \"m.csv\", lifting_line = \"line.csv\" }}",
+            "azimuth_offset = {:?}\ncyclic = {{ collective = {collective:?}, pitch = [ {{ sin = {sin:?}, cos = {cos:?} }} ], coning = {coning:?}, flap = [ {{ cos = {flap:?} }} ], lag = [ {{ sin = {:?} }} ], flap_hinge = {:?} }}\nbeam = {{ table = \"m.csv\", lifting_line = \"line.csv\", hold_ends = true }}",
             self.offset, self.lag, self.hinge
         );
         let head = format!(

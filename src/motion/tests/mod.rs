@@ -6,6 +6,7 @@ mod builder;
 mod displacements;
 mod functions;
 mod links;
+mod naming;
 mod options;
 mod oscillations;
 mod poses;

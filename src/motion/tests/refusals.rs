@@ -80,7 +80,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "cyclic:colective = 1.0",
-            "9: unknown key `colective` in [body.cyclic]; did you mean `collective`? known: collective, pitch, coning, flap, lag, phase, pitch_axis, flap_hinge, table, interpolation",
+            "9: unknown key `colective` in [body.cyclic]; did you mean `collective`? known: collective, pitch, coning, flap, lag, phase, pitch_axis, flap_hinge, table, interpolation, columns, units",
         ),
         (
             "cyclic:pitch = [{ sine = 1 }]",

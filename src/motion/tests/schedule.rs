@@ -71,6 +71,7 @@ encoding = "ascii"
 compression = "zlib"
 on_inverted = "stop"
 surface = "su2"
+length_unit = "m"
 "#;
 
 #[test]
@@ -143,6 +144,7 @@ fn every_key_of_this_version_is_read() {
             compression: Compression::Zlib,
             on_inverted: OnInverted::Stop,
             surface: SurfaceOutput::Su2,
+            length_unit: Some("m".into()),
         }
     );
 }

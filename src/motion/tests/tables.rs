@@ -4,6 +4,7 @@ use super::{two_cubes, two_squares};
 use crate::error::Result;
 use crate::geometry::transform::Matrix;
 use crate::geometry::vector::{Vector, distance, dot};
+use crate::mesh::Mesh;
 use crate::motion::Motion;
 
 /// A schedule of one body beside the files that it names, on a mesh.
@@ -13,6 +14,25 @@ pub(super) fn resolve(
     body: &str,
     files: &[(&str, &str)],
 ) -> Result<Motion> {
+    let mesh = if plane { two_squares() } else { two_cubes() };
+    resolve_on(&mesh, head, body, files)
+}
+
+/// The same in space, with a body that goes from `root` to `tip` along its span.
+pub(super) fn resolve_between(
+    [root, tip]: [f64; 2],
+    head: &str,
+    body: &str,
+    files: &[(&str, &str)],
+) -> Result<Motion> {
+    let mut mesh = two_cubes();
+    for point in &mut mesh.points {
+        point[0] = root + (tip - root) * point[0];
+    }
+    resolve_on(&mesh, head, body, files)
+}
+
+fn resolve_on(mesh: &Mesh, head: &str, body: &str, files: &[(&str, &str)]) -> Result<Motion> {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, text) in files {
         std::fs::write(folder.path().join(name), text).expect("it can be written");
@@ -23,8 +43,7 @@ pub(super) fn resolve(
     let path = folder.path().join("hover.toml");
     std::fs::write(&path, text).expect("it can be written");
     let schedule = crate::motion::Schedule::read(&path)?;
-    let mesh = if plane { two_squares() } else { two_cubes() };
-    schedule.resolve(&mesh)
+    schedule.resolve(mesh)
 }
 
 /// What a wrong table is told, without its folder.

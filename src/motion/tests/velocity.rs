@@ -6,7 +6,7 @@ use crate::motion::Motion;
 
 const H: f64 = 1e-5;
 const TABLE: &str = "time_s,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0\n1,0.1,-0.2,0.3,10,20,-30\n2,0,0.5,0,-10,5,3\n3,0.2,0,0.1,0,1,2\n";
-const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1,0,0,-0.3,4,-5,-6\n";
+const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1.1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1.1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1.1,0,0,-0.3,4,-5,-6\n";
 const CYCLIC: &str = "cyclic = { collective = 5, pitch = [ { sin = 7, cos = 2 }, { cos = 1 } ], coning = 3, flap = [ { sin = 4 } ], lag = [ { cos = 2 } ], phase = 11, flap_hinge = 0.2 }";
 
 /// A motion at three times, `H` apart.
@@ -89,7 +89,7 @@ fn harmonics_and_tables_are_differentiated() {
 
 #[test]
 fn bending_blades_are_differentiated() {
-    let beam = "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION }";
+    let beam = "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION, hold_ends = true }";
     for interpolation in ["linear", "cubic"] {
         assert_differentiated(&motion(interpolation, beam));
         let all = format!("{beam}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]");

@@ -1,6 +1,7 @@
 //! The line that the sections of a blade turn about: given as a table, or at a quarter of the chord
 //! of the mesh.
 
+use super::coverage::{are_of_radius, off_blade};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::MotionNote;
 use crate::diagnostic::short;
@@ -66,10 +67,18 @@ impl LiftingLine {
             return Err(table.error(nearest, off_blade(ends, body, span)));
         }
         let points = rows.map(|row| axes.map(|axis| table.value(row, axis)));
-        Ok(Self {
-            points: points.collect(),
-            stations,
-        })
+        let points: Vec<Vector> = points.collect();
+        // A line parallel to the span is the same whatever its stations are.
+        let is_bent = points.iter().any(|p| p[1..] != points[0][1..]);
+        if is_bent && are_of_radius(ends, span[1]) {
+            let message = format!(
+                "the stations of the lifting line go from {first} to {last}, but body \"{body}\" ends at {} along its \
+                 span; `station`, `x`, `y` and `z` are lengths from the hub in mesh units",
+                short(span[1])
+            );
+            return Err(table.error(stations.len() - 1, message));
+        }
+        Ok(Self { points, stations })
     }
 
     /// A quarter of the chord behind the leading edge, at some stations and inside the rounded ends of the
@@ -185,16 +194,6 @@ fn no_chord(station: f64, body: &str) -> Error {
         "body \"{body}\" has no faces at station {station}, so its quarter chord is unknown there; give \
          `lifting_line` a table  station,x,y,z"
     ))
-}
-
-/// What is said of stations that all lie off the blade.
-pub(super) fn off_blade([first, last]: [f64; 2], body: &str, [low, high]: [f64; 2]) -> String {
-    format!(
-        "the stations go from {first} to {last}, but body \"{body}\" goes from {} to {} along its span; \
-         stations are lengths from the hub in mesh units",
-        short(low),
-        short(high)
-    )
 }
 
 impl BladeEdges {
