@@ -259,7 +259,7 @@ impl Case {
         let [collective, sin, cos] = self.pitch;
         let [coning, flap] = self.flap;
         let body = format!(
-            "azimuth_offset = {:?}\ncyclic = {{ collective = {collective:?}, pitch = [ {{ sin = {sin:?}, cos = {cos:?} }} ], coning = {coning:?}, flap = [ {{ cos = {flap:?} }} ], lag = [ {{ sin = {:?} }} ], flap_hinge = {:?} }}\nbeam = {{ table = \"m.csv\", lifting_line = \"line.csv\" }}",
+            "azimuth_offset = {:?}\ncyclic = {{ collective = {collective:?}, pitch = [ {{ sin = {sin:?}, cos = {cos:?} }} ], coning = {coning:?}, flap = [ {{ cos = {flap:?} }} ], lag = [ {{ sin = {:?} }} ], flap_hinge = {:?} }}\nbeam = {{ table = \"m.csv\", lifting_line = \"line.csv\", hold_ends = true }}",
             self.offset, self.lag, self.hinge
         );
         let head = format!(
