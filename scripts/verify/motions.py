@@ -86,7 +86,7 @@ def beam_table(random, folder, stations):
     line["x"] = [float(x + r) for x, r in zip(line["x"], at)]
     write_table(folder / "line.csv", "station", at, line)
     kind = random.choice(["linear", "cubic"])
-    return f'beam = {{ table = "beam.csv", lifting_line = "line.csv", interpolation = "{kind}" }}'
+    return f'beam = {{ table = "beam.csv", lifting_line = "line.csv", interpolation = "{kind}", hold_ends = true }}'
 
 
 def blade(random, folder, _mesh):

@@ -190,7 +190,7 @@ impl Lines {
         self.push(place_name(plan), format!("largest displacement{at_some}"));
         for step in steps {
             let here = fixed(plan.largest_displacement(step.index), decimals(largest));
-            self.push(&format!("{:>11}", place_of(plan, step)), here);
+            self.push(&format!("{:>11}", place_of(step)), here);
         }
     }
 }
@@ -243,7 +243,7 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
             let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
             let angles = cells(angles.as_ref(), 9, |x| fixed(x, 3));
             let tip = cells(at.tip.as_ref(), 11, |x| fixed(x, decimals));
-            let place = place_of(plan, &plan.motion.steps[at.step]);
+            let place = place_of(&plan.motion.steps[at.step]);
             let _ = writeln!(
                 text,
                 "{place:>11} {angles} {tip} {:>11}",
@@ -256,15 +256,15 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
 
 /// What steps are listed by: their azimuth, or their time where that gives none.
 fn place_name(plan: &Plan) -> &'static str {
-    match (plan.motion.azimuth_rate, plan.motion.steps[0].time_s) {
-        (None, Some(_)) => "time_s",
-        _ => "azimuth_deg",
+    match plan.motion.steps[0].azimuth_deg() {
+        None => "time_s",
+        Some(_) => "azimuth_deg",
     }
 }
 
-fn place_of(plan: &Plan, step: &Step) -> String {
+fn place_of(step: &Step) -> String {
     short(match step.time_s {
-        Some(time) if plan.motion.azimuth_rate.is_none() => time,
+        Some(time) if step.azimuth_deg().is_none() => time,
         _ => step.azimuth_deg,
     })
 }

@@ -18,7 +18,7 @@ use crate::motion::{OnInverted, Step};
 use crate::parallel;
 use crate::progress::Stop;
 use crate::quality::Summary;
-use crate::repair::{Area, FoldedCells, Limits, NEARLY_SETTLED, Repaired, SETTLED, refused};
+use crate::repair::{Area, FoldedCells, Limits, Repaired, refused};
 use std::sync::Arc;
 
 /// Rings of neighbours around the folded cells of a window: its repair is spread over more nodes than one step needs.
@@ -207,10 +207,10 @@ impl Stepper<'_> {
         substeps: Option<Parts>,
         points: &mut [Vector],
     ) -> Result<()> {
-        self.kept_start(hardest, substeps, points)?;
         let freedom = StepFreedom::of(self.plan, (self.measures)(), hardest);
         for _ in 0..LOOKS {
-            freedom.relax(area, points, NEARLY_SETTLED, self.stop)?;
+            self.kept_start(hardest, substeps, points)?;
+            freedom.relax(area, points, self.stop)?;
             self.rounding.apply(points);
             if !area.look_between(freedom.task(), points) {
                 break;
@@ -274,7 +274,7 @@ impl Stepper<'_> {
         area: &Area,
         points: &mut [Vector],
     ) -> Result<(Repaired, Summary)> {
-        let mut repaired = freedom.relax(area, points, SETTLED, self.stop)?;
+        let mut repaired = freedom.relax(area, points, self.stop)?;
         self.rounding.apply(points);
         let mut cells = self.judge(points);
         if n_not_valid(&cells) == 0 {
@@ -286,7 +286,7 @@ impl Stepper<'_> {
         cells = self.judge(points);
         if n_not_valid(&cells) == 0 {
             let mut again = points.to_vec();
-            let last = freedom.relax(area, &mut again, SETTLED, self.stop)?;
+            let last = freedom.relax(area, &mut again, self.stop)?;
             self.rounding.apply(&mut again);
             let after = self.judge(&again);
             if n_not_valid(&after) == 0 {

@@ -54,18 +54,12 @@ impl<'a> StepFreedom<'a> {
         Ok(repaired)
     }
 
-    /// Moves the nodes of an area to where its functional is least: a step lowers it by less than the part `settled`.
+    /// Moves the nodes of an area to where its functional is least.
     ///
     /// # Errors
     /// Where `stop` was asked for.
-    pub fn relax(
-        &self,
-        area: &Area,
-        points: &mut [Vector],
-        settled: f64,
-        stop: &Stop,
-    ) -> Result<Repaired> {
-        let repaired = area.relax(self.task(), points, settled, stop)?;
+    pub fn relax(&self, area: &Area, points: &mut [Vector], stop: &Stop) -> Result<Repaired> {
+        let repaired = area.relax(self.task(), points, stop)?;
         self.keep_alike(points);
         Ok(repaired)
     }

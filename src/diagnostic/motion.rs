@@ -76,6 +76,20 @@ MotionNote as Motion {
          turn; check `angle_unit`"
     )
 
+    /// A table over azimuth does not repeat itself, and its body has an azimuth offset.
+    Transient {
+        /// Name of the body.
+        body: String,
+        /// Its azimuth offset, in degrees.
+        offset_deg: f64,
+        /// Why it does not repeat itself.
+        why: String,
+    } => (
+        "body \"{body}\": the table does not repeat itself ({why}), so it is taken at the azimuth of the rotor; \
+         azimuth_offset = {} turns the axes of the blade, and shifts harmonics and tables that repeat themselves",
+        in_digits(*offset_deg, 6)
+    )
+
     /// Where the line is that the sections of a beam turn about.
     BeamLine {
         /// Name of the body.
@@ -122,6 +136,28 @@ MotionNote as Motion {
     } => (
         "body \"{body}\": {} has no stations between {} and {}; the values of its {} are used there",
         table.display(), short(between[0]), short(between[1]), if *is_before { "first station" } else { "last station" }
+    )
+
+    /// Columns of a table that nothing asks for.
+    OtherColumns {
+        /// Name of the body.
+        body: String,
+        /// The columns.
+        columns: Vec<String>,
+    } => (
+        "body \"{body}\": passed over {} that `columns` does not name: {}",
+        counted(columns.len(), "column"), columns.join(", ")
+    )
+
+    /// Lengths of a table are in a unit, and the schedule does not say what the mesh is in.
+    AssumesMetres {
+        /// Name of the body.
+        body: String,
+        /// The lengths with their units.
+        lengths: Vec<String>,
+    } => (
+        "body \"{body}\": {} is converted for a mesh in m; for another write for example  length_unit = \"mm\"  in [output]",
+        lengths.join(", ")
     )
 
     /// Rows of a table are for nodes that the body does not have.

@@ -4,7 +4,7 @@ use super::names::Pattern;
 use super::reader::Entry;
 use crate::error::{Position, Result};
 
-const BOUNDARIES: &[&str] = &["zones", "fixed", "slide", "periodic", "others"];
+const BOUNDARIES: &[&str] = &["zones", "fixed", "slide", "free", "periodic", "others"];
 
 /// What becomes of boundary tags that are not named anywhere.
 ///
@@ -59,6 +59,7 @@ impl Boundaries {
             ("zones", "zones", &mut boundaries.zones),
             ("fixed", "tags", &mut boundaries.fixed),
             ("slide", "tags", &mut boundaries.slide),
+            ("free", "tags", &mut boundaries.free),
         ] {
             let remedy = format!("name the {what}, or leave the key out");
             section.set(key, names, |entry| entry.patterns(&remedy))?;

@@ -15,6 +15,7 @@ const OUTPUT: &[&str] = &[
     "compression",
     "on_inverted",
     "surface",
+    "length_unit",
 ];
 
 /// How much quality is computed at each step.
@@ -92,6 +93,8 @@ pub struct OutputOptions {
     pub on_inverted: OnInverted,
     /// Files of the moving surfaces.
     pub surface: SurfaceOutput,
+    /// What the mesh unit is called.
+    pub length_unit: Option<String>,
 }
 
 impl Default for OutputOptions {
@@ -107,6 +110,7 @@ impl Default for OutputOptions {
             compression: Compression::None,
             on_inverted: OnInverted::Repair,
             surface: SurfaceOutput::None,
+            length_unit: None,
         }
     }
 }
@@ -180,6 +184,8 @@ impl OutputOptions {
         section.set("surface", &mut options.surface, |entry| {
             entry.choice(&known)
         })?;
+        let text = |entry: &Entry<'_>| entry.string().map(|text| Some(text.to_owned()));
+        section.set("length_unit", &mut options.length_unit, text)?;
         Ok(options)
     }
 

@@ -7,7 +7,7 @@
 //! ```
 
 use super::body_map::BodyMap;
-use super::motions::{At, AxisRotation, CentreLine, Clock, Link, MapScope};
+use super::motions::{At, CentreLine, Clock, Link, MapScope, Rotation};
 use super::resolved::Motion;
 use super::rotor::Frame;
 use super::steps::Step;
@@ -68,7 +68,7 @@ impl Motion {
 
     /// The rotations of a body at a step, in their order, those of its parent after its own; of the
     /// sections that `x` of the reference mesh is in, where beams bend.
-    pub(super) fn rotations(&self, body: usize, step: &Step, x: Vector) -> Vec<AxisRotation> {
+    pub(super) fn rotations(&self, body: usize, step: &Step, x: Vector) -> Vec<Rotation> {
         let at = self.at(step, 1.0);
         let links = self.family(body).flat_map(|body| self.own_links(body, &at));
         links.flat_map(|link| link.rotations(x)).collect()
@@ -127,7 +127,6 @@ impl Motion {
             part,
             clock: Clock {
                 steps: &self.steps,
-                azimuth_rate: self.azimuth_rate,
                 neighbours: &self.neighbours,
             },
             rates: false,
@@ -142,7 +141,7 @@ impl Motion {
 
     /// The rotation of [`to_inertial`](Self::to_inertial) with its velocity.
     pub fn to_inertial_moving(&self, step: &Step) -> Option<Moving> {
-        let rate = self.azimuth_rate.unwrap_or(0.0);
+        let rate = step.azimuth_rate.unwrap_or(0.0);
         let rotor = &self.rotor;
         (rotor.frame == Frame::Inertial).then(|| {
             let sign = rotor.signs.azimuth;

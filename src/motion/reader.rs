@@ -282,6 +282,11 @@ impl<'a> Entry<'a> {
         }
     }
 
+    /// Whether it is a table, and not a single value or an array.
+    pub(super) fn is_table(&self) -> bool {
+        matches!(self.value, DeValue::Table(_))
+    }
+
     /// `true` or `false`.
     pub(super) fn boolean(&self) -> Result<bool> {
         match self.value {

@@ -31,8 +31,6 @@ pub struct Motion {
     pub periodic: Vec<PeriodicTags>,
     /// The part of the mesh that deforms; the whole mesh when `None`.
     pub zone: Option<DeformingZone>,
-    /// By how much the azimuth grows, in radians a second, where the schedule says.
-    pub azimuth_rate: Option<f64>,
     /// For each step those next to it in time.
     pub(super) neighbours: Vec<[u32; 2]>,
 }
@@ -74,7 +72,7 @@ impl Motion {
         // A mesh of one layer in the plane of x and y moves as one in that plane does.
         let is_plane = dimension == 2 || OneLayer::axis_of(mesh)? == Some(2);
         if is_plane {
-            check_plane(&schedule.bodies)?;
+            check_plane(&schedule.bodies, schedule.rotor.is_upright())?;
         }
         let rotor = schedule
             .rotor
@@ -92,7 +90,6 @@ impl Motion {
             surface: Surface::find(&tags, named.tags, zone.as_ref(), mesh),
             periodic: named.periodic,
             zone,
-            azimuth_rate: schedule.steps.azimuth_rate(&schedule.rotor),
         };
         for body in &schedule.bodies {
             let body = motion.resolve(body, schedule, mesh)?;
@@ -117,9 +114,9 @@ impl Motion {
             offset: azimuth_offset,
             clock: Clock {
                 steps: &self.steps,
-                azimuth_rate: self.azimuth_rate,
                 neighbours: &self.neighbours,
             },
+            length_unit: schedule.output.length_unit.as_deref(),
             body,
             folder: schedule.path.with_file_name(""),
             nodes: OnceCell::new(),
@@ -207,9 +204,9 @@ fn check_sliding(tags: &[&Group], roles: &[TagRole], space: u8) -> Result<()> {
 }
 
 /// Refuses what would leave the plane of a 2D mesh.
-fn check_plane(bodies: &[Body]) -> Result<()> {
+fn check_plane(bodies: &[Body], upright: bool) -> Result<()> {
     let mut motions = bodies
         .iter()
         .flat_map(|body| body.motions.iter().rev().map(move |motion| (body, motion)));
-    motions.try_for_each(|(body, motion)| motion.check_plane(body))
+    motions.try_for_each(|(body, motion)| motion.check_plane(body, upright))
 }

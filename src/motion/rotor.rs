@@ -1,11 +1,14 @@
 //! The rotor: where its hub and axes are, in which frame the mesh is seen, and signs.
 
+use super::motions::{TableSource, read_interpolation};
 use super::places::Places;
 use super::reader::Entry;
 use super::setters::setters;
+use super::table::{Column, History, Interpolation, Key};
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, cross, dot, scale, unit};
+use std::path::Path;
 
 const ROTOR: &[&str] = &[
     "hub",
@@ -13,6 +16,8 @@ const ROTOR: &[&str] = &[
     "shaft_axis",
     "frame",
     "rpm",
+    "azimuth_table",
+    "azimuth_interpolation",
     "azimuth_sign",
     "pitch_sign",
     "flap_sign",
@@ -52,7 +57,7 @@ pub struct Signs {
 /// let rotor = Rotor::new().hub([0.0, 0.0, 1.2]).inertial().rpm(395.0).azimuth_sign(-1.0);
 /// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0)).rotor(rotor);
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Rotor {
     /// Hub centre, in mesh units.
     pub(super) hub: Vector,
@@ -64,6 +69,9 @@ pub struct Rotor {
     pub(super) frame: Frame,
     /// Revolutions a minute.
     pub(super) rpm: Option<f64>,
+    /// Azimuth over time.
+    pub(super) azimuth_table: Option<TableSource>,
+    azimuth_interpolation: Interpolation,
     /// Signs of the angles.
     pub(super) signs: Signs,
 }
@@ -76,6 +84,8 @@ impl Default for Rotor {
             shaft_axis: None,
             frame: Frame::Rotating,
             rpm: None,
+            azimuth_table: None,
+            azimuth_interpolation: Interpolation::Linear,
             signs: Signs {
                 azimuth: 1.0,
                 pitch: 1.0,
@@ -106,6 +116,12 @@ impl Rotor {
         let known = [("rotating", Frame::Rotating), ("inertial", Frame::Inertial)];
         section.set("frame", &mut rotor.frame, |entry| entry.choice(&known))?;
         rotor.rpm = section.optional("rpm", Entry::positive)?;
+        let table = section.optional("azimuth_table", Entry::string)?;
+        rotor.azimuth_table = table.map(TableSource::from);
+        rotor.azimuth_interpolation = read_interpolation(&section, "azimuth_interpolation")?;
+        if let (Some(entry), None) = (section.get("azimuth_interpolation"), &rotor.azimuth_table) {
+            return Err(entry.error("is that of `azimuth_table`, which is not given"));
+        }
         for (key, sign) in [
             ("azimuth_sign", &mut rotor.signs.azimuth),
             ("pitch_sign", &mut rotor.signs.pitch),
@@ -141,6 +157,47 @@ impl Rotor {
         Ok(())
     }
 
+    /// The azimuth over time, where a table has it: `azimuth_deg` or `azimuth_rad` (the first of the values) over
+    /// `time_s`. A file is relative to `folder`.
+    pub(super) fn azimuth_history(
+        &self,
+        folder: &Path,
+        places: &Places,
+    ) -> Result<Option<AzimuthHistory>> {
+        let Some(source) = &self.azimuth_table else {
+            return Ok(None);
+        };
+        let table = source.read_in(folder, |message| {
+            places.error("rotor.azimuth_table", message)
+        })?;
+        let mut columns = table.columns();
+        let time = columns.require("time_s")?;
+        let degrees = columns.optional("azimuth_deg");
+        let azimuth = match (degrees, columns.optional("azimuth_rad")) {
+            (Some(_), Some(_)) => return Err(columns.both("azimuth_deg", "azimuth_rad")),
+            (None, None) => {
+                let message = "the table has no column `azimuth_deg` or `azimuth_rad`";
+                return Err(table.header_error(message));
+            }
+            (degrees, radians) => degrees.or(radians),
+        };
+        columns.done()?;
+        let values: Vec<Column> = azimuth.into_iter().collect();
+        let key = (Key::Time, time);
+        Ok(Some(AzimuthHistory {
+            history: History::from_table(&table, key, &values, self.azimuth_interpolation)?,
+            is_degrees: degrees.is_some(),
+        }))
+    }
+
+    /// Whether a plane mesh turns about the shaft, which is then perpendicular to it.
+    pub(super) fn is_upright(&self) -> bool {
+        match self.shaft_axis {
+            Some(shaft) => shaft[0].hypot(shaft[1]) < PARALLEL && shaft[2] != 0.0,
+            None => self.frame == Frame::Inertial,
+        }
+    }
+
     /// The axes for a mesh of this dimension. The shaft is kept, the span made perpendicular to it.
     pub(super) fn axes(&self, dimension: u8, places: &Places) -> Result<RotorAxes> {
         let key = match self.shaft_axis {
@@ -148,12 +205,16 @@ impl Rotor {
             None => "rotor.span_axis",
         };
         let error = |message: &str| places.error(key, message);
+        let upright = dimension == 2 && self.is_upright();
         let (span, shaft) = match dimension {
-            2 => ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
+            2 if !upright => ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
             _ => ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
         };
         let span = self.span_axis.unwrap_or(span);
-        let e_z = self.shaft_axis.unwrap_or(shaft);
+        let e_z = match self.shaft_axis.unwrap_or(shaft) {
+            [.., z] if upright => [0.0, 0.0, z.signum()],
+            shaft => shaft,
+        };
         let chord = cross(e_z, span);
         if dot(chord, chord) < PARALLEL * PARALLEL {
             return Err(error(
@@ -162,10 +223,9 @@ impl Rotor {
         }
         let e_y = unit(chord).expect("its length was checked");
         let e_x = cross(e_y, e_z);
-        if dimension == 2 {
+        if dimension == 2 && !upright {
             if self.frame == Frame::Inertial {
-                let message =
-                    "`frame = \"inertial\"` needs a 3D mesh; a 2D mesh has the rotating frame only";
+                let message = "`frame` = \"inertial\" turns a 2D mesh in its plane: `shaft_axis` must be along z";
                 return Err(places.error("rotor.frame", message));
             }
             if e_x[0].hypot(e_x[1]) > PARALLEL {
@@ -186,6 +246,26 @@ impl Rotor {
     }
 }
 
+/// The azimuth over time.
+#[derive(Debug)]
+pub(super) struct AzimuthHistory {
+    history: History,
+    /// Whether its values are degrees, and not radians.
+    is_degrees: bool,
+}
+
+impl AzimuthHistory {
+    /// The azimuth at a time in degrees and in radians, and by how much it grows, in radians a second.
+    pub fn at(&self, time: f64) -> Result<[f64; 3]> {
+        let azimuth = self.history.at(time)?[0];
+        let rate = self.history.rates_at(time)?[0];
+        Ok(match self.is_degrees {
+            true => [azimuth, azimuth.to_radians(), rate.to_radians()],
+            false => [azimuth.to_degrees(), azimuth, rate],
+        })
+    }
+}
+
 setters! { Rotor {
     /// Hub centre, in mesh units.
     hub(hub: Vector) |self| self.hub = hub;
@@ -199,6 +279,11 @@ setters! { Rotor {
     rotating() |self| self.frame = Frame::Rotating;
     /// Revolutions a minute, which give azimuths their times.
     rpm(rpm: f64) |self| self.rpm = Some(rpm);
+    /// The azimuth of steps in time, for a rotor that speeds up: a table of `time_s` and `azimuth_deg` (or
+    /// `azimuth_rad`).
+    azimuth_table(table: impl Into<TableSource>) |self| self.azimuth_table = Some(table.into());
+    /// A cubic spline between rows of that table, so that the rotor has no jumps of speed.
+    cubic_azimuth() |self| self.azimuth_interpolation = Interpolation::Cubic;
     /// 1, or -1 for a rotor that turns clockwise seen from the thrust side.
     azimuth_sign(sign: f64) |self| self.signs.azimuth = sign;
     /// 1, or -1 for the other convention of the pitch angle.
@@ -229,10 +314,15 @@ pub struct RotorAxes {
 }
 
 impl RotorAxes {
-    /// The frame of a blade: these axes turned by its azimuth offset (radians) about the shaft. A
-    /// 2D mesh has one frame; there an offset shifts the azimuth alone.
+    /// Whether it is that of a plane mesh which turns about the shaft.
+    pub(super) fn is_upright(&self) -> bool {
+        self.in_plane && self.e_z[2] != 0.0
+    }
+
+    /// The frame of a blade: these axes turned by its azimuth offset (radians) about the shaft. A 2D mesh
+    /// with the shaft in its plane has one frame; there an offset shifts the azimuth alone.
     pub(super) fn blade(&self, azimuth_offset: f64) -> Self {
-        if self.in_plane {
+        if self.in_plane && !self.is_upright() {
             return *self;
         }
         let turn = self.turn(azimuth_offset);

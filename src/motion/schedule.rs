@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::boundaries::Boundaries;
-use super::motions::Displacements;
+use super::motions::{Displacements, TableSource};
 use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::{OnInverted, OutputOptions};
 use super::places::Places;
@@ -132,9 +132,12 @@ impl Schedule {
     /// The steps, at least one.
     ///
     /// # Errors
-    /// When there is none, a million are not enough, or a number is not finite.
+    /// When there is none, a million are not enough, a number is not finite, or the table of the azimuth is wrong.
     pub fn steps(&self) -> Result<Vec<Step>> {
-        self.steps.steps(&self.rotor, &self.places)
+        let folder = self.path.with_file_name("");
+        let azimuth = self.rotor.azimuth_history(&folder, &self.places)?;
+        self.steps
+            .steps(&self.rotor, &self.places, azimuth.as_ref())
     }
 
     /// A note where the last step is not at the stop of the schedule.
@@ -146,7 +149,7 @@ impl Schedule {
     pub(super) fn check(&self) -> Result<()> {
         let places = &self.places;
         self.rotor.check(places)?;
-        let steps = self.steps()?;
+        let steps = self.steps.steps(&self.rotor, &self.places, None)?;
         if self.bodies.is_empty() {
             return Err(Error::input(
                 "the schedule has no [[body]], so nothing would move; add one with name, tags and a motion",
@@ -166,14 +169,14 @@ impl Schedule {
     fn check_azimuth(&self) -> Result<()> {
         let turning = self.bodies.iter().find(|body| body.has_harmonics());
         let what = match turning {
-            _ if !self.steps.has_no_azimuth() => return Ok(()),
+            _ if !self.steps.has_no_azimuth(&self.rotor) => return Ok(()),
             Some(body) => format!("the harmonics of body \"{}\" need", body.name),
             None if self.selection.refresh.is_some() => "`refresh` in [selection] needs".to_owned(),
             None if self.rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
             None => return Ok(()),
         };
         let message = format!(
-            "`time` has no `frequency`, and {what} the azimuth; add for example  frequency = 2.0"
+            "`time` has no `frequency`, and {what} the azimuth; add for example  frequency = 2.0, or `azimuth_table` in [rotor]"
         );
         Err(self.places.error("time", message))
     }
@@ -200,11 +203,13 @@ impl Schedule {
         Err(self.places.error("output", message))
     }
 
-    /// The files that the motions name, each once, in their order.
+    /// The files that the rotor and the motions name, each once, in their order.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
+        let azimuth = self.rotor.azimuth_table.as_ref();
+        let azimuth = azimuth.and_then(TableSource::file).into_iter();
         let motions = self.bodies.iter().flat_map(|body| &body.motions);
-        for file in motions.flat_map(|motion| motion.files()) {
+        for file in azimuth.chain(motions.flat_map(|motion| motion.files())) {
             let path = self.path.with_file_name("").join(file);
             if !files.contains(&path) {
                 files.push(path);

@@ -2,7 +2,7 @@
 
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
-use super::rotor::Rotor;
+use super::rotor::{AzimuthHistory, Rotor};
 use crate::diagnostic::motion::MotionNote;
 use crate::diagnostic::short;
 use crate::diagnostic::{Diagnostic, named_step};
@@ -36,8 +36,10 @@ pub struct Step {
     pub(crate) azimuth: f64,
     /// Time in seconds, where `rpm` or `[time]` gives it.
     pub(crate) time_s: Option<f64>,
-    /// Whether the schedule has an azimuth: not with times without a frequency.
+    /// Whether the schedule has an azimuth: not with times that have neither a frequency nor a table of it.
     pub(crate) has_azimuth: bool,
+    /// By how much the azimuth grows, in radians a second, where the schedule says.
+    pub(crate) azimuth_rate: Option<f64>,
 }
 
 impl Step {
@@ -174,20 +176,18 @@ impl Steps {
     }
 
     /// Whether they are times without an azimuth.
-    pub(super) fn has_no_azimuth(&self) -> bool {
-        self.of == Of::Time && self.frequency.is_none()
+    pub(super) fn has_no_azimuth(&self, rotor: &Rotor) -> bool {
+        self.of == Of::Time && self.frequency.is_none() && rotor.azimuth_table.is_none()
     }
 
-    /// By how much the azimuth grows, in radians a second, where that is known.
-    pub(super) fn azimuth_rate(&self, rotor: &Rotor) -> Option<f64> {
-        match self.of {
-            Of::Azimuth(_) => rotor.rpm.map(|rpm| (6.0 * rpm).to_radians()),
-            Of::Time => self.frequency.map(|frequency| TAU * frequency),
-        }
-    }
-
-    /// The steps, at least one; `rpm` of the rotor gives azimuths their times.
-    pub(super) fn steps(&self, rotor: &Rotor, places: &Places) -> Result<Vec<Step>> {
+    /// The steps, at least one; `rpm` of the rotor gives azimuths their times, and its table gives times
+    /// their azimuths, which are 0 without `azimuth`.
+    pub(super) fn steps(
+        &self,
+        rotor: &Rotor,
+        places: &Places,
+        azimuth: Option<&AzimuthHistory>,
+    ) -> Result<Vec<Step>> {
         let section = self.section();
         let values = self.values.all(section, places)?;
         if let (Of::Time, Some(_)) = (self.of, rotor.rpm) {
@@ -201,8 +201,10 @@ impl Steps {
         if let Some(frequency) = self.frequency {
             places.positive("time.frequency", frequency)?;
         }
-        let step = |(index, value)| self.step(index, value, rotor.rpm);
-        let steps: Vec<Step> = values.into_iter().enumerate().map(step).collect();
+        self.check_azimuth_table(rotor, places)?;
+        let step = |(index, value)| self.step(index, value, rotor, azimuth);
+        let steps: Result<Vec<Step>> = values.into_iter().enumerate().map(step).collect();
+        let steps = steps?;
         let no_time = |step: &&Step| step.time_s.is_some_and(|time| !time.is_finite());
         if let Some(step) = steps.iter().find(no_time) {
             let message = format!(
@@ -221,27 +223,55 @@ impl Steps {
         Ok(steps)
     }
 
-    fn step(&self, index: usize, value: f64, rpm: Option<f64>) -> Step {
-        let (azimuth_deg, azimuth, time_s) = match self.of {
-            Of::Azimuth(unit) => {
-                let degrees = unit.to_degrees(value);
-                let time = rpm.map(|rpm| degrees / (6.0 * rpm));
-                (degrees, unit.to_radians(value), time)
+    /// Refuses a table of the azimuth where something else gives it.
+    fn check_azimuth_table(&self, rotor: &Rotor, places: &Places) -> Result<()> {
+        let message = match (self.of, self.frequency) {
+            _ if rotor.azimuth_table.is_none() => return Ok(()),
+            (Of::Azimuth(_), _) => {
+                "`azimuth_table` gives times their azimuths; give the steps as [time], not as [azimuth]"
             }
-            Of::Time => {
+            (Of::Time, Some(_)) => {
+                "`azimuth_table` and `frequency` in [time] both define the azimuth; keep one of them"
+            }
+            (Of::Time, None) => return Ok(()),
+        };
+        Err(places.error("rotor.azimuth_table", message))
+    }
+
+    fn step(
+        &self,
+        index: usize,
+        value: f64,
+        rotor: &Rotor,
+        table: Option<&AzimuthHistory>,
+    ) -> Result<Step> {
+        let (azimuth_deg, azimuth, azimuth_rate, time_s) = match (self.of, table) {
+            (Of::Azimuth(unit), _) => {
+                let degrees = unit.to_degrees(value);
+                let time = rotor.rpm.map(|rpm| degrees / (6.0 * rpm));
+                let rate = rotor.rpm.map(|rpm| (6.0 * rpm).to_radians());
+                (degrees, unit.to_radians(value), rate, time)
+            }
+            (Of::Time, Some(table)) => {
+                let [degrees, radians, rate] = table.at(value)?;
+                (degrees, radians, Some(rate), Some(value))
+            }
+            (Of::Time, None) => {
                 let degrees = self
                     .frequency
                     .map_or(0.0, |frequency| 360.0 * frequency * value);
-                (degrees, degrees.to_radians(), Some(value))
+                let rate = self.frequency.map(|frequency| TAU * frequency);
+                (degrees, degrees.to_radians(), rate, Some(value))
             }
         };
-        Step {
+        Ok(Step {
             index,
             azimuth_deg,
             azimuth,
             time_s,
-            has_azimuth: !self.has_no_azimuth(),
-        }
+            has_azimuth: !self.has_no_azimuth(rotor),
+            azimuth_rate,
+        })
     }
 
     /// A note where the last step is not at `stop`.

@@ -79,6 +79,9 @@ impl TagRoles {
             check_free(mesh, tags, &unnamed)
                 .map_err(|error| error.at(schedule.places.of("boundaries.others")))?;
         }
+        let free = (0..tags.len()).filter(|&i| named[i] == Some(Named::Free));
+        check_free(mesh, tags, &free.collect::<Vec<usize>>())
+            .map_err(|error| error.at(schedule.places.of("boundaries.free")))?;
         unnamed.iter().for_each(|&i| named[i] = others);
         let role = |i: usize| match named[i] {
             Some(Named::Role(role)) => Some(role),
@@ -169,7 +172,7 @@ fn two_roles(tag: &str, before: Named, after: Named, bodies: &[Body]) -> Error {
 
 fn not_named(names: &[&str], unnamed: &[usize]) -> Error {
     Error::input(format!(
-        "the schedule gives these tags no role: {}; name them under a body, `fixed`, `slide` or `periodic`, or \
+        "the schedule gives these tags no role: {}; name them under a body, `fixed`, `slide`, `free` or `periodic`, or \
          set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         list(unnamed.iter().map(|&i| names[i]))
     ))

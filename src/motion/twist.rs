@@ -1,7 +1,7 @@
 //! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
 //! "twist"` interpolates.
 
-use super::motions::{AxisRotation, MapScope};
+use super::motions::{MapScope, Rotation};
 use super::options::{Interpolate, RbfOptions};
 use super::resolved::Motion;
 use super::steps::Step;
@@ -120,18 +120,18 @@ impl Motion {
 }
 
 /// The sum of rotations whose axes are parallel; `None` where they are not.
-fn about_one_axis(rotations: &[AxisRotation]) -> Option<Vector> {
+fn about_one_axis(rotations: &[Rotation]) -> Option<Vector> {
     let Some(first) = rotations.first() else {
         return Some([0.0; 3]);
     };
-    let parallel = |next: &AxisRotation| cross(first.axis, next.axis) == [0.0; 3];
+    let parallel = |next: &Rotation| cross(first.axis, next.axis) == [0.0; 3];
     rotations.iter().all(parallel).then(|| {
         let vectors = rotations.iter().map(|next| scale(next.axis, next.angle));
         vectors.fold([0.0; 3], add)
     })
 }
 
-fn followed(rotations: &[AxisRotation], from: f64, to: f64) -> Vector {
+fn followed(rotations: &[Rotation], from: f64, to: f64) -> Vector {
     let at = |part: f64| {
         let parts = rotations
             .iter()

@@ -19,9 +19,7 @@ use std::collections::BTreeSet;
 /// Newton steps of a region.
 const MOST_STEPS: usize = 200;
 /// A region is at its end when a step lowers the functional by less than this part.
-pub const SETTLED: f64 = 1e-7;
-/// The same where it is only to be seen where it goes.
-pub const NEARLY_SETTLED: f64 = 1e-5;
+const SETTLED: f64 = 1e-7;
 
 /// Folded cells of several positions of a mesh.
 #[derive(Debug, Clone, Default)]
@@ -100,20 +98,13 @@ impl Area {
     }
 
     /// Moves the nodes of the area to where its functional is least, which makes its cells valid unless it is too small
-    /// for that. It is least where a step lowers it by less than the part `settled`. The result is the same on any number
-    /// of threads.
+    /// for that. The result is the same on any number of threads.
     ///
     /// # Errors
     /// Where `stop` was asked for.
-    pub fn relax(
-        &self,
-        task: Task<'_>,
-        points: &mut [Vector],
-        settled: f64,
-        stop: &Stop,
-    ) -> Result<Repaired> {
+    pub fn relax(&self, task: Task<'_>, points: &mut [Vector], stop: &Stop) -> Result<Repaired> {
         let relaxed = parallel::try_map(self.regions.len(), &|i| {
-            self.relax_region(task, &self.regions[i], points, settled, stop)
+            self.relax_region(task, &self.regions[i], points, stop)
         })?;
         let mut repaired = Repaired::default();
         for (region, (mut log, moved)) in self.regions.iter().zip(relaxed) {
@@ -143,7 +134,6 @@ impl Area {
         task: Task<'_>,
         region: &Region,
         points: &[Vector],
-        settled: f64,
         stop: &Stop,
     ) -> Result<(PatchLog, Vec<(u32, Vector)>)> {
         let low = &BTreeSet::new();
@@ -157,7 +147,7 @@ impl Area {
         let first = first.or(region.seeds.first().copied());
         let (mut patch, _) = patch(task, region, points, wishes);
         let least_before = patch.state(1e-9, &patch.places).least;
-        let course = minimise(&mut patch, MOST_STEPS, Some(settled), stop)?;
+        let course = minimise(&mut patch, MOST_STEPS, Some(SETTLED), stop)?;
         let log = PatchLog {
             invalid_before: found.len(),
             first_cell: first.unwrap_or(0) as usize,

@@ -25,7 +25,7 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
-pub use area::{Area, Count, FoldedCells, NEARLY_SETTLED, SETTLED};
+pub use area::{Area, Count, FoldedCells};
 pub use boundary::Overtaken;
 pub use freedom::{Freedom, Partner};
 pub use improve::improve;

@@ -46,7 +46,8 @@ pub(super) struct Course {
     pub state: State,
 }
 
-/// Moves the nodes of a patch for at most so many steps.
+/// Moves the nodes of a patch for at most so many steps, until one lowers the functional by less than the part `settled`. Only
+/// with that do steps remember earlier ones: gains are less even then, and a patch that may stop early would.
 pub(super) fn minimise(
     patch: &mut Patch,
     most: usize,
@@ -100,7 +101,7 @@ pub(super) fn minimise(
             break;
         }
         let next = lowered(eps, state.least, won);
-        match next == eps {
+        match next == eps && settled.is_some() {
             true => history.leave(&step, descent.length, &slope),
             false => history.clear(),
         }

@@ -1,6 +1,8 @@
 //! The key of a table (azimuth, time or step) at a step of the schedule, and its rate of change.
 
-use super::OnMesh;
+use super::{At, OnMesh};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::motion::MotionNote;
 use crate::error::Result;
 use crate::motion::steps::Step;
 use crate::motion::table::{History, Key};
@@ -9,13 +11,14 @@ use crate::motion::table::{History, Key};
 pub(super) const NO_TIME: &str = "the table has the column `time_s`, but the steps have no time; give the \
                                   schedule [time], or `rpm` in [rotor]";
 
+/// What makes values at a step certain.
+const PROMISE: &str = "the history was checked at every step";
+
 /// The steps of a schedule with what is known of their times.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::motion) struct Clock<'a> {
     /// The steps.
     pub steps: &'a [Step],
-    /// By how much the azimuth grows, in radians a second.
-    pub azimuth_rate: Option<f64>,
     /// For each step those next to it in time.
     pub neighbours: &'a [[u32; 2]],
 }
@@ -35,8 +38,8 @@ impl Clock<'_> {
     /// By how much the key grows in a second at a step; 0 where the schedule has no time.
     pub fn rate(&self, key: Key, step: &Step) -> f64 {
         match key {
-            Key::AzimuthDeg => self.azimuth_rate.unwrap_or(0.0).to_degrees(),
-            Key::AzimuthRad => self.azimuth_rate.unwrap_or(0.0),
+            Key::AzimuthDeg => step.azimuth_rate.unwrap_or(0.0).to_degrees(),
+            Key::AzimuthRad => step.azimuth_rate.unwrap_or(0.0),
             Key::Time => 1.0,
             Key::Step => self.steps_a_second(step),
         }
@@ -58,25 +61,79 @@ impl Clock<'_> {
         }
     }
 
-    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule.
-    pub fn check(&self, history: &History, on: &OnMesh<'_>, place: &str) -> Result<()> {
+    /// The azimuth (radians) by which a body is ahead in a history. A table over azimuth that repeats itself has
+    /// a row for every azimuth of a blade; one that does not is of events in the azimuth of the rotor, and the
+    /// same for every body.
+    pub fn offset(history: &History, on: &OnMesh<'_>) -> f64 {
+        if history.repeats() { on.offset } else { 0.0 }
+    }
+
+    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule. A note
+    /// where the body has an azimuth offset that the history does not follow.
+    pub fn check(
+        &self,
+        history: &History,
+        on: &OnMesh<'_>,
+        place: &str,
+    ) -> Result<Option<Diagnostic>> {
         let key = history.key();
         let turns = key.revolution().is_some();
-        let timed = self.steps.iter().any(|step| step.time_s.is_some());
-        if turns && timed && self.azimuth_rate.is_none() {
+        if turns && self.steps.iter().any(|step| !step.has_azimuth) {
             let message = format!(
                 "the table has the column `{}`, but [time] has no `frequency` that gives an azimuth; add for \
-                 example  frequency = 2.0, or give the table the column `time_s`",
+                 example  frequency = 2.0, or `azimuth_table` in [rotor], or give the table the column `time_s`",
                 key.name()
             );
             return Err(on.error(place, message));
         }
         for step in self.steps {
-            let Some(at) = Self::place(key, step, on.offset) else {
+            let Some(at) = Self::place(key, step, Self::offset(history, on)) else {
                 return Err(on.error(place, NO_TIME));
             };
             history.locate(at)?;
         }
-        Ok(())
+        let differs = turns && on.offset != 0.0 && !history.repeats();
+        let note = || MotionNote::Transient {
+            body: on.body.name.clone(),
+            offset_deg: on.offset.to_degrees(),
+            why: history.why_once(),
+        };
+        Ok(differs.then(|| Diagnostic::new(note()).file(history.path())))
+    }
+}
+
+/// A history that has values at every step, for a body.
+#[derive(Debug)]
+pub(super) struct StepHistory {
+    history: History,
+    offset: f64,
+    /// What the user should know of it.
+    pub note: Option<Diagnostic>,
+}
+
+impl StepHistory {
+    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule.
+    pub fn new(history: History, on: &OnMesh<'_>, place: &str) -> Result<Self> {
+        Ok(Self {
+            note: on.clock.check(&history, on, place)?,
+            offset: Clock::offset(&history, on),
+            history,
+        })
+    }
+
+    fn place(&self, step: &Step) -> f64 {
+        Clock::place(self.history.key(), step, self.offset).expect(PROMISE)
+    }
+
+    /// The values of a step.
+    pub fn values(&self, step: &Step) -> Vec<f64> {
+        self.history.at(self.place(step)).expect(PROMISE)
+    }
+
+    /// Their rates in a second; 0 where the schedule has no time.
+    pub fn rates(&self, at: &At<'_>) -> Vec<f64> {
+        let each = at.clock.rate(self.history.key(), at.step);
+        let rates = self.history.rates_at(self.place(at.step)).expect(PROMISE);
+        rates.into_iter().map(|rate| each * rate).collect()
     }
 }

@@ -1,8 +1,12 @@
-//! `[body.cyclic]`: pitch, flap and lag as harmonics of the azimuth.
+//! `[body.cyclic]`: pitch, flap and lag as harmonics of the azimuth, and from a table.
 
+use super::blade_angles::{self, BladeAngles};
 use super::link::{Link, RigidLink};
-use super::series::{Harmonic, MOST_HARMONICS, Series};
-use super::{At, AxisRotation, BodyMotion, FromSchedule, OnMesh, ResolvedMotion};
+use super::naming;
+use super::series::{Harmonic, Series};
+use super::{
+    At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
+};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::MotionNote;
 use crate::error::{Error, Result};
@@ -12,6 +16,7 @@ use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::steps::Step;
+use crate::motion::table::{Interpolation, Naming};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -24,6 +29,10 @@ const CYCLIC: &[&str] = &[
     "phase",
     "pitch_axis",
     "flap_hinge",
+    "table",
+    "interpolation",
+    "columns",
+    "units",
 ];
 
 /// Cyclic motion of a blade (eq. 11 of the method): pitch, flap and lag as harmonics of the azimuth
@@ -33,7 +42,7 @@ const CYCLIC: &[&str] = &[
 /// pitch(psi) = collective + sum over m of [ A_m sin(m psi + phase) + B_m cos(m psi + phase) ]
 /// ```
 ///
-/// and likewise `flap` about its coning angle, and `lag`.
+/// and likewise `flap` about its coning angle, and `lag`. Angles of a [`table`](Self::table) are added.
 ///
 /// ```
 /// use azimesh::{Body, Cyclic};
@@ -59,6 +68,10 @@ pub struct Cyclic {
     pub(in crate::motion) pitch_axis: [f64; 2],
     /// Spanwise offset of the flap and lag hinge, in mesh units.
     pub(in crate::motion) flap_hinge: f64,
+    /// Angles that are added.
+    table: Option<TableSource>,
+    interpolation: Interpolation,
+    naming: Naming,
 }
 
 impl Cyclic {
@@ -93,6 +106,16 @@ setters! { Cyclic {
     pitch_axis(chordwise: f64, shaftwise: f64) |self| self.pitch_axis = [chordwise, shaftwise];
     /// Spanwise distance of the flap and lag hinge from the hub, in mesh units.
     flap_hinge(spanwise: f64) |self| self.flap_hinge = spanwise;
+    /// Angles that are added: a table of `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) and some of
+    /// `pitch_deg`, `flap_deg`, `lag_deg` (or `_rad`); what is left out is 0.
+    table(table: impl Into<TableSource>) |self| self.table = Some(table.into());
+    /// What the file calls a column, by its name here: `column("pitch_deg", "theta")`. Columns of other names are passed
+    /// over.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// The unit of a column, by its name here: `unit("pitch_deg", "rad")`.
+    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
+    /// A cubic spline between rows of the table, periodic where the table is.
+    cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
 
 impl FromSchedule for Cyclic {
@@ -114,10 +137,21 @@ impl FromSchedule for Cyclic {
             ("lag", &mut cyclic.lag),
         ] {
             let harmonics = &mut series.harmonics;
-            section.set(key, harmonics, |entry| Harmonic::read_all(entry, unit))?;
+            section.set(key, harmonics, |entry| {
+                Harmonic::read_all(entry, |entry| entry.angle(unit))
+            })?;
         }
         section.set("pitch_axis", &mut cyclic.pitch_axis, Entry::numbers)?;
         section.set("flap_hinge", &mut cyclic.flap_hinge, Entry::number)?;
+        let table = section.optional("table", Entry::string)?;
+        cyclic.table = table.map(TableSource::from);
+        cyclic.interpolation = read_interpolation(&section, "interpolation")?;
+        cyclic.naming = naming::read(&section, &blade_angles::NAMED)?;
+        let mut of_table = ["interpolation", "columns", "units"].into_iter();
+        let of_table = of_table.find_map(|key| section.get(key));
+        if let (Some(entry), None) = (of_table, &cyclic.table) {
+            return Err(entry.error("is that of `table`, which is not given"));
+        }
         Ok(cyclic)
     }
 }
@@ -132,62 +166,66 @@ impl BodyMotion for Cyclic {
         series.any(|(_, series)| !series.harmonics.is_empty())
     }
 
+    fn files(&self) -> Vec<&str> {
+        let file = self.table.as_ref().and_then(TableSource::file);
+        file.into_iter().collect()
+    }
+
     fn check(&self, body: &Body) -> Result<()> {
         for (name, series) in self.series() {
-            let key = format!("cyclic.{name}");
-            if let Some(m) = series.wrong {
-                let message = format!(
-                    "the {name} has a harmonic {m}; harmonics go from 1 to {MOST_HARMONICS}"
-                );
-                return Err(body.places.error(&key, message));
-            }
-            let harmonics = series.harmonics.iter();
-            let angles = harmonics.flat_map(|harmonic| [harmonic.sin, harmonic.cos]);
-            for angle in angles.chain([series.mean]) {
-                body.places.angle(&key, angle)?;
-            }
+            series.check(&body.places, &format!("cyclic.{name}"), name)?;
         }
+        naming::check(&self.naming, &blade_angles::NAMED, body, "cyclic")?;
         body.places.angle("cyclic.phase", self.phase)?;
         body.places.finite("cyclic.pitch_axis", &self.pitch_axis)?;
         body.places.finite("cyclic.flap_hinge", &[self.flap_hinge])
     }
 
-    fn check_plane(&self, body: &Body) -> Result<()> {
-        if self.flap.is_zero() && self.lag.is_zero() {
+    fn check_plane(&self, body: &Body, upright: bool) -> Result<()> {
+        let (leaving, keys, why) = if upright {
+            let why = "pitches or flaps, but the 2D mesh turns about a shaft along z; turn the body about [0, 0, 1] with \
+                       [body.rigid]";
+            let keys = [
+                "cyclic.collective",
+                "cyclic.pitch",
+                "cyclic.coning",
+                "cyclic.flap",
+            ];
+            ([&self.pitch, &self.flap], keys.to_vec(), why)
+        } else {
+            let why = "flaps or lags, which needs a 3D mesh; in 2D a cyclic motion is pitch alone";
+            let keys = ["cyclic.coning", "cyclic.flap", "cyclic.lag"];
+            ([&self.flap, &self.lag], keys.to_vec(), why)
+        };
+        if leaving.iter().all(|series| series.is_zero()) {
             return Ok(());
         }
-        let keys = ["cyclic.coning", "cyclic.flap", "cyclic.lag"];
-        let message = format!(
-            "body \"{}\" flaps or lags, which needs a 3D mesh; in 2D a cyclic motion is pitch alone",
-            body.name
-        );
+        let message = format!("body \"{}\" {why}", body.name);
         Err(Error::input(message).at(body.places.first_of(&keys)))
     }
 
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
+        let hinges = self.hinges(on)?;
+        let notes = hinges.table.as_ref().map(|table| table.notes.clone());
         Ok(Arc::new(Blade {
-            hinges: Hinges {
-                cyclic: self.clone(),
-                blade: on.blade,
-                offset: on.offset,
-            },
+            warning: hinges.more_than_a_turn(&on.body.name),
+            notes: notes.unwrap_or_default(),
+            hinges,
             bends: on.body.bends(),
-            warning: self.more_than_a_turn(&on.body.name),
         }))
     }
 }
 
 impl Cyclic {
-    /// A note where pitch, flap or lag is more than a turn, which no blade does.
-    fn more_than_a_turn(&self, body: &str) -> Option<Diagnostic> {
-        let mut far = (self.series().into_iter()).filter(|(_, series)| series.bound() > TAU);
-        let (angle, series) = far.next()?;
-        let note = MotionNote::MoreThanATurn {
-            body: body.to_owned(),
-            angle,
-            sum_deg: series.bound().to_degrees(),
-        };
-        Some(note.into())
+    fn hinges(&self, on: &OnMesh<'_>) -> Result<Hinges> {
+        let read =
+            |table: &TableSource| BladeAngles::read(table, self.interpolation, &self.naming, on);
+        Ok(Hinges {
+            table: self.table.as_ref().map(read).transpose()?,
+            cyclic: self.clone(),
+            blade: on.blade,
+            offset: on.offset,
+        })
     }
 }
 
@@ -197,25 +235,57 @@ struct Blade {
     hinges: Hinges,
     /// Whether the blade is a beam, which turns about its hinges itself.
     bends: bool,
+    notes: Vec<Diagnostic>,
     warning: Option<Diagnostic>,
 }
 
 /// Pitch, flap and lag of a blade.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Hinges {
     cyclic: Cyclic,
+    table: Option<BladeAngles>,
     blade: RotorAxes,
     offset: f64,
 }
 
 impl Hinges {
     /// Those of the blade of a body, where it has a cyclic motion.
-    pub fn of(on: &OnMesh<'_>) -> Option<Self> {
-        Some(Self {
-            cyclic: on.body.motion::<Cyclic>()?.clone(),
-            blade: on.blade,
-            offset: on.offset,
-        })
+    pub fn of(on: &OnMesh<'_>) -> Result<Option<Self>> {
+        let cyclic = on.body.motion::<Cyclic>();
+        cyclic.map(|cyclic| cyclic.hinges(on)).transpose()
+    }
+
+    /// Pitch, flap and lag at a step, without the signs of the rotor.
+    fn angles(&self, step: &Step) -> [f64; 3] {
+        let (cyclic, psi) = (&self.cyclic, step.azimuth + self.offset);
+        let table = self.table.as_ref();
+        let added = table.map_or([0.0; 3], |table| table.angles(step));
+        let series = cyclic.series();
+        std::array::from_fn(|i| series[i].1.at(psi, cyclic.phase) + added[i])
+    }
+
+    /// Their rates, in radians a second.
+    fn rates(&self, at: &At<'_>) -> [f64; 3] {
+        let (cyclic, psi) = (&self.cyclic, at.step.azimuth + self.offset);
+        let rate = at.step.azimuth_rate.unwrap_or(0.0);
+        let table = self.table.as_ref();
+        let added = table.map_or([0.0; 3], |table| table.rates(at));
+        let series = cyclic.series();
+        std::array::from_fn(|i| series[i].1.slope(psi, cyclic.phase) * rate + added[i])
+    }
+
+    /// A note where pitch, flap or lag is more than a turn, which no blade does.
+    fn more_than_a_turn(&self, body: &str) -> Option<Diagnostic> {
+        let added = self.table.as_ref().map_or([0.0; 3], |table| table.bound);
+        let sums = self.cyclic.series().into_iter().zip(added);
+        let mut sums = sums.map(|((angle, series), added)| (angle, series.bound() + added));
+        let (angle, sum) = sums.find(|(_, sum)| *sum > TAU)?;
+        let note = MotionNote::MoreThanATurn {
+            body: body.to_owned(),
+            angle,
+            sum_deg: sum.to_degrees(),
+        };
+        Some(note.into())
     }
 
     /// Equations 2 and 3 of the method without a beam, in the blade's own frame at its azimuth `psi`:
@@ -227,21 +297,21 @@ impl Hinges {
     ///
     /// Its rotations, pitch first. The pitch axis is parallel to the span, so that turning about it needs
     /// no station `r`.
-    pub fn rotations(&self, at: &At<'_>) -> [AxisRotation; 3] {
-        let (cyclic, blade) = (&self.cyclic, &self.blade);
-        let (signs, psi) = (&blade.signs, at.step.azimuth + self.offset);
-        let rate = at.clock.azimuth_rate.unwrap_or(0.0);
-        let hinge = blade.point(cyclic.flap_hinge, 0.0, 0.0);
-        let rotation = |axis, origin, series: &Series, sign: f64| AxisRotation {
+    pub fn rotations(&self, at: &At<'_>) -> [Rotation; 3] {
+        let blade = &self.blade;
+        let signs = &blade.signs;
+        let hinge = blade.point(self.cyclic.flap_hinge, 0.0, 0.0);
+        let (angles, rates) = (self.angles(at.step), self.rates(at));
+        let rotation = |axis, origin, i: usize, sign: f64| Rotation {
             axis,
             origin,
-            angle: sign * series.at(psi, cyclic.phase),
-            rate: sign * series.slope(psi, cyclic.phase) * rate,
+            angle: sign * angles[i],
+            rate: sign * rates[i],
         };
         [
-            rotation(blade.e_x, self.pitch_centre(), &cyclic.pitch, signs.pitch),
-            rotation(blade.e_y, hinge, &cyclic.flap, -signs.flap),
-            rotation(blade.e_z, hinge, &cyclic.lag, signs.lag),
+            rotation(blade.e_x, self.pitch_centre(), 0, signs.pitch),
+            rotation(blade.e_y, hinge, 1, -signs.flap),
+            rotation(blade.e_z, hinge, 2, signs.lag),
         ]
     }
 
@@ -272,12 +342,11 @@ impl ResolvedMotion for Blade {
     }
 
     fn cyclic_angles(&self, step: &Step) -> Option<[f64; 3]> {
-        let (cyclic, psi) = (&self.hinges.cyclic, step.azimuth + self.hinges.offset);
-        Some(
-            cyclic
-                .series()
-                .map(|(_, series)| series.at(psi, cyclic.phase)),
-        )
+        Some(self.hinges.angles(step))
+    }
+
+    fn notes(&self) -> &[Diagnostic] {
+        &self.notes
     }
 
     fn warning(&self) -> Option<Diagnostic> {

@@ -51,7 +51,7 @@ impl BodyMotion for Heave {
 impl ResolvedMotion for Heave {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
         let (sin, cos) = at.step.azimuth.sin_cos();
-        let rate = at.clock.azimuth_rate.unwrap_or(0.0);
+        let rate = at.step.azimuth_rate.unwrap_or(0.0);
         let by =
             [at.part * sin, rate * cos].map(|factor| scale(self.axis, self.amplitude * factor));
         Some(Link::Rigid(RigidLink {

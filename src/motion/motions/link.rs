@@ -1,6 +1,6 @@
 //! A link: the map that one motion applies at a step. A body has a chain of them.
 
-use super::AxisRotation;
+use super::Rotation;
 use super::beam::sections::Sections;
 use super::nodes::BodyNodes;
 use crate::geometry::vector::{Vector, add, scale};
@@ -24,7 +24,7 @@ impl<'a> Link<'a> {
     }
 
     /// The rotations of what is at `x` of the reference mesh, in their order.
-    pub fn rotations(self, x: Vector) -> Vec<AxisRotation> {
+    pub fn rotations(self, x: Vector) -> Vec<Rotation> {
         match self {
             Self::Rigid(link) => link.rotations,
             Self::Sections(sections) => sections.rotations(x),
@@ -46,7 +46,7 @@ impl<'a> Link<'a> {
 #[derive(Debug, Clone, Default)]
 pub(in crate::motion) struct RigidLink {
     /// The rotations, in their order.
-    pub rotations: Vec<AxisRotation>,
+    pub rotations: Vec<Rotation>,
     /// In mesh units, and in mesh units a second, which is 0 where the schedule has no time.
     pub translation: Option<[Vector; 2]>,
 }
@@ -54,7 +54,7 @@ pub(in crate::motion) struct RigidLink {
 impl RigidLink {
     /// The rigid map.
     pub fn map(&self) -> Transform {
-        let maps = self.rotations.iter().map(AxisRotation::map);
+        let maps = self.rotations.iter().map(Rotation::map);
         let turned = maps.reduce(|first, next| first.then(&next));
         let turned = turned.unwrap_or(Transform::IDENTITY);
         match self.translation {

@@ -11,6 +11,7 @@
 
 mod axis_rotation;
 mod beam;
+mod blade_angles;
 mod clock;
 mod cyclic;
 mod function;
@@ -18,9 +19,12 @@ mod function;
 mod heave;
 mod link;
 mod modes;
+mod naming;
 mod node_files;
 mod nodes;
+mod oscillation;
 mod rigid;
+mod rotation;
 mod series;
 mod sets;
 mod surface;
@@ -35,6 +39,7 @@ pub(super) use link::{Link, RigidLink};
 pub use modes::Modes;
 pub(super) use rigid::Rigid;
 pub use rigid::Translation;
+pub(super) use rotation::Rotation;
 #[cfg(test)]
 pub(super) use series::{Harmonic, Series};
 pub use surface::SurfaceMotion;
@@ -111,8 +116,9 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
         Ok(())
     }
 
-    /// Refuses what leaves the plane of a 2D mesh, as far as it is known without files.
-    fn check_plane(&self, _body: &Body) -> Result<()> {
+    /// Refuses what leaves the plane of a 2D mesh, as far as it is known without files. In it the shaft
+    /// is either in the plane, or `upright`.
+    fn check_plane(&self, _body: &Body, _upright: bool) -> Result<()> {
         Ok(())
     }
 
@@ -198,6 +204,8 @@ pub(super) struct OnMesh<'a> {
     /// The azimuth offset in radians.
     pub offset: f64,
     pub clock: Clock<'a>,
+    /// What the mesh unit is called, where the schedule says.
+    pub length_unit: Option<&'a str>,
     pub body: &'a Body,
     /// Folder that files are relative to.
     pub folder: PathBuf,
@@ -224,18 +232,23 @@ impl OnMesh<'_> {
 
     /// The path of a file that a motion names; an error at its key where there is none.
     pub fn file(&self, file: &str, key: &str) -> Result<PathBuf> {
-        let path = self.folder.join(file);
-        let message = match path.metadata() {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                format!("there is no file {}", path.display())
-            }
-            Ok(found) if found.is_dir() => {
-                format!("{} is a folder; a file belongs here", path.display())
-            }
-            _ => return Ok(path),
-        };
-        Err(self.error(key, message))
+        file_in(&self.folder, file, |message| self.error(key, message))
     }
+}
+
+/// The path of a file that a schedule names, relative to a folder; `error` makes an error of what is wrong.
+fn file_in(folder: &Path, file: &str, error: impl Fn(String) -> Error) -> Result<PathBuf> {
+    let path = folder.join(file);
+    let message = match path.metadata() {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            format!("there is no file {}", path.display())
+        }
+        Ok(found) if found.is_dir() => {
+            format!("{} is a folder; a file belongs here", path.display())
+        }
+        _ => return Ok(path),
+    };
+    Err(error(message))
 }
 
 /// A table: a file to be read, or one in memory.
@@ -261,7 +274,7 @@ impl From<&str> for TableSource {
 
 impl TableSource {
     /// The path of the file, where it is one.
-    fn file(&self) -> Option<&str> {
+    pub(super) fn file(&self) -> Option<&str> {
         match self {
             Self::File(path) => Some(path),
             Self::Table(_) => None,
@@ -280,19 +293,28 @@ impl TableSource {
 
     /// The table; an error at the key of its motion where there is no file.
     fn read(&self, on: &OnMesh<'_>, key: &str) -> Result<Arc<Table>> {
+        self.read_in(&on.folder, |message| on.error(key, message))
+    }
+
+    /// The table, with files relative to a folder; `error` makes an error of what is wrong with the path.
+    pub(super) fn read_in(
+        &self,
+        folder: &Path,
+        error: impl Fn(String) -> Error,
+    ) -> Result<Arc<Table>> {
         match self {
-            Self::File(path) => Ok(Arc::new(Table::read(on.file(path, key)?)?)),
+            Self::File(file) => Ok(Arc::new(Table::read(file_in(folder, file, error)?)?)),
             Self::Table(table) => table.check().map(|()| Arc::clone(table)),
         }
     }
 }
 
-/// `interpolation`: `"linear"`, which is the default, or `"cubic"`.
-fn read_interpolation(section: &Section<'_>) -> Result<Interpolation> {
+/// What `key` says: `"linear"`, which is the default, or `"cubic"`.
+pub(super) fn read_interpolation(section: &Section<'_>, key: &str) -> Result<Interpolation> {
     let known = [
         ("linear", Interpolation::Linear),
         ("cubic", Interpolation::Cubic),
     ];
-    let found = section.optional("interpolation", |entry| entry.choice(&known))?;
+    let found = section.optional(key, |entry| entry.choice(&known))?;
     Ok(found.unwrap_or(Interpolation::Linear))
 }

@@ -1,11 +1,11 @@
 //! `[body.modes]`: mode shapes at the nodes of a body times generalised coordinates.
 
+use super::clock::StepHistory;
 use super::link::{Link, NodeField, NodeLink};
 use super::node_files::{NamedVectors, arrays_of, place_columns, three, unused, vector};
 use super::nodes::{At as Given, BodyNodes, Filling, Matching, Wrong};
 use super::{
-    At, BodyMotion, Clock, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource,
-    read_interpolation,
+    At, BodyMotion, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource, read_interpolation,
 };
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
@@ -80,7 +80,7 @@ impl FromSchedule for Modes {
         let shapes = section.require("shapes", "shapes = \"modes.csv\"")?;
         let coordinates = section.require("coordinates", "coordinates = \"q.csv\"")?;
         Ok(Self {
-            interpolation: read_interpolation(&section)?,
+            interpolation: read_interpolation(&section, "interpolation")?,
             matching: Matching::read(&section)?,
             ..Self::new(shapes.string()?, coordinates.string()?)
         })
@@ -112,8 +112,8 @@ impl BodyMotion for Modes {
         let mesh_file = mesh_file.map(|file| on.file(file, "modes")).transpose()?;
         let coordinates =
             read_coordinates(&*self.coordinates.read(on, "modes")?, self.interpolation)?;
-        on.clock.check(&coordinates, on, "modes")?;
         let n_modes = coordinates.n_values();
+        let coordinates = StepHistory::new(coordinates, on, "modes")?;
         let ((shapes, others), path) = match mesh_file {
             Some(path) => (of_mesh(&path, self.matching, on, n_modes)?, path),
             None => {
@@ -122,12 +122,13 @@ impl BodyMotion for Modes {
                 (found, table.path().to_path_buf())
             }
         };
+        let mut notes = unused(others, &path, &on.body.name);
+        notes.extend(coordinates.note.clone());
         Ok(Arc::new(ModeShapes {
             shapes,
             coordinates,
-            offset: on.offset,
             nodes: on.nodes(),
-            notes: unused(others, &path, &on.body.name),
+            notes,
         }))
     }
 }
@@ -137,27 +138,21 @@ impl BodyMotion for Modes {
 struct ModeShapes {
     /// Of every mode the displacement of every node of the body at a coordinate of 1.
     shapes: Vec<Vec<Vector>>,
-    coordinates: History,
-    offset: f64,
+    coordinates: StepHistory,
     nodes: Arc<BodyNodes>,
     notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for ModeShapes {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let promise = "the coordinates were checked at every step";
-        let key = self.coordinates.key();
-        let place = Clock::place(key, at.step, self.offset).expect(promise);
-        let each = at.clock.rate(key, at.step);
-        let rates = || {
-            let rates = self.coordinates.rates_at(place).expect(promise);
-            rates.into_iter().map(|rate| each * rate).collect()
-        };
         let field = |factors| NodeField::Shapes(&self.shapes, factors);
-        let displacement = field(self.coordinates.at(place).expect(promise));
+        let displacement = field(self.coordinates.values(at.step));
         Some(Link::Nodes(NodeLink {
             nodes: Arc::clone(&self.nodes),
-            fields: vec![(displacement, at.rates.then(|| field(rates())))],
+            fields: vec![(
+                displacement,
+                at.rates.then(|| field(self.coordinates.rates(at))),
+            )],
             part: at.part,
         }))
     }

@@ -1,7 +1,8 @@
 //! A Fourier series of the azimuth: a mean and its harmonics.
 
 use crate::error::Result;
-use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::places::Places;
+use crate::motion::reader::Entry;
 
 /// Harmonics that a series may have.
 pub(super) const MOST_HARMONICS: usize = 1000;
@@ -56,14 +57,32 @@ impl Series {
 
     /// Sets harmonic `m`, counted from 1, in degrees.
     pub(super) fn set_deg(&mut self, m: usize, sin: f64, cos: f64) {
+        let [sin, cos] = [sin, cos].map(f64::to_radians);
+        self.set(m, Harmonic { sin, cos });
+    }
+
+    /// Sets harmonic `m`, counted from 1.
+    pub(super) fn set(&mut self, m: usize, harmonic: Harmonic) {
         if !(1..=MOST_HARMONICS).contains(&m) {
             self.wrong = Some(m);
             return;
         }
         let n = self.harmonics.len().max(m);
         self.harmonics.resize(n, Harmonic::default());
-        let [sin, cos] = [sin, cos].map(f64::to_radians);
-        self.harmonics[m - 1] = Harmonic { sin, cos };
+        self.harmonics[m - 1] = harmonic;
+    }
+
+    /// Refuses numbers that mean nothing; `name` is said of it, and it is under `key`.
+    pub(super) fn check(&self, places: &Places, key: &str, name: &str) -> Result<()> {
+        if let Some(m) = self.wrong {
+            let message =
+                format!("the {name} has a harmonic {m}; harmonics go from 1 to {MOST_HARMONICS}");
+            return Err(places.error(key, message));
+        }
+        let harmonics = self.harmonics.iter();
+        let angles = harmonics.flat_map(|harmonic| [harmonic.sin, harmonic.cos]);
+        let mut angles = angles.chain([self.mean]);
+        angles.try_for_each(|angle| places.angle(key, angle))
     }
 
     /// Whether the angle is zero at every azimuth.
@@ -74,13 +93,16 @@ impl Series {
 }
 
 impl Harmonic {
-    /// Reads a list of harmonics; angles are in `unit`.
-    pub(super) fn read_all(entry: &Entry<'_>, unit: AngleUnit) -> Result<Vec<Self>> {
+    /// Reads a list of harmonics, each of its numbers by `number`.
+    pub(super) fn read_all(
+        entry: &Entry<'_>,
+        number: impl Fn(&Entry<'_>) -> Result<f64>,
+    ) -> Result<Vec<Self>> {
         let read = |element: &Entry<'_>| {
             let section = element.section("a harmonic { sin, cos }", &["sin", "cos"])?;
             let mut harmonic = Self::default();
-            section.set("sin", &mut harmonic.sin, |entry| entry.angle(unit))?;
-            section.set("cos", &mut harmonic.cos, |entry| entry.angle(unit))?;
+            section.set("sin", &mut harmonic.sin, &number)?;
+            section.set("cos", &mut harmonic.cos, &number)?;
             Ok(harmonic)
         };
         let elements = entry.elements("harmonics such as { sin = -7.65, cos = -0.96 }")?;

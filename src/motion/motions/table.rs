@@ -1,16 +1,18 @@
 //! `[body.table]`: six degrees of freedom over azimuth, time or step.
 
+use super::clock::StepHistory;
 use super::link::{Link, RigidLink};
+use super::naming;
 use super::{
-    At, AxisRotation, BodyMotion, Clock, FromSchedule, OnMesh, ResolvedMotion, TableSource,
-    read_interpolation,
+    At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
 };
+use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, scale};
 use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::setters::setters;
-use crate::motion::table::{Column, Columns, History, Interpolation, Table};
+use crate::motion::table::{Column, Columns, History, Interpolation, Naming, Table};
 use std::sync::Arc;
 
 /// Axes that a body in the plane cannot be moved along or turned about, as columns.
@@ -35,7 +37,25 @@ pub struct TableMotion {
     table: TableSource,
     origin: Vector,
     interpolation: Interpolation,
+    naming: Naming,
 }
+
+/// What `columns` and `units` may name.
+const NAMED: [&str; 13] = [
+    "azimuth_deg",
+    "azimuth_rad",
+    "time_s",
+    "step",
+    "dx",
+    "dy",
+    "dz",
+    "rot_x_deg",
+    "rot_x_rad",
+    "rot_y_deg",
+    "rot_y_rad",
+    "rot_z_deg",
+    "rot_z_rad",
+];
 
 impl TableMotion {
     /// A table that turns about the origin, linear between rows.
@@ -44,6 +64,7 @@ impl TableMotion {
             table: table.into(),
             origin: [0.0; 3],
             interpolation: Interpolation::Linear,
+            naming: Naming::default(),
         }
     }
 }
@@ -51,6 +72,10 @@ impl TableMotion {
 setters! { TableMotion {
     /// What it turns about, in mesh units.
     origin(origin: Vector) |self| self.origin = origin;
+    /// What the file calls a column, by its name here: `column("dx", "u1")`. Columns of other names are passed over.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// The unit of a column, by its name here: `unit("dx", "mm")`, `unit("rot_x_deg", "rad")`.
+    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
     /// A cubic spline between rows, periodic where the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
@@ -65,10 +90,14 @@ impl FromSchedule for TableMotion {
     const KEY: &'static str = "table";
 
     fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let section = entry.section("[body.table]", &["file", "origin", "interpolation"])?;
+        let section = entry.section(
+            "[body.table]",
+            &["file", "origin", "interpolation", "columns", "units"],
+        )?;
         let mut motion = Self::new(section.require("file", "file = \"motion.csv\"")?.string()?);
         section.set("origin", &mut motion.origin, Entry::numbers)?;
-        motion.interpolation = read_interpolation(&section)?;
+        motion.interpolation = read_interpolation(&section, "interpolation")?;
+        motion.naming = naming::read(&section, &NAMED)?;
         Ok(motion)
     }
 }
@@ -87,16 +116,18 @@ impl BodyMotion for TableMotion {
     }
 
     fn check(&self, body: &Body) -> Result<()> {
+        naming::check(&self.naming, &NAMED, body, "table")?;
         body.places.finite("table.origin", &self.origin)
     }
 
     /// Reads the table; it must have values at every step.
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let table = self.table.read(on, "table")?;
-        let mut columns = table.columns();
+        let names = naming::resolve(&self.naming, on, None, "table")?;
+        let mut columns = table.columns_as(names.clone())?;
         let key = columns.require_key()?;
         let found = six(&mut columns)?;
-        columns.done()?;
+        let others = columns.done()?;
         if found.iter().all(Option::is_none) {
             let message =
                 "the table has none of the columns dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg";
@@ -108,12 +139,14 @@ impl BodyMotion for TableMotion {
         let present: Vec<Column> = found.iter().flatten().copied().collect();
         let mut next = 0..present.len();
         let history = History::from_table(&table, key, &present, self.interpolation)?;
-        on.clock.check(&history, on, "table")?;
+        let history = StepHistory::new(history, on, "table")?;
+        let mut notes = naming::notes(&self.naming, &names, &others, &table, &on.body.name);
+        notes.extend(history.note.clone());
         Ok(Arc::new(SixDegrees {
+            notes,
             history,
             columns: found.map(|column| column.and_then(|_| next.next())),
             origin: self.origin,
-            offset: on.offset,
         }))
     }
 }
@@ -121,31 +154,27 @@ impl BodyMotion for TableMotion {
 /// A table of `dx, dy, dz, rot_x, rot_y, rot_z`.
 #[derive(Debug)]
 struct SixDegrees {
-    history: History,
+    history: StepHistory,
     /// Place of each of the six among the values; a column left out is 0.
     columns: [Option<usize>; 6],
     origin: Vector,
-    offset: f64,
+    notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for SixDegrees {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let key = self.history.key();
-        let promise = "the history was checked at every step";
-        let place = Clock::place(key, at.step, self.offset).expect(promise);
-        let values = self.history.at(place).expect(promise);
-        let rates = self.history.rates_at(place).expect(promise);
-        let each = at.clock.rate(key, at.step);
+        let values = self.history.values(at.step);
+        let rates = self.history.rates(at);
         let of = |values: &[f64], i: usize| self.columns[i].map_or(0.0, |at| values[at]);
-        let rotation = |axis: usize| AxisRotation {
+        let rotation = |axis: usize| Rotation {
             axis: std::array::from_fn(|i| f64::from(u8::from(i == axis))),
             origin: self.origin,
             angle: at.part * of(&values, 3 + axis),
-            rate: each * of(&rates, 3 + axis),
+            rate: of(&rates, 3 + axis),
         };
         let turning = (0..3).filter(|axis| self.columns[3 + axis].is_some());
         let by = std::array::from_fn(|i| of(&values, i));
-        let rate = std::array::from_fn(|i| each * of(&rates, i));
+        let rate = std::array::from_fn(|i| of(&rates, i));
         Some(Link::Rigid(RigidLink {
             rotations: turning.map(rotation).collect(),
             translation: Some([scale(by, at.part), rate]),
@@ -155,6 +184,10 @@ impl ResolvedMotion for SixDegrees {
     fn centre(&self) -> Option<Vector> {
         let turns = self.columns[3..].iter().any(Option::is_some);
         turns.then_some(self.origin)
+    }
+
+    fn notes(&self) -> &[Diagnostic] {
+        &self.notes
     }
 }
 

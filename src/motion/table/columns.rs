@@ -1,6 +1,6 @@
 //! Columns of a table, picked by name in any order.
 
-use super::{Key, Table};
+use super::{ColumnNames, Key, Table};
 use crate::error::{Result, nearest_name};
 use std::f64::consts::PI;
 
@@ -16,15 +16,18 @@ pub struct Column {
 #[derive(Debug)]
 pub struct Columns<'a> {
     table: &'a Table,
+    /// What they are called in the file.
+    names: ColumnNames,
     /// Names that would have been read.
     known: Vec<String>,
     taken: Vec<bool>,
 }
 
 impl<'a> Columns<'a> {
-    pub(super) fn new(table: &'a Table) -> Self {
+    pub(super) fn new(table: &'a Table, names: ColumnNames) -> Self {
         Self {
             table,
+            names,
             known: Vec::new(),
             taken: vec![false; table.names.len()],
         }
@@ -95,11 +98,16 @@ impl<'a> Columns<'a> {
         rest
     }
 
-    /// Refuses a column that was not picked.
-    pub fn done(self) -> Result<()> {
+    /// Refuses a column that was not picked; those of a file with names of its own are passed over, and returned.
+    pub fn done(self) -> Result<Vec<String>> {
         let Some(index) = self.taken.iter().position(|taken| !taken) else {
-            return Ok(());
+            return Ok(Vec::new());
         };
+        if self.names.passes_over() {
+            let columns = self.table.names.iter().zip(&self.taken);
+            let others = columns.filter(|(_, taken)| !**taken);
+            return Ok(others.map(|(name, _)| name.clone()).collect());
+        }
         let name = &self.table.names[index];
         let known = || self.known.iter().map(String::as_str);
         let free = known().filter(|known| !self.has(known));
@@ -119,9 +127,14 @@ impl<'a> Columns<'a> {
 
     fn scaled(&mut self, name: &str, factor: f64) -> Option<Column> {
         self.known.push(name.to_owned());
-        let index = self.table.names.iter().position(|other| other == name)?;
+        let in_file = self.names.of(name)?;
+        let index = self.table.names.iter().position(|other| other == in_file)?;
         self.taken[index] = true;
-        Some(Column { index, factor })
+        let unit = self.names.factors.get(name).copied().unwrap_or(1.0);
+        Some(Column {
+            index,
+            factor: factor * unit,
+        })
     }
 
     fn missing(&self, name: &str) -> crate::error::Error {

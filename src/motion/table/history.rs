@@ -13,13 +13,15 @@ const REPEATED: f64 = 1e-6;
 /// A table without its last row closes a revolution when the way to its first row is no longer than
 /// this many times its largest gap.
 const GAP: f64 = 1.001;
-/// Part of the range by which a place may lie outside of it by round-off.
-const ROUND_OFF: f64 = 1e-9;
+/// Part of the distance between the two rows at an end, or of the place of a single row, by which a step may lie
+/// outside of it: 0.1 is the end of a table to 0.0999999.
+const ROUNDED: f64 = 1e-4;
 
 /// How values between rows are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// Straight lines. Rates at a row are those after it.
+    #[default]
     Linear,
     /// A cubic spline: periodic where the table is, else with the ends "not a knot".
     Cubic,
@@ -204,6 +206,22 @@ impl History {
         self.period
     }
 
+    /// Whether it repeats itself, as one over azimuth of whole revolutions does.
+    pub fn repeats(&self) -> bool {
+        self.period.is_some()
+    }
+
+    /// Why it does not repeat itself, in words.
+    pub fn why_once(&self) -> String {
+        let why = self.open.as_deref().unwrap_or("it has one row");
+        why.split(':').next().unwrap_or(why).to_owned()
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// What its rows belong to.
     pub fn key(&self) -> Key {
         self.key
@@ -220,7 +238,7 @@ impl History {
         let (first, last) = self.range();
         let n = self.knots.len();
         if n == 1 {
-            if self.is_held && (at - first).abs() > ROUND_OFF * first.abs() {
+            if self.is_held && (at - first).abs() > ROUNDED * first.abs() {
                 return Err(self.outside(at));
             }
             let (step, part) = (1.0, 0.0);
@@ -238,8 +256,9 @@ impl History {
                 }
             }
             None => {
-                let slack = ROUND_OFF * (last - first);
-                if !(first - slack..=last + slack).contains(&at) {
+                let [before, after] =
+                    [1, n - 1].map(|i| ROUNDED * (self.knots[i] - self.knots[i - 1]));
+                if !(first - before..=last + after).contains(&at) {
                     return Err(self.outside(at));
                 }
                 at.clamp(first, last)

@@ -11,6 +11,7 @@
 mod columns;
 mod history;
 mod key;
+mod naming;
 mod span;
 mod spline;
 mod text;
@@ -18,6 +19,7 @@ mod text;
 pub use columns::{Column, Columns};
 pub use history::{History, Interpolation};
 pub use key::Key;
+pub use naming::{ColumnNames, Naming, Scales};
 pub use span::{SpanHistory, SpanValues};
 
 use crate::error::{Error, Result};
@@ -103,7 +105,13 @@ impl Table {
 
     /// Picks columns by name.
     pub fn columns(&self) -> Columns<'_> {
-        Columns::new(self)
+        Columns::new(self, ColumnNames::default())
+    }
+
+    /// Picks columns that may have other names and units.
+    pub fn columns_as(&self, names: ColumnNames) -> Result<Columns<'_>> {
+        names.check(self)?;
+        Ok(Columns::new(self, names))
     }
 
     /// The file.

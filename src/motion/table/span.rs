@@ -38,7 +38,7 @@ impl SpanHistory {
         table: &Table,
         key: Option<(Key, Column)>,
         station: Column,
-        columns: &[Column],
+        columns: &[Option<Column>],
         interpolation: Interpolation,
     ) -> Result<Self> {
         let rows = Rows {
@@ -164,7 +164,8 @@ struct Rows<'a> {
     table: &'a Table,
     key: Option<(Key, Column)>,
     station: Column,
-    columns: &'a [Column],
+    /// Those that are left out are 0.
+    columns: &'a [Option<Column>],
 }
 
 impl Rows<'_> {
@@ -257,11 +258,8 @@ impl Rows<'_> {
             let (lower, upper, part) = between(group.len(), |i| self.station(group[i]), *station);
             let (lower, upper) = (group[lower], group[upper]);
             values.extend(self.columns.iter().map(|column| {
-                let (before, after) = (
-                    self.table.value(lower, *column),
-                    self.table.value(upper, *column),
-                );
-                (1.0 - part) * before + part * after
+                let value = |row| column.map_or(0.0, |column| self.table.value(row, column));
+                (1.0 - part) * value(lower) + part * value(upper)
             }));
         }
     }

@@ -153,7 +153,7 @@ fn times_need_a_frequency_only_where_the_azimuth_matters() {
     let told = parse(&text(cyclic, "stop = 1, step = 0.5")).expect_err("it needs one");
     assert_eq!(
         told.to_string(),
-        "hover.toml:2: `time` has no `frequency`, and the harmonics of body \"a\" need the azimuth; add for example  frequency = 2.0"
+        "hover.toml:2: `time` has no `frequency`, and the harmonics of body \"a\" need the azimuth; add for example  frequency = 2.0, or `azimuth_table` in [rotor]"
     );
     let listed = parse(&text(cyclic, "values = [0, 0.125, 1], frequency = 2")).expect("it is good");
     let motion = listed.resolve(&two_squares()).expect("it fits the mesh");

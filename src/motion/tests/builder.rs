@@ -177,7 +177,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             new(Steps::time_s(0.0, 1.0, 0.1)),
-            "time: `time` has no `frequency`, and the harmonics of body \"airfoil\" need the azimuth; add for example  frequency = 2.0",
+            "time: `time` has no `frequency`, and the harmonics of body \"airfoil\" need the azimuth; add for example  frequency = 2.0, or `azimuth_table` in [rotor]",
         ),
         (
             new(Steps::time_s(0.0, 1.0, 0.1).frequency_hz(-1.0)),

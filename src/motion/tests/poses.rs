@@ -27,6 +27,7 @@ fn at(azimuth_deg: f64) -> Step {
         azimuth: azimuth_deg.to_radians(),
         time_s: None,
         has_azimuth: true,
+        azimuth_rate: None,
     }
 }
 

@@ -76,11 +76,11 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "rotor:shaft_axes = [0, 0, 1]",
-            "3: unknown key `shaft_axes` in [rotor]; did you mean `shaft_axis`? known: hub, span_axis, shaft_axis, frame, rpm, azimuth_sign, pitch_sign, flap_sign, lag_sign",
+            "3: unknown key `shaft_axes` in [rotor]; did you mean `shaft_axis`? known: hub, span_axis, shaft_axis, frame, rpm, azimuth_table, azimuth_interpolation, azimuth_sign, pitch_sign, flap_sign, lag_sign",
         ),
         (
             "cyclic:colective = 1.0",
-            "9: unknown key `colective` in [body.cyclic]; did you mean `collective`? known: collective, pitch, coning, flap, lag, phase, pitch_axis, flap_hinge",
+            "9: unknown key `colective` in [body.cyclic]; did you mean `collective`? known: collective, pitch, coning, flap, lag, phase, pitch_axis, flap_hinge, table, interpolation, columns, units",
         ),
         (
             "cyclic:pitch = [{ sine = 1 }]",
@@ -346,7 +346,7 @@ fn refresh_needs_an_azimuth() {
     let error = parse(text).expect_err("there is no azimuth").to_string();
     assert_eq!(
         error,
-        "hover.toml:2: `time` has no `frequency`, and `refresh` in [selection] needs the azimuth; add for example  frequency = 2.0"
+        "hover.toml:2: `time` has no `frequency`, and `refresh` in [selection] needs the azimuth; add for example  frequency = 2.0, or `azimuth_table` in [rotor]"
     );
 }
 

@@ -8,7 +8,7 @@ use crate::motion::output::OutputOptions;
 use crate::motion::steps::MAX_STEPS;
 use crate::motion::{
     Beam, Cyclic, Frame, KernelName, OnInverted, Others, QualityOutput, Schedule, SelectionMethod,
-    SelectionOptions, SurfaceOutput, TableMotion, Translation,
+    SelectionOptions, SurfaceOutput, TableMotion,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -71,6 +71,7 @@ encoding = "ascii"
 compression = "zlib"
 on_inverted = "stop"
 surface = "su2"
+length_unit = "m"
 "#;
 
 #[test]
@@ -108,7 +109,8 @@ fn every_key_of_this_version_is_read() {
     assert_eq!((cyclic.pitch_axis, cyclic.flap_hinge), ([0.1, 0.2], 0.3));
     assert!(cyclic.lag.harmonics.is_empty());
     let rigid = store.motion::<Rigid>().expect("it is rigid");
-    assert_eq!(rigid.translate, Some(Translation::new([0.0, 0.1, 0.0])));
+    let by = rigid.translate.as_ref().map(|translation| translation.by);
+    assert_eq!(by, Some([0.0, 0.1, 0.0]));
     assert_eq!(schedule.boundaries.others, Some(Others::Free));
     assert_eq!(schedule.boundaries.zones[0].text, "rotor");
     assert_eq!(
@@ -142,6 +144,7 @@ fn every_key_of_this_version_is_read() {
             compression: Compression::Zlib,
             on_inverted: OnInverted::Stop,
             surface: SurfaceOutput::Su2,
+            length_unit: Some("m".into()),
         }
     );
 }

@@ -285,11 +285,11 @@ fn what_does_not_fit_the_mesh_is_said_in_one_sentence() {
         ),
         (
             format!("{BLADE}[boundaries]\nfixed = [\"hub\"]"),
-            "hover.toml:7: the schedule gives these tags no role: side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
+            "hover.toml:7: the schedule gives these tags no role: side, farfield; name them under a body, `fixed`, `slide`, `free` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         ),
         (
             BLADE.to_owned(),
-            "hover.toml: the schedule gives these tags no role: hub, side, farfield; name them under a body, `fixed`, `slide` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
+            "hover.toml: the schedule gives these tags no role: hub, side, farfield; name them under a body, `fixed`, `slide`, `free` or `periodic`, or set others = \"fixed\", \"free\" or \"slide\" in [boundaries]",
         ),
         (
             format!("{BLADE}[boundaries]\nfixed = [\"*\"]"),
@@ -348,7 +348,11 @@ fn what_a_plane_mesh_cannot_do_is_said_in_one_sentence() {
         ),
         (
             "cyclic.collective = 1\n[rotor]\nframe = \"inertial\"",
-            "hover.toml:8: `frame = \"inertial\"` needs a 3D mesh; a 2D mesh has the rotating frame only",
+            "hover.toml:6: body \"blade\" pitches or flaps, but the 2D mesh turns about a shaft along z; turn the body about [0, 0, 1] with [body.rigid]",
+        ),
+        (
+            "rigid.rotate = { axis = [0, 0, 1], angle = 3 }\n[rotor]\nframe = \"inertial\"\nshaft_axis = [0, 1, 0]",
+            "hover.toml:8: `frame` = \"inertial\" turns a 2D mesh in its plane: `shaft_axis` must be along z",
         ),
         (
             "cyclic.collective = 1\n[rotor]\nspan_axis = [1, 0, 0]",

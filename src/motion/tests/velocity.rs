@@ -6,7 +6,7 @@ use crate::motion::Motion;
 
 const H: f64 = 1e-5;
 const TABLE: &str = "time_s,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0\n1,0.1,-0.2,0.3,10,20,-30\n2,0,0.5,0,-10,5,3\n3,0.2,0,0.1,0,1,2\n";
-const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1,0,0,-0.3,4,-5,-6\n";
+const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1.1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1.1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1.1,0,0,-0.3,4,-5,-6\n";
 const CYCLIC: &str = "cyclic = { collective = 5, pitch = [ { sin = 7, cos = 2 }, { cos = 1 } ], coning = 3, flap = [ { sin = 4 } ], lag = [ { cos = 2 } ], phase = 11, flap_hinge = 0.2 }";
 
 /// A motion at three times, `H` apart.
@@ -20,7 +20,15 @@ fn motion(interpolation: &str, body: &str) -> Motion {
         "INTERPOLATION",
         &format!("interpolation = \"{interpolation}\""),
     );
-    let files = [("m.csv", TABLE), ("beam.csv", BEAM)];
+    let files = [
+        ("m.csv", TABLE),
+        ("beam.csv", BEAM),
+        ("angle.csv", "time_s,angle_deg\n0,0\n1,9\n2,-4\n3,1\n"),
+        (
+            "trim.csv",
+            "azimuth_deg,pitch_deg,lag_deg\n0,1,0\n100,5,2\n200,-3,1\n300,0,0\n",
+        ),
+    ];
     resolve(false, &head, &body, &files).expect("it is good")
 }
 
@@ -50,6 +58,26 @@ fn assert_differentiated(motion: &Motion) {
 }
 
 #[test]
+fn oscillations_and_tables_of_angles_are_differentiated() {
+    let rotate = "axis = [1, 2, 3], origin = [0.1, 0.2, 0], angle = 3";
+    let harmonics = "harmonics = [ { sin = 5, cos = 2 }, { sin = 1 } ]";
+    for body in [
+        format!("rigid.rotate = {{ {rotate}, {harmonics} }}"),
+        format!("rigid.rotate = {{ {rotate}, {harmonics}, frequency = 2.3 }}"),
+        // Small: it grows within the three steps.
+        "rigid = { rotate = { axis = [1, 2, 3], angle = 1e-5, harmonics = [ { sin = 3e-5 } ] }, translate = { vector = [1, 0, 0], harmonics = [ { cos = 2 } ] }, ramp = true }".to_owned(),
+        format!("rigid.rotate = {{ {rotate}, table = \"angle.csv\", INTERPOLATION }}"),
+        format!("rigid.translate = {{ vector = [1, 2, 3], {harmonics} }}"),
+        format!("rigid.translate = {{ vector = [1, 2, 3], {harmonics}, frequency = 2.3 }}"),
+        "cyclic = { pitch = [ { sin = 3 } ], table = \"trim.csv\", INTERPOLATION }".to_owned(),
+    ] {
+        for interpolation in ["linear", "cubic"] {
+            assert_differentiated(&motion(interpolation, &body));
+        }
+    }
+}
+
+#[test]
 fn harmonics_and_tables_are_differentiated() {
     for interpolation in ["linear", "cubic"] {
         assert_differentiated(&motion(interpolation, CYCLIC));
@@ -61,8 +89,7 @@ fn harmonics_and_tables_are_differentiated() {
 
 #[test]
 fn bending_blades_are_differentiated() {
-    let beam =
-        "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION, hold_ends = true }";
+    let beam = "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION, hold_ends = true }";
     for interpolation in ["linear", "cubic"] {
         assert_differentiated(&motion(interpolation, beam));
         let all = format!("{beam}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]");

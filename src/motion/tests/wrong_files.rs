@@ -43,15 +43,7 @@ const MOTION_FILES: [MotionFile; 8] = [
         others: &[],
         good: "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n\
                0,0,0,0,0,0,0,0\n0,1,0,0,0.1,0,0,0\n30,0,0,0,0,0,0,0\n30,1,0,0,0.2,0,0,0\n",
-        required: &[
-            "station",
-            "dx",
-            "dy",
-            "dz",
-            "rot_x_deg",
-            "rot_y_deg",
-            "rot_z_deg",
-        ],
+        required: &["station"],
         ordered: false,
         unique: true,
         complete: true,

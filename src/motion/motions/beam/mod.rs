@@ -6,6 +6,7 @@ pub(super) mod sections;
 
 use super::cyclic::Hinges;
 use super::link::Link;
+use super::naming;
 use super::{
     At, BodyMotion, Clock, Cyclic, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource,
     read_interpolation,
@@ -19,7 +20,7 @@ use crate::motion::body::Body;
 use crate::motion::reader::{AngleUnit, Entry};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
-use crate::motion::table::{Interpolation, SpanHistory, Table};
+use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table};
 use coverage::check_span;
 use lifting::{BladeEdges, LiftingLine};
 use sections::Sections;
@@ -30,7 +31,7 @@ use std::sync::Arc;
 ///
 /// Columns of the table, in any order: `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) unless it holds for
 /// all steps; `station`, the distance from the hub along the span; `dx`, `dy`, `dz` in mesh units;
-/// `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`), all in the axes of the blade.
+/// `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`), all in the axes of the blade. What is left out is 0.
 ///
 /// ```
 /// use azimesh::{Beam, Body, Table};
@@ -48,7 +49,26 @@ pub struct Beam {
     interpolation: Interpolation,
     /// Whether the table may cover less than nine tenths of the blade.
     hold_ends: bool,
+    naming: Naming,
 }
+
+/// What `columns` and `units` may name.
+const NAMED: [&str; 14] = [
+    "azimuth_deg",
+    "azimuth_rad",
+    "time_s",
+    "step",
+    "station",
+    "dx",
+    "dy",
+    "dz",
+    "rot_x_deg",
+    "rot_x_rad",
+    "rot_y_deg",
+    "rot_y_rad",
+    "rot_z_deg",
+    "rot_z_rad",
+];
 
 impl Beam {
     /// Sections that turn about the quarter chord of the mesh, linear between rows.
@@ -58,6 +78,7 @@ impl Beam {
             lifting_line: None,
             interpolation: Interpolation::Linear,
             hold_ends: false,
+            naming: Naming::default(),
         }
     }
 }
@@ -68,6 +89,11 @@ setters! { Beam {
     lifting_line(table: impl Into<TableSource>) |self| self.lifting_line = Some(table.into());
     /// A cubic spline between azimuths, periodic where the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
+    /// What the file calls a column, by its name here: `column("dx", "u1")`. Columns of other names are passed over.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// The unit of a column, by its name here: `unit("station", "radius")` for fractions of the radius, `unit("dx", "mm")`,
+    /// `unit("rot_x_deg", "rad")`.
+    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
     /// Allows a table that covers less than nine tenths of the blade: the values of its first and last station hold
     /// past them.
     hold_ends() |self| self.hold_ends = true;
@@ -77,7 +103,14 @@ impl FromSchedule for Beam {
     const KEY: &'static str = "beam";
 
     fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let keys = ["table", "lifting_line", "interpolation", "hold_ends"];
+        let keys = [
+            "table",
+            "lifting_line",
+            "interpolation",
+            "hold_ends",
+            "columns",
+            "units",
+        ];
         let section = entry.section("[body.beam]", &keys)?;
         let line = section.optional("lifting_line", Entry::string)?;
         let line = line.filter(|line| *line != "quarter_chord");
@@ -85,7 +118,8 @@ impl FromSchedule for Beam {
         Ok(Self {
             table: table.string()?.into(),
             lifting_line: line.map(TableSource::from),
-            interpolation: read_interpolation(&section)?,
+            interpolation: read_interpolation(&section, "interpolation")?,
+            naming: naming::read(&section, &NAMED)?,
             hold_ends: section
                 .optional("hold_ends", Entry::boolean)?
                 .unwrap_or(false),
@@ -112,6 +146,7 @@ impl BodyMotion for Beam {
     }
 
     fn check(&self, body: &Body) -> Result<()> {
+        naming::check(&self.naming, &NAMED, body, "beam")?;
         match body.motion::<Cyclic>() {
             Some(cyclic) if cyclic.pitch_axis != [0.0; 2] => Err(body.places.error(
                 "beam",
@@ -135,10 +170,15 @@ impl BodyMotion for Beam {
             return Err(on.error("beam", message));
         }
         let (table, line) = (self.table.read(on, "beam")?, self.read_line(on)?);
-        let span = read_span(&table, self.interpolation)?;
-        on.clock.check(span.history(), on, "beam")?;
         let edges = BladeEdges::of(on);
+        let [low, high] = edges.span();
+        let radius = low.abs().max(high.abs());
+        let names = naming::resolve(&self.naming, on, Some(radius), "beam")?;
+        let (span, others) = read_span(&table, names.clone(), self.interpolation)?;
+        let note = on.clock.check(span.history(), on, "beam")?;
         let mut notes = check_span(&span, &table, body, edges.span(), self.hold_ends)?;
+        notes.extend(note);
+        notes.extend(naming::notes(&self.naming, &names, &others, &table, body));
         let (line, name) = match line {
             Some(line) => (
                 LiftingLine::from_table(&line, body, edges.span())?,
@@ -150,21 +190,21 @@ impl BodyMotion for Beam {
                 (line?, "quarter chord")
             }
         };
-        let note = MotionNote::BeamLine {
+        let line_note = MotionNote::BeamLine {
             body: body.clone(),
             line: name,
             ends: line.ends().map(|[x, y, z]| on.blade.point(x, y, z)),
             leading_edge: on.blade.leading_edge(),
         };
-        notes.push(note.into());
+        notes.push(line_note.into());
         Ok(Arc::new(BendingBlade {
             warning: line.beside(body, &edges.bounds()),
+            offset: Clock::offset(span.history(), on),
             span,
             line,
             notes,
             blade: on.blade,
-            offset: on.offset,
-            hinges: Hinges::of(on),
+            hinges: Hinges::of(on)?,
         }))
     }
 }
@@ -264,16 +304,26 @@ impl CentreLine {
     }
 }
 
-fn read_span(table: &Table, interpolation: Interpolation) -> Result<SpanHistory> {
-    let mut columns = table.columns();
+/// The table, and its columns that nothing asks for. What is left out is 0.
+fn read_span(
+    table: &Table,
+    names: ColumnNames,
+    interpolation: Interpolation,
+) -> Result<(SpanHistory, Vec<String>)> {
+    let mut columns = table.columns_as(names)?;
     let key = columns.optional_key()?;
     let station = columns.require("station")?;
-    let shifts = ["dx", "dy", "dz"].map(|name| columns.require(name));
-    let turns = ["rot_x", "rot_y", "rot_z"].map(|name| columns.require_angle(name));
-    let six = shifts
-        .into_iter()
-        .chain(turns)
-        .collect::<Result<Vec<_>>>()?;
-    columns.done()?;
-    SpanHistory::from_table(table, key, station, &six, interpolation)
+    let mut six: Vec<Option<Column>> = Vec::new();
+    six.extend(["dx", "dy", "dz"].map(|name| columns.optional(name)));
+    for name in ["rot_x", "rot_y", "rot_z"] {
+        six.push(columns.optional_angle(name)?);
+    }
+    let others = columns.done()?;
+    if six.iter().all(Option::is_none) {
+        let message =
+            "the table has none of the columns dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg";
+        return Err(table.header_error(message));
+    }
+    let span = SpanHistory::from_table(table, key, station, &six, interpolation)?;
+    Ok((span, others))
 }

@@ -3,7 +3,7 @@
 use super::lifting::LiftingLine;
 use crate::geometry::vector::{Vector, add, dot, scale, sub};
 use crate::geometry::{Moving, Transform};
-use crate::motion::motions::AxisRotation;
+use crate::motion::motions::Rotation;
 use crate::motion::rotor::RotorAxes;
 use crate::motion::table::SpanValues;
 
@@ -17,7 +17,7 @@ pub(in crate::motion) struct Sections<'a> {
     /// By how much the key of the table grows in a second.
     pub(super) key_rate: f64,
     /// Pitch, flap and lag of the cyclic motion, as a whole.
-    pub(super) hinges: Option<[AxisRotation; 3]>,
+    pub(super) hinges: Option<[Rotation; 3]>,
     /// Flap and lag of this part.
     pub(super) after: Transform,
 }
@@ -109,11 +109,11 @@ impl Sections<'_> {
     }
 
     /// The rotations of the section that `x` is in, in their order.
-    pub fn rotations(&self, x: Vector) -> Vec<AxisRotation> {
+    pub fn rotations(&self, x: Vector) -> Vec<Rotation> {
         let station = self.station(x);
         let [.., rx, ry, rz] = self.values.values::<6>(station);
         let origin = self.reference(station);
-        let turn = |axis, angle| AxisRotation {
+        let turn = |axis, angle| Rotation {
             axis,
             origin,
             angle,

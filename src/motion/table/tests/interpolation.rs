@@ -330,7 +330,7 @@ fn span(text: &str, cubic: bool) -> Result<SpanHistory> {
     } else {
         Interpolation::Linear
     };
-    SpanHistory::from_table(&table, key, station, &[dz], interpolation)
+    SpanHistory::from_table(&table, key, station, &[Some(dz)], interpolation)
 }
 
 const GRID: &str = "azimuth_deg,station,dz\n180,2,8\n0,1,1\n0,2,2\n180,1,5\n";
