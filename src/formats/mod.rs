@@ -7,6 +7,7 @@ mod case;
 pub mod cgns;
 mod conditions;
 mod decompress;
+mod embed;
 pub mod gmsh;
 mod growing;
 mod hash;
@@ -42,6 +43,9 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use case::{CaseFormat, DISPLACEMENT};
+pub use embed::embedded;
+#[cfg(test)]
+pub use embed::unembedded;
 pub use hash::{hash_of, hash_of_input, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};

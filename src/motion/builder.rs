@@ -105,4 +105,8 @@ setters! { Schedule {
     on_inverted(on_inverted: OnInverted) |self| self.output.on_inverted = on_inverted;
     /// Files of the moving surfaces, beside the meshes; none unless it is set.
     surface(surface: SurfaceOutput) |self| self.output.surface = surface;
+    /// Title of the report; the name of the mesh unless it is set.
+    title(title: impl Into<String>) |self| self.output.title = Some(title.into());
+    /// What the mesh unit is called in the report, such as `m`; `mesh units` unless it is set.
+    length_unit(unit: impl Into<String>) |self| self.output.length_unit = Some(unit.into());
 } }
