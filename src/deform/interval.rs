@@ -4,6 +4,7 @@
 use super::fields::{Chosen, Fields, MeshState};
 use super::plan::Plan;
 use super::sliding;
+use super::substeps::Parts;
 use super::velocity::Velocities;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
@@ -174,16 +175,27 @@ impl Interval {
                 self.place_surface_nodes(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
-            Way::Substeps => self.through_substeps(step, plan.schedule.rbf.substeps, out)?,
+            Way::Substeps => {
+                let parts = Parts {
+                    n: plan.schedule.rbf.substeps,
+                    kernel: None,
+                };
+                self.through_substeps(step, parts, out)?
+            }
         };
         self.finish_positions(step, out);
         Ok(error)
     }
 
-    /// Writes the node positions at a step to `out`, computed in `n` substeps; gives the largest displacement
+    /// Writes the node positions at a step to `out`, computed in substeps; gives the largest displacement
     /// error before the correction.
-    pub fn points_through(&self, step: &Step, n: usize, out: &mut [Vector]) -> Result<f64> {
-        let error = self.through_substeps(step, n, out)?;
+    pub(super) fn points_through(
+        &self,
+        step: &Step,
+        parts: Parts,
+        out: &mut [Vector],
+    ) -> Result<f64> {
+        let error = self.through_substeps(step, parts, out)?;
         self.finish_positions(step, out);
         Ok(error)
     }

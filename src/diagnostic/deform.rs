@@ -119,6 +119,8 @@ DeformNote as Deform {
         weight: Option<f64>,
         /// Substeps of the result; none where they did not help.
         substeps: Option<usize>,
+        /// Their kernel, where it is not that of the schedule.
+        kernel: Option<String>,
         /// Inverted cells with them.
         after: usize,
         /// Patches that were untangled then; none where that was not asked for.
@@ -127,7 +129,7 @@ DeformNote as Deform {
         left: usize,
     } => (
         "{} {}",
-        named_step(*step, *azimuth_deg, *time_s), repaired(*before, *weight, &[outcome(*substeps, *after, *patches), untangled(*patches, *left)])
+        named_step(*step, *azimuth_deg, *time_s), repaired(*before, *weight, &[outcome(*substeps, kernel.as_deref(), *after, *patches), untangled(*patches, *left)])
     )
 }}
 
@@ -185,12 +187,18 @@ fn repaired((inverted, unproven): (usize, usize), weight: Option<f64>, done: &[S
 }
 
 /// What substeps have done about inverted cells.
-fn outcome(substeps: Option<usize>, after: usize, patches: Option<usize>) -> String {
+fn outcome(
+    substeps: Option<usize>,
+    kernel: Option<&str>,
+    after: usize,
+    patches: Option<usize>,
+) -> String {
+    let with = kernel.map_or_else(String::new, |kernel| format!(" with the kernel {kernel}"));
     match (substeps, after) {
         (None, _) if patches.is_some_and(|n| n > 0) => String::new(),
         (None, _) => "substeps do not reduce them".to_owned(),
-        (Some(n), 0) => format!("{n} substeps leave none"),
-        (Some(n), after) => format!("{n} substeps leave {after}"),
+        (Some(n), 0) => format!("{n} substeps{with} leave none"),
+        (Some(n), after) => format!("{n} substeps{with} leave {after}"),
     }
 }
 
@@ -213,7 +221,7 @@ mod tests {
 
     #[test]
     fn substeps_are_told_with_what_they_leave() {
-        let told = |azimuth_deg, substeps, after| {
+        let told = |azimuth_deg, substeps, kernel: Option<&str>, after| {
             let note = DeformNote::Substeps {
                 step: 1,
                 azimuth_deg,
@@ -221,6 +229,7 @@ mod tests {
                 before: (43, 0),
                 weight: None,
                 substeps,
+                kernel: kernel.map(str::to_owned),
                 after,
                 patches: None,
                 left: after,
@@ -228,7 +237,7 @@ mod tests {
             note.to_string()
         };
         let start = "step 1 (azimuth 120 degrees) had 43 inverted cells: ";
-        let by_azimuth = |substeps, after| told(Some(120.0), substeps, after);
+        let by_azimuth = |substeps, after| told(Some(120.0), substeps, None, after);
         assert_eq!(
             by_azimuth(None, 43),
             format!("{start}substeps do not reduce them")
@@ -239,8 +248,12 @@ mod tests {
         );
         assert_eq!(by_azimuth(Some(8), 2), format!("{start}8 substeps leave 2"));
         assert_eq!(
-            told(None, Some(4), 0),
+            told(None, Some(4), None, 0),
             "step 1 (0.5 s) had 43 inverted cells: 4 substeps leave none"
+        );
+        assert_eq!(
+            told(None, Some(8), Some("wendland-c0"), 3),
+            "step 1 (0.5 s) had 43 inverted cells: 8 substeps with the kernel wendland-c0 leave 3"
         );
     }
 }

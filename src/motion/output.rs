@@ -53,7 +53,7 @@ pub enum OnInverted {
     Warn,
     /// Stop there.
     Stop,
-    /// Take the step again in 2, 4, 8 substeps; warn where that does not help.
+    /// Take the step again in 2, 4, 8 substeps, then in 8 with `wendland-c0`; warn where that does not help.
     Substeps,
     /// As `Substeps`, then move nodes near cells that are still inverted until these are valid, together with the steps
     /// around it; warn where that does not help. What a schedule does that says nothing.
