@@ -102,10 +102,11 @@ mod tests {
 
     /// Two tetrahedra with a tagged face outside and one between them, an edge, and an array.
     fn mesh() -> Mesh {
-        let mut mesh = Mesh::default();
-        mesh.points = (0..5)
-            .map(|i| [f64::from(i % 2), f64::from(i / 2), f64::from(i % 3)])
-            .collect();
+        let place = |i| [f64::from(i % 2), f64::from(i / 2), f64::from(i % 3)];
+        let mut mesh = Mesh {
+            points: (0..5).map(place).collect(),
+            ..Mesh::default()
+        };
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
         mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
