@@ -8,6 +8,7 @@ pub mod cgns;
 mod conditions;
 mod decompress;
 mod dialect;
+mod embed;
 mod foreign;
 pub mod gmsh;
 mod growing;
@@ -45,6 +46,9 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use case::{CaseFormat, DISPLACEMENT};
+pub use embed::embedded;
+#[cfg(test)]
+pub use embed::unembedded;
 pub use hash::{hash_of, hash_of_input, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};

@@ -102,9 +102,9 @@ mod tests {
 
     /// Two tetrahedra with a tagged face outside and one between them, an edge, and an array.
     fn mesh() -> Mesh {
-        let place = |i| [f64::from(i % 2), f64::from(i / 2), f64::from(i % 3)];
+        let point = |i| [f64::from(i % 2), f64::from(i / 2), f64::from(i % 3)];
         let mut mesh = Mesh {
-            points: (0..5).map(place).collect(),
+            points: (0..5).map(point).collect(),
             ..Mesh::default()
         };
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);

@@ -18,6 +18,12 @@ pub struct RunRecord {
     pub version: u32,
     /// Program and version.
     pub program: String,
+    /// Title that the schedule gives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// What the schedule calls the mesh unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_unit: Option<String>,
     /// `running`, `complete`, `complete but for N steps`, or the message of the error.
     pub outcome: String,
     /// The mesh, the schedule, and the files that it names.
