@@ -42,7 +42,6 @@ mod space;
 mod streams;
 mod support;
 mod system;
-mod told;
 mod twist;
 mod vtk_files;
 #[cfg(feature = "vtkio")]
