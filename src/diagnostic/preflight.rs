@@ -97,7 +97,7 @@ PreflightNote as Preflight {
         needed: (f64, usize),
     } => (
         "body \"{body}\" moves by up to {}{} (step {step}), which has to fade out within the support radius {}: with {kernel} \
-         cells fold where it is not {} times as far; set rbf.support_radius = {} or more, where the mesh has that room, or \
+         that has to be about {} times the distance, or cells fold; set rbf.support_radius = {} or more, where the mesh has that room, or \
          rbf.substeps = {}",
         in_digits(*distance, 3), if *substeps > 1 { " in one substep" } else { "" }, short(*radius),
         in_digits(needed.0 / distance, 2), in_digits(needed.0, 3), needed.1
