@@ -49,7 +49,7 @@ fn space(gallery: &Gallery) -> String {
          <div id=\"scene-still\" hidden></div>\n\
          <div id=\"scene-tools\"><div class=\"tools\">{buttons}</div><div id=\"scene-choices\" role=\"group\" aria-label=\"What is shown\"></div>\n\
          <p class=\"key\" id=\"scene-key\" hidden><span>0</span>{}<span class=\"most\"></span> <span>displacement</span></p></div>\n\
-         <p class=\"remark\">Drag to turn; click and use the wheel, or two fingers, to zoom; drag with the right button to shift. {}</p>\n\
+         <p class=\"remark\"><span class=\"how\">Drag to turn; click and use the wheel, or two fingers, to zoom; drag with the right button to shift.</span> {}</p>\n\
          <script type=\"application/json\" id=\"scene-data\">{}</script>\n</section>\n",
         slice::colour_bar("Colours from 0, dark, to the largest displacement, bright"),
         escape(&scene.sentence()),
