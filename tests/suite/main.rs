@@ -42,6 +42,7 @@ mod space;
 mod streams;
 mod support;
 mod system;
+mod told;
 mod twist;
 mod vtk_files;
 #[cfg(feature = "vtkio")]

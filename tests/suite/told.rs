@@ -1,0 +1,162 @@
+//! Nothing is wrong in silence: what the whole program says and refuses, each with what would be right.
+
+use crate::support::{airfoil, azimesh, rewrite, succeed};
+use std::fs;
+use std::path::Path;
+
+const PITCH: (&str, &str) = ("step = 10.0", "step = 90.0");
+
+#[test]
+fn steps_of_a_schedule_of_times_have_no_azimuth() {
+    let folder = airfoil();
+    let body = "[[body]]\nname = \"a\"\ntags = [\"airfoil\"]\nrigid = { translate = [0.1, 0.0, 0.0], ramp = true }\n";
+    let schedule = format!(
+        "time = {{ stop = 0.2, step = 0.1 }}\nboundaries.others = \"fixed\"\nrbf.support_radius = 10.0\n{body}"
+    );
+    fs::write(folder.path().join("t.toml"), schedule).unwrap();
+    succeed(
+        folder.path(),
+        &["-q", "deform", "n.vtu", "t.toml", "-o", "out"],
+    );
+    let table = fs::read_to_string(folder.path().join("out/steps.csv")).unwrap();
+    let starts: Vec<String> = table
+        .lines()
+        .map(|line| line.split(',').take(3).collect::<Vec<_>>().join(","))
+        .collect();
+    assert_eq!(
+        starts,
+        ["step,azimuth_deg,time_s", "0,,0", "1,,0.1", "2,,0.2"]
+    );
+    let resumed = ["-q", "deform", "n.vtu", "t.toml", "-o", "out", "--resume"];
+    succeed(folder.path(), &resumed);
+}
+
+#[test]
+fn base_points_that_miss_the_tolerance_of_another_schedule_are_told_to_be_chosen_anew() {
+    let folder = airfoil();
+    rewrite(
+        folder.path(),
+        "n.toml",
+        "few.toml",
+        &[PITCH, ("tolerance = 1e-4", "tolerance = 1e-2")],
+    );
+    succeed(
+        folder.path(),
+        &["-q", "select", "n.vtu", "few.toml", "-o", "base.toml"],
+    );
+    rewrite(
+        folder.path(),
+        "few.toml",
+        "tight.toml",
+        &[("tolerance = 1e-2", "tolerance = 1e-5")],
+    );
+    let with = [
+        "-q",
+        "deform",
+        "n.vtu",
+        "tight.toml",
+        "--base",
+        "base.toml",
+        "-o",
+        "out",
+        "--force",
+    ];
+    let run = azimesh(folder.path(), &with);
+    assert_eq!(run.code, 1, "{run:?}");
+    assert!(
+        run.err.contains("leave out `--base`") && !run.err.contains("max_points"),
+        "{run:?}"
+    );
+    // What the sentence advises.
+    succeed(
+        folder.path(),
+        &[
+            "-q",
+            "deform",
+            "n.vtu",
+            "tight.toml",
+            "-o",
+            "out",
+            "--force",
+        ],
+    );
+}
+
+#[test]
+fn a_wall_that_is_called_fixed_and_moves_is_told_of_in_check_and_deform() {
+    let folder = airfoil();
+    let mesh = "su2/n.su2";
+    fs::create_dir(folder.path().join("su2")).unwrap();
+    succeed(folder.path(), &["-q", "convert", "n.vtu", mesh]);
+    let text = fs::read_to_string(folder.path().join(mesh)).unwrap();
+    // The faces of the airfoil once more, as a tag of their own.
+    let at = text.find("MARKER_TAG= airfoil").unwrap();
+    let end = text[at + 1..]
+        .find("MARKER_TAG=")
+        .map_or(text.len(), |n| at + 1 + n);
+    let again = text[at..end].replace("airfoil", "wall");
+    let text = text.replace("NMARK= 2", "NMARK= 3") + &again;
+    fs::write(folder.path().join(mesh), text).unwrap();
+    rewrite(
+        folder.path(),
+        "n.toml",
+        "few.toml",
+        &[PITCH, ("[\"farfield\"]", "[\"farfield\", \"wall\"]")],
+    );
+    for command in [
+        &["check", mesh, "few.toml"][..],
+        &["deform", mesh, "few.toml", "-o", "out"],
+    ] {
+        let run = succeed(folder.path(), command);
+        let told = format!("{}{}", run.out, run.err);
+        assert!(
+            told.contains("of tag \"wall\", which is fixed, move with body \"airfoil\""),
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn portable_files_leave_out_what_their_readers_do_not_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "NDIME= 2\nNELEM= 2\n9 0 1 2 3\n9 1 4 5 2\nNPOIN= 6\n0 0\n1 0\n1 1\n0 1\n2 0\n2 1\nNMARK= 2\nMARKER_TAG= wall\n\
+                MARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= inside\nMARKER_ELEMS= 1\n3 1 2\n";
+    fs::write(folder.path().join("m.su2"), mesh).unwrap();
+    let run = succeed(folder.path(), &["convert", "m.su2", "same.su2"]);
+    assert!(
+        run.err
+            .contains("SU2 takes markers on the boundary only; --portable leaves them out"),
+        "{run:?}"
+    );
+    let run = succeed(
+        folder.path(),
+        &["convert", "m.su2", "portable.su2", "--portable"],
+    );
+    assert!(
+        run.err.contains("faces between two cells left out: 1"),
+        "{run:?}"
+    );
+    let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert!(text("same.su2").contains("inside") && !text("portable.su2").contains("inside"));
+    assert!(text("portable.su2").contains("wall"));
+}
+
+#[test]
+fn files_that_are_no_mesh_are_named_for_what_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let write =
+        |name: &str, bytes: &[u8]| fs::write(Path::new(folder.path()).join(name), bytes).unwrap();
+    write("a.su2", b"PK\x03\x04\x14\0\0\0");
+    write("b", b"solid part\n facet normal 0 0 1\n");
+    for (name, what) in [
+        ("a.su2", "this is a zip archive"),
+        ("b", "this is an STL file"),
+    ] {
+        let run = azimesh(folder.path(), &["info", name]);
+        assert_eq!(run.code, 2, "{run:?}");
+        assert!(
+            run.err.contains(what) && !run.err.contains("known formats"),
+            "{run:?}"
+        );
+    }
+}
