@@ -89,7 +89,8 @@ fn harmonics_and_tables_are_differentiated() {
 
 #[test]
 fn bending_blades_are_differentiated() {
-    let beam = "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION, hold_ends = true }";
+    let beam =
+        "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION, hold_ends = true }";
     for interpolation in ["linear", "cubic"] {
         assert_differentiated(&motion(interpolation, beam));
         let all = format!("{beam}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]");
