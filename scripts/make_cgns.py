@@ -234,8 +234,34 @@ def two_zones():
         writer.condition(conditions, "wall", [2, 2], "BCWall", "FaceCenter", how="PointRange")
 
 
+def odd():
+    """What real files have and the standard has not: a family without data, an abbreviated kind, a condition by nodes
+    with the name of the section of cells, a polygon of two nodes, a link into a file that is not there."""
+    writer = Writer("odd_parts.cgns", 3.4)
+    base = writer.base()
+    orphan = writer.add(base, "ORPHAN", "Family_t")
+    writer.add(orphan, "FamilyBC", "FamilyBC_t")
+    base["Notes"] = h5py.ExternalLink("nowhere.cgns", "/Base/Notes")
+    zone = writer.add(base, "Zone", "Zone_t", np.array([[12], [2], [0]], "i4"))
+    writer.add(zone, "ZoneType", "ZoneType_t", "U")
+    writer.add(zone, "FamilyName", "FamilyName_t")
+    writer.coordinates(zone)
+    writer.section(zone, "Air", 17, 1, HEXAHEDRA)
+    writer.section(zone, "low", 7, 3, [LOW])
+    conditions = writer.add(zone, "ZoneBC", "ZoneBC_t")
+    writer.condition(conditions, "Air", [1, 12], "Null", "Vertex", how="PointRange")
+    flat = writer.add(base, "Flat", "Zone_t", np.array([[12], [0], [0]], "i4"))
+    writer.add(flat, "ZoneType", "ZoneType_t", "Unstructured")
+    writer.coordinates(flat)
+    polygons = writer.add(flat, "Polygons", "Elements_t", np.array([22, 0], "i4"))
+    writer.ints(polygons, "ElementRange", "IndexRange_t", [1, 2])
+    writer.ints(polygons, "ElementStartOffset", "DataArray_t", [0, 4, 6])
+    writer.ints(polygons, "ElementConnectivity", "DataArray_t", [*HIGH, 1, 2])
+
+
 def main():
     FOLDER.mkdir(exist_ok=True)
+    odd()
     polyhedra("polyhedra_offsets.cgns", 3.4, True)
     polyhedra("polyhedra_counts.cgns", 3.3, False)
     parents()

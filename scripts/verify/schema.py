@@ -178,7 +178,7 @@ def runs(folder):
     yield told("finish", parts, expect=1)
     yield record(parts / "run.json")
     yield from folding(folder, told, record)
-    (folder / "surface.toml").write_text(schedule.read_text() + '\n[output]\nformat = "su2"\nsurface = "su2"\n')
+    (folder / "surface.toml").write_text(schedule.read_text() + '\n[output]\nformat = "su2"\nsurface = "su2"\ntitle = "SU2"\nlength_unit = "m"\n')
     azimesh("deform", airfoil, folder / "surface.toml", "-o", folder / "surface")
     yield record(folder / "surface" / "run.json")
     yield told("report", out)

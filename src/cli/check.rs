@@ -98,7 +98,7 @@ fn as_json(
         "max_displacement_step": extremes.largest().0,
         "steps": steps.map(|step| json!({
             "step": step.index,
-            "azimuth_deg": step.azimuth_deg,
+            "azimuth_deg": step.azimuth_deg(),
             "time_s": step.time_s,
             "max_displacement": plan.largest_displacement(step.index),
             "bodies": bodies_at(plan, &[step]).iter().map(|body| body_as_json(plan, body)).collect::<Vec<_>>(),

@@ -1,8 +1,10 @@
 //! `azimesh select`: base points chosen once and saved.
 
 use super::{Context, Outcome};
-use crate::deform::{Layer, LayerKind, Plan, choose, missed_layers};
-use crate::diagnostic::{in_digits, short};
+use crate::deform::{
+    BaseOrigin, Layer, LayerKind, Plan, choose, missed as missed_sentence, missed_layers,
+};
+use crate::diagnostic::in_digits;
 use crate::error::{Error, Result, path_in_line};
 use crate::formats::Commit;
 use crate::motion::Schedule;
@@ -76,16 +78,10 @@ fn report(
             ))?;
         }
     }
-    let Some((_, selection)) = missed else {
+    let Some((layer, selection)) = missed else {
         return Ok(Outcome::Fine);
     };
-    context.complain(&format!(
-        "the tolerance {} is not met: {} base points leave an error of {}; a smaller support_radius, another kernel or \
-         larger max_points may help",
-        short(plan.tolerance),
-        selection.base.len(),
-        in_digits(selection.measured, 4)
-    ));
+    context.complain(&missed_sentence(plan, layer, selection, BaseOrigin::Chosen));
     Ok(Outcome::CheckFailed)
 }
 

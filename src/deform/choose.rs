@@ -5,17 +5,20 @@
 //! | `sequence` | the modes over all steps | at the tolerance |
 //! | `real` | the modes at the first step of the interval that moves anything (Algorithm 1 of the paper) | at the tolerance |
 //! | `constant` | one vector on all that moves (Algorithm 2) | at the tolerance or at `max_points` |
-//! | `all` | none: every surface node | |
+//! | `all` | none: every surface node that double precision can tell from others | |
 
 use super::base_points::BasePoints;
 use super::layer::{Layer, LayerKind};
 use super::plan::Plan;
-use crate::error::{Error, Result};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::deform::DeformNote;
+use crate::error::{Error, ErrorKind, Result};
 use crate::geometry::vector::{Vector, norm};
 use crate::motion::{SelectionCriterion, SelectionMethod};
 use crate::progress::Progress;
 use crate::rbf::criterion::Criterion;
 use crate::rbf::distinct::distinct;
+use crate::rbf::power::by_power;
 use crate::rbf::select::{self, Limits, Measure, Selection};
 use crate::rbf::space::Space;
 use crate::rbf::targets::Targets;
@@ -115,18 +118,56 @@ fn choose_for(
             in_rounds(plan, layer, targets, progress)
         }
         SelectionMethod::Constant => by_constant(plan, layer, targets, progress),
-        SelectionMethod::All => {
-            let radius = layer.space.basis.radius;
-            let base = match layer.modes.n_modes {
-                0 => Vec::new(),
-                _ => distinct(&plan.surface.points, DISTINCT * radius, targets.images),
-            };
-            let skipped = plan.surface.nodes.len() - base.len();
-            let mut selection = select::from_base(&layer.space, targets, base, Measure::Max)?;
-            selection.skipped = skipped;
-            Ok(selection)
-        }
+        SelectionMethod::All => every_point(plan, layer, targets),
     }
+}
+
+/// Every surface point but those that lie on others to working precision. Where the kernel matrix of all of them is
+/// not positive definite in double precision, those that the power function leaves: each reduces it, and the others are
+/// reproduced within round-off.
+fn every_point(plan: &Plan, layer: &Layer, targets: Targets<'_>) -> Result<Selection> {
+    let (space, points) = (&layer.space, &plan.surface.points);
+    let base = match layer.modes.n_modes {
+        0 => Vec::new(),
+        _ => distinct(points, DISTINCT * space.basis.radius, targets.images),
+    };
+    let mut selection = match select::from_base(space, targets, base, Measure::Max) {
+        Err(error) if error.kind == ErrorKind::Check => {
+            let is_image = |at: usize| targets.images.get(at).is_some_and(|image| *image);
+            let weight = |at| if is_image(at) { 0.0 } else { 1.0 };
+            let weights: Vec<f64> = (0..points.len()).map(weight).collect();
+            let base = by_power(space, points, &weights, 0.0, points.len());
+            select::from_base(space, targets, base, Measure::Max)?
+        }
+        selection => selection?,
+    };
+    selection.skipped = plan.surface.nodes.len() - selection.base.len();
+    Ok(selection)
+}
+
+/// A note where method `all` has left surface points out.
+pub(super) fn left_out(plan: &Plan, selections: &[Selection]) -> Vec<Diagnostic> {
+    let is_all = plan.schedule.selection.method == SelectionMethod::All;
+    let n_images = plan
+        .periodic
+        .is_image
+        .iter()
+        .filter(|image| **image)
+        .count();
+    let wanted = plan.surface.points.len() - n_images;
+    let layers = plan
+        .layers
+        .iter()
+        .zip(selections)
+        .filter(|(layer, own)| is_all && layer.modes.n_modes > 0 && own.base.len() < wanted);
+    let notes = layers.map(|(layer, own)| DeformNote::NotAll {
+        base_points: own.base.len(),
+        surface: wanted,
+        kernel: layer.space.basis.kernel.name(),
+        radius: layer.space.basis.radius,
+        error: own.error,
+    });
+    notes.map(Diagnostic::from).collect()
 }
 
 /// The first step of an interval, or the first at which anything moves: base points for nothing would

@@ -10,7 +10,7 @@ use super::plan::Plan;
 use super::positions::{Positions, Stepper};
 use super::repair::Repair;
 use super::step_memory::{Rounding, StepMemory};
-use super::tolerance::check_tolerance;
+use super::tolerance::{BaseOrigin, check_tolerance};
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -277,7 +277,7 @@ impl Deformation {
                 return from_nodes(&self.plan, steps, base);
             }
             let selections = choose(&self.plan, steps, &*self.progress)?;
-            check_tolerance(&self.plan, &selections)?;
+            check_tolerance(&self.plan, &selections, BaseOrigin::Chosen)?;
             Ok(selections)
         })
     }

@@ -55,6 +55,12 @@ impl FirstCells {
         }
     }
 
+    /// The edges from the wall, each with its node there and the one off it.
+    #[cfg(test)]
+    pub fn edges(&self) -> &[(u32, u32)] {
+        &self.edges
+    }
+
     /// The smallest first-cell height, in mesh units.
     pub fn smallest(&self) -> Option<f64> {
         self.smallest

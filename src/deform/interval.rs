@@ -1,9 +1,12 @@
 //! Node positions at the steps of a selection interval: fields of the layers, the exact surface and the
 //! rotation to the inertial frame.
 
+use super::choose;
 use super::fields::{Chosen, Fields, MeshState};
 use super::plan::Plan;
+use super::round_off;
 use super::sliding;
+use super::substeps::Parts;
 use super::velocity::Velocities;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
@@ -72,8 +75,10 @@ impl Interval {
             way: Way::Substeps,
             bases: selections.iter().map(|s| s.base.clone()).collect(),
             velocities: None,
-            warnings: Vec::new(),
+            warnings: choose::left_out(plan, &selections),
         };
+        let noise = round_off::check(plan, &selections)?;
+        interval.warnings.extend(noise);
         if plan.schedule.rbf.substeps == 1 {
             interval.way = interval.at_once(selections, progress)?;
         }
@@ -174,16 +179,27 @@ impl Interval {
                 self.place_surface_nodes(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
-            Way::Substeps => self.through_substeps(step, plan.schedule.rbf.substeps, out)?,
+            Way::Substeps => {
+                let parts = Parts {
+                    n: plan.schedule.rbf.substeps,
+                    kernel: None,
+                };
+                self.through_substeps(step, parts, out)?
+            }
         };
         self.finish_positions(step, out);
         Ok(error)
     }
 
-    /// Writes the node positions at a step to `out`, computed in `n` substeps; gives the largest displacement
+    /// Writes the node positions at a step to `out`, computed in substeps; gives the largest displacement
     /// error before the correction.
-    pub fn points_through(&self, step: &Step, n: usize, out: &mut [Vector]) -> Result<f64> {
-        let error = self.through_substeps(step, n, out)?;
+    pub(super) fn points_through(
+        &self,
+        step: &Step,
+        parts: Parts,
+        out: &mut [Vector],
+    ) -> Result<f64> {
+        let error = self.through_substeps(step, parts, out)?;
         self.finish_positions(step, out);
         Ok(error)
     }

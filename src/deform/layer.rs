@@ -9,14 +9,13 @@
 //! Where a body turns in a [`Ring`], `theta_b` is the ring's weight times that of the body, and what this leaves at the
 //! surface is interpolated.
 
-use super::ring::Ring;
+use super::ring::{self, Ring};
 use crate::error::Result;
 use crate::geometry::rotation::rotate_by;
 use crate::geometry::vector::{Vector, add, distance, norm, scale, sub, weighted_sum};
 use crate::geometry::{Bounds, Transform};
 use crate::modes::{Form, Modes, RigidSurface};
 use crate::motion::CentreLine;
-use crate::parallel;
 use crate::rbf::criterion::Criterion;
 use crate::rbf::space::Space;
 use std::ops::Range;
@@ -196,7 +195,7 @@ pub(super) fn twist_layers(
     Ok(vec![
         Layer {
             lever_arms: lever_arms(points, &turning),
-            rest: rest(points, &turning, &rotation),
+            rest: ring::rest(points, &turning, &rotation),
             ..Layer::new(
                 LayerKind::Rotation(turning),
                 method.rotation.clone(),
@@ -287,40 +286,6 @@ fn ring(
     Some((ring, row.to_vec()))
 }
 
-/// What is left of the values of rotations (N, r) at the surface when what rings give is taken off; `None` where there
-/// is no ring.
-fn rest(points: &[Vector], bodies: &[Turning], modes: &Modes) -> Option<Vec<f64>> {
-    bodies.iter().find(|body| body.ring.is_some())?;
-    let mut rest = modes.values.clone();
-    add_rings(bodies, -1.0, modes.n_modes, &mut rest, |row| points[row]);
-    Some(rest)
-}
-
-/// Adds what the rings of bodies give, `sign` times, to rows of values (N, r) at the places `at`.
-fn add_rings(
-    bodies: &[Turning],
-    sign: f64,
-    r: usize,
-    values: &mut [f64],
-    at: impl Fn(usize) -> Vector + Sync,
-) {
-    for body in bodies {
-        let Some((ring, own)) = &body.ring else {
-            continue;
-        };
-        parallel::for_blocks(values, parallel::BLOCK * r, &|first, rows| {
-            for (i, row) in rows.chunks_exact_mut(r).enumerate() {
-                let weight = sign * ring.weight(at(first / r + i));
-                if weight != 0.0 {
-                    for (value, own) in row[body.modes.clone()].iter_mut().zip(own) {
-                        *value += weight * own;
-                    }
-                }
-            }
-        });
-    }
-}
-
 /// The rotations of all bodies about their centres, side by side. `modes_of(body, lever_arm)` gives the
 /// modes of a body's rotation vectors times its largest lever arm; they are its own, as its centre is.
 pub(super) fn turning_bodies(
@@ -399,7 +364,7 @@ impl Layer {
     /// Adds to values of the modes (N, r) at the places `at` what is not interpolated.
     pub(super) fn add_rings(&self, values: &mut [f64], at: impl Fn(usize) -> Vector + Sync) {
         if let LayerKind::Rotation(bodies) = &self.kind {
-            add_rings(bodies, 1.0, self.modes.n_modes, values, at);
+            ring::add_rings(bodies, 1.0, self.modes.n_modes, values, at);
         }
     }
 

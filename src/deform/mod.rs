@@ -24,6 +24,7 @@ mod prepare;
 mod repair;
 mod repair_rate;
 mod ring;
+mod round_off;
 mod sections;
 mod sliding;
 mod step_memory;
@@ -49,7 +50,9 @@ pub use plan::Plan;
 pub(crate) use repair::Repair;
 pub(crate) use step_memory::Rounding;
 pub(crate) use tolerance::missed_at_step;
-pub use tolerance::{check_tolerance, missed_layers};
+pub use tolerance::{BaseOrigin, check_tolerance, missed, missed_layers};
 
+#[cfg(test)]
+mod precision_tests;
 #[cfg(test)]
 mod tests;

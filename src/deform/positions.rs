@@ -9,6 +9,7 @@ use super::measures::Measures;
 use super::plan::Plan;
 use super::repair::{self, Repair, n_not_valid};
 use super::step_memory::{RepairedStep, Rounding, StepMemory};
+use super::substeps::Parts;
 use super::untangle::StepFreedom;
 use super::window::{Window, folded_around, steps_around};
 use crate::error::Result;
@@ -22,6 +23,8 @@ use std::sync::Arc;
 
 /// Rings of neighbours around the folded cells of a window: its repair is spread over more nodes than one step needs.
 const LEAST_RINGS: usize = 3;
+/// How often the hardest step of a window is looked at for cells that are folded between valid corners.
+const LOOKS: usize = 3;
 
 /// Results of positioning the nodes at a step.
 #[derive(Clone)]
@@ -86,8 +89,8 @@ impl Stepper<'_> {
         cells: &mut Summary,
         error: &mut f64,
     ) -> Result<Repair> {
-        repair::try_substeps(self.plan, points, cells, error, |n, points| {
-            let error = self.through(step, n, points)?;
+        repair::try_substeps(self.plan, points, cells, error, |parts, points| {
+            let error = self.through(step, parts, points)?;
             Ok((error, self.judge(points)))
         })
     }
@@ -178,26 +181,42 @@ impl Stepper<'_> {
         }
         let mut rings = LEAST_RINGS;
         if hardest.0 > 0 {
-            match self.memory.take_start(hardest.1.index) {
-                Some(start) => {
-                    points.copy_from_slice(&start.points);
-                    let error = start.selection_error;
-                    self.memory.keep_start(hardest.1.index, points, error);
-                }
-                None => {
-                    self.start(hardest.1, substeps, points)?;
-                }
-            }
+            self.kept_start(hardest.1, substeps, points)?;
             let freedom = StepFreedom::of(self.plan, (self.measures)(), hardest.1);
             let repaired = freedom.untangle(points, Limits::default(), self.stop)?;
             rings = rings_of(&repaired).max(rings);
         }
+        let mut area = Area::around(freedom.task(), &all, rings);
+        if hardest.0 > 0 {
+            self.look_between(&mut area, hardest.1, substeps, points)?;
+        }
         Ok(Window {
             steps: steps_around(&folded, self.interval.steps()),
             substeps,
-            area: Area::around(freedom.task(), &all, rings),
+            area,
             folded,
         })
+    }
+
+    /// Has an area look between the corners of the cells that it leaves folded there at the hardest step, so that it moves
+    /// its nodes at all steps alike.
+    fn look_between(
+        &self,
+        area: &mut Area,
+        hardest: &Step,
+        substeps: Option<Parts>,
+        points: &mut [Vector],
+    ) -> Result<()> {
+        let freedom = StepFreedom::of(self.plan, (self.measures)(), hardest);
+        for _ in 0..LOOKS {
+            self.kept_start(hardest, substeps, points)?;
+            freedom.relax(area, points, self.stop)?;
+            self.rounding.apply(points);
+            if !area.look_between(freedom.task(), points) {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// Repairs a step of a window, whose positions before that are in `points`.
@@ -315,18 +334,31 @@ impl Stepper<'_> {
         Ok(error)
     }
 
-    fn through(&self, step: &Step, n: usize, points: &mut [Vector]) -> Result<f64> {
-        let error = self.interval.points_through(step, n, points)?;
+    fn through(&self, step: &Step, parts: Parts, points: &mut [Vector]) -> Result<f64> {
+        let error = self.interval.points_through(step, parts, points)?;
         self.rounding.apply(points);
         Ok(error)
     }
 
     /// Where the repair of a step begins.
-    fn start(&self, step: &Step, substeps: Option<usize>, points: &mut [Vector]) -> Result<f64> {
+    fn start(&self, step: &Step, substeps: Option<Parts>, points: &mut [Vector]) -> Result<f64> {
         match substeps {
             None => self.plain(step, points),
-            Some(n) => self.through(step, n, points),
+            Some(parts) => self.through(step, parts, points),
         }
+    }
+
+    /// The same, from memory where it was kept there.
+    fn kept_start(
+        &self,
+        step: &Step,
+        substeps: Option<Parts>,
+        points: &mut [Vector],
+    ) -> Result<()> {
+        if self.memory.copy_start(step.index, points).is_none() {
+            self.start(step, substeps, points)?;
+        }
+        Ok(())
     }
 
     fn judge(&self, points: &[Vector]) -> Summary {

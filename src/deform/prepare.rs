@@ -15,16 +15,14 @@ use super::velocity;
 use super::zone;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
-use crate::diagnostic::in_digits;
+use crate::diagnostic::{in_digits, short};
 use crate::error::{Error, Result};
 use crate::formats::{Format, openfoam, su2};
 use crate::geometry::Bounds;
-use crate::geometry::vector::Vector;
+use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{Mesh, OneLayer};
 use crate::modes::{Form, RigidSurface};
-use crate::motion::{
-    Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SelectionMethod, SurfaceFaces,
-};
+use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SurfaceFaces};
 use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
 use std::sync::Arc;
@@ -130,31 +128,49 @@ impl Plan {
     }
 
     fn check_truncation(&self) -> Result<()> {
-        if self.truncation() > self.method.truncation {
-            let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
-            let diagonal = Bounds::around(&self.mesh.points).diagonal();
-            let steps = 0..self.motion.steps.len();
-            let largest = steps.map(|step| self.largest_displacement(step));
-            let largest = largest.fold(0.0, f64::max);
-            let remedy = if largest > FAR * diagonal {
-                format!(
-                    "the motion moves bodies by {}, and the mesh is {} across: give the \
-                     motion in mesh units",
-                    in_digits(largest, 3),
-                    in_digits(diagonal, 3)
-                )
-            } else {
-                "move the mesh near the origin or raise the tolerance".to_owned()
-            };
-            return Err(Error::input(format!(
-                "the modes reproduce the motion only to {:.1e}, which is more than 1% of the tolerance {:.1e} \
-                 or of the smallest first cell {cell:.1e}; {remedy}",
-                self.truncation(),
-                self.tolerance
-            ))
-            .file(&self.schedule.path));
+        if self.truncation() <= self.method.truncation {
+            return Ok(());
         }
-        Ok(())
+        let cell = self.first_cells.smallest().unwrap_or(f64::INFINITY);
+        Err(Error::input(format!(
+            "the modes reproduce the motion only to {:.1e}, which is more than 1% of the tolerance {:.1e} \
+             or of the smallest first cell {cell:.1e}; {}",
+            self.truncation(),
+            self.tolerance,
+            self.better_modes(cell)
+        ))
+        .file(&self.schedule.path))
+    }
+
+    /// What to do about modes that are too coarse: the motion, the place of the mesh or the tolerance may be at fault.
+    fn better_modes(&self, cell: f64) -> String {
+        let bounds = Bounds::around(&self.mesh.points);
+        let diagonal = bounds.diagonal();
+        let steps = 0..self.motion.steps.len();
+        let largest = steps.map(|step| self.largest_displacement(step));
+        let largest = largest.fold(0.0, f64::max);
+        if largest > FAR * diagonal {
+            return format!(
+                "the motion moves bodies by {}, and the mesh is {} across: give the motion in mesh units",
+                in_digits(largest, 3),
+                in_digits(diagonal, 3)
+            );
+        }
+        let away = distance(bounds.nearest(&[0.0; 3]), [0.0; 3]);
+        if self.truncation() * diagonal <= self.method.truncation * away {
+            return format!(
+                "move the mesh near the origin, from which it is {} away",
+                in_digits(away, 3)
+            );
+        }
+        let moving = moving_bounds(&self.surface);
+        match default_tolerance(&self.schedule, &moving, &self.first_cells) {
+            Some(usual) if self.truncation() <= TRUNCATION * usual.min(cell) => format!(
+                "double precision has no more digits: set a larger `tolerance`, or leave it out, and {} is chosen",
+                short(usual)
+            ),
+            _ => "double precision has no more digits for first cells of that height; make them higher".to_owned(),
+        }
     }
 }
 
@@ -272,19 +288,27 @@ fn tolerance(
     if let Some(tolerance) = schedule.selection.tolerance {
         return Ok(tolerance);
     }
-    let chosen = if schedule.selection.correction {
-        Some(DEFAULT_TOLERANCE * moving.diagonal())
-    } else {
-        first_cells.smallest()
-    };
-    let tolerance = chosen.filter(|t| *t > 0.0).ok_or_else(|| {
+    let chosen = default_tolerance(schedule, moving, first_cells);
+    let tolerance = chosen.ok_or_else(|| {
         Error::input(
             "no tolerance can be chosen for this mesh; set selection.tolerance, in mesh units",
         )
         .file(&schedule.path)
     })?;
-    if schedule.selection.method != SelectionMethod::All {
-        choices.push(DeformNote::Tolerance { tolerance }.into());
-    }
+    choices.push(DeformNote::Tolerance { tolerance }.into());
     Ok(tolerance)
+}
+
+/// The tolerance where the schedule has none; `None` where none can be chosen.
+fn default_tolerance(
+    schedule: &Schedule,
+    moving: &Bounds,
+    first_cells: &FirstCells,
+) -> Option<f64> {
+    let chosen = if schedule.selection.correction {
+        Some(DEFAULT_TOLERANCE * moving.diagonal())
+    } else {
+        first_cells.smallest()
+    };
+    chosen.filter(|tolerance| *tolerance > 0.0)
 }

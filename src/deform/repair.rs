@@ -1,12 +1,14 @@
 //! What is done about folded cells of a step, and told of it. With `on_inverted = "substeps"` it is repeated in 2, 4 and 8
-//! substeps, from the same base points; with `"repair"` the cells that are left are untangled after that.
+//! substeps, from the same base points, at last with another kernel; with `"repair"` the cells that are left are untangled after that.
 
 use super::plan::Plan;
+use super::substeps::Parts;
 use super::window::Window;
 use crate::error::{ErrorKind, Result};
 use crate::geometry::vector::Vector;
 use crate::motion::{Interpolate, OnInverted, Step};
 use crate::quality::Summary;
+use crate::rbf::Kernel;
 use crate::record::{PatchRecord, RepairRecord};
 use crate::repair::{Count, PatchLog, Repaired};
 use std::ops::Range;
@@ -14,11 +16,15 @@ use std::ops::Range;
 /// Substeps that are tried, one after the other.
 const TRIES: [usize; 3] = [2, 4, 8];
 
+/// The kernel of the last try: it falls linearly from a base point, so that the mesh of a narrow gap gives way evenly,
+/// where a smooth kernel moves the middle of the gap with one of its sides.
+const LAST_KERNEL: Kernel = Kernel::WendlandC0;
+
 /// What was done about the folded cells of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Repair {
     /// Substeps of the result; none where they did not help.
-    pub substeps: Option<usize>,
+    pub(super) substeps: Option<Parts>,
     /// Cells that are not valid without them.
     before: Count,
     /// And with them.
@@ -71,24 +77,41 @@ fn has_substeps(plan: &Plan) -> bool {
         || bodies.all(|body| plan.motion.is_rigid(body))
 }
 
+/// The substeps to be tried, one after the other.
+fn tries(plan: &Plan) -> Vec<Parts> {
+    let n_now = plan.schedule.rbf.substeps;
+    if !has_substeps(plan) {
+        return Vec::new();
+    }
+    let more = TRIES.into_iter().filter(|&n| n > n_now);
+    let mut tries: Vec<Parts> = more.map(|n| Parts { n, kernel: None }).collect();
+    if plan.method.displacement.basis.kernel != LAST_KERNEL {
+        tries.push(Parts {
+            n: n_now.max(TRIES[TRIES.len() - 1]),
+            kernel: Some(LAST_KERNEL),
+        });
+    }
+    tries
+}
+
 /// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
 /// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
-/// step in so many parts.
+/// step in parts.
 pub(super) fn try_substeps(
     plan: &Plan,
     points: &mut [Vector],
     summary: &mut Summary,
     error: &mut f64,
-    attempt: impl Fn(usize, &mut [Vector]) -> Result<(f64, Summary)>,
+    attempt: impl Fn(Parts, &mut [Vector]) -> Result<(f64, Summary)>,
 ) -> Result<Repair> {
     let before = count(summary);
     let mut substeps = None;
     let mut trial = points.to_vec();
-    for n in TRIES {
-        if n <= plan.schedule.rbf.substeps || summary.inverted == 0 || !has_substeps(plan) {
-            continue;
+    for parts in tries(plan) {
+        if summary.inverted == 0 {
+            break;
         }
-        let (found_error, found) = match attempt(n, &mut trial) {
+        let (found_error, found) = match attempt(parts, &mut trial) {
             Ok(found) => found,
             Err(error) if error.kind == ErrorKind::System => return Err(error),
             // A part that cannot be interpolated repairs nothing.
@@ -96,7 +119,7 @@ pub(super) fn try_substeps(
         };
         if found.inverted < summary.inverted {
             points.copy_from_slice(&trial);
-            (*error, *summary, substeps) = (found_error, found, Some(n));
+            (*error, *summary, substeps) = (found_error, found, Some(parts));
         }
     }
     Ok(Repair {
@@ -152,9 +175,11 @@ impl Repair {
     /// What run.json holds.
     pub fn record(&self, step: &Step) -> RepairRecord {
         let window = self.window.as_ref();
+        let kernel = self.substeps.and_then(|parts| parts.kernel);
         let mut record = RepairRecord {
             step: step.index,
-            substeps: self.substeps,
+            substeps: self.substeps.map(|parts| parts.n),
+            kernel: kernel.map(|kernel| kernel.name().to_owned()),
             inverted_before: self.before.inverted,
             inverted: self.after.inverted,
             unproven_before: (self.before.unproven > 0).then_some(self.before.unproven),
@@ -197,7 +222,7 @@ mod tests {
     fn a_repaired_step_without_an_azimuth_is_named_by_its_time() {
         let steps = Schedule::new(Steps::times_s([0.25])).steps();
         let repair = Repair {
-            substeps: Some(2),
+            substeps: Some(Parts { n: 2, kernel: None }),
             before: Count {
                 inverted: 3,
                 unproven: 0,

@@ -10,8 +10,10 @@
 //! too coarse for its shear `theta r dw/dr`. This grows from zero at the body, as thin cells that lie along the radius, such as those
 //! of a boundary layer behind an edge, do not stand a jump of it; in the outer half it is the same at every radius.
 
+use super::layer::Turning;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
-use crate::modes::RigidSurface;
+use crate::modes::{Modes, RigidSurface};
+use crate::parallel;
 
 /// A ring has at least this ratio of its radii.
 const LEAST_RATIO: f64 = 1.5;
@@ -138,6 +140,40 @@ fn common_axis(vectors: &[Vector]) -> Option<Vector> {
     let axis = unit(longest)?;
     let is_parallel = |v: &Vector| norm(cross(*v, axis)) <= PARALLEL * norm(longest);
     vectors.iter().all(is_parallel).then_some(axis)
+}
+
+/// What is left of the values of rotations (N, r) at the surface when what rings give is taken off; `None` where there
+/// is no ring.
+pub(super) fn rest(points: &[Vector], bodies: &[Turning], modes: &Modes) -> Option<Vec<f64>> {
+    bodies.iter().find(|body| body.ring.is_some())?;
+    let mut rest = modes.values.clone();
+    add_rings(bodies, -1.0, modes.n_modes, &mut rest, |row| points[row]);
+    Some(rest)
+}
+
+/// Adds what the rings of bodies give, `sign` times, to rows of values (N, r) at the places `at`.
+pub(super) fn add_rings(
+    bodies: &[Turning],
+    sign: f64,
+    r: usize,
+    values: &mut [f64],
+    at: impl Fn(usize) -> Vector + Sync,
+) {
+    for body in bodies {
+        let Some((ring, own)) = &body.ring else {
+            continue;
+        };
+        parallel::for_blocks(values, parallel::BLOCK * r, &|first, rows| {
+            for (i, row) in rows.chunks_exact_mut(r).enumerate() {
+                let weight = sign * ring.weight(at(first / r + i));
+                if weight != 0.0 {
+                    for (value, own) in row[body.modes.clone()].iter_mut().zip(own) {
+                        *value += weight * own;
+                    }
+                }
+            }
+        });
+    }
 }
 
 #[cfg(test)]

@@ -108,6 +108,14 @@ impl StepMemory {
         }
     }
 
+    /// Copies a step before its repair to `points`, where it was kept; gives its error.
+    pub fn copy_start(&self, step: usize, points: &mut [Vector]) -> Option<f64> {
+        let starts = lock(&self.starts);
+        let start = starts.get(&step)?;
+        points.copy_from_slice(&start.points);
+        Some(start.selection_error)
+    }
+
     /// A step before its repair, where it was kept, which it is no more then.
     pub fn take_start(&self, step: usize) -> Option<Start> {
         lock(&self.starts).remove(&step)

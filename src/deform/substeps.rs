@@ -11,24 +11,35 @@ use crate::modes::RigidSurface;
 use crate::motion::Step;
 use crate::parallel;
 use crate::progress::Silent;
+use crate::rbf::Kernel;
 use crate::rbf::select::{self, Measure};
 use crate::rbf::targets::Targets;
 
+/// The parts of a step, which are equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Parts {
+    /// Their number.
+    pub n: usize,
+    /// What they are interpolated with; the kernel of the schedule where there is none.
+    pub kernel: Option<Kernel>,
+}
+
 impl Interval {
-    /// A step in `n` parts, each interpolated on the mesh left by the one before; gives the largest
+    /// A step in parts, each interpolated on the mesh left by the one before; gives the largest
     /// error of a part before its correction, or without the correction that of the positions.
     pub(super) fn through_substeps(
         &self,
         step: &Step,
-        n: usize,
+        parts: Parts,
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
         let mut nodes = plan.mesh.points.clone();
         let mut worst: f64 = 0.0;
-        for part in 1..=n {
-            let (from, to) = ((part - 1) as f64 / n as f64, part as f64 / n as f64);
-            let error = self.substep(step, (from, to), &nodes, out)?;
+        let n = parts.n as f64;
+        for part in 1..=parts.n {
+            let (from, to) = ((part - 1) as f64 / n, part as f64 / n);
+            let error = self.substep(step, (from, to), parts.kernel, &nodes, out)?;
             worst = worst.max(error);
             plan.periodic
                 .follow(&plan.motion, &plan.mesh.points, None, out);
@@ -46,6 +57,7 @@ impl Interval {
         &self,
         step: &Step,
         (from, to): (f64, f64),
+        kernel: Option<Kernel>,
         nodes: &[Vector],
         out: &mut [Vector],
     ) -> Result<f64> {
@@ -58,6 +70,10 @@ impl Interval {
         };
         let given = plan.surface_displacements_between(std::slice::from_ref(step), from, to);
         let mut method = plan.method.clone();
+        if let Some(kernel) = kernel {
+            method.displacement.basis.kernel = kernel;
+            method.rotation.basis.kernel = kernel;
+        }
         if let Some(sliding) = sliding::on_moved_surface(&plan.motion, &plan.surface, &surface) {
             method.displacement.constraints = plan.surface.constraints(Some(&sliding));
         }

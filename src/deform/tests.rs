@@ -1,6 +1,6 @@
 //! Plans and deformers on the airfoil of testdata: tolerances, methods, refusals.
 
-use super::{Interval, Plan, check_tolerance, choose, missed_at_step};
+use super::{BaseOrigin, Interval, Plan, check_tolerance, choose, missed_at_step};
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Error;
 use crate::formats::{self, Precision};
@@ -54,7 +54,7 @@ fn told(schedule: &str) -> String {
 fn errors(plan: &Arc<Plan>) -> Vec<(f64, f64)> {
     let all = 0..plan.motion.steps.len();
     let selections = choose(plan, &all, &Silent).expect("there are base points");
-    check_tolerance(plan, &selections).expect("the tolerance is met");
+    check_tolerance(plan, &selections, BaseOrigin::Chosen).expect("the tolerance is met");
     let deformer = Interval::new(plan, selections, &all, &Silent).expect("it can be made");
     let mut points: Vec<Vector> = plan.mesh.points.clone();
     let steps = plan.motion.steps.iter();

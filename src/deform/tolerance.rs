@@ -3,10 +3,12 @@
 use super::layer::Layer;
 use super::plan::{Plan, SELECTED};
 use crate::diagnostic::deform::DeformNote;
-use crate::diagnostic::short;
+use crate::diagnostic::{in_digits, short};
 use crate::error::{Error, Result};
+use crate::geometry::vector::distance;
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
 use crate::rbf::select::Selection;
+use std::fmt;
 
 /// Whether the schedule accepts these base points at any error: method `constant` ends at `max_points`.
 fn ends_at_max_points(plan: &Plan, n_base: usize) -> bool {
@@ -14,40 +16,120 @@ fn ends_at_max_points(plan: &Plan, n_base: usize) -> bool {
     wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points
 }
 
-/// The layers whose base points miss the tolerance, in their order. Method `all` has none.
+/// The layers whose base points miss the tolerance, in their order.
 pub fn missed_layers<'a>(
     plan: &'a Plan,
     selections: &'a [Selection],
 ) -> impl Iterator<Item = (&'a Layer, &'a Selection)> {
-    let takes_all = plan.schedule.selection.method == SelectionMethod::All;
     plan.layers
         .iter()
         .zip(selections)
-        .filter(move |(layer, selection)| {
+        .filter(|(layer, selection)| {
             let is_met = selection.measured <= layer.tolerance / SELECTED;
-            !(is_met || takes_all || ends_at_max_points(plan, selection.base.len()))
+            !(is_met || ends_at_max_points(plan, selection.base.len()))
         })
 }
 
+/// Where the base points of a selection are from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BaseOrigin {
+    /// Chosen for this schedule.
+    Chosen,
+    /// Chosen before, perhaps for another schedule, and given.
+    Given,
+}
+
 /// An error of kind `Check` where the base points of a layer miss the tolerance.
-pub fn check_tolerance(plan: &Plan, selections: &[Selection]) -> Result<()> {
+pub fn check_tolerance(plan: &Plan, selections: &[Selection], origin: BaseOrigin) -> Result<()> {
     let Some((layer, selection)) = missed_layers(plan, selections).next() else {
         return Ok(());
     };
-    let reason = if selection.base.len() >= plan.schedule.selection.max_points {
-        "max_points is reached"
-    } else {
-        "no further surface node can be added"
+    Err(Error::check(missed(plan, layer, selection, origin)).file(&plan.schedule.path))
+}
+
+/// That base points miss the tolerance, why, and what to do about it.
+pub fn missed(plan: &Plan, layer: &Layer, selection: &Selection, origin: BaseOrigin) -> String {
+    let radius = layer.space.basis.radius;
+    let why = match Torn::find(plan, layer, selection) {
+        _ if origin == BaseOrigin::Given => {
+            "they were chosen for another motion or tolerance; leave out `--base`, so that base points are chosen anew"
+                .to_owned()
+        }
+        Some(torn) => torn.to_string(),
+        None if reaches_max_points(plan, selection) => format!(
+            "max_points = {} is reached; set a larger `max_points` or a larger `tolerance`",
+            plan.schedule.selection.max_points
+        ),
+        None => format!(
+            "no surface node is left that would reduce it, in double precision with {} and a support radius of {}; set a \
+             smaller `support_radius`, a kernel of lower order or a larger `tolerance`",
+            layer.space.basis.kernel.name(),
+            short(radius)
+        ),
     };
-    Err(Error::check(format!(
-        "the tolerance {} is not met: {} base points leave an error of {:.3e} ({reason}). The base points are \
-         saved; no mesh was written. Try a support_radius below {}, another kernel or a larger max_points",
+    format!(
+        "the tolerance {} is not met: {} base points leave an error of {:.3e}: {why}",
         short(plan.tolerance),
         selection.base.len(),
-        selection.measured,
-        short(layer.space.basis.radius)
-    ))
-    .file(&plan.schedule.path))
+        selection.measured
+    )
+}
+
+fn reaches_max_points(plan: &Plan, selection: &Selection) -> bool {
+    let wanted = &plan.schedule.selection;
+    wanted.method != SelectionMethod::All && selection.base.len() >= wanted.max_points
+}
+
+/// Two surface nodes that move apart by more than they are apart.
+struct Torn {
+    nodes: [u32; 2],
+    distance: f64,
+    apart: f64,
+}
+
+impl Torn {
+    /// The surface point with the largest error and the base point nearest to it, where the motions of both differ by
+    /// most of that error.
+    fn find(plan: &Plan, layer: &Layer, selection: &Selection) -> Option<Self> {
+        let (criterion, r) = (&layer.criterion, layer.criterion.n_modes());
+        let error =
+            |at: usize, row: &[f64]| criterion.exact(row, criterion.arms_of(at, &layer.lever_arms));
+        let residuals = selection.residuals.chunks_exact(r.max(1)).enumerate();
+        let errors = residuals.map(|(at, row)| (at, error(at, row)));
+        let (worst, most) = errors.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let points = &plan.surface.points;
+        let apart = |base: &&usize| distance(points[**base], points[worst]);
+        let near = *selection
+            .base
+            .iter()
+            .min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+        let row = |at: usize| &layer.interpolated()[at * r..][..r];
+        let jump: Vec<f64> = row(worst)
+            .iter()
+            .zip(row(near))
+            .map(|(a, b)| a - b)
+            .collect();
+        let torn = Self {
+            nodes: [near, worst].map(|at| plan.surface.nodes[at]),
+            distance: apart(&&near),
+            apart: error(worst, &jump),
+        };
+        (near != worst && torn.apart > 0.5 * most && torn.distance < torn.apart).then_some(torn)
+    }
+}
+
+impl fmt::Display for Torn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "nodes {} and {} are {:.1e} apart and move {} apart, which no smooth field does; move the tags of both with one \
+             body, or leave a gap between them in the mesh",
+            self.nodes[0],
+            self.nodes[1],
+            self.distance,
+            in_digits(self.apart, 3)
+        )
+    }
 }
 
 /// A note where a step misses the tolerance that its base points were chosen by, and whether that

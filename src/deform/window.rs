@@ -3,6 +3,7 @@
 //!
 //! A window follows from which steps are folded, and from nothing else: whoever needs one of its steps finds the same one.
 
+use super::substeps::Parts;
 use crate::error::Result;
 use crate::repair::Area;
 use std::ops::Range;
@@ -18,7 +19,7 @@ pub(super) struct Window {
     /// Those that are folded, ascending.
     pub folded: Vec<usize>,
     /// The substeps in which every step is taken; none where these do not help.
-    pub substeps: Option<usize>,
+    pub substeps: Option<Parts>,
     /// Where nodes are moved.
     pub area: Area,
 }

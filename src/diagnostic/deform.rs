@@ -81,6 +81,42 @@ DeformNote as Deform {
         in_digits(*width, 3), short(*tolerances), in_digits(*fade_radius, 3)
     )
 
+    /// Method `all` has left surface nodes out.
+    NotAll {
+        /// How many it takes.
+        base_points: usize,
+        /// Of how many.
+        surface: usize,
+        /// Name of the kernel.
+        kernel: &'static str,
+        /// Support radius, in mesh units.
+        radius: f64,
+        /// What is left at the surface before the correction, in mesh units.
+        error: f64,
+    } => (
+        "method = \"all\" takes {base_points} of {surface} surface nodes: with {kernel} and a support radius of {} double \
+         precision cannot tell the others from them; they are reproduced within {error:.1e} before the correction",
+        short(*radius)
+    )
+
+    /// Large weights cancel, and what round-off leaves changes first cells.
+    RoundOff {
+        /// How large it is, in mesh units.
+        noise: f64,
+        /// The smallest first cell, in mesh units.
+        first_cell: f64,
+        /// Name of the kernel.
+        kernel: &'static str,
+        /// Support radius, in mesh units.
+        radius: f64,
+        /// A smaller support radius that was tried, and the round-off with it.
+        works: Option<(f64, f64)>,
+    } => (
+        "round-off moves nodes by about {noise:.1e}, which is {} of the smallest first cell {}: the weights of {kernel} \
+         with a support radius of {} are large and cancel; {}",
+        percent(noise / first_cell), in_digits(*first_cell, 3), short(*radius), less_round_off(works, *first_cell)
+    )
+
     /// Base points leave too large an error in the velocities.
     Velocities {
         /// How many there are.
@@ -119,6 +155,8 @@ DeformNote as Deform {
         weight: Option<f64>,
         /// Substeps of the result; none where they did not help.
         substeps: Option<usize>,
+        /// Their kernel, where it is not that of the schedule.
+        kernel: Option<String>,
         /// Inverted cells with them.
         after: usize,
         /// Patches that were untangled then; none where that was not asked for.
@@ -127,9 +165,25 @@ DeformNote as Deform {
         left: usize,
     } => (
         "{} {}",
-        named_step(*step, *azimuth_deg, *time_s), repaired(*before, *weight, &[outcome(*substeps, *after, *patches), untangled(*patches, *left)])
+        named_step(*step, *azimuth_deg, *time_s), repaired(*before, *weight, &[outcome(*substeps, kernel.as_deref(), *after, *patches), untangled(*patches, *left)])
     )
 }}
+
+fn percent(part: f64) -> String {
+    format!("{}%", in_digits(100.0 * part, 2))
+}
+
+fn less_round_off(works: &Option<(f64, f64)>, first_cell: f64) -> String {
+    match works {
+        Some((radius, noise)) => format!(
+            "the same base points with `support_radius` = {} make it {}",
+            in_digits(*radius, 3),
+            percent(noise / first_cell)
+        ),
+        None => "no smaller support radius was found that would help; a kernel of lower order may"
+            .to_owned(),
+    }
+}
 
 /// What takes one side of a periodic pair to the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,12 +239,18 @@ fn repaired((inverted, unproven): (usize, usize), weight: Option<f64>, done: &[S
 }
 
 /// What substeps have done about inverted cells.
-fn outcome(substeps: Option<usize>, after: usize, patches: Option<usize>) -> String {
+fn outcome(
+    substeps: Option<usize>,
+    kernel: Option<&str>,
+    after: usize,
+    patches: Option<usize>,
+) -> String {
+    let with = kernel.map_or_else(String::new, |kernel| format!(" with the kernel {kernel}"));
     match (substeps, after) {
         (None, _) if patches.is_some_and(|n| n > 0) => String::new(),
         (None, _) => "substeps do not reduce them".to_owned(),
-        (Some(n), 0) => format!("{n} substeps leave none"),
-        (Some(n), after) => format!("{n} substeps leave {after}"),
+        (Some(n), 0) => format!("{n} substeps{with} leave none"),
+        (Some(n), after) => format!("{n} substeps{with} leave {after}"),
     }
 }
 
@@ -213,7 +273,7 @@ mod tests {
 
     #[test]
     fn substeps_are_told_with_what_they_leave() {
-        let told = |azimuth_deg, substeps, after| {
+        let told = |azimuth_deg, substeps, kernel: Option<&str>, after| {
             let note = DeformNote::Substeps {
                 step: 1,
                 azimuth_deg,
@@ -221,6 +281,7 @@ mod tests {
                 before: (43, 0),
                 weight: None,
                 substeps,
+                kernel: kernel.map(str::to_owned),
                 after,
                 patches: None,
                 left: after,
@@ -228,7 +289,7 @@ mod tests {
             note.to_string()
         };
         let start = "step 1 (azimuth 120 degrees) had 43 inverted cells: ";
-        let by_azimuth = |substeps, after| told(Some(120.0), substeps, after);
+        let by_azimuth = |substeps, after| told(Some(120.0), substeps, None, after);
         assert_eq!(
             by_azimuth(None, 43),
             format!("{start}substeps do not reduce them")
@@ -239,8 +300,12 @@ mod tests {
         );
         assert_eq!(by_azimuth(Some(8), 2), format!("{start}8 substeps leave 2"));
         assert_eq!(
-            told(None, Some(4), 0),
+            told(None, Some(4), None, 0),
             "step 1 (0.5 s) had 43 inverted cells: 4 substeps leave none"
+        );
+        assert_eq!(
+            told(None, Some(8), Some("wendland-c0"), 3),
+            "step 1 (0.5 s) had 43 inverted cells: 8 substeps with the kernel wendland-c0 leave 3"
         );
     }
 }

@@ -1,7 +1,7 @@
 //! Notes of `preflight`: what a motion does on its mesh, and what a format or a disk cannot hold.
 
 use super::notes::notes;
-use super::{amount, in_digits, point, with_verb};
+use super::{amount, in_digits, point, short, with_verb};
 use crate::error::counted;
 
 notes! {
@@ -39,6 +39,68 @@ PreflightNote as Preflight {
         "the interface between the rotating zones and the rest of the mesh is not a surface of revolution about the \
          shaft: at step {step} its nodes are up to {} away from it, so cells overlap there or leave gaps",
         in_digits(*distance, 4)
+    )
+
+    /// Nodes of a fixed tag move, since they are on a body as well.
+    FixedMoves {
+        /// The fixed tag.
+        tag: String,
+        /// How many of its nodes move, and how many it has.
+        nodes: [usize; 2],
+        /// How many of its faces move with all of their nodes, and how many it has.
+        faces: [usize; 2],
+        /// How many of its faces are on tags of the body as well.
+        shared: usize,
+        /// Name of the body.
+        body: String,
+        /// How far they move at most, in mesh units.
+        distance: f64,
+        /// The step of that.
+        step: usize,
+        /// Whether the tag lies in a plane that they do not leave.
+        may_slide: bool,
+    } => (
+        "{} of tag \"{tag}\", which is fixed, {} with body \"{body}\", by up to {} (step {step}), since they are on its tags \
+         too{}{}",
+        of(nodes, "node"), if nodes[0] == 1 { "moves" } else { "move" }, in_digits(*distance, 3),
+        moving_faces(faces, *shared), fixed_remedy(*may_slide, faces)
+    )
+
+    /// Faces of a moving tag bound no cell.
+    FacesOnNoCell {
+        /// The tag.
+        tag: String,
+        /// How many of its faces, and how many it has.
+        faces: [usize; 2],
+        /// The first of them.
+        first: u32,
+    } => (
+        "{} of tag \"{tag}\", which moves, {} on no cell, the first is cell {first}: they move, and no cell of the mesh \
+         follows them", of(faces, "face"), if faces[0] == 1 { "is" } else { "are" }
+    )
+
+    /// The support radius is small against the motion.
+    SmallRadius {
+        /// Support radius, in mesh units.
+        radius: f64,
+        /// Name of the kernel.
+        kernel: &'static str,
+        /// Name of the body that goes farthest.
+        body: String,
+        /// How far it goes in one go, in mesh units.
+        distance: f64,
+        /// The step of that.
+        step: usize,
+        /// Substeps of each step.
+        substeps: usize,
+        /// A support radius and a number of substeps of which each would be enough.
+        needed: (f64, usize),
+    } => (
+        "body \"{body}\" moves by up to {}{} (step {step}), which has to fade out within the support radius {}: with {kernel} \
+         cells fold where it is not {} times as far; set rbf.support_radius = {} or more, where the mesh has that room, or \
+         rbf.substeps = {}",
+        in_digits(*distance, 3), if *substeps > 1 { " in one substep" } else { "" }, short(*radius),
+        in_digits(needed.0 / distance, 2), in_digits(needed.0, 3), needed.1
     )
 
     /// Velocities are asked for, and nothing moves.
@@ -118,6 +180,33 @@ PreflightNote as Preflight {
         with_verb(*steps, "step", "takes"), amount(*needed), amount(*each), amount(*free)
     )
 }}
+
+/// `3 of the 40 nodes`.
+fn of([some, all]: &[usize; 2], what: &str) -> String {
+    format!("{some} of the {}", counted(*all, what))
+}
+
+fn moving_faces(faces: &[usize; 2], shared: usize) -> String {
+    match (faces, shared) {
+        ([0, _], _) => String::new(),
+        (faces, 0) => format!("; {} move as a whole", of(faces, "face")),
+        (faces, shared) => format!(
+            "; {} move as a whole, and {} on tags of the body too",
+            of(faces, "face"),
+            with_verb(shared, "face", "is")
+        ),
+    }
+}
+
+fn fixed_remedy(may_slide: bool, [moving, all]: &[usize; 2]) -> &'static str {
+    match (may_slide, 2 * moving > *all) {
+        (_, true) => {
+            "; most of this tag is not fixed: give it to the body, or take its faces out of the tags of the body"
+        }
+        (true, _) => "; they stay in the plane of that tag, which could be in `slide`",
+        _ => "",
+    }
+}
 
 fn owner(body: &Option<String>) -> String {
     let named = |name: &String| format!("body \"{name}\"");

@@ -32,8 +32,9 @@ pub fn without_compression(name: &str) -> &str {
     }
 }
 
-/// The content of a compressed file; `None` for any other file. More than `limit` allows is an error.
-pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<Vec<u8>>> {
+/// The content of a compressed file, and the number of zeros that a gzip file is filled up with at its end; `None` for
+/// any other file. More than `limit` allows is an error.
+pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<(Vec<u8>, usize)>> {
     let codec = match bytes {
         [0x1f, 0x8b, ..] => Codec::Gzip,
         [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Codec::Xz,
@@ -43,11 +44,9 @@ pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<Vec<
     };
     let limit = limit.for_compressed(bytes.len());
     let mut content = Vec::new();
+    let mut n_padding = 0;
     let result = match codec {
-        Codec::Gzip => {
-            let file = flate2::read::MultiGzDecoder::new(bytes);
-            limit.read_all(file, &mut content)
-        }
+        Codec::Gzip => gzip(bytes, limit, &mut content).map(|n| n_padding = n),
         Codec::Xz => {
             let window_kib = (WINDOW >> 10) as u32;
             let file = lzma_rust2::XzReader::new_mem_limit(bytes, true, window_kib);
@@ -56,7 +55,7 @@ pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<Vec<
         Codec::Zstd => zstd(bytes, limit, &mut content),
     };
     Some(match result {
-        Ok(()) => Ok(content),
+        Ok(()) => Ok((content, n_padding)),
         Err(error) => Err(refusal(codec, content.len(), &error)),
     })
 }
@@ -90,6 +89,19 @@ pub fn reason(error: &io::Error) -> String {
     match text.contains(['{', '(']) {
         true => "a block cannot be decoded".to_owned(),
         false => text,
+    }
+}
+
+/// Decompresses every member; the number of zeros behind the last, as tapes and some tools leave them.
+fn gzip(bytes: &[u8], limit: MemoryLimit, out: &mut Vec<u8>) -> io::Result<usize> {
+    let mut rest = bytes;
+    loop {
+        let mut member = flate2::bufread::GzDecoder::new(rest);
+        limit.read_all(&mut member, out)?;
+        rest = member.into_inner();
+        if rest.iter().all(|byte| *byte == 0) {
+            return Ok(rest.len());
+        }
     }
 }
 
@@ -143,7 +155,19 @@ mod tests {
     }
 
     fn decompress(bytes: &[u8]) -> Option<Result<Vec<u8>>> {
-        super::decompress(bytes, MemoryLimit::new(None))
+        let found = super::decompress(bytes, MemoryLimit::new(None));
+        found.map(|found| found.map(|(content, _)| content))
+    }
+
+    #[test]
+    fn zeros_behind_gzip_data_are_counted_and_other_bytes_are_refused() {
+        let mut file = [gzip(b"NDIME= "), gzip(b"2\n")].concat();
+        file.extend([0; 100]);
+        let found = super::decompress(&file, MemoryLimit::new(None)).expect("it is compressed");
+        assert_eq!(found.expect("it is whole"), (b"NDIME= 2\n".to_vec(), 100));
+        file.push(1);
+        let found = super::decompress(&file, MemoryLimit::new(None)).expect("it is compressed");
+        assert!(found.is_err());
     }
 
     type Compressor = fn(&[u8]) -> Vec<u8>;
@@ -198,7 +222,7 @@ mod tests {
             let with_limit = |n: u64| {
                 super::decompress(&file, MemoryLimit::new(Some(n))).expect("it is compressed")
             };
-            assert_eq!(with_limit(6_000_000).expect("it fits").len(), 6_000_000);
+            assert_eq!(with_limit(6_000_000).expect("it fits").0.len(), 6_000_000);
             for n in [5_999_999, 3_000_000, 1000, 0] {
                 let error = with_limit(n).expect_err("it is too much");
                 assert_eq!(error.kind, ErrorKind::System);

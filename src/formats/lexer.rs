@@ -3,6 +3,7 @@
 //! Positions are byte offsets; lines are counted only for errors. Large blocks of lines
 //! are cut at line ends and parsed on all threads, results and errors in the order of the file.
 
+use super::dialect::{COMMENTS, fortran_real};
 use crate::error::{Error, Result};
 use crate::parallel::{map_items, try_map};
 use std::ops::Range;
@@ -25,7 +26,8 @@ pub struct Lexer<'a> {
 }
 
 impl<'a> Lexer<'a> {
-    /// From the start of `bytes`; a line whose first visible character is `comment` is passed over.
+    /// From the start of `bytes`; with `comment` a line whose first visible character is that, `%`, `#` or `!` is passed
+    /// over.
     pub fn new(bytes: &'a [u8], comment: Option<u8>) -> Self {
         Self {
             bytes,
@@ -116,7 +118,10 @@ impl<'a> Lexer<'a> {
         let length = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
         self.at += (length + 1).min(rest.len());
         let first = rest[..length].iter().find(|b| !b.is_ascii_whitespace());
-        first.is_some_and(|byte| Some(*byte) != self.comment)
+        let begins = |byte: &u8| {
+            self.comment.is_some() && (COMMENTS.contains(byte) || self.comment == Some(*byte))
+        };
+        first.is_some_and(|byte| !begins(byte))
     }
 
     /// An error at the line of the next byte.
@@ -158,10 +163,10 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Whether nothing is left.
+    /// Whether nothing is left but a comment.
     pub fn is_done(&mut self) -> bool {
         self.skip_blanks();
-        self.at == self.end
+        self.at == self.end || COMMENTS.contains(&self.bytes[self.at])
     }
 
     /// The next word; `None` at the end of the line.
@@ -206,7 +211,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// The next word as a finite number.
+    /// The next word as a finite number; its exponent may be Fortran's, as in `1.0D-3`.
     pub fn real(&mut self, what: &str) -> Result<f64> {
         self.skip_blanks();
         let start = self.at;
@@ -216,7 +221,11 @@ impl<'a> Fields<'a> {
                 if self.at_word_end() {
                     return Ok(value);
                 }
-                Err(self.wrong(start, "a number", what))
+                let Some((value, length)) = fortran_real(&self.bytes[start..self.end]) else {
+                    return Err(self.wrong(start, "a number", what));
+                };
+                self.at = start + length;
+                Ok(value)
             }
             _ => Err(self.wrong(start, "a number", what)),
         }

@@ -7,6 +7,9 @@ mod case;
 pub mod cgns;
 mod conditions;
 mod decompress;
+mod dialect;
+mod embed;
+mod foreign;
 pub mod gmsh;
 mod growing;
 mod hash;
@@ -21,6 +24,7 @@ mod notes;
 pub mod openfoam;
 mod options;
 mod output_set;
+mod portable;
 pub mod pvtu;
 mod records;
 mod reserve;
@@ -42,6 +46,9 @@ pub mod vtkio;
 pub mod vtu;
 
 pub use case::{CaseFormat, DISPLACEMENT};
+pub use embed::embedded;
+#[cfg(test)]
+pub use embed::unembedded;
 pub use hash::{hash_of, hash_of_input, hash_of_range};
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
@@ -59,10 +66,11 @@ pub use staged::{
 };
 pub use staged_folder::SharedFolder;
 
-use crate::diagnostic::formats::Written;
+use crate::diagnostic::formats::{Read, Written};
 use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
 pub use decompress::without_compression;
+pub use portable::make_portable;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 pub use su2::{n_zones as n_su2_zones, write_surface as write_su2_surface};
@@ -172,6 +180,7 @@ pub trait Format: Sync {
             out.companion(path, content)?;
         }
         let mut notes = out.main(|out| self.write_file(mesh, out, options))?;
+        notes.extend(portable::not_taken(mesh, self.name()));
         if is_stream && !companions.is_empty() {
             notes.push(Written::CompanionLeftOut);
         }
@@ -363,7 +372,7 @@ pub fn of(location: &Location) -> Result<&'static dyn Format> {
     match recognize(location) {
         Some(format) => Ok(format),
         None => by_name().ok_or_else(|| match location.file() {
-            Ok(source) => unknown_content(source),
+            Ok(source) => foreign::refusal(source).unwrap_or_else(|| unknown_content(source)),
             Err(folder) => folder,
         }),
     }
@@ -385,6 +394,16 @@ pub fn read_as(
         return Err(Error::input("the file is empty; it should hold a mesh").file(location.path()));
     }
     let mut notes = Notes::default();
+    if let Ok(file) = location.file() {
+        if let Some(refusal) = foreign::refusal(file).filter(|_| !format.recognizes(location)) {
+            return Err(refusal);
+        }
+        if file.n_padding() > 0 {
+            notes.push(Read::ZeroPadding {
+                n: file.n_padding(),
+            });
+        }
+    }
     let mesh = format
         .read(location, options, &mut notes)
         .and_then(|mut mesh| {

@@ -1,5 +1,6 @@
 //! The notes that readers and writers collect: each once, in order.
 
+use super::dialect::{first_fortran_real, n_comment_lines};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::formats::Read;
 use std::collections::BTreeSet;
@@ -14,6 +15,22 @@ pub struct Notes {
 }
 
 impl Notes {
+    /// Adds notes of exponents of Fortran and of comments in a text that was read.
+    pub(super) fn dialect(&mut self, bytes: &[u8]) {
+        self.fortran(bytes);
+        let n = n_comment_lines(bytes);
+        if n > 0 {
+            self.push(Read::CommentLines { n });
+        }
+    }
+
+    /// Adds a note of exponents of Fortran in a text that was read.
+    pub(super) fn fortran(&mut self, bytes: &[u8]) {
+        if let Some(line) = first_fortran_real(bytes) {
+            self.push(Read::FortranExponents { line });
+        }
+    }
+
     /// Adds a note, once.
     pub fn push(&mut self, note: impl Into<Diagnostic>) {
         let note = note.into();

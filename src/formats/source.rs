@@ -14,6 +14,8 @@ use std::sync::Arc;
 pub struct Source {
     path: PathBuf,
     bytes: Arc<Bytes>,
+    /// Zeros behind compressed data.
+    n_padding: usize,
 }
 
 enum Bytes {
@@ -79,6 +81,7 @@ impl Source {
         Ok(Self {
             path: path.to_path_buf(),
             bytes: Arc::new(bytes),
+            n_padding: 0,
         })
     }
 
@@ -89,6 +92,7 @@ impl Source {
             return Ok(Self {
                 path: name.to_path_buf(),
                 bytes: Arc::new(Bytes::Mapped(map)),
+                n_padding: 0,
             });
         }
         let bytes = read_all(std::io::stdin().lock(), limit);
@@ -101,6 +105,7 @@ impl Source {
         Self {
             path: name.to_path_buf(),
             bytes: Arc::new(Bytes::Owned(bytes)),
+            n_padding: 0,
         }
     }
 
@@ -108,12 +113,18 @@ impl Source {
     fn decompressed(self, limit: MemoryLimit) -> Result<Self> {
         match decompress(self.bytes(), limit) {
             None => Ok(self),
-            Some(Ok(bytes)) => Ok(Self {
+            Some(Ok((bytes, n_padding))) => Ok(Self {
                 bytes: Arc::new(Bytes::Owned(bytes)),
                 path: self.path,
+                n_padding,
             }),
             Some(Err(error)) => Err(error.file(&self.path)),
         }
+    }
+
+    /// Zeros behind compressed data, which were passed over.
+    pub fn n_padding(&self) -> usize {
+        self.n_padding
     }
 
     /// The path, as messages give it.

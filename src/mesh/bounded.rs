@@ -1,8 +1,53 @@
 //! Which cell each boundary face lies on, so that cell arrays can give the face the value of that cell.
 
 use super::arrays::with_numbers;
-use super::faces::{entries, for_each_face};
-use super::{DataArray, Mesh, MeshView, Values};
+use super::faces::{Entry, entries, for_each_face};
+use super::{CellRef, DataArray, Mesh, MeshView, Values};
+
+/// Boundary faces that lie between two cells of the mesh or more, ascending.
+pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
+    let dimension = mesh.dimension();
+    let is_face = |run: &super::CellRun<'_>| run.kind.dimension() + 1 == dimension;
+    let mut touched = vec![false; mesh.points.len()];
+    for run in mesh.cells.runs().filter(is_face) {
+        run.connectivity
+            .iter()
+            .for_each(|&node| touched[node as usize] = true);
+    }
+    let touches = |cell: &CellRef<'_>| cell.nodes.iter().any(|&node| touched[node as usize]);
+    let mut entries = entries(mesh.cells, mesh.points.len(), dimension, touches);
+    let mut inner = Vec::new();
+    for_each_face(mesh.cells, &mut entries, |same| {
+        if same.iter().filter(|entry| !entry.is_boundary()).count() > 1 {
+            let faces = same.iter().filter(|entry| entry.is_boundary());
+            inner.extend(faces.map(|entry| entry.cell));
+        }
+    });
+    inner.sort_unstable();
+    inner
+}
+
+/// Those of some boundary faces, ascending cell indices, that are a side of no cell of the mesh. Cells that touch none of
+/// their nodes are passed over.
+pub fn faces_on_no_cell(mesh: &Mesh, faces: &[u32]) -> Vec<u32> {
+    let dimension = mesh.dimension();
+    let mut touched = vec![false; mesh.points.len()];
+    for &face in faces {
+        let nodes = mesh.cells.get(face as usize).nodes;
+        nodes.iter().for_each(|&node| touched[node as usize] = true);
+    }
+    let touches = |cell: &CellRef<'_>| cell.nodes.iter().any(|&node| touched[node as usize]);
+    let mut entries = entries(&mesh.cells, mesh.points.len(), dimension, touches);
+    let mut loose = Vec::new();
+    for_each_face(&mesh.cells, &mut entries, |same| {
+        if same.iter().all(Entry::is_boundary) {
+            let own = same.iter().map(|entry| entry.cell);
+            loose.extend(own.filter(|cell| faces.binary_search(cell).is_ok()));
+        }
+    });
+    loose.sort_unstable();
+    loose
+}
 
 /// The cell that each boundary face bounds: of a face between two cells the one that comes first in the
 /// mesh.
@@ -94,6 +139,17 @@ mod tests {
             [None, None, Some(1), Some(0), None, Some(1), None],
             "{bounded:?}"
         );
+    }
+
+    #[test]
+    fn faces_between_cells_are_inner_ones() {
+        assert_eq!(inner_faces(&mesh().view()), [3]);
+    }
+
+    #[test]
+    fn faces_on_no_cell_are_found_among_those_that_are_asked_for() {
+        assert_eq!(faces_on_no_cell(&mesh(), &[2, 3, 4, 5]), [4]);
+        assert_eq!(faces_on_no_cell(&mesh(), &[2, 3]), [] as [u32; 0]);
     }
 
     #[test]

@@ -31,7 +31,7 @@ mod view;
 
 pub use adjacency::{Across, Adjacency};
 pub use arrays::{DataArray, Values};
-pub use bounded::BoundedCells;
+pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use faces::Faces;

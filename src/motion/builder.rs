@@ -105,6 +105,8 @@ setters! { Schedule {
     on_inverted(on_inverted: OnInverted) |self| self.output.on_inverted = on_inverted;
     /// Files of the moving surfaces, beside the meshes; none unless it is set.
     surface(surface: SurfaceOutput) |self| self.output.surface = surface;
-    /// What the mesh unit is called, such as `m`: lengths of tables in other units are converted to it.
+    /// Title of the report; the name of the mesh unless it is set.
+    title(title: impl Into<String>) |self| self.output.title = Some(title.into());
+    /// What the mesh unit is called, such as `m`: lengths of tables in other units are converted to it, and the report names it.
     length_unit(unit: impl Into<String>) |self| self.output.length_unit = Some(unit.into());
 } }

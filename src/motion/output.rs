@@ -15,8 +15,13 @@ const OUTPUT: &[&str] = &[
     "compression",
     "on_inverted",
     "surface",
+    "title",
     "length_unit",
 ];
+
+/// Characters of a title and of a unit, at most.
+const TITLE: usize = 200;
+const UNIT: usize = 20;
 
 /// How much quality is computed at each step.
 ///
@@ -48,7 +53,7 @@ pub enum OnInverted {
     Warn,
     /// Stop there.
     Stop,
-    /// Take the step again in 2, 4, 8 substeps; warn where that does not help.
+    /// Take the step again in 2, 4, 8 substeps, then in 8 with `wendland-c0`; warn where that does not help.
     Substeps,
     /// As `Substeps`, then move nodes near cells that are still inverted until these are valid, together with the steps
     /// around it; warn where that does not help. What a schedule does that says nothing.
@@ -93,6 +98,8 @@ pub struct OutputOptions {
     pub on_inverted: OnInverted,
     /// Files of the moving surfaces.
     pub surface: SurfaceOutput,
+    /// Title of the report; the name of the mesh without one.
+    pub title: Option<String>,
     /// What the mesh unit is called.
     pub length_unit: Option<String>,
 }
@@ -110,6 +117,7 @@ impl Default for OutputOptions {
             compression: Compression::None,
             on_inverted: OnInverted::Repair,
             surface: SurfaceOutput::None,
+            title: None,
             length_unit: None,
         }
     }
@@ -185,12 +193,25 @@ impl OutputOptions {
             entry.choice(&known)
         })?;
         let text = |entry: &Entry<'_>| entry.string().map(|text| Some(text.to_owned()));
+        section.set("title", &mut options.title, text)?;
         section.set("length_unit", &mut options.length_unit, text)?;
         Ok(options)
     }
 
-    /// Refuses a format that cannot be written.
+    /// Refuses a format that cannot be written, and labels that are empty or too long for one line.
     pub(super) fn check(&self, places: &Places) -> Result<()> {
+        for (key, label, most) in [
+            ("output.title", &self.title, TITLE),
+            ("output.length_unit", &self.length_unit, UNIT),
+        ] {
+            let Some(label) = label else { continue };
+            let n = label.chars().count();
+            if label.trim().is_empty() || n > most || label.contains(char::is_control) {
+                let message =
+                    format!("should be one line of 1 to {most} characters, found {label:?}");
+                return Err(places.error(key, message));
+            }
+        }
         let known = formats::by_name(&self.format).map(|_| ());
         known.map_err(|error| places.error("output.format", error.message))
     }

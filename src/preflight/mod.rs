@@ -10,8 +10,10 @@ mod displacements;
 mod edges;
 mod memory;
 mod output;
+mod radius;
 mod surface_files;
 mod surface_points;
+mod tags;
 
 pub use bodies::{BodyAtStep, bodies_at, conflicts};
 pub(crate) use body_motion::body_motion;
@@ -32,6 +34,9 @@ pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
     let diagonal = Bounds::around(&plan.mesh.points).diagonal();
     let mut warnings = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
+    warnings.extend(tags::fixed_that_move(plan));
+    warnings.extend(tags::on_no_cell(plan));
+    warnings.extend(radius::small(plan));
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
     warnings.extend(edges::turning_out(plan));

@@ -89,6 +89,11 @@ impl Criterion {
         self.n_modes
     }
 
+    /// Number of parts.
+    pub fn n_parts(&self) -> usize {
+        self.parts.len()
+    }
+
     /// The lever arms of one point, one for each part, among those of all points (N, parts); none among
     /// none, which stands for 1 everywhere.
     #[inline]

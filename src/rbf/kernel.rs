@@ -87,6 +87,16 @@ impl Kernel {
         }
     }
 
+    /// The steepest slope, `max |phi'(xi)|`.
+    pub fn steepest(self) -> f64 {
+        match self {
+            Kernel::WendlandC0 => 2.0,
+            Kernel::WendlandC2 => 2.109,
+            Kernel::WendlandC4 => 2.499,
+            Kernel::WendlandC6 => 2.818,
+        }
+    }
+
     /// The name in schedules and messages.
     pub fn name(self) -> &'static str {
         match self {

@@ -18,6 +18,12 @@ pub struct RunRecord {
     pub version: u32,
     /// Program and version.
     pub program: String,
+    /// Title that the schedule gives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// What the schedule calls the mesh unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_unit: Option<String>,
     /// `running`, `complete`, `complete but for N steps`, or the message of the error.
     pub outcome: String,
     /// The mesh, the schedule, and the files that it names.
@@ -207,6 +213,9 @@ pub struct RepairRecord {
     pub step: usize,
     /// Substeps that were taken at last; none where they did not help.
     pub substeps: Option<usize>,
+    /// The kernel of the substeps, where it is not that of the schedule.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kernel: Option<String>,
     /// Inverted cells without them.
     pub inverted_before: usize,
     /// Inverted cells with them.
@@ -363,6 +372,7 @@ impl RepairRecord {
             before: (self.inverted_before, self.unproven_before.unwrap_or(0)),
             weight: self.weight,
             substeps: self.substeps,
+            kernel: self.kernel.clone(),
             after: self.inverted,
             patches: self.patches.as_ref().map(Vec::len),
             left: self.unrepaired.unwrap_or(self.inverted),

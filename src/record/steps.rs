@@ -63,8 +63,8 @@ macro_rules! columns {
 columns! {
     /// Number of the step, from 0.
     step: usize => "step", "",
-    /// Azimuth in degrees.
-    azimuth_deg: f64 as decimal => "azimuth", "degrees",
+    /// Azimuth in degrees, where the schedule has one.
+    azimuth_deg: Option<f64> as decimal => "azimuth", "degrees",
     /// Time in s.
     time_s: Option<f64> as decimal => "time", "s",
     /// Name of the mesh's file.
@@ -312,7 +312,7 @@ mod tests {
     fn a_row_has_the_text_of_each_of_its_values() {
         let row = Row {
             step: 3,
-            azimuth_deg: 1e-5,
+            azimuth_deg: Some(1e-5),
             max_displacement: 1e-5,
             file: "a, \"b\".vtu".to_owned(),
             inverted: Some(0),

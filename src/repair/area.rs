@@ -8,7 +8,7 @@ use super::nearby::Nearby;
 use super::newton::minimise;
 use super::regions::{self, Region};
 use super::solve::{Wishes, patch};
-use super::{PatchLog, Repaired, Task, still_invalid};
+use super::{PatchLog, Repaired, Task, between_of, still_invalid};
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
 use crate::parallel;
@@ -84,6 +84,17 @@ impl Area {
             between: folded.cells.clone(),
             rings,
         }
+    }
+
+    /// Takes simplices between their corners into account too for cells that are folded between valid corners at
+    /// `points`; gives whether there were new ones.
+    pub fn look_between(&mut self, task: Task<'_>, points: &[Vector]) -> bool {
+        let n_before = self.between.len();
+        for region in &self.regions {
+            let found = still_invalid(task, &region.cells, points);
+            self.between.extend(between_of(&found));
+        }
+        self.between.len() > n_before
     }
 
     /// Moves the nodes of the area to where its functional is least, which makes its cells valid unless it is too small

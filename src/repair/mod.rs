@@ -10,6 +10,7 @@ mod density;
 mod derivatives;
 mod elements;
 mod freedom;
+mod history;
 mod improve;
 mod nearby;
 mod newton;
@@ -38,7 +39,7 @@ use crate::progress::Stop;
 use crate::quality::Reference;
 use crate::quality::validity::{Proof, invalid, state};
 use boundary::Boundary;
-use nearby::Nearby;
+use nearby::{Nearby, corners};
 use regions::Region;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
@@ -89,6 +90,9 @@ struct Open {
 /// this factor.
 const ENOUGH: f64 = 0.02;
 const WORTH: f64 = 1.5;
+/// The same at a boundary that does not move: its first cells should keep their heights.
+const ENOUGH_AT_WALL: f64 = 0.9;
+const WORTH_AT_WALL: f64 = 1.05;
 const MOST_RINGS_OF_VALID: usize = 24;
 /// As long as it has no more nodes than these that can move.
 const MOST_NODES_OF_VALID: usize = 6000;
@@ -236,7 +240,7 @@ impl Round<'_> {
             next.log.invalid = left.len();
             next.log.largest_move = largest_move(&next.before, points);
             let stuck: BTreeSet<u32> = solved.stuck.iter().copied().collect();
-            if left.is_empty() && self.is_squeezed(&mut next) {
+            if left.is_empty() && self.is_squeezed(&mut next, region) {
                 open.push(next);
             } else if left.iter().all(|(cell, _)| stuck.contains(cell)) {
                 repaired.give_up(
@@ -272,12 +276,21 @@ impl Round<'_> {
 
     /// Whether a valid region should be solved again with more rings, since its cells are much smaller than in the
     /// reference, and more rings have helped so far.
-    fn is_squeezed(&self, region: &mut Open) -> bool {
-        let least = region.log.least;
-        let helped = least > WORTH * region.least;
-        region.least = least;
-        let is_small = region.log.n_nodes <= MOST_NODES_OF_VALID;
-        least < ENOUGH && helped && is_small && 2 * self.rings <= MOST_RINGS_OF_VALID
+    fn is_squeezed(&self, open: &mut Open, region: &Region) -> bool {
+        let least = open.log.least;
+        let before = std::mem::replace(&mut open.least, least);
+        let is_small = open.log.n_nodes <= MOST_NODES_OF_VALID;
+        let (mesh, freedom) = (self.task.mesh, self.task.freedom);
+        let is_at_wall = |cell: &u32| {
+            let nodes = corners(&mesh.cells.get(*cell as usize));
+            nodes.iter().any(|&node| freedom.is_fixed(node))
+        };
+        let (enough, worth) = match region.cells.iter().any(is_at_wall) {
+            true => (ENOUGH_AT_WALL, WORTH_AT_WALL),
+            false => (ENOUGH, WORTH),
+        };
+        let helped = least > worth * before;
+        least < enough && helped && is_small && 2 * self.rings <= MOST_RINGS_OF_VALID
     }
 
     /// A region with what is known of it from rounds of fewer rings.

@@ -1,11 +1,12 @@
 //! Minimises the functional of a patch by Newton steps, and lowers eps until every simplex is positive.
 //!
-//! Each step solves with the positive part of the curvature by preconditioned conjugate gradients, and is halved until
-//! the functional falls. eps follows the rule of the paper that `density` names: with it finitely many steps
+//! Each step solves with the positive part of the curvature by preconditioned conjugate gradients, with what earlier steps
+//! have shown of the curvature ([`History`]), and is halved until the functional falls. eps follows the rule of the paper that `density` names: with it finitely many steps
 //! untangle a patch if each of them lowers the functional by a tenth.
 
 use super::density::chi;
 use super::derivatives::Sum;
+use super::history::History;
 use super::patch::{Patch, State};
 use crate::error::Result;
 use crate::geometry::vector::{Vector, add, distance, dot, sub};
@@ -23,7 +24,7 @@ const ARMIJO: f64 = 1e-4;
 /// Steps shorter than this are none.
 const SHORTEST: f64 = 1e-6;
 /// A patch without folded simplices is finished when a step lowers the functional by less than this part.
-const SETTLED: f64 = 0.02;
+const SETTLED: f64 = 0.002;
 /// The least determinant that is sought, and steps that are spent on it once the functional has settled.
 const ENOUGH: f64 = 0.02;
 const POLISH: usize = 4;
@@ -45,7 +46,8 @@ pub(super) struct Course {
     pub state: State,
 }
 
-/// Moves the nodes of a patch for at most so many steps.
+/// Moves the nodes of a patch for at most so many steps, until one lowers the functional by less than the part `settled`. Only
+/// with that do steps remember earlier ones: gains are less even then, and a patch that may stop early would.
 pub(super) fn minimise(
     patch: &mut Patch,
     most: usize,
@@ -65,46 +67,83 @@ pub(super) fn minimise(
         true => LEAST_EPS,
         false => (1e-6 + 0.04 * state.least * state.least).sqrt(),
     };
-    let settled = settled.unwrap_or(SETTLED);
-    let mut best = state;
-    let (mut waiting, mut polished) = (0, 0);
+    let mut progress = Progress {
+        settled: settled.unwrap_or(SETTLED),
+        best: state,
+        waiting: 0,
+        polished: 0,
+    };
+    let mut history = History::default();
     while course.steps < most {
         stop.check()?;
         let before = patch.derive(Sum::Shapes { eps }, &mut slope);
-        let Some(iterations) = direction(patch, &slope, &mut step, (TOLERANCE, MOST_ITERATIONS))
-        else {
+        history.arrive(&slope);
+        let limits = (TOLERANCE, MOST_ITERATIONS);
+        let Some(iterations) = direction(patch, &slope, &history, &mut step, limits) else {
             break;
         };
         course.iterations += iterations;
         course.steps += 1;
-        let Some(after) = descend(patch, eps, before, &slope, &step, &mut trial) else {
-            // Nothing can be won at this eps.
-            if before.least > 0.0 || waiting > PATIENCE {
+        let Some(descent) = descend(patch, eps, before, &slope, &step, &mut trial) else {
+            if !history.is_empty() {
+                history.clear();
+            } else if progress.gives_up(&before) {
                 break;
+            } else {
+                // Nothing can be won at this eps.
+                eps = 0.5 * eps.max(LEAST_EPS);
             }
-            waiting += 2;
-            eps = 0.5 * eps.max(LEAST_EPS);
             continue;
         };
-        state = after;
-        let won = 1.0 - after.value / before.value;
-        polished += usize::from(after.least > 0.0 && won < settled);
-        if (after.least > ENOUGH && polished > 0) || polished > POLISH {
+        state = descent.after;
+        let won = 1.0 - state.value / before.value;
+        if progress.is_over(&state, won) {
             break;
         }
-        eps = lowered(eps, after.least, won);
-        if is_progress(&after, &best) {
-            best = after;
-            waiting = 0;
-        } else if after.least <= 0.0 && won < 0.05 {
-            waiting += 1;
-            if waiting >= PATIENCE {
-                break;
-            }
+        let next = lowered(eps, state.least, won);
+        match next == eps && settled.is_some() {
+            true => history.leave(&step, descent.length, &slope),
+            false => history.clear(),
         }
+        eps = next;
     }
     course.state = state;
     Ok(course)
+}
+
+/// Decides whether a minimisation goes on.
+struct Progress {
+    settled: f64,
+    best: State,
+    /// Steps without progress.
+    waiting: usize,
+    /// Steps without folds that have won next to nothing.
+    polished: usize,
+}
+
+impl Progress {
+    /// Whether a step that has lowered the functional by the part `won` is the last.
+    fn is_over(&mut self, after: &State, won: f64) -> bool {
+        self.polished += usize::from(after.least > 0.0 && won < self.settled);
+        if (after.least > ENOUGH && self.polished > 0) || self.polished > POLISH {
+            return true;
+        }
+        if is_progress(after, &self.best) {
+            self.best = *after;
+            self.waiting = 0;
+        } else if after.least <= 0.0 && won < 0.05 {
+            self.waiting += 1;
+            return self.waiting >= PATIENCE;
+        }
+        false
+    }
+
+    /// Whether a step that has won nothing is the last.
+    fn gives_up(&mut self, before: &State) -> bool {
+        let is_last = before.least > 0.0 || self.waiting > PATIENCE;
+        self.waiting += 2;
+        is_last
+    }
 }
 
 /// Moves the nodes of a patch to where its fixed nodes alone would have them: the displacements from `reference`, by
@@ -128,7 +167,7 @@ pub(super) fn relax(patch: &mut Patch, reference: &[Vector]) {
     let (mut slope, mut step) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
     patch.derive(Sum::Squares, &mut slope);
     let limits = (TOLERANCE_OF_START, MOST_ITERATIONS_OF_START);
-    if direction(patch, &slope, &mut step, limits).is_none() {
+    if direction(patch, &slope, &History::default(), &mut step, limits).is_none() {
         patch.places = before;
         return;
     }
@@ -164,14 +203,24 @@ fn lowered(eps: f64, least: f64, won: f64) -> f64 {
 fn direction(
     patch: &Patch,
     slope: &[Vector],
+    history: &History,
     step: &mut [Vector],
     (tolerance, most): (f64, usize),
 ) -> Option<usize> {
     let factors = Incomplete::new(patch.matrix())?;
-    let right: Vec<Vector> = slope.iter().map(|s| s.map(|x| -x)).collect();
+    let mut right: Vec<Vector> = slope.iter().map(|s| s.map(|x| -x)).collect();
+    let parts = history.take_out(&mut right);
     let solved = solve(patch.matrix(), &factors, &right, step, tolerance, most);
+    history.put_back(&parts, step);
     patch.clean(step);
     Some(solved.iterations)
+}
+
+/// A step that has lowered the functional.
+struct Descent {
+    after: State,
+    /// The part of the step that was taken.
+    length: f64,
 }
 
 /// Moves the nodes along `step`, as far as the functional falls; `None` where it does not.
@@ -182,7 +231,7 @@ fn descend(
     slope: &[Vector],
     step: &[Vector],
     trial: &mut Vec<Vector>,
-) -> Option<State> {
+) -> Option<Descent> {
     let along: f64 = slope.iter().zip(step).map(|(a, b)| dot(*a, *b)).sum();
     if along.is_nan() || along >= 0.0 {
         return None;
@@ -193,7 +242,7 @@ fn descend(
         let after = patch.state(eps, trial);
         if after.value < before.value + ARMIJO * length * along {
             std::mem::swap(&mut patch.places, trial);
-            return Some(after);
+            return Some(Descent { after, length });
         }
         length *= 0.5;
     }

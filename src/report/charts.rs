@@ -58,7 +58,7 @@ impl<'a> Charts<'a> {
     fn of_column(&self, column: &str) -> Option<Plot> {
         let (name, unit) = self.sequence.label(column);
         let title = capitalized(&name);
-        let y = if unit.is_empty() { &name } else { unit };
+        let y = if unit.is_empty() { &name } else { &unit };
         self.plot(&title, y, &[(column.to_owned(), name.clone())])
     }
 
@@ -71,12 +71,13 @@ impl<'a> Charts<'a> {
                 .map(|body| (format!("{}/{key}", body.name), body.name.clone()));
             columns.collect()
         };
+        let length = self.sequence.length_unit();
         let mut plots = Vec::new();
         for (title, key, unit) in [
             ("Pitch", "pitch_deg", "degrees"),
             ("Flap", "flap_deg", "degrees"),
             ("Lag", "lag_deg", "degrees"),
-            ("Largest displacement", "max_displacement", "mesh units"),
+            ("Largest displacement", "max_displacement", length),
         ] {
             plots.extend(self.plot(title, unit, &of_bodies(key)));
         }
@@ -84,7 +85,7 @@ impl<'a> Charts<'a> {
             let columns = ["x", "y", "z"]
                 .map(|axis| (format!("{}/tip_{axis}", body.name), format!("along {axis}")));
             let title = format!("Displacement of the tip of {}", body.name);
-            plots.extend(self.plot(&title, "mesh units", &columns));
+            plots.extend(self.plot(&title, length, &columns));
         }
         if plots.is_empty() {
             plots.extend(self.of_column("max_displacement"));
@@ -102,7 +103,11 @@ impl<'a> Charts<'a> {
         });
         let tolerance = self.sequence.record.options.tolerance;
         let errors = self
-            .plot("Errors at the surface", "mesh units", &errors)
+            .plot(
+                "Errors at the surface",
+                self.sequence.length_unit(),
+                &errors,
+            )
             .map(|plot| {
                 let has_zeros = plot
                     .series

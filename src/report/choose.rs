@@ -2,8 +2,10 @@
 
 use super::table::Table;
 
-/// Steps spread over the sequence that are drawn, the last one among them.
-const SPREAD: usize = 4;
+/// Steps whose meshes are read: at most, at least, and nodes of all of them together between these bounds.
+const FRAMES: usize = 120;
+const FEWEST: usize = 9;
+const NODES: usize = 60_000_000;
 
 /// The row with the worst cell: the smallest scaled Jacobian, or without quality the largest
 /// displacement. Of several the first.
@@ -34,14 +36,17 @@ pub fn calmest(table: &Table) -> Option<usize> {
     Some(row)
 }
 
-/// The rows that are drawn, ascending: some evenly over the sequence, and the worst.
-pub fn drawn(table: &Table) -> Vec<usize> {
+/// The rows whose meshes are read, ascending: all, or of a long sequence or a large mesh some evenly and the worst.
+pub fn frames(table: &Table, n_nodes: usize) -> Vec<usize> {
     let Some(last) = table.len().checked_sub(1) else {
         return Vec::new();
     };
-    let mut rows: Vec<usize> = (1..=SPREAD)
-        .map(|i| (last * i + SPREAD / 2) / SPREAD)
-        .collect();
+    let most = (NODES / n_nodes.max(1)).clamp(FEWEST, FRAMES);
+    if table.len() <= most {
+        return (0..table.len()).collect();
+    }
+    let gaps = most - 2;
+    let mut rows: Vec<usize> = (0..=gaps).map(|i| (last * i + gaps / 2) / gaps).collect();
     rows.extend(worst(table));
     rows.sort_unstable();
     rows.dedup();

@@ -7,6 +7,8 @@ use crate::formats::{check_file, records_in};
 use crate::record::{BodyRecord, EndRecord, RunRecord, file_name, parts_in};
 use std::path::{Path, PathBuf};
 
+/// Unit of lengths without another name.
+const MESH_UNITS: &str = "mesh units";
 /// Bodies whose motion is shown.
 const BODIES: usize = 8;
 
@@ -132,14 +134,25 @@ impl Sequence {
 
     /// Name and unit of a column. `body/pitch_deg` is that of a body; a column that is not known is called
     /// as it is.
-    pub fn label(&self, column: &str) -> (String, &'static str) {
-        label_in(self.record.dimension, column)
+    pub fn label(&self, column: &str) -> (String, String) {
+        let (name, unit) = label_in(self.record.dimension, column);
+        (name, unit.replace(MESH_UNITS, self.length_unit()))
+    }
+
+    /// What the schedule calls the mesh unit.
+    pub fn length_unit(&self) -> &str {
+        self.record.length_unit.as_deref().unwrap_or(MESH_UNITS)
+    }
+
+    /// The title that the schedule gives, or the name of the case.
+    pub fn title(&self) -> String {
+        self.record.title.clone().unwrap_or_else(|| self.case())
     }
 
     /// Name of a column with its unit.
     pub fn with_unit(&self, column: &str) -> String {
         match self.label(column) {
-            (name, "") => name,
+            (name, unit) if unit.is_empty() => name,
             (name, unit) => format!("{name}, {unit}"),
         }
     }
@@ -213,7 +226,10 @@ fn add_new(to: &mut Vec<String>, sentences: Vec<String>) {
 
 /// What is known of a body over the steps of the schedule; angles that are always zero are left out.
 fn courses(body: &BodyRecord) -> Vec<(&'static str, Vec<f64>)> {
-    let tip = |axis: usize| body.tip_displacement.iter().map(|tip| tip[axis]).collect();
+    // The outermost point along the span of the rotor may be one that stays, as at the root of a wing.
+    let has_tip = body.tip_displacement.iter().flatten().any(|x| *x != 0.0);
+    let tips = body.tip_displacement.iter().filter(|_| has_tip);
+    let tip = |axis: usize| tips.clone().map(|tip| tip[axis]).collect();
     let angles = [
         ("pitch_deg", body.pitch_deg.clone()),
         ("flap_deg", body.flap_deg.clone()),

@@ -1,112 +1,118 @@
-//! What the page shows of the meshes themselves: cuts at some of the steps, and how the quality of the
-//! worst step is distributed beside that of the reference mesh.
+//! What the page shows of the meshes themselves: the bodies and a cut at every step that is read, some of them as
+//! still pictures, and how the quality of the worst step is distributed beside that of the reference mesh.
 
 use super::choose;
 use super::cut::{Cut, Flat};
 use super::folder::Sequence;
 use super::meshes::Meshes;
+use super::pack::Pose;
 use super::plot::Plot;
+use super::sample;
+use super::scene::Scene;
 use super::slice::Slice;
+use super::stills::stills;
+use super::surface::{Corner, landmarks};
 use super::view::View;
 use crate::diagnostic::short;
 use crate::error::{Error, Result};
-use crate::formats::ReadOptions;
+use crate::formats::{ReadOptions, embedded};
 use crate::mesh::Mesh;
-use crate::quality::{Reference, per_cell};
+use crate::quality::{Reference, scaled_jacobians};
 use crate::record::MotionRecord;
 
 /// Bars of the histogram.
 const BARS: usize = 40;
+/// Polygons and dots of the cuts: of all together, and of one of them at most and at least.
+const SHAPES: usize = 240_000;
+const MOST_SHAPES: usize = 6000;
+const LEAST_SHAPES: usize = 2000;
 
 /// Pictures of a sequence.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Gallery {
     /// Scaled Jacobians of the worst step and of the reference.
     pub histogram: Option<Plot>,
-    /// Cuts: the reference mesh, then steps.
+    /// Rows of the steps that can be seen, ascending.
+    pub rows: Vec<usize>,
+    /// The cut at each of them, compressed; one SVG element a line.
+    pub cuts: String,
+    /// The cut that is seen before any script has run.
+    pub first_cut: String,
+    /// The bodies at each of them, in space.
+    pub scene: Option<Scene>,
+    /// Still pictures: the reference mesh, then steps.
     pub pictures: Vec<Picture>,
     /// Where the cuts are.
     pub sentence: String,
 }
 
-/// One cut.
-#[derive(Debug)]
+/// Still pictures of one step.
 pub struct Picture {
     /// The row of its step; `None` for the reference mesh.
     pub row: Option<usize>,
     /// Which step it is.
     pub caption: String,
-    /// The picture.
-    pub svg: String,
+    /// The bodies in space.
+    pub solid: Option<String>,
+    /// The cut.
+    pub cut: String,
 }
 
 /// Reads the meshes one after another; what cannot be read becomes a note.
 pub fn gallery(sequence: &mut Sequence, options: &ReadOptions) -> Gallery {
-    let rows = choose::drawn(&sequence.table);
-    if rows.is_empty() {
+    if sequence.table.len() == 0 {
         return Gallery::default();
     }
     let mut notes = Vec::new();
-    let gallery = draw(&Meshes::new(sequence, options), sequence, &rows, &mut notes);
+    let gallery = draw(&Meshes::new(sequence, options), sequence, &mut notes);
     sequence.notes.append(&mut notes);
-    gallery
+    gallery.unwrap_or_else(|error| {
+        sequence.notes.push(format!("No mesh is shown: {error}."));
+        Gallery::default()
+    })
 }
 
-fn draw(
-    meshes: &Meshes<'_>,
-    sequence: &Sequence,
-    rows: &[usize],
-    notes: &mut Vec<String>,
-) -> Gallery {
-    let (before, is_original) = match before(meshes, sequence, notes) {
-        Ok(found) => found,
-        Err(error) => {
-            notes.push(format!("No mesh is shown: {error}."));
-            return Gallery::default();
-        }
-    };
-    let motion = sequence.record.motion.as_ref();
-    let reference = Reference::new(&before);
-    let studio = Studio {
-        view: View::new(&before, motion),
-        n_cells: before.cells.len(),
-        reference,
-        motion,
-    };
+fn draw(meshes: &Meshes<'_>, sequence: &Sequence, notes: &mut Vec<String>) -> Result<Gallery> {
+    let (before, is_original) = before(meshes, sequence, notes)?;
+    let rows = choose::frames(&sequence.table, before.points.len());
+    let mut studio = Studio::new(before, sequence, rows.len());
+    let mut film = Film::default();
+    let rest = is_original.then(|| studio.frame(None, "The reference mesh", 0.0));
     let worst = choose::worst(&sequence.table);
-    let mut gallery = Gallery {
-        sentence: studio.view.sentence.clone(),
-        ..Gallery::default()
-    };
-    let mut counted = Vec::new();
-    if is_original {
-        let (svg, quality) = studio.picture(&before, 0.0, "The reference mesh");
-        gallery.pictures.push(Picture {
-            row: None,
-            caption: "Reference mesh".to_owned(),
-            svg,
-        });
-        counted.push(("reference mesh".to_owned(), quality));
-    }
-    drop(before);
-    for &row in rows {
-        let is_worst = Some(row) == worst;
-        match studio.step(meshes, sequence, row, is_worst) {
-            Ok((picture, quality)) => {
-                if is_worst {
-                    let step = sequence.table.step(row);
-                    counted.insert(0, (format!("worst step, {step}"), quality));
+    let mut unread = Vec::new();
+    for row in rows {
+        let caption = caption(sequence, row, Some(row) == worst);
+        let mesh = meshes.at(row).and_then(|mesh| studio.check(mesh));
+        match mesh {
+            Err(error) => unread.push((row, error)),
+            Ok(mesh) => {
+                if Some(row) == worst {
+                    let name = format!("worst step, {}", sequence.table.step(row));
+                    film.counted.push((name, studio.scaled_jacobians(&mesh)));
                 }
-                gallery.pictures.push(picture);
-            }
-            Err(error) => {
-                let step = sequence.table.step(row);
-                notes.push(format!("The mesh of step {step} is not shown: {error}."));
+                let frame = studio.frame(Some(&mesh), &caption, sequence.azimuth(row));
+                film.add(row, frame);
             }
         }
     }
-    gallery.histogram = histogram(&counted);
-    gallery
+    note_unread(&unread, sequence, notes);
+    if is_original {
+        let quality = studio.scaled_jacobians(&studio.before);
+        film.counted.push(("reference mesh".to_owned(), quality));
+    }
+    Ok(studio.hang(film, rest, sequence))
+}
+
+/// A sentence on the meshes that cannot be read; of many of them with the first reason.
+fn note_unread(unread: &[(usize, Error)], sequence: &Sequence, notes: &mut Vec<String>) {
+    let Some((row, error)) = unread.first() else {
+        return;
+    };
+    let step = sequence.table.step(*row);
+    notes.push(match unread.len() {
+        1 => format!("The mesh of step {step} is not shown: {error}."),
+        n => format!("The meshes of {n} steps are not shown; that of step {step}: {error}."),
+    });
 }
 
 /// The reference mesh, or the step that has moved least; whether it is the former.
@@ -121,69 +127,165 @@ fn before(
     };
     let row = choose::calmest(&sequence.table);
     let row = row.ok_or_else(|| Error::input("no step is finished"))?;
+    let mesh = meshes.at(row)?;
     notes.push(format!(
         "The reference mesh is not shown: {error}. Cells are judged against step {}, which has moved least.",
         sequence.table.step(row)
     ));
-    Ok((meshes.at(row)?, false))
+    Ok((mesh, false))
+}
+
+/// What is seen of one mesh.
+struct Frame {
+    cut: String,
+    pose: Pose,
+}
+
+/// What is seen of all of them.
+#[derive(Default)]
+struct Film {
+    rows: Vec<usize>,
+    frames: Vec<Frame>,
+    counted: Vec<(String, Vec<f64>)>,
+}
+
+impl Film {
+    fn add(&mut self, row: usize, frame: Frame) {
+        self.rows.push(row);
+        self.frames.push(frame);
+    }
 }
 
 /// What all pictures have in common.
-struct Studio<'a> {
+struct Studio {
     view: View,
-    n_cells: usize,
-    reference: Reference,
-    motion: Option<&'a MotionRecord>,
+    before: Mesh,
+    motion: Option<MotionRecord>,
+    landmarks: Vec<Corner>,
+    scene: Option<Scene>,
+    shapes: usize,
 }
 
-impl Studio<'_> {
+impl Studio {
+    fn new(before: Mesh, sequence: &Sequence, n_frames: usize) -> Self {
+        let motion = sequence.record.motion.as_ref();
+        let bodies = motion.map_or(&[][..], |motion| &motion.bodies);
+        Self {
+            view: View::new(&before, motion),
+            landmarks: landmarks(&before, bodies),
+            scene: Scene::new(&before, motion, n_frames),
+            shapes: (SHAPES / n_frames.max(1)).clamp(LEAST_SHAPES, MOST_SHAPES),
+            motion: motion.cloned(),
+            before,
+        }
+    }
+
     fn check(&self, mesh: Mesh) -> Result<Mesh> {
-        match mesh.cells.len() == self.n_cells {
+        let n = self.before.cells.len();
+        match mesh.cells.len() == n {
             true => Ok(mesh),
             false => Err(Error::input(format!(
-                "it has {} cells, and the reference mesh has {}",
+                "it has {} cells, and the reference mesh has {n}",
                 mesh.cells.len(),
-                self.n_cells
             ))),
         }
     }
 
-    /// The picture of a row of steps.csv, and the scaled Jacobian of the cells of its mesh.
-    fn step(
-        &self,
-        meshes: &Meshes<'_>,
-        sequence: &Sequence,
-        row: usize,
-        is_worst: bool,
-    ) -> Result<(Picture, Vec<f64>)> {
-        let mesh = self.check(meshes.at(row)?)?;
-        let caption = caption(sequence, row, is_worst);
-        let (svg, quality) = self.picture(&mesh, sequence.azimuth(row), &caption);
-        let row = Some(row);
-        Ok((Picture { row, caption, svg }, quality))
+    /// The scaled Jacobian of every cell.
+    fn scaled_jacobians(&self, mesh: &Mesh) -> Vec<f64> {
+        scaled_jacobians(mesh, &mesh.points, &Reference::new(&self.before))
     }
 
-    /// The cut through a mesh, and the scaled Jacobian of its cells.
-    fn picture(&self, mesh: &Mesh, azimuth_deg: f64, name: &str) -> (String, Vec<f64>) {
-        let quality = per_cell(mesh, &mesh.points, &self.reference).scaled_jacobian;
-        let cut = Cut::new(mesh, self.view.plane(self.motion, azimuth_deg));
+    /// What is seen of the mesh of a step, or of the reference mesh.
+    fn frame(&mut self, mesh: Option<&Mesh>, caption: &str, azimuth_deg: f64) -> Frame {
+        if let (Some(scene), Some(mesh)) = (&mut self.scene, mesh) {
+            scene.add(mesh, azimuth_deg);
+        }
+        let mesh = mesh.unwrap_or(&self.before);
+        let carry = self
+            .motion
+            .as_ref()
+            .map(|motion| motion.carry(azimuth_deg).inverse());
+        let place = |corner: &Corner| {
+            let x = corner.place(mesh);
+            carry.map_or(x, |carry| carry.apply(x)).map(|x| x as f32)
+        };
+        Frame {
+            pose: self.landmarks.iter().map(place).collect(),
+            cut: self.cut(mesh, azimuth_deg, caption),
+        }
+    }
+
+    /// The cut through a mesh.
+    fn cut(&self, mesh: &Mesh, azimuth_deg: f64, name: &str) -> String {
+        let cut = Cut::new(mesh, self.view.plane(self.motion.as_ref(), azimuth_deg));
         let outline: Vec<[Flat; 2]> = cut.outline(&self.view.tags);
         let window = self.view.window(&outline);
         let pieces = cut.pieces(&window);
-        let seen = pieces.iter().map(|piece| quality[piece.cell]);
-        let worst = seen.filter(|q| !q.is_nan()).reduce(f64::min);
+        let cells: Vec<usize> = pieces.iter().map(|piece| piece.cell).collect();
+        let quality = sample::scaled_jacobians(&cells, mesh, &self.before);
+        let worst = quality
+            .iter()
+            .copied()
+            .filter(|q| !q.is_nan())
+            .reduce(f64::min);
         let worst = worst.map_or_else(String::new, |q| {
             format!(", smallest scaled Jacobian {}", short(q))
         });
         let slice = Slice {
             pieces: &pieces,
+            most: self.shapes,
             quality: &quality,
             outline: &outline,
             before: &self.view.outline,
             window,
         };
         let in_words = format!("{name}: {} cells in view{worst}.", pieces.len());
-        (slice.svg(&in_words), quality)
+        slice.svg(&in_words)
+    }
+
+    /// Chooses the still pictures.
+    fn hang(self, film: Film, rest: Option<Frame>, sequence: &Sequence) -> Gallery {
+        let worst = choose::worst(&sequence.table);
+        let (cuts, poses): (Vec<String>, Vec<Pose>) = film
+            .frames
+            .into_iter()
+            .map(|frame| (frame.cut, frame.pose))
+            .unzip();
+        let place = worst.and_then(|worst| film.rows.iter().position(|&row| row == worst));
+        let chosen = stills(rest.as_ref().map(|rest| &rest.pose), &poses, place);
+        let solid = |frame: Option<usize>, name: &str| {
+            let scene = self.scene.as_ref()?;
+            Some(scene.still(frame, &format!("The bodies in space. {name}.")))
+        };
+        let rest = rest.map(|rest| {
+            let caption = "Reference mesh".to_owned();
+            Picture {
+                row: None,
+                solid: solid(None, &caption),
+                caption,
+                cut: rest.cut,
+            }
+        });
+        let steps = chosen.into_iter().map(|frame| {
+            let row = film.rows[frame];
+            let caption = caption(sequence, row, Some(row) == worst);
+            Picture {
+                row: Some(row),
+                solid: solid(Some(frame), &caption),
+                caption,
+                cut: cuts[frame].clone(),
+            }
+        });
+        Gallery {
+            histogram: histogram(&film.counted),
+            pictures: rest.into_iter().chain(steps).collect(),
+            first_cut: cuts.first().cloned().unwrap_or_default(),
+            cuts: embedded(cuts.join("\n").as_bytes()),
+            rows: film.rows,
+            sentence: self.view.sentence,
+            scene: self.scene,
+        }
     }
 }
 

@@ -16,20 +16,30 @@ mod charts;
 mod choose;
 mod columns;
 mod cut;
+mod decimate;
 mod folder;
 mod gallery;
 mod html;
+mod libraries;
 mod meshes;
+mod pack;
 mod page;
 mod plot;
+mod sample;
+mod scene;
 mod section;
 mod selection;
 mod series;
+mod shaded;
 mod slice;
+mod stills;
+mod summary;
+mod surface;
 mod table;
 #[cfg(test)]
 mod tests;
 mod view;
+mod views;
 
 use crate::error::Result;
 use crate::formats::ReadOptions;
@@ -48,7 +58,7 @@ pub struct Page {
 
 /// The page of the sequence in a folder, finished or not.
 ///
-/// Reads `run.json` and `steps.csv`, or those of its parts, and the meshes of at most six steps.
+/// Reads `run.json` and `steps.csv`, or those of its parts, and the meshes of at most 121 steps; of a large mesh fewer.
 ///
 /// # Errors
 /// Where the folder holds no sequence, or its records cannot be read. A missing mesh is a note.

@@ -6,14 +6,19 @@ use super::columns;
 use super::folder::Sequence;
 use super::gallery::Gallery;
 use super::html::{count, embedded, escape};
+use super::libraries::Libraries;
 use super::plot::Plot;
-use super::{selection, slice};
+use super::{selection, summary, views};
 use crate::diagnostic::short;
 use serde_json::{Value, json};
-use std::fmt::Write;
 
 const STYLE: &str = include_str!("style.css");
-const SCRIPT: &str = include_str!("script.js");
+const SCRIPT: &str = concat!(
+    include_str!("slider.js"),
+    include_str!("cut.js"),
+    include_str!("plots.js"),
+    include_str!("scene.js"),
+);
 /// Steps that the slider stops at; of more of them some are left out.
 const STOPS: usize = 2000;
 /// Warnings that are listed, and other sentences of one sort.
@@ -21,39 +26,49 @@ const SENTENCES: usize = 100;
 
 /// The page of a sequence.
 pub fn html(sequence: &Sequence, gallery: &Gallery) -> String {
-    let case = escape(&sequence.case());
+    let title = escape(&sequence.title());
     let charts = Charts::new(sequence);
-    let stops = stops(sequence);
-    let mut body = header(sequence, &case);
+    let stops = stops(sequence, gallery);
+    let mut body = header(sequence, &title);
     if !stops.is_empty() {
         body += &slider(sequence, &stops);
-        body += &values(sequence);
     }
+    body += &views::moving(sequence, gallery);
     body += &figures("Motion", "", &charts.motion());
     body += &figures("Accuracy", "", &charts.accuracy());
-    body += &figures("Choice of base points", "", &selection::plots(sequence));
     let mut quality = charts.quality();
     quality.extend(gallery.histogram.clone());
     body += &figures("Quality of the cells", "", &quality);
-    body += &cuts(gallery);
+    body += &views::stills(gallery);
+    body += &figures("Choice of base points", "", &selection::plots(sequence));
     body += &figures(
         "Time",
         &stages(sequence),
         &charts.time().into_iter().collect::<Vec<_>>(),
     );
+    if !stops.is_empty() {
+        body += &values(sequence);
+    }
     body += &inputs(sequence);
-    let data = data(sequence, &charts, &stops);
+    body += "</main>\n";
+    let libraries = Libraries {
+        in_space: gallery.scene.is_some(),
+    };
+    body += &libraries.footer();
+    let data = data(sequence, gallery, &charts, &stops);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
-         <title>{case}: azimesh report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}\
-         <script type=\"application/json\" id=\"data\">{}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        embedded(&data)
+         <title>{title}: azimesh report</title>\n<style>\n{STYLE}{}</style>\n</head>\n<body>\n{body}\
+         <script type=\"application/json\" id=\"data\">{}</script>\n{}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        libraries.style(),
+        embedded(&data),
+        libraries.scripts(),
     )
 }
 
-fn header(sequence: &Sequence, case: &str) -> String {
+fn header(sequence: &Sequence, title: &str) -> String {
     let record = &sequence.record;
     let tiles: String = tiles(sequence)
         .into_iter()
@@ -69,8 +84,13 @@ fn header(sequence: &Sequence, case: &str) -> String {
         "" => String::new(),
         program => format!(" by {}", escape(program)),
     };
+    let case = match record.title {
+        Some(_) => format!("{}, a", escape(&sequence.case())),
+        None => "A".to_owned(),
+    };
     let mut html = format!(
-        "<header>\n<h1>{case}</h1>\n<p>A mesh in motion{program}</p>\n<dl class=\"tiles\">{tiles}</dl>\n"
+        "<header>\n<h1>{title}</h1>\n<p>{case} mesh in motion{program}</p>\n{}<dl class=\"tiles\">{tiles}</dl>\n",
+        list("summary", "", &summary::sentences(sequence)),
     );
     html += &list("notes", "", &sequence.notes);
     if sequence.state() == "stopped" {
@@ -164,12 +184,13 @@ fn list(class: &str, title: &str, sentences: &[String]) -> String {
     format!("{title}<ul class=\"{class}\">{items}</ul>\n")
 }
 
-/// Rows that the slider stops at: all, or some evenly and those that are drawn.
-fn stops(sequence: &Sequence) -> Vec<usize> {
+/// Rows that the slider stops at: all, or some evenly and those that have a picture.
+fn stops(sequence: &Sequence, gallery: &Gallery) -> Vec<usize> {
     let n = sequence.table.len();
     let every = n.div_ceil(STOPS).max(1);
     let mut rows: Vec<usize> = (0..n).step_by(every).collect();
-    rows.extend(choose::drawn(&sequence.table));
+    rows.extend(&gallery.rows);
+    rows.extend(choose::worst(&sequence.table));
     rows.sort_unstable();
     rows.dedup();
     rows
@@ -192,7 +213,8 @@ fn slider(sequence: &Sequence, stops: &[usize]) -> String {
     };
     format!(
         "<form class=\"slider\" autocomplete=\"off\">\n<label for=\"step\"><output id=\"which\"></output></label>\n\
-         <div class=\"row\"><button type=\"button\" data-by=\"-1\" aria-label=\"step before\">◀</button>\
+         <div class=\"row\"><button type=\"button\" id=\"play\" aria-pressed=\"false\">▶ Play</button>\
+         <button type=\"button\" data-by=\"-1\" aria-label=\"step before\">◀</button>\
          <input type=\"range\" id=\"step\" min=\"0\" max=\"{last}\" step=\"1\" value=\"0\">\
          <button type=\"button\" data-by=\"1\" aria-label=\"next step\">▶</button>{worst}</div>{left_out}\n</form>\n\
          <noscript><p class=\"remark\">The slider needs JavaScript; steps.csv has the values of every step.</p></noscript>\n"
@@ -216,7 +238,10 @@ fn values(sequence: &Sequence) -> String {
             format!("<div{class}><dt>{name}</dt><dd><output data-column=\"{column}\"></output></dd></div>")
         })
         .collect();
-    format!("<section>\n<h2>At this step</h2>\n<dl class=\"values\">{values}</dl>\n</section>\n")
+    format!(
+        "<section>\n<h2>At this step</h2>\n<details class=\"plain\"><summary>Every value in steps.csv</summary>\n\
+         <dl class=\"values\">{values}</dl></details>\n</section>\n"
+    )
 }
 
 fn shown(sequence: &Sequence, column: &str) -> bool {
@@ -235,31 +260,6 @@ fn figures(title: &str, before: &str, plots: &[Plot]) -> String {
     let figures: String = plots.iter().map(Plot::figure).collect();
     format!(
         "<section>\n<h2>{title}</h2>\n{before}<div class=\"figures\">\n{figures}</div>\n</section>\n"
-    )
-}
-
-fn cuts(gallery: &Gallery) -> String {
-    if gallery.pictures.is_empty() {
-        return String::new();
-    }
-    let mut figures = String::new();
-    for picture in &gallery.pictures {
-        let caption = escape(&picture.caption);
-        let caption = match picture.row {
-            Some(row) => format!("<button type=\"button\" data-row=\"{row}\">{caption}</button>"),
-            None => caption,
-        };
-        writeln!(
-            figures,
-            "<figure><figcaption>{caption}</figcaption>{}</figure>",
-            picture.svg
-        )
-        .expect("a string takes any text");
-    }
-    format!(
-        "<section>\n<h2>Cuts through the mesh</h2>\n<p>{} The bar is in mesh units.</p>\n{}<div class=\"figures cuts\">\n{figures}</div>\n</section>\n",
-        escape(&gallery.sentence),
-        slice::colour_key()
     )
 }
 
@@ -303,16 +303,14 @@ fn inputs(sequence: &Sequence) -> String {
     let files = rows(files);
     let options = rows(options.chain(counts));
     if files.is_empty() && options.is_empty() {
-        return "</main>\n".to_owned();
+        return String::new();
     }
     let chosen = list(
         "chosen",
         "<h3>What the schedule left open</h3>\n",
         &record.chosen,
     );
-    format!(
-        "<section>\n<h2>Inputs</h2>\n{files}<h3>Options</h3>\n{options}{chosen}</section>\n</main>\n"
-    )
+    format!("<section>\n<h2>Inputs</h2>\n{files}<h3>Options</h3>\n{options}{chosen}</section>\n")
 }
 
 fn rows(entries: impl IntoIterator<Item = (String, String)>) -> String {
@@ -333,13 +331,16 @@ fn rows(entries: impl IntoIterator<Item = (String, String)>) -> String {
 }
 
 /// What the script knows of the steps.
-fn data(sequence: &Sequence, charts: &Charts<'_>, stops: &[usize]) -> Value {
+fn data(sequence: &Sequence, gallery: &Gallery, charts: &Charts<'_>, stops: &[usize]) -> Value {
     let table = &sequence.table;
     let rows = stops.iter().map(|&row| table.row(row));
     json!({
         "of": sequence.record.steps.unwrap_or(table.len()),
+        "unit": sequence.length_unit(),
         "columns": table.columns,
         "stops": stops,
+        "frames": gallery.rows,
+        "steps": gallery.rows.iter().map(|&row| table.step(row)).collect::<Vec<_>>(),
         "x": stops.iter().map(|&row| charts.places()[row]).collect::<Vec<_>>(),
         "rows": rows.collect::<Vec<_>>(),
     })

@@ -1,9 +1,10 @@
 //! A plot as a figure of the page: SVG with classes for colours, and a legend in the page's own text.
 
 use super::axis::Axis;
-use super::html::escape;
+use super::html::{embedded, escape};
 use super::series::Series;
 use crate::diagnostic::short;
+use serde_json::{Value, json};
 use std::fmt::Write;
 
 const WIDTH: f64 = 400.0;
@@ -111,10 +112,38 @@ impl Plot {
         };
         format!(
             "<figure class=\"plot\"><figcaption>{}</figcaption>\
-             <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\"{marks}>{svg}</svg>{}{remark}</figure>\n",
+             <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\"{marks}>{svg}</svg>{}{remark}{}</figure>\n",
             escape(&self.title),
             escape(&self.in_words()),
             self.legend(),
+            self.live(),
+        )
+    }
+
+    /// What the script draws in place of the picture; bars stay a picture.
+    fn live(&self) -> String {
+        if self.series.is_empty() {
+            return String::new();
+        }
+        let series = self.series.iter().map(|series| {
+            let mut line = json!({
+                "name": series.name, "style": series.style, "column": series.column, "points": series.known().count(),
+            });
+            if !self.is_marked {
+                let (x, y): (Vec<f64>, Vec<Option<f64>>) = series.points.iter().copied().unzip();
+                line["x"] = json!(x);
+                line["y"] = json!(y);
+            }
+            line
+        });
+        let series: Vec<Value> = series.collect();
+        let data = json!({
+            "x": self.x, "y": self.y, "degrees": self.in_degrees, "log": self.is_log, "marked": self.is_marked,
+            "include": self.include, "bands": self.bands, "levels": self.levels, "series": series,
+        });
+        format!(
+            "<script type=\"application/json\">{}</script>",
+            embedded(&data)
         )
     }
 

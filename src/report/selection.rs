@@ -20,11 +20,11 @@ pub fn plots(sequence: &Sequence) -> Vec<Plot> {
     }
     let plots = by_layer
         .into_iter()
-        .filter_map(|(of, layers)| plot(of, &layers));
+        .filter_map(|(of, layers)| plot(of, &layers, sequence.length_unit()));
     plots.collect()
 }
 
-fn plot(of: &str, layers: &[(usize, &LayerRecord)]) -> Option<Plot> {
+fn plot(of: &str, layers: &[(usize, &LayerRecord)], length_unit: &str) -> Option<Plot> {
     let drawn = layers.len().min(DRAWN);
     let place = |i: usize| match drawn {
         1 => 0,
@@ -37,7 +37,7 @@ fn plot(of: &str, layers: &[(usize, &LayerRecord)]) -> Option<Plot> {
     let series: Vec<Series> = series.collect();
     let (title, unit) = match of {
         "rotation_nodes" => ("Base points of the rotation", "of the rotation"),
-        _ => ("Base points", "mesh units"),
+        _ => ("Base points", length_unit),
     };
     let tolerance = layers.first().and_then(|(_, layer)| layer.tolerance);
     let remark = match layers.len() > drawn {

@@ -11,8 +11,6 @@ use std::fmt::Write;
 
 /// Units across a picture; about ten to a dot on a screen.
 const ACROSS: f64 = 4000.0;
-/// Polygons and dots of a picture, at most.
-const DRAWN: usize = 6000;
 /// Colours from 0 to 1.
 const COLOURS: usize = 16;
 /// Units across a polygon from which on its edges are drawn.
@@ -22,7 +20,9 @@ const WITH_EDGES: f64 = 28.0;
 pub struct Slice<'a> {
     /// The cells.
     pub pieces: &'a [Piece],
-    /// Quality of every cell of the mesh; NaN where it has none.
+    /// Polygons and dots that are drawn, at most.
+    pub most: usize,
+    /// Quality of the cell of each piece; NaN where it has none.
     pub quality: &'a [f64],
     /// The surface of the body.
     pub outline: &'a [[Flat; 2]],
@@ -100,7 +100,7 @@ impl Slice<'_> {
         let mut dot = 5;
         loop {
             let shapes = self.shapes(dot);
-            if shapes.len() <= DRAWN || f64::from(dot) > ACROSS / 8.0 {
+            if shapes.len() <= self.most || f64::from(dot) > ACROSS / 8.0 {
                 return shapes;
             }
             dot += dot.div_euclid(2);
@@ -110,8 +110,8 @@ impl Slice<'_> {
     fn shapes(&self, dot: i32) -> Vec<Shape> {
         let mut shapes = Vec::new();
         let mut dots: BTreeMap<[i32; 2], Colour> = BTreeMap::new();
-        for piece in self.pieces {
-            let colour = Colour::of(self.quality.get(piece.cell).copied().unwrap_or(f64::NAN));
+        for (piece, quality) in self.pieces.iter().zip(self.quality) {
+            let colour = Colour::of(*quality);
             let mut corners: Vec<[i32; 2]> = piece.corners.iter().map(|&x| self.place(x)).collect();
             corners.dedup();
             let [low, high] = box_around(&corners);
@@ -234,8 +234,8 @@ fn twice_area(corners: &[[i32; 2]]) -> i64 {
         .sum()
 }
 
-/// The colours and what they stand for.
-pub fn colour_key() -> String {
+/// The colours, dark to bright.
+pub fn colour_bar(in_words: &str) -> String {
     let mut svg = String::new();
     for colour in 0..COLOURS {
         write!(
@@ -245,11 +245,16 @@ pub fn colour_key() -> String {
         )
         .expect("a string takes any text");
     }
+    format!("<svg viewBox=\"0 0 320 12\" role=\"img\" aria-label=\"{in_words}\">{svg}</svg>")
+}
+
+/// The colours and what they stand for.
+pub fn colour_key() -> String {
     format!(
-        "<p class=\"key\"><span>0</span><svg viewBox=\"0 0 320 12\" role=\"img\" aria-label=\"Colours from 0, dark, to 1, \
-         bright\">{svg}</svg><span>1</span> <span>scaled Jacobian</span> \
-         <svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qi\" d=\"M0 0h12v12h-12z\"/></svg><span>inverted</span> \
-         <svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qn\" d=\"M0 0h12v12h-12z\"/></svg><span>not defined \
-         for the cell</span></p>"
+        "<p class=\"key\"><span>0</span>{}<span>1</span> <span>scaled Jacobian</span> \
+         <span><svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qi\" d=\"M0 0h12v12h-12z\"/></svg> inverted</span> \
+         <span><svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qn\" d=\"M0 0h12v12h-12z\"/></svg> not defined \
+         for the cell</span></p>",
+        colour_bar("Colours from 0, dark, to 1, bright")
     )
 }

@@ -143,6 +143,7 @@ fn a_picture_of_a_large_mesh_stays_small_and_shows_the_worst_cell() {
     quality[123_456] = -0.2;
     let slice = Slice {
         pieces: &pieces,
+        most: 6000,
         quality: &quality,
         outline: &[],
         before: &[],
@@ -241,6 +242,40 @@ fn steps_passed_over_and_checks_that_failed_are_on_the_page() {
         "{\"outcome\": \"complete\"}",
     );
     assert!(html.contains("<dd>not judged</dd>"));
+}
+
+#[test]
+fn title_and_unit_are_those_of_the_schedule_and_the_summary_comes_before_hashes() {
+    let record = r#"{"outcome": "complete", "title": "M427 <hover>", "length_unit": "mm", "dimension": 3,
+        "inputs": [{"what": "mesh", "file": "m427.cgns", "blake3": "00ff"}], "options": {"tolerance": 0.01},
+        "motion": {"frame": "rotating", "bodies": [{"name": "b1", "pitch_deg": [0, 7.5], "max_displacement": [0, 12.3456]},
+            {"name": "b2", "pitch_deg": [0, 7.5], "max_displacement": [0, 12.3456]}]}}"#;
+    let steps = "step,azimuth_deg,base_points,max_surface_error,min_volume,min_scaled_jacobian,inverted\n\
+                 0,0,9,0,0.5,0.5,0\n1,10,9,0.001,0.25,0.25,0\n";
+    let html = page(steps, record);
+    let order = [
+        "<h1>M427 &lt;hover&gt;</h1>",
+        "m427, a mesh in motion",
+        "<li>2 steps, azimuth 0 to 10°.</li>",
+        "<li>b1, b2: moved by up to 12.3 mm, pitch 0° to 7.5°.</li>",
+        "within 0.001 mm of where the motion puts them (tolerance 0.01); 9 base points",
+        "smallest scaled Jacobian is 0.25, at step 1",
+        "No cell is inverted",
+        "<dl class=\"tiles\">",
+        "id=\"step\"",
+        "Smallest volume",
+        "<summary>Every value in steps.csv</summary>",
+        "Smallest volume, mm³",
+        "BLAKE3 00ff",
+        "<footer>",
+    ];
+    let mut from = 0;
+    for told in order {
+        let at = html[from..].find(told);
+        from += at.unwrap_or_else(|| panic!("{told} is missing or in the wrong place"));
+    }
+    assert!(!html.contains("mesh units"));
+    assert!(!html.contains("id=\"scene\""), "there is no mesh to show");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::base_file;
 use super::names::Names;
 use super::record::{Clock, selection_record, sentences};
-use crate::deform::{Deformation, Interval, check_tolerance, choose};
+use crate::deform::{BaseOrigin, Deformation, Interval, check_tolerance, choose};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
@@ -62,8 +62,12 @@ impl<'a> BasePointStore<'a> {
         let (deformation, progress) = (self.deformation, self.progress());
         let mut selecting = None;
         let interval = deformation.enter(step, progress, &mut |steps| {
+            let origin = match &self.loaded {
+                Some(_) => BaseOrigin::Given,
+                None => BaseOrigin::Chosen,
+            };
             let selections = self.base_points(steps)?;
-            check_tolerance(deformation.plan(), &selections)?;
+            check_tolerance(deformation.plan(), &selections, origin)?;
             selecting = Some(clock.seconds());
             Ok(selections)
         })?;

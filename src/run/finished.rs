@@ -120,7 +120,7 @@ impl Finished {
 pub(super) fn inverted(row: &Row, has_azimuth: bool, first: Option<usize>) -> RunNote {
     RunNote::Inverted {
         step: row.step,
-        azimuth_deg: has_azimuth.then_some(row.azimuth_deg),
+        azimuth_deg: row.azimuth_deg.filter(|_| has_azimuth),
         time_s: row.time_s,
         cells: row.inverted.unwrap_or(0),
         first,

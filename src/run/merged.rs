@@ -241,7 +241,7 @@ fn write_options(parts: &[PartRun]) -> WriteOptions {
 /// What the rows and the records of the parts tell.
 pub(super) fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
     let mut finished = Finished::default();
-    let has_azimuth = |row: &Row| row.azimuth_deg != 0.0 || row.time_s.is_none();
+    let has_azimuth = |row: &Row| row.azimuth_deg.is_some();
     let has_azimuth = rows.values().any(has_azimuth);
     finished.take_rows(names, rows, &BTreeMap::new(), &[], has_azimuth)?;
     let ends = || parts.iter().filter_map(|part| part.record.end.as_ref());

@@ -351,7 +351,7 @@ pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
 
 /// The time that a step has in a time series.
 pub(super) fn time(row: &Row) -> f64 {
-    row.time_s.unwrap_or(row.azimuth_deg)
+    row.time_s.or(row.azimuth_deg).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -63,6 +63,8 @@ impl RecordFile {
         let content = RunRecord {
             version: 1,
             program: concat!("azimesh ", env!("CARGO_PKG_VERSION")).to_owned(),
+            title: plan.schedule.output.title.clone(),
+            length_unit: plan.schedule.output.length_unit.clone(),
             outcome: "running".to_owned(),
             inputs,
             functions: functions(plan),

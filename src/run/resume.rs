@@ -170,7 +170,7 @@ impl Earlier {
         self.rows.retain(|&index, row| {
             names.steps().contains(&index)
                 && row.file == names.mesh(index)
-                && row.azimuth_deg == steps[index].azimuth_deg
+                && row.azimuth_deg == steps[index].azimuth_deg()
         });
     }
 
@@ -269,9 +269,11 @@ fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
     let steps = &plan.motion.steps[names.steps()];
     let other = steps.iter().find_map(|step| {
         let row = rows.get(&step.index)?;
-        let (then, now) = (row.azimuth_deg, step.azimuth_deg);
+        let (then, now) = (row.azimuth_deg, step.azimuth_deg());
         let is_other = row.file == names.mesh(step.index) && then != now;
-        is_other.then_some((step.index, then, now))
+        let shown =
+            |azimuth: Option<f64>| azimuth.map_or("none".to_owned(), |azimuth| azimuth.to_string());
+        is_other.then(|| (step.index, shown(then), shown(now)))
     });
     match other {
         None => Ok(()),

@@ -120,7 +120,7 @@ pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
     let value = |extreme: Option<Extreme>| extreme.map(|found| found.value);
     let mut row = Row {
         step: step.index,
-        azimuth_deg: step.azimuth_deg,
+        azimuth_deg: step.azimuth_deg(),
         time_s: step.time_s,
         base_points: computed.n_base,
         max_displacement: computed.largest_displacement,

@@ -25,16 +25,37 @@ fn page(folder: &Path, args: &[&str]) -> String {
     .out
 }
 
+/// Captions of the still pictures.
+fn stills(html: &str) -> Vec<&str> {
+    let captions = html
+        .split("<div class=\"figures cuts\">")
+        .nth(1)
+        .unwrap_or_default();
+    let captions = captions.split("</section>").next().unwrap_or_default();
+    let captions = captions.split("<figcaption>").skip(1);
+    captions
+        .map(|rest| {
+            let inside = rest.split("</figcaption>").next().unwrap_or_default();
+            let inside = inside.split("</button>").next().unwrap_or_default();
+            inside.rsplit('>').next().unwrap_or_default()
+        })
+        .collect()
+}
+
 #[test]
 fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
     let folder = sequence();
     let one = page(folder.path(), &["--threads", "1"]);
     assert!(one == page(folder.path(), &["--threads", "3"]));
-    for outside in ["http:", "https:", "//", "url(", "@import", "src=", "href="] {
-        // The comment of the script has two strokes.
-        let n = one.matches(outside).count();
-        assert_eq!(n, usize::from(outside == "//"), "{outside}");
+    let own = one.replace(
+        include_str!("../../src/report/vendor/uPlot.iife.min.js"),
+        "",
+    );
+    assert!(own.len() < one.len(), "the library is in the page as it is");
+    for outside in ["http:", "https:", "url(", "@import", "src=", "href="] {
+        assert!(!own.contains(outside), "{outside}");
     }
+    assert!(own.contains("default-src 'none'"));
     assert!(one.len() < 3_000_000, "{}", one.len());
     for part in [
         "Motion",
@@ -43,7 +64,8 @@ fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
         "Errors at the surface",
         "Choice of base points",
         "Scaled Jacobian of the cells",
-        "Cuts through the mesh",
+        "A cut through the mesh",
+        "Still pictures",
         "Reference mesh",
         "the worst",
         "Seconds for each step",
@@ -52,10 +74,14 @@ fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
     ] {
         assert!(one.contains(part), "{part}");
     }
+    // The airfoil is in the same place at 0, 180 and 360 degrees, and at 60 and 120, and at 240 and 300.
     assert_eq!(
-        one.matches("class=\"slice\"").count(),
-        5,
-        "the reference and four steps, of which one is the worst"
+        stills(&one),
+        ["Reference mesh", "Step 1, 60°", "Step 5, 300°, the worst"]
+    );
+    assert!(
+        !one.contains("id=\"scene\""),
+        "a plane mesh is seen in the cut alone"
     );
     assert!(!one.contains("class=\"notes\""), "nothing is missing");
 }
@@ -96,7 +122,7 @@ fn what_is_missing_is_noted_and_nothing_more() {
     assert_says(notes[0], &["reference mesh", "n.vtu"]);
     assert_says(notes[1], &["step 3", "out/n_0003.vtu: "]);
     let html = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
-    assert_eq!(html.matches("class=\"slice\"").count(), 3);
+    assert_eq!(stills(&html).len(), 3);
 }
 
 #[test]
@@ -168,6 +194,33 @@ fn a_blade_is_cut_across_its_span_in_either_frame() {
         succeed(folder, &args);
         let html = page(folder, &[]);
         assert!(html.contains("The plane x = "), "{frame}");
+        let scene = html
+            .split_once("id=\"scene-data\">")
+            .expect("it has a scene")
+            .1;
+        let scene = scene.split("</script>").next().unwrap();
+        let scene: serde_json::Value = serde_json::from_str(scene).unwrap();
+        assert_eq!(scene["bodies"]["frames"], 5, "the reference and four steps");
+        let turns: Vec<f64> = serde_json::from_value(scene["turns_deg"].clone()).unwrap();
+        let inertial = frame == "inertial";
+        assert_eq!(
+            turns,
+            [0.0, 120.0, 240.0, 360.0].map(|turn| if inertial { turn } else { 0.0 })
+        );
+        let outer = &scene["others"]["parts"][0];
+        assert_eq!(
+            (
+                outer["name"].as_str(),
+                outer["shown"].as_bool(),
+                outer["turns"].as_bool()
+            ),
+            (Some("outer"), Some(false), Some(inertial))
+        );
+        assert!(
+            html == page(folder, &["--threads", "1"]),
+            "{frame}: the same bytes"
+        );
+
         assert!(
             html.contains("Flap") && html.contains("Displacement of the tip of blade"),
             "{frame}"

@@ -1,6 +1,7 @@
 //! `azimesh convert`.
 
 mod changes;
+mod portable;
 mod target;
 
 use super::input::Input;
@@ -43,6 +44,11 @@ pub struct ConvertArgs {
     /// Write N pieces and a .pvtu that lists them; 1 with an OpenFOAM case joins the pieces of a decomposed one
     #[arg(long, value_name = "N", value_parser = number_of_pieces)]
     pieces: Option<NonZeroUsize>,
+    /// Leave out what the format holds and usual readers of it do not take: SU2 markers inside the volume; Lagrange
+    /// pyramids for VTK, which become linear; edges and points of a solid mesh in CGNS, with which ParaView shows no cell
+    /// array
+    #[arg(long)]
+    portable: bool,
     #[command(flatten)]
     changes: Changes,
     #[command(flatten)]

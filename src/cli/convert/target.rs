@@ -154,6 +154,7 @@ impl Run<'_> {
     ) -> Result<()> {
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
+            let mesh = self.portable(&mesh, format);
             let append = || file.push(time, &mesh.view());
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
@@ -216,6 +217,7 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         self.remark_on_options(format);
+        let mesh = &*self.portable(mesh, format);
         let options = self.options();
         let written_as = match options.pieces {
             Some(_) if format.case().is_none() => formats::in_pieces(),

@@ -10,7 +10,7 @@ mod write;
 
 pub use foam::Foam;
 pub use read::{ArrayRead, NotKept, Pieces, Read};
-pub use write::{ArrayWritten, Condition, GroupWritten, Written};
+pub use write::{ArrayWritten, Condition, GroupWritten, NotTaken, Written};
 
 use super::NoteKind;
 use std::fmt::{self, Display, Formatter};
@@ -34,6 +34,8 @@ pub enum FormatNote {
     ArrayWritten(ArrayWritten),
     /// A group or its name.
     GroupWritten(GroupWritten),
+    /// What programs that read the file do not take.
+    NotTaken(NotTaken),
     /// The type of a boundary condition.
     Condition(Condition),
     /// Something else that a file does not hold as it was.
@@ -77,6 +79,7 @@ kinds!(
     Pieces,
     ArrayWritten,
     GroupWritten,
+    NotTaken,
     Condition,
     Written,
     Foam

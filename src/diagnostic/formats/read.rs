@@ -119,6 +119,21 @@ Read {
     SharedNames { what: &'static str, names: Vec<(String, usize)> } => (
         "of the {what}, {}; the name stands for all of them", shared(names)
     )
+    /// Numbers have exponents as Fortran writes them.
+    FortranExponents { line: u64 } => (
+        "numbers with exponents of Fortran, such as that in line {line}, are read: D stands for E"
+    )
+    /// Lines begin with a mark of comments that the format does not have.
+    CommentLines { n: usize } => (
+        "{} with # or !, which the format does not know as comments, {} passed over",
+        if *n == 1 { "1 line that begins".into() } else { format!("{n} lines that begin") }, if *n == 1 { "is" } else { "are" }
+    )
+    /// A keyword is spelled in another way than that of the format.
+    Spelled { found: &'static str, meant: &'static str } => ("{found}= is read as {meant}=")
+    /// Sections of a Gmsh file have no end.
+    Unended { sections: Vec<String> } => ("lines that end sections are missing, and the sections are read: {}", sections.join(", "))
+    /// Zeros follow compressed data.
+    ZeroPadding { n: usize } => ("{} behind the compressed data are passed over", counted(*n, "zero"))
     /// `NMARK=` is not the number of markers.
     MarkerCount { said: usize, found: usize } => (
         "NMARK= {said}, but the file has {}; all are read", counted(*found, "marker")
@@ -164,6 +179,16 @@ Read {
     /// Elements with nodes between the corners that no cell has.
     OnlyCorners { element: &'static str, n: usize } => (
         "only the corner nodes of {} of type {element} are kept: no kind of cell has the other nodes", counted(*n, "element")
+    )
+    /// Links lead to files that are not there.
+    BrokenLinks { files: Vec<String> } => (
+        "links lead to files that are not there, and what they stand for is left out: {}", files.join(", ")
+    )
+    /// The kind of a zone of a CGNS file is abbreviated.
+    ZoneKind { zone: String, found: String, meant: &'static str } => ("{zone}: ZoneType \"{found}\" is read as {meant}")
+    /// Polygons without a shape.
+    DegeneratePolygons { zone: String, n: usize } => (
+        "{zone}: {} left out, since {} fewer than 3 nodes", are(*n, "polygon"), if *n == 1 { "it has" } else { "they have" }
     )
     /// The number of cells in a zone of a CGNS file is wrong.
     CellCount { zone: String, said: usize, dimension: u8, found: usize } => (

@@ -2,7 +2,7 @@
 
 use super::quoted;
 use crate::diagnostic::notes::notes;
-use crate::error::counted;
+use crate::error::{counted, option};
 
 notes! {
 /// An array that a file does not hold, or holds in another way.
@@ -57,6 +57,28 @@ fn text_left_out(format: &str, name: &str) -> String {
         }
         format => format!("{format} holds no text; array \"{name}\" is left out"),
     }
+}
+
+notes! {
+/// What a file holds and programs that read it do not take; `--portable` writes what they take.
+#[allow(missing_docs)] // the names of the fields say it
+NotTaken {
+    /// Markers of SU2 inside the volume.
+    InnerMarkers { n: usize, first: u32 } => (
+        "tagged faces between two cells ({n}, the first is cell {first}) become markers, and SU2 takes markers on the \
+         boundary only; {} leaves them out", option("portable")
+    )
+    /// Lagrange pyramids in files of VTK.
+    LagrangePyramids { n: usize } => (
+        "VTK has no Lagrange pyramids and leaves them out when it reads the file ({n}); {} keeps their corner nodes only",
+        option("portable")
+    )
+    /// Edges or points of a solid mesh with cell arrays in CGNS.
+    LowerCells { n: usize } => (
+        "with cells of lower dimension than boundary faces ({n}) ParaView shows no cell array of a CGNS file; {} leaves these \
+         cells out", option("portable")
+    )
+}
 }
 
 notes! {

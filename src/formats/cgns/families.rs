@@ -21,7 +21,7 @@ struct Family {
 }
 
 /// Names that programs give to what belongs to no family.
-const NONE: [&str; 3] = ["Unspecified", "ORPHAN", "Null"];
+const NONE: [&str; 4] = ["", "Unspecified", "ORPHAN", "Null"];
 
 impl Families {
     /// Reads the families of a base, also those inside one another.
@@ -41,8 +41,8 @@ impl Families {
         let mut family = Family::default();
         for child in node.children()? {
             match child.label() {
-                "FamilyBC_t" => family.condition = condition(&child.text()?),
-                "FamilyName_t" => family.within.push(child.text()?),
+                "FamilyBC_t" => family.condition = condition(&child.text_or_none()?),
+                "FamilyName_t" => family.within.push(child.text_or_none()?),
                 "Descriptor_t" if child.name() == super::FULL_NAME => {
                     family.full_name = Some(child.own_text()?);
                 }
@@ -50,6 +50,7 @@ impl Families {
                 _ => {}
             }
         }
+        family.within.retain(|name| !name.is_empty());
         self.by_name.insert(name, family);
         Ok(())
     }

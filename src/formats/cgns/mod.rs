@@ -81,7 +81,7 @@ impl Format for Cgns {
     }
 
     fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
-        time::times(&node::Node::root(source)?).map_err(|error| error.file(source.path()))
+        time::times(&node::Node::root(source)?.0).map_err(|error| error.file(source.path()))
     }
 
     fn write_file(

@@ -1,7 +1,7 @@
 //! Nodes of a CGNS file: a name, a label, data, children. In HDF5 each is a group; links, also into
 //! other files, are followed where they are met.
 
-use super::super::hdf5::{Dataset, File, Group};
+use super::super::hdf5::{Dataset, File, Group, MissingFiles};
 use super::super::names::decoded;
 use super::super::{Notes, Source};
 use crate::error::{Error, Result};
@@ -27,23 +27,24 @@ pub(super) struct Node {
 type Latin1 = Rc<RefCell<Vec<String>>>;
 
 impl Node {
-    /// The node above all bases.
-    pub fn root(source: &Source) -> Result<Self> {
+    /// The node above all bases, and the files that links lead to in vain.
+    pub fn root(source: &Source) -> Result<(Self, MissingFiles)> {
         if is_adf(source.bytes()) {
             return Err(Error::input(
                 "this CGNS file is in the old ADF format, which is not read; convert it with adf2hdf, a tool of CGNS",
             )
             .byte(4));
         }
-        let group = File::open(source)?.root()?;
-        Ok(Self {
-            group,
+        let file = File::open(source)?;
+        let root = Self {
+            group: file.root()?,
             name: String::new(),
             label: String::new(),
             path: String::new(),
             children: OnceCell::new(),
             latin1: Latin1::default(),
-        })
+        };
+        Ok((root, file.missing_files()))
     }
 
     fn below(parent: &str, group: Group, latin1: &Latin1) -> Result<Self> {
@@ -157,6 +158,15 @@ impl Node {
     pub fn text(&self) -> Result<String> {
         let bytes = self.bytes()?;
         Ok(self.decoded(to_zero(&bytes)).trim_end().to_owned())
+    }
+
+    /// The data as text; empty where there is none.
+    pub fn text_or_none(&self) -> Result<String> {
+        let data = self.group.dataset(" data");
+        match data.map_err(|error| error.dataset(&self.path))? {
+            Some(_) => self.text(),
+            None => Ok(String::new()),
+        }
     }
 
     /// Text that azimesh has put there, with every space that it has.

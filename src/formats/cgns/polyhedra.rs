@@ -87,6 +87,12 @@ impl Polyhedra {
         Ok(())
     }
 
+    /// Number of faces with fewer than three nodes.
+    pub fn n_degenerate(&self) -> usize {
+        let faces = 0..self.faces.len();
+        faces.filter(|&face| !self.faces.has_shape(face)).count()
+    }
+
     /// Whether the faces are those of polyhedra rather than cells themselves.
     pub fn has_solids(&self) -> bool {
         !self.solids.is_empty()
@@ -150,7 +156,7 @@ impl Polyhedra {
     fn is_cell(&self, section: &FaceSection, named: &[bool]) -> Vec<bool> {
         let faces = section.faces.clone();
         if !self.has_solids() {
-            return vec![true; faces.len()];
+            return faces.map(|face| self.faces.has_shape(face)).collect();
         }
         let on_boundary = |face: usize| self.n_cells[face] < 2;
         let told = self
@@ -160,10 +166,10 @@ impl Polyhedra {
             .any(|section| section.n_boundary > 0);
         let is_patch = !told && self.faces.sections.len() > 1 && faces.clone().all(on_boundary);
         let end_of_told = section.n_boundary.min(faces.len());
-        let cells = faces
-            .clone()
-            .enumerate()
-            .map(|(i, face)| named[face] || self.n_cells[face] == 0 || is_patch || i < end_of_told);
+        let cells = faces.clone().enumerate().map(|(i, face)| {
+            let is_wanted = named[face] || self.n_cells[face] == 0 || is_patch || i < end_of_told;
+            is_wanted && self.faces.has_shape(face)
+        });
         cells.collect()
     }
 
@@ -194,10 +200,15 @@ impl Polyhedra {
         let mut stream: Vec<u32> = Vec::new();
         for (i, ends) in solids.starts.windows(2).enumerate() {
             stream.clear();
-            stream.push((ends[1] - ends[0]) as u32);
+            stream.push(0);
             for number in &solids.faces[ends[0]..ends[1]] {
                 let face = self.faces.find(number.unsigned_abs());
-                let nodes = self.faces.get(face.expect("all faces were found before"));
+                let face = face.expect("all faces were found before");
+                if !self.faces.has_shape(face) {
+                    continue;
+                }
+                stream[0] += 1;
+                let nodes = self.faces.get(face);
                 stream.push(nodes.len() as u32);
                 match *number > 0 {
                     true => stream.extend(nodes),
@@ -232,6 +243,11 @@ impl Faces {
 
     fn get(&self, face: usize) -> &[u32] {
         &self.nodes[self.starts[face]..self.starts[face + 1]]
+    }
+
+    /// Whether a face has the nodes of a polygon; with fewer than three it has no area.
+    fn has_shape(&self, face: usize) -> bool {
+        self.get(face).len() >= 3
     }
 
     /// The face with this element number.
@@ -273,13 +289,6 @@ impl Faces {
                     self.starts.push(self.nodes.len());
                 }
             }
-        }
-        if let Some(face) = (before..self.len()).find(|&face| self.get(face).len() < 3) {
-            return Err(node.refuse(format!(
-                "polygon {} has {}; it must have at least 3",
-                section.first + (face - before) as i64,
-                crate::error::counted(self.get(face).len(), "node")
-            )));
         }
         self.sections.push(FaceSection {
             first: section.first,

@@ -7,15 +7,38 @@ use super::node::Node;
 use super::time::Step;
 use super::zone::Zone;
 use super::{solution, structured, unstructured};
+use crate::diagnostic::formats::Read;
 use crate::error::{Error, Result};
 use crate::mesh::{BoundedCells, Mesh, first_where};
 use std::ops::Range;
 
 /// Reads a file at one of its steps.
 pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-    let root = Node::root(source)?;
-    let step = Step::choose(&root, options.step)?;
-    let version = version(&root)?;
+    let (root, missing) = Node::root(source)?;
+    let read = read_bases(&root, options, notes);
+    let files = missing.names();
+    match read {
+        Ok(mesh) => {
+            if !files.is_empty() {
+                notes.push(Read::BrokenLinks { files });
+            }
+            Ok(mesh)
+        }
+        Err(error) if files.iter().all(|file| error.message.contains(file)) => Err(error),
+        Err(error) => Err(Error {
+            message: format!(
+                "{}; links lead to files that are not there: {}",
+                error.message,
+                files.join(", ")
+            ),
+            ..error
+        }),
+    }
+}
+
+fn read_bases(root: &Node, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    let step = Step::choose(root, options.step)?;
+    let version = version(root)?;
     let mut found = MeshBuilder::default();
     let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
     if bases.is_empty() {
@@ -128,6 +151,14 @@ fn read_zone(
     is_group: bool,
     found: &mut MeshBuilder,
 ) -> Result<()> {
+    if let Some((said, meant)) = &zone.odd_kind {
+        let note = Read::ZoneKind {
+            zone: zone.node.path().to_owned(),
+            found: said.clone(),
+            meant,
+        };
+        found.remarks.push(note.into());
+    }
     let mut points = std::mem::take(&mut found.points);
     let read = zone.read_points(step, &mut points);
     found.points = points;
@@ -150,7 +181,7 @@ fn read_zone(
             .add_new(zone.node.name(), zone.base, dimension, &solid);
     }
     for family in zone.node.labelled("FamilyName_t")? {
-        for name in families.names(&family.text()?) {
+        for name in families.names(&family.text_or_none()?) {
             if !(is_group && name == zone.node.name()) {
                 found
                     .tags

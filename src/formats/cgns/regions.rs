@@ -47,7 +47,7 @@ pub(super) fn regions<'a>(
     let mut regions = Vec::new();
     for conditions in zone.node.labelled("ZoneBC_t")? {
         for node in conditions.labelled("BC_t")? {
-            let text = node.text()?;
+            let text = node.text_or_none()?;
             let known = families::condition(&text);
             let boundary = zone.cell_dimension - 1;
             regions.extend(region(node, boundary, known, families, found)?);
@@ -89,7 +89,7 @@ fn region<'a>(
     for child in node.children()? {
         match (child.label(), child.name()) {
             ("FamilyName_t" | "AdditionalFamilyName_t", _) => {
-                let family = child.text()?;
+                let family = child.text_or_none()?;
                 condition = condition.or_else(|| families.condition(&family).map(str::to_owned));
                 names.extend(families.names(&family));
             }
@@ -134,7 +134,7 @@ fn region<'a>(
 
 /// The grid location of a GridLocation_t; `None` where there is none.
 fn place(location: &Node) -> Result<Option<GridLocation>> {
-    let place = match location.text()?.as_str() {
+    let place = match location.text_or_none()?.as_str() {
         "" | "Null" | "UserDefined" | "GridLocationNull" | "GridLocationUserDefined" => {
             return Ok(None);
         }

@@ -312,7 +312,7 @@ mod tests {
         let mut bytes = Vec::new();
         Tree::new().write(&mut bytes).expect("it can be written");
         let source = Source::from_bytes(Path::new("<memory>"), bytes);
-        let node = Node::root(&source).expect("a file without nodes");
+        let node = Node::root(&source).expect("a file without nodes").0;
         let region = Region {
             node: &node,
             names: Vec::new(),

@@ -25,6 +25,7 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) ->
         .try_for_each(|region| check(region, zone, &spans))?;
     let mut members = Members {
         zone,
+        sections: &sections,
         spans: &spans,
         first_cell,
         is_covered: vec![false; spans.len()],
@@ -57,6 +58,14 @@ fn read_cells(
         true => Some(Polyhedra::read(zone, sections)?),
         false => None,
     };
+    let n_degenerate = polyhedra.as_ref().map_or(0, Polyhedra::n_degenerate);
+    if n_degenerate > 0 {
+        let note = Read::DegeneratePolygons {
+            zone: zone.node.path().to_owned(),
+            n: n_degenerate,
+        };
+        found.remarks.push(note.into());
+    }
     let named = polyhedra
         .as_ref()
         .map_or_else(Vec::new, |polyhedra| named_faces(zone, polyhedra, regions));
@@ -194,6 +203,7 @@ fn named_faces(zone: &Zone, polyhedra: &Polyhedra, regions: &[Region]) -> Vec<bo
 /// Which cells belong to a region.
 struct Members<'a> {
     zone: &'a Zone<'a>,
+    sections: &'a [Section<'a>],
     spans: &'a [Span],
     first_cell: usize,
     /// Sections of which a region has elements.
@@ -205,7 +215,41 @@ impl Members<'_> {
         let Some(nodes) = NodeSet::of(region, self.zone) else {
             return self.cells_in(&region.ranges());
         };
+        if let Some(cells) = self.section_of_name(region, &nodes, found) {
+            return cells;
+        }
         self.faces_within(&nodes, region.dimension, found)
+    }
+
+    /// The cells of the section that has the name of a region and all of its nodes: the region gives that section its
+    /// name, and is no boundary.
+    fn section_of_name(
+        &mut self,
+        region: &Region,
+        nodes: &NodeSet,
+        found: &MeshBuilder,
+    ) -> Option<Vec<Range<usize>>> {
+        let is_named = |section: &&Section| {
+            let name = section.node.name();
+            region.node.name() == name || region.names.iter().any(|other| other == name)
+        };
+        for section in self.sections.iter().filter(is_named) {
+            let i = self
+                .spans
+                .iter()
+                .position(|span| span.first == section.first)?;
+            let mut cells = Vec::new();
+            self.spans[i].push_cells(0..section.n_elements, &mut cells);
+            let mut runs = cells
+                .iter()
+                .flat_map(|range| found.cells.runs_in(range.clone()));
+            let are_solid = runs.all(|run| run.kind.dimension() == self.zone.cell_dimension);
+            if !cells.is_empty() && are_solid && self.are_all(&cells, nodes, found) {
+                self.is_covered[i] = true;
+                return Some(cells);
+            }
+        }
+        None
     }
 
     /// The cells of these elements.

@@ -23,25 +23,38 @@ pub(super) struct Zone<'a> {
     /// Cells along each index.
     pub n_cells: Vec<usize>,
     pub is_structured: bool,
+    /// Its kind as the file has it and as it is meant, where these differ.
+    pub odd_kind: Option<(String, &'static str)>,
     /// Index in the mesh of its first node.
     pub first_node: usize,
     /// CGNS version of the file.
     pub version: f64,
 }
 
+const STRUCTURED: &str = "Structured";
+const UNSTRUCTURED: &str = "Unstructured";
+
+/// The kind that a text means: some programs abbreviate it, or write it in other letters.
+fn kind_of(said: &str) -> Option<&'static str> {
+    let begins = |kind: &&str| {
+        let start = kind.get(..said.len());
+        !said.is_empty() && start.is_some_and(|start| start.eq_ignore_ascii_case(said))
+    };
+    [STRUCTURED, UNSTRUCTURED]
+        .into_iter()
+        .find(|kind| begins(kind))
+}
+
 impl<'a> Zone<'a> {
     /// Reads the kind and the sizes.
     pub fn open(node: &'a Node, base: &'a str, number: usize, cell_dimension: u8) -> Result<Self> {
-        let kind = node.child_text("ZoneType")?.unwrap_or_default();
-        let is_structured = match kind.as_str() {
-            "Structured" => true,
-            "Unstructured" => false,
-            other => {
-                return Err(node.refuse(format!(
-                    "ZoneType is \"{other}\"; it must be Structured or Unstructured"
-                )));
-            }
-        };
+        let said = node.child_text("ZoneType")?.unwrap_or_default();
+        let kind = kind_of(&said).ok_or_else(|| {
+            node.refuse(format!(
+                "ZoneType is \"{said}\"; it must be Structured or Unstructured"
+            ))
+        })?;
+        let is_structured = kind == STRUCTURED;
         let n_indices = if is_structured {
             cell_dimension.into()
         } else {
@@ -70,6 +83,7 @@ impl<'a> Zone<'a> {
             n_nodes: sizes[..n_indices].to_vec(),
             n_cells: sizes[n_indices..2 * n_indices].to_vec(),
             is_structured,
+            odd_kind: (said != kind).then_some((said, kind)),
             first_node: 0,
             version: 4.0,
         })
@@ -92,7 +106,7 @@ impl<'a> Zone<'a> {
         let rind = rind(coordinates)?;
         let n = self.total_nodes()?;
         self.first_node = points.len();
-        let axes = axes_of(coordinates)?;
+        let axes = axes_of(coordinates, self.cell_dimension)?;
         for (axis, node) in axes.iter().enumerate() {
             let Some(node) = node else { continue };
             let values = self.core(node, &self.n_nodes, &rind)?;
@@ -184,13 +198,22 @@ pub(super) fn rind(node: &Node) -> Result<Vec<usize>> {
 }
 
 /// The arrays for x, y and z.
-fn axes_of(coordinates: &Node) -> Result<[Option<&Node>; 3]> {
+fn axes_of(coordinates: &Node, cell_dimension: u8) -> Result<[Option<&Node>; 3]> {
     let mut axes = [None; 3];
     for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"]
         .iter()
         .enumerate()
     {
         axes[axis] = coordinates.child(name)?;
+    }
+    let n_axes = axes.iter().flatten().count();
+    if axes[0].is_some() && n_axes < usize::from(cell_dimension) {
+        let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
+        let lacks = names.iter().zip(&axes).find(|(_, axis)| axis.is_none());
+        return Err(coordinates.refuse(format!(
+            "it has no {}; cells of dimension {cell_dimension} need {cell_dimension} coordinates",
+            lacks.map_or("coordinate", |(name, _)| name)
+        )));
     }
     if axes[0].is_none() || (axes[1].is_none() && axes[2].is_some()) {
         let found = coordinates.labelled("DataArray_t")?;

@@ -260,11 +260,16 @@ fn physical_numbers(groups: &[Group], lowest: i32) -> Vec<i32> {
         let own = group.number.or_else(|| group.name.parse().ok());
         *number = own.filter(|n| *n >= lowest && taken.insert((group.dimension, *n)));
     }
+    // The lowest that may be free in each dimension.
+    let mut next = [1; 4];
     let free = |(number, group): (Option<i32>, &Group)| {
         number.unwrap_or_else(|| {
-            (1..)
-                .find(|n| taken.insert((group.dimension, *n)))
-                .expect("there are fewer groups than numbers")
+            let next = &mut next[usize::from(group.dimension)];
+            let mut numbers = *next..;
+            let free = numbers.find(|n| taken.insert((group.dimension, *n)));
+            let free = free.expect("there are fewer groups than numbers");
+            *next = free + 1;
+            free
         })
     };
     numbers.into_iter().zip(groups).map(free).collect()
@@ -298,6 +303,15 @@ mod tests {
         let zero = [group("0", Some(0), 0..0)];
         assert_eq!(physical_numbers(&zero, 0), [0]);
         assert_eq!(physical_numbers(&zero, 1), [1]);
+    }
+
+    #[test]
+    fn a_hundred_thousand_groups_are_numbered_at_once() {
+        let groups: Vec<Group> = (0..100_000)
+            .map(|i| group(&format!("g{i}"), None, 0..0))
+            .collect();
+        let expected: Vec<i32> = (1..=100_000).collect();
+        assert_eq!(physical_numbers(&groups, 1), expected);
     }
 
     #[test]

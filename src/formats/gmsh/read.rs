@@ -32,6 +32,13 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
     let stream = sections(bytes, |name, version, stream| {
         parts.read(name, version, stream, notes)
     })?;
+    if stream.binary.is_none() {
+        notes.fortran(bytes);
+    }
+    if !stream.unended.is_empty() {
+        let sections = stream.unended.clone();
+        notes.push(Read::Unended { sections });
+    }
     parts.mesh(&stream, options, notes)
 }
 
@@ -120,6 +127,13 @@ fn skip_section(name: &[u8], stream: &mut Stream) -> Result<()> {
         None if stream.binary.is_none()
             && memchr::memmem::find(stream.text.rest(), b"\n$").is_some() =>
         {
+            stream.unended.push(format!("${}", show(name)));
+            Ok(())
+        }
+        // Whether it is whole, who reads it finds out.
+        None if stream.binary.is_none() => {
+            stream.unended.push(format!("${}", show(name)));
+            stream.text.set_position(stream.text.bytes().len());
             Ok(())
         }
         None => Err(stream.error(format!("${0} has no $End{0}", show(name)))),
@@ -136,7 +150,13 @@ fn end_section(name: &[u8], stream: &mut Stream) -> Result<()> {
         Some(line) if stream.binary.is_none() && line.rest().starts_with(b"$") => {
             if !line.rest().starts_with(b"$End") {
                 stream.text.set_position(before);
+                stream.unended.push(format!("${}", show(name)));
             }
+            return Ok(());
+        }
+        // The content is whole: its counts say so.
+        None if stream.binary.is_none() => {
+            stream.unended.push(format!("${}", show(name)));
             return Ok(());
         }
         Some(line) => shown(line.rest()),

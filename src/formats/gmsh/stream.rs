@@ -57,6 +57,8 @@ pub(super) struct Stream<'a> {
     pub text: Lexer<'a>,
     /// How numbers are stored; `None` in text.
     pub binary: Option<Binary>,
+    /// Sections whose end is missing, as they are shown.
+    pub unended: Vec<String>,
 }
 
 impl<'a> Stream<'a> {
@@ -64,6 +66,7 @@ impl<'a> Stream<'a> {
         Self {
             text: Lexer::new(bytes, None),
             binary: None,
+            unended: Vec::new(),
         }
     }
 

@@ -64,7 +64,7 @@ pub(super) use self::{
     element::Element,
     index::{Chunks, index_bytes},
     links::Links,
-    read::{Dataset, File, Group},
+    read::{Dataset, File, Group, MissingFiles},
     step_file::StepFile,
     tree::{Data, Id, Sink, Tree},
 };

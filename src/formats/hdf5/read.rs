@@ -13,9 +13,10 @@ use hdf5_reader::{
 };
 use std::borrow::Cow;
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Decompressed data can be this many times larger than the file.
 const MOST_RATIO: usize = 1100;
@@ -23,7 +24,19 @@ const MOST_RATIO: usize = 1100;
 const SMALLEST_LIMIT: usize = 64 << 20;
 
 /// An open file.
-pub(in crate::formats) struct File(Hdf5File);
+pub(in crate::formats) struct File(Hdf5File, MissingFiles);
+
+/// Files that links of a file lead to and that are not there, as far as the links were followed.
+#[derive(Clone, Default)]
+pub(in crate::formats) struct MissingFiles(Arc<Mutex<BTreeSet<String>>>);
+
+impl MissingFiles {
+    /// Their names, ascending.
+    pub fn names(&self) -> Vec<String> {
+        let names = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        names.iter().cloned().collect()
+    }
+}
 
 /// A group; links are followed, also into other files.
 #[derive(Clone)]
@@ -42,10 +55,19 @@ impl File {
     /// Opens the file. Its links into other files are relative to its folder.
     pub fn open(source: &Source) -> Result<Self> {
         let folder = source.path().parent().map(PathBuf::from);
-        let resolver = folder.map(|folder| Arc::new(SameFolder { folder }) as _);
-        Hdf5File::from_owner(source.shared(), options(source.bytes().len(), resolver))
-            .map(Self)
-            .map_err(at_root)
+        let missing = MissingFiles::default();
+        let files = |folder| {
+            let missing = missing.clone();
+            Arc::new(SameFolder { folder, missing }) as _
+        };
+        let options = options(source.bytes().len(), folder.map(files));
+        let file = Hdf5File::from_owner(source.shared(), options).map_err(at_root)?;
+        Ok(Self(file, missing))
+    }
+
+    /// Files that links lead to and that are not there.
+    pub fn missing_files(&self) -> MissingFiles {
+        self.1.clone()
     }
 
     /// The group that holds everything.
@@ -72,12 +94,19 @@ fn limit(n_bytes: usize) -> usize {
 /// Finds linked files in the folder of the file that links to them.
 struct SameFolder {
     folder: PathBuf,
+    missing: MissingFiles,
 }
 
 impl ExternalLinkResolver for SameFolder {
     fn resolve_external_link(&self, name: &str) -> hdf5_reader::error::Result<Option<Hdf5File>> {
         let path = self.folder.join(name);
         if !path.is_file() {
+            let mut missing = self
+                .missing
+                .0
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            missing.insert(name.to_owned());
             return Ok(None);
         }
         let size = usize::try_from(path.metadata()?.len()).unwrap_or(usize::MAX);

@@ -3,6 +3,10 @@
 use super::super::lexer::{Fields, Lexer, shown};
 use crate::error::Result;
 
+/// Keywords as some programs spell them, and as they are.
+pub(super) const SPELLINGS: [[&str; 2]; 2] =
+    [["MARKERTAG", "MARKER_TAG"], ["MARKERELEMS", "MARKER_ELEMS"]];
+
 /// A keyword and what follows its `=`, without a comment behind it.
 #[derive(Clone, Copy)]
 pub(super) struct Keyword<'a> {
@@ -16,12 +20,12 @@ impl<'a> Keyword<'a> {
     /// The keyword of a line; `None` for a line of data.
     pub fn of(line: &Fields<'a>) -> Option<Self> {
         let text = line.rest();
-        let at = memchr::memchr(b'=', text)?;
-        let value = &text[at + 1..];
-        let end = memchr::memchr(b'%', value).unwrap_or(value.len());
+        let at = memchr::memchr(b'=', without_comment(text))?;
+        let name = text[..at].trim_ascii();
+        let meant = SPELLINGS.iter().find(|[odd, _]| odd.as_bytes() == name);
         Some(Self {
-            name: text[..at].trim_ascii(),
-            value: value[..end].trim_ascii(),
+            name: meant.map_or(name, |[_, name]| name.as_bytes()),
+            value: without_comment(text[at + 1..].trim_ascii()).trim_ascii(),
         })
     }
 
@@ -56,4 +60,11 @@ impl<'a> Keyword<'a> {
             ))
         })
     }
+}
+
+/// What stands before a `%`, and before a `#` or `!` with a space before it: names may have these.
+fn without_comment(text: &[u8]) -> &[u8] {
+    let begins = |&at: &usize| text[at] == b'%' || (at > 0 && text[at - 1].is_ascii_whitespace());
+    let end = memchr::memchr3_iter(b'%', b'#', b'!', text).find(begins);
+    &text[..end.unwrap_or(text.len())]
 }

@@ -4,9 +4,9 @@
 use super::super::Notes;
 use super::super::lexer::{Fields, Lexer, line_of, shown};
 use super::extra::{Extra, OWN_NODES};
-use super::keyword::Keyword;
+use super::keyword::{Keyword, SPELLINGS};
 use super::zone::{Taken, Zone};
-use crate::diagnostic::formats::NotKept;
+use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Group, Mesh, Values};
 use std::collections::BTreeMap;
@@ -101,10 +101,22 @@ struct File<'a> {
 /// is blamed on it.
 pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     let mut blocks = Vec::new();
-    read_zones(bytes, notes, &mut blocks).map_err(|error| {
+    let mesh = read_zones(bytes, notes, &mut blocks).map_err(|error| {
         let mut refusals = blocks.iter().filter_map(|block| block.too_large(bytes));
         refusals.next().unwrap_or(error)
-    })
+    })?;
+    note_dialect(bytes, notes);
+    Ok(mesh)
+}
+
+/// Notes of what SU2 itself would not read.
+fn note_dialect(bytes: &[u8], notes: &mut Notes) {
+    for [found, meant] in SPELLINGS {
+        if memchr::memmem::find(bytes, format!("{found}=").as_bytes()).is_some() {
+            notes.push(Read::Spelled { found, meant });
+        }
+    }
+    notes.dialect(bytes);
 }
 
 /// The mesh, and each block of lines whose number the file gives.

@@ -3,6 +3,7 @@
 //! The text is cut into pieces whose words are counted first, so that all of them can be parsed
 //! at once.
 
+use super::super::dialect::without_comments;
 use super::super::lexer::{Fields, Lexer, shown};
 use super::Ugrid;
 use super::layout::{Content, Counts, KINDS, N_FACE_KINDS, n_nodes};
@@ -45,8 +46,17 @@ fn counts(bytes: &[u8]) -> Result<(Counts, usize)> {
     Ok((counts, lexer.position()))
 }
 
-/// Reads the numbers of a text.
+/// Reads the numbers of a text, which may have comments.
 pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
+    let Some(plain) = without_comments(bytes) else {
+        return read_plain(bytes, flavour);
+    };
+    let mut content = read_plain(&plain, flavour)?;
+    content.notes.dialect(bytes);
+    Ok(content)
+}
+
+fn read_plain(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let (counts, start) = counts(bytes).map_err(|error| binary_instead(error, bytes, flavour))?;
     let pieces = pieces(bytes, start);
     let sizes = map(pieces.len(), &|i| n_words(&bytes[pieces[i].clone()]));
@@ -64,6 +74,7 @@ pub(super) fn read(bytes: &[u8], flavour: &Ugrid) -> Result<Content> {
     let faces = n_face_entries..n_face_entries + counts.n_faces();
     let face_numbers = integers.drain(faces).map(|bits| bits as i32).collect();
     let mut notes = Notes::default();
+    notes.dialect(bytes);
     if n_found > n_needed {
         notes.push(NotKept::Rest {
             n: n_found - n_needed,

@@ -71,6 +71,7 @@ encoding = "ascii"
 compression = "zlib"
 on_inverted = "stop"
 surface = "su2"
+title = "M427, \u03bc = 0.15"
 length_unit = "m"
 "#;
 
@@ -144,9 +145,32 @@ fn every_key_of_this_version_is_read() {
             compression: Compression::Zlib,
             on_inverted: OnInverted::Stop,
             surface: SurfaceOutput::Su2,
+            title: Some("M427, \u{3bc} = 0.15".into()),
             length_unit: Some("m".into()),
         }
     );
+}
+
+#[test]
+fn a_title_and_a_unit_fill_a_line_at_most() {
+    for (key, wrong) in [
+        ("title", "''".to_owned()),
+        ("title", format!("'{}'", "x".repeat(201))),
+        ("title", "\"two\\nlines\"".to_owned()),
+        ("length_unit", "' '".to_owned()),
+        ("length_unit", "'millimetres of the model'".to_owned()),
+    ] {
+        let text = FULL.replace(&format!("\n{key} = "), &format!("\n{key} = {wrong} #"));
+        let told = parse(&text)
+            .and_then(|s| s.check())
+            .expect_err("it is no label")
+            .to_string();
+        assert!(
+            told.contains(key) || told.contains("should be one line"),
+            "{told}"
+        );
+        assert!(told.starts_with("hover.toml:"), "{told}");
+    }
 }
 
 #[test]

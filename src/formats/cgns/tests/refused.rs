@@ -59,3 +59,23 @@ fn wrong_numbers_are_told_with_their_place() {
         "{message}"
     );
 }
+
+#[test]
+fn cells_in_space_without_a_third_coordinate_are_refused() {
+    let mut mesh = Mesh {
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        ..Mesh::default()
+    };
+    mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+    let (plane, _) = written(&mesh);
+    assert_eq!(
+        parse(&Cgns, &plane, &ReadOptions::default())
+            .expect("it is good")
+            .points,
+        mesh.points
+    );
+    // Dimensions of cells and of space.
+    let message = refused(&patched(plane, &[2, 2], &[3, 3])).to_string();
+    let expected = "it has no CoordinateZ; cells of dimension 3 need 3 coordinates";
+    assert!(message.contains(expected), "{message}");
+}

@@ -5,13 +5,15 @@ use super::super::element::ElementType;
 use super::names::Names;
 use crate::error::{Error, Result, option};
 use crate::mesh::{CellKind, CellRun, Mesh, MeshView};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Runs of cells of one type are a section each as long as there are no more of them.
 const MOST_SECTIONS: usize = 500;
 /// A section of a boundary is cut where tags begin and end as long as there are no more places.
 const MOST_CUTS: usize = 1000;
+/// Pieces of a type and its tags that are left as they are, on average.
+const MOST_PIECES: usize = 2;
 
 /// A section to be.
 pub(super) struct Planned {
@@ -33,10 +35,13 @@ pub(super) enum Form {
     Polyhedra,
 }
 
-/// The mesh with its cells in the order of their types, where as they are they would be too many
-/// sections.
+/// The mesh with its cells in the order of their types and tags, where as they are they would be many more sections
+/// than types and tags.
 pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
     let stretches = stretches(mesh)?;
+    if let Some(order) = by_tags(mesh, &stretches) {
+        return Ok(Some(mesh.with_cells_in_order(&order)));
+    }
     if stretches.len() <= MOST_SECTIONS {
         return Ok(None);
     }
@@ -45,16 +50,67 @@ pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
     let mut ranks = Vec::with_capacity(mesh.cells.len());
     for run in mesh.cells.runs() {
         let form = (form(&run, dimension)?, run.kind.dimension());
-        let rank = kinds.iter().position(|known| *known == form);
-        let rank = rank.unwrap_or_else(|| {
-            kinds.push(form);
-            kinds.len() - 1
-        });
-        ranks.resize(ranks.len() + run.n_cells(), rank);
+        ranks.resize(ranks.len() + run.n_cells(), rank(&mut kinds, form));
     }
     let mut order: Vec<usize> = (0..ranks.len()).collect();
     order.sort_by_key(|cell| ranks[*cell]);
     Ok(Some(mesh.with_cells_in_order(&order)))
+}
+
+/// The place of a value among those that are known; a new one is added.
+fn rank<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
+    let found = known.iter().position(|other| *other == value);
+    found.unwrap_or_else(|| {
+        known.push(value);
+        known.len() - 1
+    })
+}
+
+/// The order of cells in which those of one type and the same groups of the boundary are together; `None` where that
+/// does not make much fewer sections, or too many.
+fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
+    let dimension = mesh.dimension();
+    let mut changes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let groups = mesh.groups.iter().enumerate();
+    for (group, of) in groups.filter(|(_, group)| group.dimension < dimension) {
+        for range in of.cells.ranges() {
+            changes.entry(range.start).or_default().push(group);
+            changes.entry(range.end).or_default().push(group);
+        }
+    }
+    if changes.len() <= stretches.len() {
+        return None;
+    }
+    let mut inside: BTreeSet<usize> = BTreeSet::new();
+    let mut changes = changes.into_iter().peekable();
+    let mut kinds: Vec<(Form, u8)> = Vec::new();
+    let mut classes: BTreeMap<(usize, Vec<usize>), usize> = BTreeMap::new();
+    let mut pieces: Vec<(usize, Range<usize>)> = Vec::new();
+    for (form, of, cells) in stretches {
+        let kind = rank(&mut kinds, (*form, *of));
+        let mut start = cells.start;
+        while start < cells.end {
+            while let Some((_, groups)) = changes.next_if(|(at, _)| *at <= start) {
+                for group in groups {
+                    if !inside.remove(&group) {
+                        inside.insert(group);
+                    }
+                }
+            }
+            let end = changes
+                .peek()
+                .map_or(cells.end, |(at, _)| cells.end.min(*at));
+            let class = (kind, inside.iter().copied().collect());
+            let n = classes.len();
+            pieces.push((*classes.entry(class).or_insert(n), start..end));
+            start = end;
+        }
+    }
+    if classes.len() > MOST_SECTIONS || pieces.len() <= MOST_PIECES * classes.len() {
+        return None;
+    }
+    pieces.sort_by_key(|(class, cells)| (*class, cells.start));
+    Some(pieces.into_iter().flat_map(|(_, cells)| cells).collect())
 }
 
 /// Consecutive cells that are a section, or several where groups begin and end.
@@ -179,4 +235,61 @@ fn name(mesh: &MeshView, form: Form, cells: Range<usize>) -> String {
         Form::Polyhedra => "NFACE_n",
     };
     name.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of quadrilaterals, whose edges below and above take turns in `n` pieces of three tags.
+    fn row(n: usize) -> Mesh {
+        let mut mesh = Mesh::default();
+        for i in 0..=n {
+            mesh.points
+                .extend([[i as f64, 0.0, 0.0], [i as f64, 1.0, 0.0]]);
+        }
+        let corner = |i: usize| 2 * i as u32;
+        for i in 0..n {
+            let nodes = [corner(i), corner(i + 1), corner(i + 1) + 1, corner(i) + 1];
+            mesh.cells.push(CellKind::Quadrilateral, &nodes);
+        }
+        let mut tags = vec![Vec::new(); 3];
+        for i in 0..n {
+            tags[i % 3].push(mesh.cells.len());
+            mesh.cells.push(CellKind::Line, &[corner(i), corner(i + 1)]);
+        }
+        for (name, cells) in ["a", "b", "c"].into_iter().zip(tags) {
+            mesh.add_tag(name, cells).expect("they are faces");
+        }
+        mesh
+    }
+
+    fn names(mesh: &MeshView) -> Vec<String> {
+        let sections = sections(mesh, &mut Names::default()).expect("it can be written");
+        sections.into_iter().map(|section| section.name).collect()
+    }
+
+    #[test]
+    fn a_tag_in_many_pieces_is_one_section() {
+        let mesh = row(75);
+        assert_eq!(names(&mesh.view()).len(), 76);
+        let sorted = sorted(&mesh.view())
+            .expect("it can be written")
+            .expect("it is sorted");
+        assert_eq!(names(&sorted.view()), ["QUAD_4", "a", "b", "c"]);
+        for (tag, was) in sorted.groups.iter().zip(&mesh.groups) {
+            let places = |mesh: &Mesh, tag: &crate::mesh::Group| -> Vec<Vec<u32>> {
+                tag.cells
+                    .iter()
+                    .map(|cell| mesh.cells.get(cell).nodes.to_vec())
+                    .collect()
+            };
+            assert_eq!(places(&sorted, tag), places(&mesh, was), "{}", tag.name);
+        }
+    }
+
+    #[test]
+    fn tags_in_few_pieces_keep_their_order() {
+        assert!(sorted(&row(6).view()).expect("it can be written").is_none());
+    }
 }

@@ -1,0 +1,337 @@
+//! Tags that are not what the schedule takes them for: fixed ones that move with a body, and moving ones that the
+//! mesh does not follow.
+
+use crate::deform::Plan;
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::preflight::PreflightNote;
+use crate::geometry::Bounds;
+use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
+use crate::mesh::{Group, faces_on_no_cell};
+use crate::motion::{BodyMap, Role};
+use std::collections::BTreeMap;
+
+/// Displacements and distances from a plane below this part of the extent of the mesh are round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// The nodes of a fixed tag that a body moves.
+#[derive(Default)]
+struct Moved {
+    nodes: Vec<u32>,
+    n_faces: usize,
+    n_shared: usize,
+    distance: f64,
+    step: usize,
+    /// How far a node leaves the plane of the tag.
+    out: f64,
+}
+
+/// A warning for each fixed tag and body that moves nodes of it.
+pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
+    let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
+    let tags: Vec<(&Group, Option<Role>)> = plan.mesh.boundary_tags().zip(roles).collect();
+    let body_of = bodies_of_nodes(plan);
+    let fixed = tags.iter().filter(|(_, role)| *role == Some(Role::Fixed));
+    let moving = |body: u16| {
+        let own = tags
+            .iter()
+            .filter(move |(_, role)| *role == Some(Role::Moving(body)));
+        own.map(|(tag, _)| *tag).collect::<Vec<_>>()
+    };
+    let mut notes = Vec::new();
+    for (tag, _) in fixed {
+        let (all_nodes, mut found) = moved_nodes(plan, tag, &body_of, &moving);
+        measure(plan, tag, &mut found);
+        let least = ROUND_OFF * Bounds::around(&plan.mesh.points).diagonal();
+        let found = found
+            .into_iter()
+            .filter(|(_, moved)| moved.distance > least);
+        notes.extend(found.map(|(body, moved)| {
+            let note = PreflightNote::FixedMoves {
+                tag: tag.name.clone(),
+                nodes: [moved.nodes.len(), all_nodes],
+                faces: [moved.n_faces, tag.cells.len()],
+                shared: moved.n_shared,
+                body: plan.motion.bodies[usize::from(body)].name.clone(),
+                distance: moved.distance,
+                step: moved.step,
+                may_slide: moved.out <= least,
+            };
+            Diagnostic::from(note)
+        }));
+    }
+    notes
+}
+
+/// The body that each node of the mesh moves with.
+fn bodies_of_nodes(plan: &Plan) -> Vec<Option<u16>> {
+    let mut body_of = vec![None; plan.mesh.points.len()];
+    let surface = &plan.motion.surface.nodes;
+    for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
+        if let Role::Moving(body) = role {
+            body_of[node as usize] = Some(*body);
+        }
+    }
+    body_of
+}
+
+/// The number of nodes of a tag, and what of it moves with each body; `moving` are the tags of a body.
+fn moved_nodes<'m>(
+    plan: &Plan,
+    tag: &Group,
+    body_of: &[Option<u16>],
+    moving: &impl Fn(u16) -> Vec<&'m Group>,
+) -> (usize, BTreeMap<u16, Moved>) {
+    let mut found: BTreeMap<u16, Moved> = BTreeMap::new();
+    let mut nodes = Vec::new();
+    let mut own: BTreeMap<u16, Vec<&Group>> = BTreeMap::new();
+    for cell in tag.cells.iter() {
+        let face = plan.mesh.cells.get(cell).nodes;
+        nodes.extend_from_slice(face);
+        let body = body_of[face[0] as usize];
+        if let Some(body) = body.filter(|_| face.iter().all(|&node| body_of[node as usize] == body))
+        {
+            let tags = own.entry(body).or_insert_with(|| moving(body));
+            let moved = found.entry(body).or_default();
+            moved.n_faces += 1;
+            moved.n_shared += usize::from(tags.iter().any(|tag| tag.cells.contains(cell)));
+        }
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    for &node in &nodes {
+        if let Some(body) = body_of[node as usize] {
+            found.entry(body).or_default().nodes.push(node);
+        }
+    }
+    (nodes.len(), found)
+}
+
+/// How far the nodes go at most, and out of the plane of their tag.
+fn measure(plan: &Plan, tag: &Group, found: &mut BTreeMap<u16, Moved>) {
+    if found.is_empty() {
+        return;
+    }
+    let normal = plane_of(plan, tag);
+    let steps = &plan.motion.steps;
+    for step in steps {
+        let poses: Vec<BodyMap<'_>> = plan.motion.poses(step, 1.0);
+        for (body, moved) in &mut *found {
+            for &node in &moved.nodes {
+                let x = plan.mesh.points[node as usize];
+                let by = sub(poses[usize::from(*body)].place(node, x), x);
+                if norm(by) > moved.distance {
+                    (moved.distance, moved.step) = (norm(by), step.index);
+                }
+                let out = normal.map_or(f64::INFINITY, |normal| dot(by, normal).abs());
+                moved.out = moved.out.max(out);
+            }
+        }
+    }
+}
+
+/// The normal of the plane that the faces of a tag lie in, in space; `None` where they lie in none.
+fn plane_of(plan: &Plan, tag: &Group) -> Option<Vector> {
+    let points = &plan.mesh.points;
+    let least = ROUND_OFF * Bounds::around(points).diagonal();
+    let nodes = || {
+        tag.cells
+            .iter()
+            .flat_map(|cell| plan.mesh.cells.get(cell).nodes)
+    };
+    let place = |node: &u32| points[*node as usize];
+    let origin = place(nodes().next()?);
+    let along = |node: &u32| sub(place(node), origin);
+    let far = nodes()
+        .map(along)
+        .reduce(|a, b| if norm(b) > norm(a) { b } else { a })?;
+    let areas = nodes().map(|node| cross(far, along(node)));
+    let normal = if plan.mesh.dimension() == 3 {
+        areas.reduce(|a, b| if norm(b) > norm(a) { b } else { a })?
+    } else {
+        [-far[1], far[0], 0.0]
+    };
+    let normal = scale(normal, 1.0 / norm(normal));
+    // Not of numbers where the tag has no area.
+    let is_flat = nodes().all(|node| dot(along(node), normal).abs() <= least);
+    is_flat.then_some(normal)
+}
+
+/// A warning for each moving tag with faces on no cell, where the mesh has cells.
+pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
+    let mesh = &plan.mesh;
+    let dimension = mesh.dimension();
+    if !mesh
+        .cells
+        .runs()
+        .any(|run| run.kind.dimension() == dimension)
+    {
+        return Vec::new();
+    }
+    let loose = faces_on_no_cell(mesh, &plan.moving_faces);
+    let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
+    let moving = mesh.boundary_tags().zip(roles);
+    let moving = moving.filter(|(_, role)| matches!(role, Some(Role::Moving(_))));
+    let notes = moving.filter_map(|(tag, _)| {
+        let own = loose
+            .iter()
+            .copied()
+            .filter(|&face| tag.cells.contains(face as usize));
+        let own: Vec<u32> = own.collect();
+        let note = PreflightNote::FacesOnNoCell {
+            tag: tag.name.clone(),
+            faces: [own.len(), tag.cells.len()],
+            first: *own.first()?,
+        };
+        Some(Diagnostic::from(note))
+    });
+    notes.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostic::NoteKind;
+    use crate::mesh::{CellKind, CellSet, Mesh};
+    use crate::motion::Schedule;
+    use std::path::Path;
+
+    fn plan(mesh: Mesh, boundaries: &str, tags: &str) -> Plan {
+        let text = format!(
+            "azimuth.values = [0, 90]\nboundaries = {{ {boundaries} }}\nrbf.support_radius = 10.0\nselection.tolerance = 1e-2\n\
+             body = [ {{ name = \"it\", tags = [{tags}], rigid.translate = [0.1, 0, 0] }} ]\n"
+        );
+        let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
+        Plan::new(mesh, schedule).expect("they fit")
+    }
+
+    /// The airfoil with its faces behind x = 0.45 in the tag "flap" too, or only there.
+    fn with_flap(overlaps: bool) -> Mesh {
+        let mut mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
+        let at = mesh.groups.iter().position(|group| group.name == "airfoil");
+        let wing = &mesh.groups[at.expect("it has the tag")];
+        let behind = |cell: &usize| {
+            let nodes = mesh.cells.get(*cell).nodes;
+            nodes
+                .iter()
+                .all(|&node| mesh.points[node as usize][0] > 0.45)
+        };
+        let mut flap = wing.clone();
+        flap.name = "flap".into();
+        flap.number = None;
+        flap.cells = wing.cells.iter().filter(behind).collect::<CellSet>();
+        let rest: CellSet = wing.cells.iter().filter(|cell| !behind(cell)).collect();
+        if !overlaps {
+            mesh.groups[at.expect("it has the tag")].cells = rest;
+        }
+        mesh.groups.push(flap);
+        mesh
+    }
+
+    /// Nodes, faces and shared faces of the only note.
+    fn told(notes: &[Diagnostic]) -> ([usize; 2], [usize; 2], usize, bool) {
+        match notes {
+            [note] => match &note.kind {
+                NoteKind::Preflight(PreflightNote::FixedMoves {
+                    nodes,
+                    faces,
+                    shared,
+                    distance,
+                    may_slide,
+                    ..
+                }) if (distance - 0.1).abs() < 1e-12 => (*nodes, *faces, *shared, *may_slide),
+                other => panic!("{other}"),
+            },
+            notes => panic!("{notes:?}"),
+        }
+    }
+
+    #[test]
+    fn nodes_of_a_fixed_wall_that_move_with_a_body_are_told_of() {
+        let walls = "fixed = [\"farfield\", \"airfoil\"]";
+        let beside = plan(with_flap(false), walls, "\"flap\"");
+        let (nodes, faces, shared, may_slide) = told(&fixed_that_move(&beside));
+        assert_eq!((nodes[0], faces[0], shared, may_slide), (2, 0, 0, false));
+        let over = plan(with_flap(true), walls, "\"flap\"");
+        let (nodes, faces, shared, _) = told(&fixed_that_move(&over));
+        assert!(
+            nodes[0] > 2 && faces[0] > 1 && shared == faces[0],
+            "{nodes:?} {faces:?} {shared}"
+        );
+        let others = plan(with_flap(true), "others = \"fixed\"", "\"airfoil\"");
+        let notes = fixed_that_move(&others);
+        let (nodes, faces, ..) = told(&notes);
+        assert!(nodes[0] == nodes[1] && faces[0] == faces[1]);
+        let text = notes[0].to_string();
+        assert!(
+            text.contains(
+                "tag \"flap\", which is fixed, move with body \"it\", by up to 0.1 (step 0)"
+            ),
+            "{text}"
+        );
+        assert!(
+            text.ends_with("give it to the body, or take its faces out of the tags of the body"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn fixed_walls_that_stay_are_not_told_of() {
+        let both = plan(
+            with_flap(true),
+            "others = \"fixed\"",
+            "\"airfoil\", \"flap\"",
+        );
+        assert_eq!(fixed_that_move(&both), []);
+        let alone = Mesh::read("testdata/naca0012.vtu").expect("it is good");
+        assert_eq!(
+            fixed_that_move(&plan(alone, "others = \"fixed\"", "\"airfoil\"")),
+            []
+        );
+    }
+
+    #[test]
+    fn a_wall_in_a_plane_that_its_moving_nodes_do_not_leave_may_slide() {
+        let mesh = Mesh::read("testdata/wing_on_plane.vtu").expect("it is good");
+        let told_of = |mesh: &Mesh| {
+            told(&fixed_that_move(&plan(
+                mesh.clone(),
+                "others = \"fixed\"",
+                "\"wing\"",
+            )))
+        };
+        let (nodes, faces, _, may_slide) = told_of(&mesh);
+        assert!(
+            nodes[0] > 2 && faces[0] == 0 && may_slide,
+            "{nodes:?} {faces:?}"
+        );
+        let slides = plan(
+            mesh,
+            "fixed = [\"farfield\"], slide = [\"symmetry\"]",
+            "\"wing\"",
+        );
+        assert_eq!(fixed_that_move(&slides), []);
+    }
+
+    #[test]
+    fn moving_faces_on_no_cell_are_told_of() {
+        let mut mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
+        assert_eq!(
+            on_no_cell(&plan(mesh.clone(), "others = \"fixed\"", "\"airfoil\"")),
+            []
+        );
+        let face = mesh.cells.len();
+        mesh.cells
+            .push(CellKind::Line, &[0, mesh.points.len() as u32 - 1]);
+        mesh.cell_arrays.clear();
+        let at = mesh.groups.iter().position(|group| group.name == "airfoil");
+        mesh.groups[at.expect("it has the tag")].cells.push(face);
+        let n = mesh.groups[at.expect("it has the tag")].cells.len();
+        let notes = on_no_cell(&plan(mesh, "others = \"fixed\"", "\"airfoil\""));
+        let note = PreflightNote::FacesOnNoCell {
+            tag: "airfoil".to_owned(),
+            faces: [1, n],
+            first: face as u32,
+        };
+        assert_eq!(notes, [Diagnostic::from(note)]);
+    }
+}

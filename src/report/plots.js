@@ -1,0 +1,218 @@
+// Plots that zoom, in place of the drawings that paper and pages without a script have.
+const DASHES = [[], [7, 3], [2, 2.5], [9, 3, 2, 3], [], [5, 2], [1.5, 3], [12, 4]];
+const steps = [];
+const plots = [];
+
+function colour(name, part) {
+  const value = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  return part === undefined ? value : value + Math.round(255 * part).toString(16).padStart(2, "0");
+}
+
+function numbers(name) {
+  return data.rows.map((row) => (row[column[name]] ?? "") === "" ? null : Number(row[column[name]]));
+}
+
+// The x of a plot and its lines: columns of the steps, or lines of their own.
+function valuesOf(plot) {
+  const positive = (y) => (plot.log && !(y > 0) ? null : y);
+  if (plot.marked) return [data.x, ...plot.series.map((series) => numbers(series.column).map(positive))];
+  return uPlot.join(plot.series.map((series) => [series.x, series.y.map(positive)]));
+}
+
+// Round values on a logarithmic axis: at most seven decades, or parts of few of them.
+function decades(low, high) {
+  const first = Math.floor(Math.log10(low) + 1e-9), last = Math.ceil(Math.log10(high) - 1e-9);
+  const every = Math.max(1, Math.ceil((last - first) / 6)), parts = last - first > 2 ? [1] : [1, 2, 5];
+  const found = [];
+  for (let exponent = first; exponent <= last; exponent += 1) {
+    if ((last - exponent) % every === 0) found.push(...parts.map((part) => Number(`${part}e${exponent}`)));
+  }
+  return found.filter((value) => value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9));
+}
+
+// As in 2·10⁻⁵.
+function power(value) {
+  const [digit, exponent] = value.toExponential(0).split("e").map(Number);
+  const raised = String(exponent).replace("-", "⁻").replace(/\d/g, (figure) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[figure]);
+  const ten = { 0: "1", 1: "10" }[exponent] ?? `10${raised}`;
+  return digit === 1 ? ten : exponent === 0 ? String(digit) : `${digit}·${ten}`;
+}
+
+function label(value) {
+  return short(String(Number(value.toPrecision(6)))).replace("-", "\u2212");
+}
+
+function optionsOf(plot, width) {
+  const font = '12px system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
+  const axis = (title, size) => ({
+    label: title, labelSize: 20, size, font, labelFont: font, stroke: () => colour("--soft"),
+    grid: { stroke: () => colour("--line"), width: 1 }, ticks: { stroke: () => colour("--line"), width: 1 },
+  });
+  const x = axis(plot.x, 32), y = axis(plot.y, 58);
+  x.values = y.values = (_, splits) => splits.map((value) => (value === null ? "" : label(value)));
+  if (plot.log) {
+    y.splits = (u, _, low, high) => decades(low, high);
+    y.values = (_, splits) => splits.map(power);
+    y.filter = (_, splits) => splits;
+  }
+  if (plot.degrees) x.incrs = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440, 3600];
+  const level = plot.levels.map(([, value]) => value);
+  const range = (u, low, high) => {
+    const all = [low, high, ...(plot.zoomed ? [] : [...level, ...plot.include])].filter((value) => value !== null && Number.isFinite(value));
+    if (!all.length) return plot.log ? [0.1, 1] : [0, 1];
+    const [least, most] = [Math.min(...all), Math.max(...all)];
+    if (least === 0 && most === 0) return [-1, 1];
+    return plot.log ? uPlot.rangeLog(least, most === least ? 10 * least : most, 10, true) : uPlot.rangeNum(least, most, 0.08, true);
+  };
+  return {
+    width, height: Math.round(Math.max(210, 0.58 * width)), legend: { show: false }, pxAlign: 0, padding: [10, 12, 0, 0],
+    scales: { x: { time: false }, y: { distr: plot.log ? 3 : 1, range } },
+    axes: [x, y],
+    series: [{}, ...plot.series.map((series) => ({
+      label: series.name, stroke: () => colour(`--s${series.style}`), width: 1.8, dash: DASHES[series.style],
+      points: { show: series.points < 40, size: 5 }, spanGaps: !plot.marked,
+    }))],
+    bands: plot.bands.map(([low, high]) => ({ series: [high + 1, low + 1], fill: () => colour(`--s${plot.series[low].style}`, 0.18) })),
+    cursor: { drag: { x: true, y: false }, ...(plot.marked ? { sync: { key: "steps" } } : {}) },
+    hooks: { drawSeries: [], draw: [(u) => drawLevels(u, level)], setScale: [(u, key) => key === "x" && scaled(u, plot)], setCursor: [(u) => tell(u, plot)] },
+  };
+}
+
+function drawLevels(u, values) {
+  const { ctx, bbox } = u;
+  ctx.save();
+  ctx.strokeStyle = colour("--soft");
+  ctx.setLineDash([2 * devicePixelRatio, 3 * devicePixelRatio]);
+  for (const value of values) {
+    const y = u.valToPos(value, "y", true);
+    if (y < bbox.top || y > bbox.top + bbox.height) continue;
+    ctx.beginPath();
+    ctx.moveTo(bbox.left, y);
+    ctx.lineTo(bbox.left + bbox.width, y);
+    ctx.stroke();
+  }
+  ctx.restore();
+}
+
+// Plots over the steps show the same steps.
+let isFollowing = false;
+function scaled(u, plot) {
+  const { min, max } = u.scales.x;
+  const xs = u.data[0];
+  const isWhole = min <= xs[0] && max >= xs[xs.length - 1];
+  plot.zoomed = !isWhole;
+  plot.figure.classList.toggle("zoomed", !isWhole);
+  if (!plot.marked || isFollowing) return;
+  isFollowing = true;
+  for (const other of steps) if (other !== plot && other.live) other.live.setScale("x", { min, max });
+  isFollowing = false;
+  if (slider) mark(Number(slider.value));
+}
+
+// The values under the pointer.
+function tell(u, plot) {
+  const at = u.cursor.idx;
+  const isOver = u.cursor.left >= 0 && at !== null && at !== undefined && plot.figure.matches(":hover");
+  plot.tip.hidden = !isOver;
+  if (!isOver) return;
+  const values = plot.series.map((series, i) => [series.name, u.data[i + 1][at]]).filter(([, value]) => value !== null && value !== undefined);
+  plot.tip.textContent = `${label(u.data[0][at])}: ${values.map(([name, value]) => (values.length > 1 ? `${name} ` : "") + label(value)).join(", ")}`;
+}
+
+function zoom(plot, factor) {
+  const u = plot.live, xs = u.data[0];
+  const [first, last] = [xs[0], xs[xs.length - 1]];
+  const { min, max } = u.scales.x;
+  const chosen = plot.marked && slider ? data.x[Number(slider.value)] : (min + max) / 2;
+  const middle = chosen >= min && chosen <= max ? chosen : (min + max) / 2;
+  const half = Math.max((max - min) / 2 * factor, (last - first) * 1e-4);
+  const low = Math.max(first, middle - half), high = Math.min(last, middle + half);
+  if (factor === Infinity || low <= first && high >= last) u.setScale("x", { min: first, max: last });
+  else u.setScale("x", { min: low, max: high });
+}
+
+function shift(plot, part) {
+  const u = plot.live, xs = u.data[0];
+  const { min, max } = u.scales.x;
+  const by = Math.min(xs[xs.length - 1] - max, Math.max(xs[0] - min, part * (max - min)));
+  u.setScale("x", { min: min + by, max: max + by });
+}
+
+function mark(stop) {
+  for (const plot of steps) {
+    const x = plot.live.valToPos(data.x[stop], "x");
+    plot.mark.style.transform = `translateX(${x}px)`;
+    plot.mark.hidden = x < -0.5 || x > plot.live.over.clientWidth + 0.5;
+    plot.mark.dataset.x = data.x[stop];
+    const { from, to, left, width } = plot.svg.dataset;
+    const part = (data.x[stop] - from) / (to - from);
+    plot.svg.querySelector(".mark").setAttribute("transform", `translate(${+left + part * width})`);
+  }
+}
+
+function buttonsOf(plot, title) {
+  const bar = document.createElement("span");
+  bar.className = "zoom";
+  for (const [sign, what, factor] of [["−", "zoom out of", 2], ["+", "zoom into", 0.5], ["⟲", "all of", Infinity]]) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = sign;
+    button.title = `${what[0].toUpperCase()}${what.slice(1)} the plot`;
+    button.setAttribute("aria-label", `${what} ${title}`);
+    button.addEventListener("click", () => zoom(plot, factor));
+    bar.append(button);
+  }
+  return bar;
+}
+
+function bring(figure) {
+  const plot = JSON.parse(figure.querySelector("script").textContent);
+  const svg = figure.querySelector(":scope > svg");
+  const caption = figure.querySelector("figcaption");
+  const box = document.createElement("div");
+  box.className = "live-plot";
+  box.tabIndex = 0;
+  box.setAttribute("role", "group");
+  box.setAttribute("aria-label", `${svg.getAttribute("aria-label")} Keys: + and − zoom, arrows move, 0 shows all.`);
+  svg.before(box);
+  Object.assign(plot, { figure, svg, zoomed: false, tip: document.createElement("p"), mark: document.createElement("div") });
+  if (plot.marked) steps.push(plot);
+  plot.live = new uPlot(optionsOf(plot, box.clientWidth), valuesOf(plot), box);
+  plot.live.root.ariaHidden = "true";
+  plot.tip.className = "tip";
+  plot.tip.hidden = true;
+  plot.mark.className = "step-mark";
+  box.append(plot.tip);
+  if (plot.marked) plot.live.over.append(plot.mark);
+  caption.append(buttonsOf(plot, caption.textContent));
+  box.addEventListener("keydown", (event) => {
+    const act = { "+": () => zoom(plot, 0.5), "-": () => zoom(plot, 2), 0: () => zoom(plot, Infinity), ArrowLeft: () => shift(plot, -0.25), ArrowRight: () => shift(plot, 0.25) }[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  });
+  plot.live.over.addEventListener("click", (event) => {
+    if (!plot.marked || plot.live.select.width > 3) return;
+    const x = plot.live.posToVal(event.clientX - plot.live.over.getBoundingClientRect().left, "x");
+    showStep(nearest(data.x, x));
+  });
+  figure.classList.add("live");
+  plots.push(plot);
+  return plot;
+}
+
+if (typeof uPlot !== "undefined") {
+  uPlot.sync("steps");
+  for (const figure of document.querySelectorAll("figure.plot")) {
+    if (figure.querySelector("script")) bring(figure);
+  }
+  new ResizeObserver(() => {
+    for (const plot of plots) {
+      const width = plot.live.root.parentElement.clientWidth;
+      if (width > 0 && width !== plot.live.width) plot.live.setSize({ width, height: Math.round(Math.max(210, 0.58 * width)) });
+    }
+    if (slider) mark(Number(slider.value));
+  }).observe(document.body);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => plots.forEach((plot) => plot.live.redraw()));
+  if (slider) followers.push(mark);
+}

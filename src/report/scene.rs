@@ -1,0 +1,301 @@
+//! The bodies in space, step by step: what the page needs to show them, and still pictures of them.
+
+use super::decimate::{Labelled, decimate};
+use super::html::count;
+use super::pack::{self, Pose};
+use super::shaded::{self, Camera, Face};
+use super::surface::{Surface, Surfaces, is_near};
+use crate::geometry::vector::{Vector, distance, sub};
+use crate::geometry::{Bounds, Transform};
+use crate::mesh::Mesh;
+use crate::record::MotionRecord;
+use serde_json::{Value, json};
+
+/// Coordinates of all frames together, at most.
+const COORDINATES: usize = 12_000_000;
+/// Triangles of a still picture: of the bodies, and of the boundaries beside them.
+const STILL: [usize; 2] = [1500, 700];
+
+/// Surfaces and where they are at each frame.
+pub struct Scene {
+    surfaces: Surfaces,
+    motion: MotionRecord,
+    /// The bodies in the rotating frame: in the reference mesh, then at each frame.
+    poses: Vec<Pose>,
+    azimuths_deg: Vec<f64>,
+    /// Of each other part, how far it is at the frames from where it would be if it stayed, and if it turned.
+    strayed: Vec<[f64; 2]>,
+    near: Vec<bool>,
+    few: [Vec<Labelled>; 2],
+    outward: [Vec<f64>; 2],
+}
+
+impl Scene {
+    /// Of the reference mesh, for so many frames; `None` where nothing moves in space.
+    pub fn new(mesh: &Mesh, motion: Option<&MotionRecord>, n_frames: usize) -> Option<Self> {
+        let motion = motion?.clone();
+        let n_triangles = 2 * COORDINATES / (3 * n_frames.max(1));
+        let surfaces = Surfaces::new(mesh, &motion.bodies, n_triangles)?;
+        let around = surfaces.bodies.bounds();
+        let near: Vec<bool> = surfaces
+            .others
+            .parts
+            .iter()
+            .map(|part| is_near(part, &around))
+            .collect();
+        let few = few(&surfaces, &near);
+        let outward = [&surfaces.bodies, &surfaces.others].map(|surface| {
+            (0..surface.parts.len())
+                .map(|part| surface.outward(part))
+                .collect()
+        });
+        Some(Self {
+            poses: vec![surfaces.bodies.points.iter().map(|x| single(*x)).collect()],
+            azimuths_deg: Vec::new(),
+            strayed: vec![[0.0; 2]; near.len()],
+            few,
+            outward,
+            near,
+            motion,
+            surfaces,
+        })
+    }
+
+    /// Adds the mesh of a frame.
+    pub fn add(&mut self, mesh: &Mesh, azimuth_deg: f64) {
+        let carry = self.motion.carry(azimuth_deg);
+        let back = carry.inverse();
+        let bodies = self.surfaces.bodies.vertices.iter();
+        self.poses.push(
+            bodies
+                .map(|corner| single(back.apply(corner.place(mesh))))
+                .collect(),
+        );
+        self.azimuths_deg.push(azimuth_deg);
+        let others = &self.surfaces.others;
+        for (part, [stays, turns]) in others.parts.iter().zip(&mut self.strayed) {
+            for vertex in part.vertices.clone() {
+                let (now, before) = (others.vertices[vertex].place(mesh), others.points[vertex]);
+                *stays += distance(now, before);
+                *turns += distance(now, carry.apply(before));
+            }
+        }
+    }
+
+    /// Whether another part goes round with the azimuth.
+    fn turns(&self, part: usize) -> bool {
+        let [stays, turns] = self.strayed[part];
+        turns < 0.5 * stays
+    }
+
+    /// From where it is seen: from above, along the thinnest extent of what moves, and from the side of the bodies where
+    /// other parts stand beside them; near enough that all of it is in view at all steps.
+    fn camera(&self) -> Camera {
+        let mut bounds = Bounds::EMPTY;
+        self.for_each_point(&mut |x| bounds.include(&x));
+        let centre = bounds.centre();
+        let extent = sub(bounds.high, bounds.low);
+        let by_length = |a: &usize, b: &usize| extent[*a].total_cmp(&extent[*b]);
+        let up = (0..3).rev().min_by(by_length).unwrap_or(2);
+        let long = (0..3)
+            .filter(|axis| *axis != up)
+            .max_by(by_length)
+            .unwrap_or(0);
+        let aside = sub(self.surfaces.bodies.bounds().centre(), centre);
+        let towards = std::array::from_fn(|axis| {
+            let is_aside = aside[axis].abs() > 0.02 * extent[axis];
+            let side = |rest: f64| if is_aside { aside[axis].signum() } else { rest };
+            if axis == up {
+                0.55
+            } else if axis == long {
+                0.5 * side(1.0)
+            } else {
+                0.75 * side(-1.0)
+            }
+        });
+        let up = std::array::from_fn(|axis| if axis == up { 1.0 } else { 0.0 });
+        let mut camera = Camera {
+            centre,
+            radius: f64::MIN_POSITIVE,
+            towards,
+            up,
+        };
+        let mut radius = 0.0f64;
+        self.for_each_point(&mut |x| radius = radius.max(camera.needs(x)));
+        camera.radius = (1.08 * radius).max(f64::MIN_POSITIVE);
+        camera
+    }
+
+    /// A part of all points of the bodies at all frames, and of what stands beside them.
+    fn for_each_point(&self, visit: &mut dyn FnMut(Vector)) {
+        let every = (self.surfaces.bodies.points.len() / 2000).max(1);
+        for (frame, pose) in self
+            .poses
+            .iter()
+            .enumerate()
+            .skip(usize::from(self.poses.len() > 1))
+        {
+            let carry = self.carry(frame);
+            for x in pose.iter().step_by(every) {
+                visit(carry.apply(x.map(f64::from)));
+            }
+        }
+        let others = &self.surfaces.others;
+        for (part, _) in others
+            .parts
+            .iter()
+            .zip(&self.near)
+            .filter(|(_, near)| **near)
+        {
+            others.points[part.vertices.clone()]
+                .iter()
+                .for_each(|x| visit(*x));
+        }
+    }
+
+    /// What carries the rotating frame to its place; `frame` counts the reference mesh.
+    fn carry(&self, frame: usize) -> Transform {
+        let azimuth = frame
+            .checked_sub(1)
+            .and_then(|frame| self.azimuths_deg.get(frame));
+        self.motion.carry(azimuth.copied().unwrap_or(0.0))
+    }
+
+    /// Still picture of a frame, or of the reference mesh.
+    pub fn still(&self, frame: Option<usize>, in_words: &str) -> String {
+        let frame = frame.map_or(0, |frame| frame + 1);
+        let carry = self.carry(frame);
+        let pose = &self.poses[frame];
+        let mut faces = Vec::new();
+        for triangle in &self.few[0] {
+            let corners = triangle
+                .corners
+                .map(|vertex| carry.apply(pose[vertex as usize].map(f64::from)));
+            faces.push(Face {
+                corners,
+                class: format!("b{}", triangle.label % 8),
+                outward: self.outward[0][triangle.label as usize],
+            });
+        }
+        for triangle in &self.few[1] {
+            let carry = if self.turns(triangle.label as usize) {
+                carry
+            } else {
+                Transform::IDENTITY
+            };
+            let corners = triangle
+                .corners
+                .map(|vertex| carry.apply(self.surfaces.others.points[vertex as usize]));
+            faces.push(Face {
+                corners,
+                class: "bo".to_owned(),
+                outward: self.outward[1][triangle.label as usize],
+            });
+        }
+        shaded::svg(&faces, &self.camera(), in_words)
+    }
+
+    /// What the script of the page shows. Frames of bodies begin with the reference mesh.
+    pub fn data(&self) -> Value {
+        let camera = self.camera();
+        let others = &self.surfaces.others;
+        let at_rest: Pose = others.points.iter().map(|x| single(*x)).collect();
+        json!({
+            "axis": self.motion.turn_axis,
+            "hub": self.motion.hub,
+            "turns_deg": match self.motion.frame.as_str() {
+                "inertial" => self.azimuths_deg.clone(),
+                _ => vec![0.0; self.azimuths_deg.len()],
+            },
+            "camera": {
+                "centre": camera.centre, "radius": camera.radius, "towards": camera.towards, "up": camera.up,
+            },
+            "bodies": surface(&self.surfaces.bodies, &self.poses, &|_| (true, true)),
+            "others": surface(others, &[at_rest], &|part| (self.near[part], self.turns(part))),
+        })
+    }
+
+    /// How many triangles are shown.
+    pub fn sentence(&self) -> String {
+        let [bodies, others] = [&self.surfaces.bodies, &self.surfaces.others];
+        let of = |surface: &Surface, what: &str| {
+            let (n, all) = (surface.triangles.len(), surface.n_given);
+            match n == all {
+                true => format!("all {} triangles of {what}", count(n)),
+                false => format!(
+                    "{} triangles instead of the {} of {what}",
+                    count(n),
+                    count(all)
+                ),
+            }
+        };
+        let plural = if self.motion.bodies.len() == 1 {
+            "the body"
+        } else {
+            "the bodies"
+        };
+        let mut told = format!("Shown: {}", of(bodies, plural));
+        if others.n_given > 0 {
+            told += &format!(
+                ", {}",
+                of(
+                    others,
+                    "other boundaries, where they are in the reference mesh"
+                )
+            );
+        }
+        let is_decimated = |surface: &Surface| surface.triangles.len() < surface.n_given;
+        if is_decimated(bodies) || is_decimated(others) {
+            told += ". Edges were collapsed for this picture only; every corner that is left is a node of the mesh";
+        }
+        told + "."
+    }
+}
+
+fn single(x: Vector) -> [f32; 3] {
+    x.map(|x| x as f32)
+}
+
+/// Fewer triangles still, for pictures: of the bodies, and of what stands beside them.
+fn few(surfaces: &Surfaces, near: &[bool]) -> [Vec<Labelled>; 2] {
+    let bodies = decimate(
+        &surfaces.bodies.points,
+        &surfaces.bodies.triangles,
+        STILL[0],
+    );
+    let others = surfaces
+        .others
+        .triangles
+        .iter()
+        .filter(|triangle| near[triangle.label as usize]);
+    let others: Vec<Labelled> = others.copied().collect();
+    [bodies, decimate(&surfaces.others.points, &others, STILL[1])]
+}
+
+/// A surface for the script; `is_shown_and_turns` of each part.
+fn surface(
+    surface: &Surface,
+    poses: &[Pose],
+    is_shown_and_turns: &dyn Fn(usize) -> (bool, bool),
+) -> Value {
+    let (boxes, positions) = pack::positions(surface, poses);
+    let parts: Vec<Value> = (0..)
+        .zip(&surface.parts)
+        .zip(boxes)
+        .map(|((at, part), scales)| {
+            let (shown, turns) = is_shown_and_turns(at);
+            let n = surface.triangles.iter().filter(|triangle| triangle.label as usize == at).count();
+            json!({
+                "name": part.name, "from": part.vertices.start, "to": part.vertices.end, "triangles": n,
+                "low": scales["low"], "step": scales["step"], "shown": shown, "turns": turns,
+            })
+        })
+        .collect();
+    json!({
+        "vertices": surface.vertices.len(),
+        "frames": poses.len(),
+        "parts": parts,
+        "triangles": pack::triangles(surface),
+        "positions": positions,
+    })
+}
