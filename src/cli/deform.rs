@@ -3,7 +3,8 @@
 use super::convert::patch_type;
 use super::{Context, Outcome, memory};
 use crate::deform::Deformation;
-use crate::diagnostic::{Diagnostic, in_digits};
+use crate::diagnostic::run::RunNote;
+use crate::diagnostic::{Diagnostic, NoteKind, in_digits};
 use crate::error::{Result, counted, path_in_line};
 use crate::formats;
 use crate::formats::openfoam::set_patch_types;
@@ -170,9 +171,48 @@ fn as_json(folder: &Path, finished: &Finished) -> Value {
         "min_scaled_jacobian": finished.min_scaled_jacobian,
         "mesh_bytes": finished.mesh_bytes,
         "warnings": finished.warnings,
-        "failures": finished.failures,
+        "failures": finished.failures.iter().map(failure).collect::<Vec<_>>(),
         "seconds": finished.timings,
     })
+}
+
+/// A failed check as JSON: its sentence, and of a condition of `--fail-on` its numbers.
+fn failure(note: &Diagnostic) -> Value {
+    let message = note.to_string();
+    let found = match &note.kind {
+        NoteKind::Run(RunNote::ConditionHolds {
+            step,
+            condition,
+            value,
+            ..
+        }) => Some((*step, condition.clone(), *value)),
+        // Of a part that was joined the record has the sentence.
+        _ => recorded_condition(&message),
+    };
+    let parsed = |(step, condition, value): (usize, String, f64)| {
+        Some((step, condition.parse::<Criterion>().ok()?, value))
+    };
+    let found = found.and_then(parsed);
+    let condition = found.as_ref().map(|(_, condition, _)| condition);
+    json!({
+        "message": message,
+        "metric": condition.map(Criterion::column),
+        "value": found.as_ref().map(|(.., value)| value),
+        "limit": condition.map(Criterion::limit),
+        "step": found.as_ref().map(|(step, ..)| step),
+    })
+}
+
+/// Step, condition and value of the sentence of one that holds.
+fn recorded_condition(sentence: &str) -> Option<(usize, String, f64)> {
+    let (step, rest) = sentence.strip_prefix("step ")?.split_once(": ")?;
+    let (condition, told) = rest.split_once(" holds: ")?;
+    let (_, value) = told.rsplit_once(" is ")?;
+    Some((
+        step.parse().ok()?,
+        condition.to_owned(),
+        value.parse().ok()?,
+    ))
 }
 
 /// A condition may fail at every step: the first notes of each sort are shown, all with `-v`.

@@ -1,5 +1,6 @@
 //! What a command reads: a mesh, or the meshes of a sequence one after another.
 
+use super::unfinished::unfinished;
 use super::{Context, heap};
 use crate::diagnostic::short;
 use crate::error::{Error, Position, Result};
@@ -108,7 +109,7 @@ impl Input {
             false => {
                 let location = context.open(path)?;
                 if location.file().is_err() && formats::recognize(&location).is_none() {
-                    return Self::open(&sequence_in(path)?, format, context);
+                    return Self::of_folder(path, format, context);
                 }
                 let format = format.map_or_else(|| formats::of(&location), Ok)?;
                 let times = format.steps(&location).map_err(|error| error.file(path))?;
@@ -123,6 +124,25 @@ impl Input {
             path: path.to_path_buf(),
             meshes,
         })
+    }
+
+    /// The sequence of a folder; says how to go on with a run that is not finished.
+    fn of_folder(
+        path: &Path,
+        format: Option<&'static dyn Format>,
+        context: &Context,
+    ) -> Result<Self> {
+        let unfinished = unfinished(path);
+        match (sequence_in(path), unfinished) {
+            (Ok(sequence), None) => Self::open(&sequence, format, context),
+            (Ok(sequence), Some(how)) => {
+                let input = Self::open(&sequence, format, context)?;
+                context.note(&format!("{}: {how}", path.display()));
+                Ok(input)
+            }
+            (Err(_), Some(how)) => Err(Error::input(how).file(path)),
+            (Err(error), None) => Err(error),
+        }
     }
 
     /// Files that are the meshes of one sequence, in order; their times are 0, 1, 2, ...

@@ -22,6 +22,7 @@ mod select;
 #[cfg(unix)]
 mod signals;
 mod threads;
+mod unfinished;
 
 pub use context::Context;
 

@@ -1,5 +1,6 @@
 //! `azimesh report`: one HTML page of a sequence.
 
+use super::unfinished::unfinished;
 use super::{Context, Outcome};
 use crate::diagnostic::amount;
 use crate::error::{Error, Result, counted, path_in_line};
@@ -37,9 +38,10 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
     }
     let commit = Commit::with_force(args.force);
     commit.check(&output)?;
-    let page = context.stage("reading", || {
+    let mut page = context.stage("reading", || {
         report::page(&args.folder, &context.read_options())
     })?;
+    page.notes.extend(unfinished(&args.folder));
     formats::save_text(&page.html, &output, commit)?;
     for note in &page.notes {
         context.note(note);

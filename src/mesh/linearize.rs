@@ -23,7 +23,7 @@ impl Mesh {
     }
 
     /// Keeps these nodes only, which are ascending and hold all nodes of cells.
-    fn keep_nodes(&mut self, keep: &[usize]) {
+    pub(super) fn keep_nodes(&mut self, keep: &[usize]) {
         let mut new_index = vec![u32::MAX; self.points.len()];
         for (new, &old) in keep.iter().enumerate() {
             new_index[old] = new as u32;

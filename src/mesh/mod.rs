@@ -26,6 +26,7 @@ pub mod repeated;
 pub mod sides;
 mod split;
 mod streams;
+mod subset;
 mod view;
 
 pub use adjacency::{Across, Adjacency};

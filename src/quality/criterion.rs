@@ -35,6 +35,11 @@ impl Criterion {
         &self.column
     }
 
+    /// The number that its column is compared with.
+    pub fn limit(&self) -> f64 {
+        self.value
+    }
+
     /// Checks that there is such a column among `known`, before any work is done.
     pub fn check_column<'a>(&self, known: impl IntoIterator<Item = &'a str> + Clone) -> Result<()> {
         if known.clone().into_iter().any(|name| name == self.column) {

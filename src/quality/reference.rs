@@ -134,7 +134,7 @@ impl Reference {
     }
 }
 
-fn facing(mesh: &Mesh) -> Facing {
+pub(super) fn facing(mesh: &Mesh) -> Facing {
     let flat = mesh.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
     if mesh.dimension() != 2 || flat {
         return Facing::Z;

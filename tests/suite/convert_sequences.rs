@@ -154,7 +154,7 @@ fn in_a_folder_the_joined_file_is_the_sequence() {
         }
         let run = azimesh(path, &["quality", format]);
         assert!(
-            run.code == 2 && run.err.contains("several sequences"),
+            run.code == 2 && run.err.contains("not joined, steps 0..2, 2..5 of 5"),
             "{run:?}"
         );
         succeed(path, &["finish", format]);

@@ -8,6 +8,7 @@ mod batch_scripts;
 #[cfg(target_os = "linux")]
 mod bounded_memory;
 mod choices;
+mod comfort;
 mod convert;
 mod convert_sequences;
 mod diff;

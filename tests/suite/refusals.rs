@@ -363,6 +363,12 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let args = [&met[..], &["--force"]].concat();
     let failures = json(folder, &args)["failures"].clone();
     assert_eq!(failures.as_array().unwrap().len(), 37);
+    let first = &failures[0];
+    assert_eq!(
+        (&first["metric"], &first["limit"], &first["step"]),
+        (&"min_scaled_jacobian".into(), &0.9.into(), &0.into())
+    );
+    assert!(first["value"].as_f64().unwrap() < 0.9 && first["message"].is_string());
 }
 
 #[test]

@@ -7,8 +7,8 @@ use crate::formats::su2;
 use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
-/// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, tag, rename, types
-/// of patches.
+/// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, tag, merge, drop, rename, types
+/// of patches, boundary or volume only.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Changes {
     /// Multiply all coordinates by this, as 0.001 for millimetres to metres
@@ -33,6 +33,15 @@ pub struct Changes {
     /// first
     #[arg(long, value_name = "HOW")]
     tag_boundary: Option<TagBoundary>,
+    /// Make one boundary tag of several: wall=upper,lower; repeatable
+    #[arg(long, value_name = "NEW=A,B", value_parser = merging)]
+    merge_tags: Vec<(String, Vec<String>)>,
+    /// Remove a boundary tag, and its faces that no other tag has; repeatable
+    #[arg(long, value_name = "TAG")]
+    drop_tag: Vec<String>,
+    /// Remove all boundary tags but this one, as --drop-tag does; repeatable
+    #[arg(long, value_name = "TAG", conflicts_with = "drop_tag")]
+    keep_tag: Vec<String>,
     /// Rename a boundary tag or zone; repeatable
     #[arg(long, value_name = "OLD=NEW", value_parser = renaming)]
     rename_tag: Vec<(String, String)>,
@@ -40,6 +49,12 @@ pub struct Changes {
     /// empty or wedge; repeatable
     #[arg(long, value_name = "TAG=TYPE", value_parser = patch_type)]
     patch_type: Vec<(String, String)>,
+    /// Keep the boundary faces with their tags, without the volume
+    #[arg(long, conflicts_with = "volume_only")]
+    boundary_only: bool,
+    /// Keep the volume cells with their zones, without boundary faces
+    #[arg(long)]
+    volume_only: bool,
 }
 
 /// How faces are gathered into tags.
@@ -53,6 +68,17 @@ fn renaming(text: &str) -> std::result::Result<(String, String), String> {
     match text.split_once('=') {
         Some((old, new)) if !old.is_empty() && !new.is_empty() => Ok((old.into(), new.into())),
         _ => Err("write OLD=NEW".into()),
+    }
+}
+
+/// Reads `wall=upper,lower`.
+fn merging(text: &str) -> std::result::Result<(String, Vec<String>), String> {
+    let wrong = || "write NEW=A,B, such as wall=upper,lower".to_owned();
+    let (new, old) = text.split_once('=').ok_or_else(wrong)?;
+    let old: Vec<String> = old.split(',').map(str::to_owned).collect();
+    match new.is_empty() || old.iter().any(String::is_empty) {
+        true => Err(wrong()),
+        false => Ok((new.to_owned(), old)),
     }
 }
 
@@ -161,9 +187,53 @@ impl Changes {
                 counted(n_faces, "new boundary face")
             ));
         }
+        for (new, old) in &self.merge_tags {
+            let old: Vec<&str> = old.iter().map(String::as_str).collect();
+            mesh.merge_tags(new, &old)
+                .map_err(|error| of_option("--merge-tags", error))?;
+        }
+        remarks.extend(self.drop_tags(mesh)?);
         rename(mesh, &self.rename_tag)?;
         set_patch_types(mesh, &self.patch_type)?;
+        if self.boundary_only {
+            let n = mesh.keep_boundary()?;
+            remarks.push(format!(
+                "--boundary-only: {} removed",
+                with_verb(n, "inner node", "is")
+            ));
+        }
+        if self.volume_only {
+            mesh.keep_volume();
+        }
         Ok(remarks)
+    }
+
+    /// Removes tags as `--drop-tag` and `--keep-tag` say.
+    fn drop_tags(&self, mesh: &mut Mesh) -> Result<Option<String>> {
+        let (option, named) = match self.keep_tag.is_empty() {
+            true => ("--drop-tag", &self.drop_tag),
+            false => ("--keep-tag", &self.keep_tag),
+        };
+        if named.is_empty() {
+            return Ok(None);
+        }
+        let named: Vec<&str> = named.iter().map(String::as_str).collect();
+        let n = match self.keep_tag.is_empty() {
+            true => mesh.drop_tags(&named),
+            false => mesh.keep_tags(&named),
+        };
+        let n = n.map_err(|error| of_option(option, error))?;
+        Ok(Some(format!(
+            "{option}: {} removed",
+            with_verb(n, "boundary face", "is")
+        )))
+    }
+}
+
+fn of_option(option: &str, error: Error) -> Error {
+    Error {
+        message: format!("{option}: {}", error.message),
+        ..error
     }
 }
 

@@ -23,6 +23,7 @@ use target::{Place, Written};
 #[command(
     override_usage = "azimesh convert [OPTIONS] IN OUT\n       \
 azimesh convert [OPTIONS] IN... OUT.vtkhdf|OUT.cgns|OUT.pvd\n       \
+azimesh convert [OPTIONS] IN... -o OUT\n       \
 azimesh convert [OPTIONS] IN... -o DIR --format F",
     after_help = "The format of the input is recognised by its content; --format gives that of the output if \
 its ending does not. A .pvd, a .vtk.series and a file of several steps are sequences: they are written to one \
@@ -33,8 +34,9 @@ pub struct ConvertArgs {
     /// Meshes to read, then the one to write (without -o); - is standard input or output
     #[arg(value_name = "MESH", required = true)]
     paths: Vec<PathBuf>,
-    /// Write each mesh to this folder under its own name, in the format of --format
-    #[arg(short, long, value_name = "DIR")]
+    /// The file to write, as OUT; a name without the ending of a format is a folder, to which each mesh is written
+    /// under its own name in the format of --format
+    #[arg(short, long, value_name = "OUT|DIR")]
     output: Option<PathBuf>,
     /// Read only this step of a sequence, counted from 0
     #[arg(long, value_name = "I")]
@@ -74,11 +76,13 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         waiting: RefCell::default(),
     };
     run.check_pieces()?;
-    let is_new = |folder: &&PathBuf| !folder.exists();
-    let new_folder = args.output.as_ref().filter(is_new);
-    let done = match &args.output {
-        Some(folder) => run.write_folder(folder),
-        None => run.write_file(),
+    let target = args.target();
+    let (new_folder, done) = match target {
+        Target::Folder(folder) => (
+            Some(folder).filter(|folder| !folder.exists()),
+            run.write_folder(folder),
+        ),
+        Target::File(out, inputs) => (None, run.write_file(out, inputs)),
     };
     run.keep(done).inspect_err(|_| {
         // Removed unless it holds something; the first error is the one to report.
@@ -88,18 +92,42 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     Ok(Outcome::Fine)
 }
 
+/// What the arguments say is written.
+#[derive(Clone, Copy)]
+enum Target<'a> {
+    /// A file, a list or a case, from these inputs.
+    File(&'a Path, &'a [PathBuf]),
+    /// Each input into a folder.
+    Folder(&'a Path),
+}
+
+impl ConvertArgs {
+    /// The last path without `-o`; with it a file if the name ends as one of a format does, and is no folder.
+    fn target(&self) -> Target<'_> {
+        let Some(out) = &self.output else {
+            let (out, inputs) = self.paths.split_last().expect("clap asks for one");
+            return Target::File(out, inputs);
+        };
+        let is_named =
+            out.as_os_str() == "-" || formats::is_series(out) || formats::by_extension(out).is_ok();
+        match is_named && !out.is_dir() {
+            true => Target::File(out, &self.paths),
+            false => Target::Folder(out),
+        }
+    }
+}
+
 impl Run<'_> {
     /// Refuses `--pieces` for what is not written in pieces, unless it joins those of a case.
     fn check_pieces(&self) -> Result<()> {
         let Some(n) = self.args.pieces else {
             return Ok(());
         };
-        let out = self
-            .args
-            .paths
-            .last()
-            .filter(|_| self.args.output.is_none());
-        let format = self.output_format(out.map(PathBuf::as_path));
+        let out = match self.args.target() {
+            Target::File(out, _) => Some(out),
+            Target::Folder(_) => None,
+        };
+        let format = self.output_format(out);
         if format.is_ok_and(|format| format.case().is_some()) {
             return match n.get() {
                 1 => Ok(()),
@@ -109,7 +137,7 @@ impl Run<'_> {
                 ))),
             };
         }
-        let is_list = |out: &PathBuf| {
+        let is_list = |out: &Path| {
             let ending = formats::in_pieces().extensions()[0];
             out.extension().is_some_and(|found| found == ending)
         };
@@ -136,8 +164,7 @@ impl Run<'_> {
     }
 
     /// `IN OUT`, or the files of a sequence and `OUT`.
-    fn write_file(&self) -> Result<()> {
-        let (out, inputs) = self.args.paths.split_last().expect("clap asks for one");
+    fn write_file(&self, out: &Path, inputs: &[PathBuf]) -> Result<()> {
         self.context.check_json_beside(out)?;
         let input = match inputs {
             [] => {

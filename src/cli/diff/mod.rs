@@ -39,6 +39,22 @@ pub struct DiffArgs {
     /// [default: the tolerance, and at least 1e-9 of the diagonal]
     #[arg(long, value_name = "T")]
     match_tolerance: Option<f64>,
+    /// Compare these only; repeatable, or several behind commas [default: all]
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    only: Vec<Part>,
+}
+
+/// What is compared of two meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Part {
+    /// Number and positions of nodes
+    Nodes,
+    /// Cells: kinds and nodes
+    Cells,
+    /// Boundary tags, zones and other groups
+    Tags,
+    /// Arrays of nodes, of cells and of the mesh
+    Arrays,
 }
 
 /// Which nodes and cells belong together.
@@ -130,12 +146,16 @@ impl DiffArgs {
             value: self.tolerance,
             relative: self.relative,
         };
-        let found = context.stage("comparing", || match self.matching {
+        let mut found = context.stage("comparing", || match self.matching {
             Matching::Order => Ok(Difference::between(a, b, tolerance)),
             Matching::Position => Difference::by_position(a, b, tolerance, self.match_tolerance),
         })?;
         for note in &found.notes {
             context.note(note);
+        }
+        if !self.only.is_empty() {
+            let parts = [Part::Nodes, Part::Cells, Part::Tags, Part::Arrays];
+            found.keep(parts.map(|part| self.only.contains(&part)));
         }
         Ok(found)
     }

@@ -75,6 +75,18 @@ fn different(steps: &[Compared]) -> impl Iterator<Item = (usize, &Compared)> {
     numbered.filter(|(_, step)| !step.difference.is_same())
 }
 
+/// The step whose nodes are furthest apart, the first of several; none where no node is moved.
+fn worst(steps: &[Compared]) -> Option<(usize, &Compared)> {
+    let moved = steps
+        .iter()
+        .enumerate()
+        .filter(|(_, step)| step.difference.max_distance() > 0.0);
+    moved.reduce(|worst, next| {
+        let is_worse = next.1.difference.max_distance() > worst.1.difference.max_distance();
+        if is_worse { next } else { worst }
+    })
+}
+
 fn summary(frame: &[String], steps: &[Compared]) -> String {
     let mut parts = frame.to_vec();
     if let Some((first, step)) = different(steps).next() {
@@ -84,16 +96,21 @@ fn summary(frame: &[String], steps: &[Compared]) -> String {
             "{n} of {}, the first is step {first}: {what}",
             counted(of, "step")
         ));
+        if let Some((worst, step)) = worst(steps).filter(|(worst, _)| *worst != first) {
+            let furthest = step.difference.max_distance();
+            parts.push(format!(
+                "the worst is step {worst}, nodes up to {} apart",
+                short(furthest)
+            ));
+        }
     }
     if !parts.is_empty() {
         return format!("different: {}", parts.join("; "));
     }
-    let furthest = steps.iter().map(|step| step.difference.max_distance());
-    let furthest = furthest.fold(0.0, f64::max);
-    let apart = match furthest {
-        0.0 => String::new(),
-        furthest => format!(", nodes at most {} apart", short(furthest)),
-    };
+    let apart = worst(steps).map_or(String::new(), |(at, step)| {
+        let furthest = short(step.difference.max_distance());
+        format!(", nodes at most {furthest} apart (step {at})")
+    });
     let first = steps.first().map(|step| &step.difference);
     let [nodes, cells] = first.map_or([0; 2], |first| [first.n_nodes[0], first.n_cells[0]]);
     format!(
@@ -105,6 +122,9 @@ fn summary(frame: &[String], steps: &[Compared]) -> String {
 }
 
 fn as_json(same: bool, summary: &str, times: [&[f64]; 2], steps: &[Compared]) -> Value {
+    let worst = worst(steps);
+    let largest = worst.map_or(0.0, |(_, step)| step.difference.max_distance());
+    let worst = worst.map(|(at, _)| at);
     let steps = steps.iter().enumerate().map(|(i, step)| {
         let mut told = json!({ "step": i, "time": step.time });
         if let (Some(told), Value::Object(more)) =
@@ -118,6 +138,8 @@ fn as_json(same: bool, summary: &str, times: [&[f64]; 2], steps: &[Compared]) ->
         "same": same,
         "summary": summary,
         "times": times,
+        "max_distance": largest,
+        "worst_step": worst,
         "steps": steps.collect::<Vec<_>>(),
     })
 }

@@ -3,6 +3,7 @@
 use crate::cli::input::Input;
 use crate::formats::Loaded;
 use crate::mesh::{CellKind, DataArray, Faces, Group, Mesh};
+use crate::quality::{Flaws, flaws};
 use std::collections::BTreeMap;
 
 /// What `azimesh info` tells.
@@ -27,6 +28,8 @@ pub struct Facts<'a> {
     pub n_orphan_nodes: usize,
     /// Nodes at the place of one before them.
     pub n_repeated_nodes: usize,
+    /// Cells of negative or no volume.
+    pub flaws: Flaws,
     /// Faces and boundary cells that do not make a closed boundary.
     pub boundary: Boundary,
 }
@@ -59,6 +62,7 @@ impl<'a> Facts<'a> {
         let nodes = || (mesh.n_orphan_nodes(), mesh.n_repeated_nodes());
         let ((n_orphan_nodes, n_repeated_nodes), boundary) =
             rayon::join(nodes, || Boundary::of(mesh));
+        let flaws = flaws(mesh);
         Self {
             mesh,
             format: input
@@ -72,6 +76,7 @@ impl<'a> Facts<'a> {
             n_curved,
             n_orphan_nodes,
             n_repeated_nodes,
+            flaws,
             boundary,
         }
     }

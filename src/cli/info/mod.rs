@@ -9,32 +9,77 @@ use super::{Context, Outcome};
 use crate::error::Result;
 use crate::formats;
 use facts::Facts;
-use std::path::PathBuf;
+use serde_json::json;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `azimesh info`.
 #[derive(Debug, clap::Args)]
 pub struct InfoArgs {
-    /// Mesh or sequence; - is standard input
-    mesh: PathBuf,
+    /// Meshes or sequences; - is standard input
+    #[arg(value_name = "MESH", required = true)]
+    meshes: Vec<PathBuf>,
 
     /// Look at this step of a sequence, counted from 0; the last by default
     #[arg(long, value_name = "I")]
     step: Option<usize>,
 }
 
+/// Tells of each mesh; where one cannot be read, of the others all the same.
 pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     let format = context.common.format.as_deref().map(formats::by_name);
-    let input = Input::open(&args.mesh, format.transpose()?, context)?;
-    input.check_step(args.step)?;
-    let loaded = input.read(args.step, context)?;
-    let facts = context.stage("inspecting", || Ok(Facts::of(&input, args.step, &loaded)))?;
-    if context.common.json {
-        context.print_json(json::of(&facts))?;
-    } else {
-        for note in &facts.notes {
-            context.note(&format!("{}: {note}", args.mesh.display()));
+    let format = format.transpose()?;
+    if let [mesh] = &args.meshes[..] {
+        let told = tell(mesh, format, args.step, context)?;
+        match told {
+            Told::Json(json) => context.print_json(json)?,
+            Told::Text(text) => context.print_result(&text)?,
         }
-        context.print_result(&text::of(&facts))?;
+        return Ok(Outcome::Fine);
     }
-    Ok(Outcome::Fine)
+    let (mut all, mut failed) = (Vec::new(), Vec::new());
+    for path in &args.meshes {
+        match tell(path, format, args.step, context) {
+            Ok(Told::Json(mut json)) => {
+                json["file"] = path.display().to_string().into();
+                all.push(json);
+            }
+            Ok(Told::Text(text)) => {
+                context.print_result(&format!("{}:\n{text}\n", path.display()))?;
+            }
+            Err(error) => failed.push(error),
+        }
+    }
+    if context.common.json {
+        context.print_json(json!({ "meshes": all }))?;
+    }
+    let last = failed.pop();
+    for error in failed {
+        context.error(&error);
+    }
+    last.map_or(Ok(Outcome::Fine), Err)
+}
+
+/// What is said of one mesh.
+enum Told {
+    Json(serde_json::Value),
+    Text(String),
+}
+
+fn tell(
+    path: &Path,
+    format: Option<&'static dyn formats::Format>,
+    step: Option<usize>,
+    context: &Context,
+) -> Result<Told> {
+    let input = Input::open(path, format, context)?;
+    input.check_step(step)?;
+    let loaded = input.read(step, context)?;
+    let facts = context.stage("inspecting", || Ok(Facts::of(&input, step, &loaded)))?;
+    if context.common.json {
+        return Ok(Told::Json(json::of(&facts)));
+    }
+    for note in &facts.notes {
+        context.note(&format!("{}: {note}", path.display()));
+    }
+    Ok(Told::Text(text::of(&facts)))
 }

@@ -4,6 +4,7 @@ use super::facts::{Boundary, Facts};
 use crate::diagnostic::short;
 use crate::error::{counted, one_line};
 use crate::mesh::{DataArray, Group};
+use crate::quality::Flaws;
 
 /// Lines of a name and a value.
 struct Rows(Vec<(String, String)>);
@@ -33,6 +34,22 @@ impl Rows {
         let n = self.0.len() - first;
         let count = if n == 0 { "none".into() } else { n.to_string() };
         self.0.insert(first, (title.into(), count));
+    }
+
+    /// Cells that no solver takes.
+    fn flaws(&mut self, found: &Flaws) {
+        for (name, flawed, what) in [
+            ("negative", found.negative, " of negative volume"),
+            ("degenerate", found.degenerate, " of no volume"),
+            ("folded", found.folded, " folded at a corner"),
+        ] {
+            let first = flawed.first.unwrap_or_default();
+            let told = format!(
+                "{}{what} (the first is cell {first})",
+                counted(flawed.n, "cell")
+            );
+            self.push_some(name, flawed.n, told);
+        }
     }
 
     /// What is unusual about the faces around the mesh.
@@ -109,6 +126,7 @@ pub fn of(facts: &Facts) -> String {
         let curved = if kind.is_curved() { " (curved)" } else { "" };
         rows.push(format!("  {}", kind.name()), format!("{count}{curved}"));
     }
+    rows.flaws(&facts.flaws);
     rows.list("zones", mesh.zones(), "cell");
     rows.list("boundary tags", mesh.boundary_tags(), "face");
     rows.boundary(&facts.boundary);

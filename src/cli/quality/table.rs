@@ -191,6 +191,17 @@ pub(super) fn as_json(findings: &Findings<'_>) -> Value {
     let met = findings.met();
     let failed = met.iter().map(|(criterion, _)| criterion.to_string());
     object.insert("failed_on".into(), failed.collect());
+    let failures = met.iter().flat_map(|(criterion, met)| {
+        met.iter().map(|(step, value)| {
+            json!({
+                "metric": criterion.column(),
+                "value": value,
+                "limit": criterion.limit(),
+                "step": step.map(|step| step.index),
+            })
+        })
+    });
+    object.insert("failures".into(), failures.collect());
     if findings.meshes.iter().any(|mesh| mesh.step.is_some()) {
         let steps = met.iter().map(|(criterion, met)| {
             let steps = met

@@ -203,6 +203,29 @@ impl Difference {
             && self.arrays.is_empty()
     }
 
+    /// Forgets what differs of anything but some parts of the meshes: number and positions of nodes, cells, groups,
+    /// arrays.
+    pub(crate) fn keep(&mut self, [nodes, cells, groups, arrays]: [bool; 4]) {
+        if !nodes {
+            self.moved_nodes = 0;
+            self.first_moved = None;
+            self.furthest = None;
+            self.unpaired_nodes = [0; 2];
+            self.n_nodes[1] = self.n_nodes[0];
+            self.nodes.clear();
+        }
+        if !cells {
+            self.changed_cells = 0;
+            self.cells.clear();
+        }
+        if !groups {
+            self.groups.clear();
+        }
+        if !arrays {
+            self.arrays.clear();
+        }
+    }
+
     /// Largest distance between two nodes that belong together; 0 without nodes.
     pub fn max_distance(&self) -> f64 {
         self.furthest.map_or(0.0, |pair| pair.distance)

@@ -1,0 +1,118 @@
+//! Whether the run of a folder is finished, and how to go on with one that is not.
+
+use crate::record::RunRecord;
+use std::path::{Path, PathBuf};
+
+/// What is said of a folder whose run is not finished, or whose parts are not joined.
+pub fn unfinished(folder: &Path) -> Option<String> {
+    // The record of a case is in a folder of its own.
+    let places = [folder.to_path_buf(), folder.join("azimesh")];
+    let found = places.iter().find_map(|place| of_records(place, folder));
+    found.flatten()
+}
+
+/// `None` where there are no records, `Some(None)` where all is finished.
+fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
+    if let Some(record) = read(&place.join("run.json")) {
+        if record.outcome.starts_with("complete") {
+            return Some(None);
+        }
+        let rows = std::fs::read_to_string(place.join("steps.csv")).unwrap_or_default();
+        let n = rows.lines().count().saturating_sub(1);
+        let of = record
+            .steps
+            .map_or(String::new(), |all| format!(" of {all}"));
+        return Some(Some(format!(
+            "the run in this folder is not finished, {n}{of} steps are there: if nothing runs there any more, continue it with  \
+             {} --resume",
+            command(&record, folder)
+        )));
+    }
+    let parts = parts(place);
+    let (_, last) = parts.last()?;
+    let command = command(last, folder);
+    let open = parts
+        .iter()
+        .filter(|(_, part)| !part.outcome.starts_with("complete"));
+    let resume = open.map(|([from, to], _)| format!("{command} --steps {from}..{to} --resume"));
+    let ranges: Vec<[usize; 2]> = parts.iter().map(|(range, _)| *range).collect();
+    let missing = missing(&ranges, last.steps.unwrap_or(0)).into_iter();
+    let missing = missing.map(|[from, to]| format!("{command} --steps {from}..{to}"));
+    let finish = std::iter::once(format!("azimesh finish {}", quoted(folder)));
+    let commands: Vec<String> = resume.chain(missing).chain(finish).collect();
+    let there: Vec<String> = ranges
+        .iter()
+        .map(|[from, to]| format!("{from}..{to}"))
+        .collect();
+    let of = last.steps.map_or(String::new(), |all| format!(" of {all}"));
+    Some(Some(format!(
+        "the parts of the run in this folder are not joined, steps {}{of} are there; to finish it:  {}",
+        there.join(", "),
+        commands.join(" ;  ")
+    )))
+}
+
+fn read(path: &Path) -> Option<RunRecord> {
+    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+}
+
+/// The records of parts, `run_A-B.json`, by their first step.
+fn parts(place: &Path) -> Vec<([usize; 2], RunRecord)> {
+    let entries = std::fs::read_dir(place).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path());
+    let part = |path: PathBuf| {
+        let name = path.file_name()?.to_str()?;
+        let range = name.strip_prefix("run_")?.strip_suffix(".json")?;
+        let (from, to) = range.split_once('-')?;
+        Some(([from.parse().ok()?, to.parse().ok()?], read(&path)?))
+    };
+    let mut parts: Vec<([usize; 2], RunRecord)> = paths.filter_map(part).collect();
+    parts.sort_by_key(|(range, _)| *range);
+    parts
+}
+
+/// The steps below `n` that are in no range; ranges are in order.
+fn missing(ranges: &[[usize; 2]], n: usize) -> Vec<[usize; 2]> {
+    let mut missing = Vec::new();
+    let mut next = 0;
+    for [from, to] in ranges.iter().copied().chain([[n, n]]) {
+        if from > next {
+            missing.push([next, from]);
+        }
+        next = next.max(to);
+    }
+    missing
+}
+
+/// The command of the run.
+fn command(record: &RunRecord, folder: &Path) -> String {
+    let input = |what: &str| {
+        let input = record.inputs.iter().find(|input| input.what == what);
+        input.map_or(what.to_uppercase(), |input| quoted(Path::new(&input.file)))
+    };
+    let [mesh, schedule] = ["mesh", "schedule"].map(input);
+    format!("azimesh deform {mesh} {schedule} -o {}", quoted(folder))
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    match text
+        .chars()
+        .any(|c| c.is_whitespace() || "'\"$&;()*?".contains(c))
+    {
+        true => format!("'{}'", text.replace('\'', "'\\''")),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_no_part_has_are_found() {
+        assert_eq!(missing(&[[0, 3], [5, 7]], 9), [[3, 5], [7, 9]]);
+        assert!(missing(&[[0, 5], [3, 9]], 9).is_empty());
+    }
+}
