@@ -42,3 +42,6 @@ flavour '\012' .lb8l.ugrid
 find ../testdata -name '*.vt[psri]' -exec cp {} corpus/vtu/ \;
 find ../testdata -name '*.toml' -exec cp {} corpus/schedule/ \;
 sed -n '/^```toml$/,/^```$/p' ../docs/schedule.md | grep -v '^```' > corpus/schedule/manual.toml
+# Files of Exodus and Plot3D that tests write, where the folder for them is given: see tests/suite/support/.
+mkdir -p corpus/exodus corpus/plot3d
+find ../testdata -name '*.exo' -exec cp {} corpus/exodus/ \;

@@ -13,6 +13,7 @@ mod convert;
 mod convert_sequences;
 mod diff;
 mod exit_codes;
+mod exodus;
 mod finish;
 mod format_pairs;
 mod inertial;
@@ -27,6 +28,7 @@ mod parts;
 mod periodic;
 #[cfg(unix)]
 mod pipelines;
+mod plot3d;
 mod real_meshes;
 mod real_msh_su2;
 mod records;
