@@ -142,6 +142,14 @@ fn boundaries_given_by_nodes_get_the_faces_that_the_file_lacks() {
 }
 
 #[test]
+fn links_lead_on_from_linked_files() {
+    let (mesh, notes) = load("linked_twice.cgns", None);
+    let (grid, _) = load("linked_grid.cgns", None);
+    assert!(notes.is_empty(), "{notes:?}");
+    assert_eq!(mesh, grid);
+}
+
+#[test]
 fn ghost_layers_are_left_out() {
     let (mesh, _) = load("structured_rind.cgns", None);
     let pressure = &mesh.cell_arrays[0];

@@ -12,6 +12,17 @@ fn a_link_to_a_missing_file_is_named() {
     );
 }
 
+#[test]
+fn files_that_link_to_themselves_end() {
+    let folder = tempfile::tempdir().expect("a folder can be made");
+    let itself = folder.path().join("linked_grid.cgns");
+    std::fs::copy(path("linked_families.cgns"), &itself).expect("it is copied");
+    let source = Source::open(&itself).expect("it is there");
+    let read = Cgns.read_file(&source, &ReadOptions::default(), &mut Notes::default());
+    let message = read.expect_err("it has no coordinates").to_string();
+    assert!(message.contains("/Base/Zone/GridCoordinates"), "{message}");
+}
+
 /// Replaces the last place where these numbers stand, in four bytes each: values follow headers.
 fn patched(mut bytes: Vec<u8>, from: &[i32], to: &[i32]) -> Vec<u8> {
     let from: &[u8] = bytemuck::cast_slice(from);
