@@ -3,6 +3,7 @@
 //! A format is one file or folder of this module and one line in [`FORMATS`]. Readers see bytes and give positions in
 //! errors; [`read`] adds the path. Writers write front to back into any sink.
 
+mod adf;
 mod case;
 pub mod cgns;
 mod conditions;
