@@ -59,7 +59,9 @@ impl Stored {
     /// The data; `None` where there is none.
     pub fn data(&self) -> Result<Option<Data>> {
         match self {
-            Self::Hdf5(group) => Ok(group.dataset(" data")?.map(Data::Hdf5)),
+            Self::Hdf5(group) => Ok(group
+                .dataset(" data")?
+                .map(|data| Data::Hdf5(Box::new(data)))),
             Self::Adf(node) => Ok(node.data()?.map(Data::Adf)),
         }
     }
@@ -78,7 +80,7 @@ impl Stored {
 
 /// The data of a node.
 pub(super) enum Data {
-    Hdf5(hdf5::Dataset),
+    Hdf5(Box<hdf5::Dataset>),
     Adf(adf::Data),
 }
 
