@@ -15,6 +15,7 @@ mod convert_sequences;
 mod diff;
 mod exit_codes;
 mod finish;
+mod fluent;
 mod format_pairs;
 mod inertial;
 mod layering;

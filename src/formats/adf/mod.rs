@@ -28,4 +28,5 @@ pub(super) fn is_adf(head: &[u8]) -> bool {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests;
