@@ -11,7 +11,6 @@ use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::parallel;
 use crate::quality::{Assessment, Criterion};
-use crate::record::COLUMNS;
 use std::path::Path;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
@@ -63,10 +62,8 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     let is_quality =
         |name: &str| name == "repaired" || quality.iter().any(|(column, _)| *column == name);
     let skipped = plan.schedule.output.quality == QualityOutput::None;
-    let numbers = COLUMNS.iter().filter(|column| column.is_number);
-    let numbers = numbers.map(|column| column.name);
     for criterion in fail_on {
-        criterion.check_column(numbers.clone())?;
+        criterion.check_column()?;
         let reason = match criterion.column() {
             "time_s" if plan.motion.steps[0].time_s.is_none() => {
                 "the schedule has neither [time] nor rotor.rpm"

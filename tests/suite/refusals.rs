@@ -361,7 +361,13 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let not_met = [&deform[..], &["inverted>0", "-o", "not"]].concat();
     succeed(folder, &not_met);
     let args = [&met[..], &["--force"]].concat();
-    let failures = json(folder, &args)["failures"].clone();
+    let found = json(folder, &args)["failures"].clone();
+    // What quality measures on meshes, deform measures at its steps.
+    let of_faces = [&deform[..], &["min_face_weight<0.5", "-o", "faces"]].concat();
+    assert_eq!(azimesh(folder, &of_faces).code, 1);
+    let quality = ["quality", "faces", "--fail-on", "min_face_weight<0.5"];
+    assert_eq!(azimesh(folder, &quality).code, 1);
+    let failures = found;
     assert_eq!(failures.as_array().unwrap().len(), 37);
     let first = &failures[0];
     assert_eq!(
