@@ -35,7 +35,9 @@ mod sink;
 mod source;
 mod staged;
 mod staged_folder;
+pub mod stl;
 pub mod su2;
+mod surface;
 #[cfg(test)]
 mod toy;
 pub mod ugrid;
@@ -77,8 +79,9 @@ pub use su2::{n_zones as n_su2_zones, write_surface as write_su2_surface};
 
 /// Every format, in the order in which files are checked against them.
 pub static FORMATS: &[&dyn Format] = &[
-    // Before the format that takes any XML of VTK.
+    // The first two before the format that takes any XML of VTK.
     &pvtu::Pvtu,
+    &vtu::Vtp,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
     &legacy::VTK51,
@@ -87,6 +90,7 @@ pub static FORMATS: &[&dyn Format] = &[
     &cgns::Cgns,
     &ugrid::TEXT,
     &openfoam::OpenFoam,
+    &stl::Stl,
     #[cfg(test)]
     &toy::Toy,
 ];
@@ -116,6 +120,14 @@ pub trait Format: Sync {
     /// Whether a mesh, or a sequence, is a folder.
     fn is_folder(&self) -> bool {
         false
+    }
+    /// Whether it holds surfaces alone.
+    fn is_surface(&self) -> bool {
+        false
+    }
+    /// The surface that a format of surfaces holds of a mesh, as it will be written, and notes on the rest.
+    fn surface(&self, _mesh: &MeshView) -> Option<(Mesh, Notes)> {
+        None
     }
     /// The folder that a mesh written to `path` shares with files that are not of the mesh.
     fn shared_folder(&self, _path: &Path) -> Option<SharedFolder> {
