@@ -75,7 +75,9 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     super::signals::listen(&stop)?;
     let mut schedule = Schedule::read(&args.schedule)?;
     if let Some(name) = &context.common.format {
-        schedule.output.format = formats::by_name(name)?.name().to_owned();
+        schedule.output.format = formats::to_write(formats::by_name(name)?)?
+            .name()
+            .to_owned();
         schedule.output.format_given = true;
     }
     let mut mesh = context.read_any(&args.mesh)?;

@@ -49,7 +49,8 @@ impl Formats {
     pub fn of(output: &Path, context: &Context) -> Result<Self> {
         let (input, output) = match (formats::by_extension(output), context.input_format()?) {
             (Ok(output), input) => (input, output),
-            (Err(_), Some(output)) => (None, output),
+            (Err(error), _) if formats::is_only_read(output) => return Err(error),
+            (Err(_), Some(output)) => (None, formats::to_write(output)?),
             (Err(error), None) => return Err(error),
         };
         Ok(Self { input, output })

@@ -172,7 +172,7 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     let path = &output.output;
     context.check_json_beside(path)?;
     let format = match &context.common.format {
-        Some(name) => formats::by_name(name)?,
+        Some(name) => formats::to_write(formats::by_name(name)?)?,
         None if is_stdout(path) => {
             return Err(Error::input("standard output needs --format"));
         }

@@ -3,12 +3,15 @@
 //! A format is one file or folder of this module and one line in [`FORMATS`]. Readers see bytes and give positions in
 //! errors; [`read`] adds the path. Writers write front to back into any sink.
 
+mod adf;
+mod by_faces;
 mod case;
 pub mod cgns;
 mod conditions;
 mod decompress;
 mod dialect;
 mod embed;
+pub mod fluent;
 mod foreign;
 pub mod gmsh;
 mod growing;
@@ -88,6 +91,7 @@ pub static FORMATS: &[&dyn Format] = &[
     &gmsh::MSH41,
     &su2::Su2,
     &cgns::Cgns,
+    &fluent::Fluent,
     &ugrid::TEXT,
     &openfoam::OpenFoam,
     &stl::Stl,
@@ -104,6 +108,11 @@ pub fn with_flavours() -> impl DoubleEndedIterator<Item = &'static dyn Format> +
     FORMATS.iter().flat_map(flavours)
 }
 
+/// Those of [`with_flavours`] that are written.
+pub fn written() -> impl DoubleEndedIterator<Item = &'static dyn Format> + Clone {
+    with_flavours().filter(|format| format.is_written())
+}
+
 /// A mesh file format.
 pub trait Format: Sync {
     /// Name for `--format` and `output.format`.
@@ -116,6 +125,10 @@ pub trait Format: Sync {
     /// Variants of the format, each with its name and extensions.
     fn flavours(&self) -> &'static [&'static dyn Format] {
         &[]
+    }
+    /// Whether meshes are written; else they are read only.
+    fn is_written(&self) -> bool {
+        true
     }
     /// Whether a mesh, or a sequence, is a folder.
     fn is_folder(&self) -> bool {
@@ -200,10 +213,10 @@ pub trait Format: Sync {
     }
     /// Writes the mesh front to back, for formats of one file.
     fn write_file(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
-        Err(Error::input(format!(
-            "{} is not written as a single file",
-            self.title()
-        )))
+        Err(match self.is_written() {
+            true => Error::input(format!("{} is not written as a single file", self.title())),
+            false => read_only(self.title()),
+        })
     }
     /// Small files that belong next to a mesh written to `path`, with their content, which does not depend on the
     /// positions of the nodes.
@@ -316,6 +329,9 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
         all.find(|format| format.case().is_some_and(|case| case.is_case(path)))
     };
     let format = with_extension(&name).or_else(of_case);
+    if let Some(format) = format.filter(|format| !format.is_written()) {
+        return Err(read_only(format.title()).file(path));
+    }
     format.ok_or_else(|| {
         if inside != name && with_extension(inside).is_some() {
             return Error::input(format!(
@@ -323,7 +339,7 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
             ))
             .file(path);
         }
-        let mut known = with_flavours()
+        let mut known = written()
             .map(|format| format!(".{}", format.extensions()[0]))
             .collect::<Vec<_>>();
         known.dedup();
@@ -333,6 +349,28 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
         ))
         .file(path)
     })
+}
+
+/// Refuses to write a format.
+fn read_only(title: &str) -> Error {
+    let known: Vec<&str> = written().map(|format| format.name()).collect();
+    Error::input(format!(
+        "{title} is read, not written; formats that are written: {}",
+        known.join(", ")
+    ))
+}
+
+/// The format, where meshes are written in it.
+pub fn to_write(format: &'static dyn Format) -> Result<&'static dyn Format> {
+    match format.is_written() {
+        true => Ok(format),
+        false => Err(read_only(format.title())),
+    }
+}
+
+/// Whether the ending of a file name is that of a format that is only read.
+pub fn is_only_read(path: &Path) -> bool {
+    with_extension(&file_name(path)).is_some_and(|format| !format.is_written())
 }
 
 fn file_name(path: &Path) -> String {

@@ -61,12 +61,14 @@ impl Entry {
     /// `None` for a face that has collapsed to fewer corners than `least`.
     #[inline]
     pub fn new(corners: &[u32], least: usize, cell: usize, face: u32) -> Option<Self> {
-        let mut smallest = [NONE; 4];
+        let mut smallest = match *corners {
+            [a, b, c, d] => [a, b, c, d],
+            [a, b, c] => [a, b, c, NONE],
+            [a, b] => [a, b, NONE, NONE],
+            _ => [NONE; 4],
+        };
         let size = match corners.len() {
-            n @ ..=4 => {
-                for (smallest, corner) in smallest.iter_mut().zip(corners) {
-                    *smallest = *corner;
-                }
+            n @ 2..=4 => {
                 sort(&mut smallest);
                 distinct(&mut smallest, n)
             }
@@ -89,6 +91,11 @@ impl Entry {
         let pair = |high: u32, low: u32| u128::from(high) << 32 | u128::from(low);
         let [a, b, c, d] = self.corners;
         (pair(a, b) << 64 | pair(c, d), self.size())
+    }
+
+    #[inline]
+    pub fn smallest(&self) -> u32 {
+        self.corners[0]
     }
 
     #[inline]

@@ -143,7 +143,7 @@ impl OutputOptions {
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
         let section = entry.section("[output]", OUTPUT)?;
         let mut options = Self::default();
-        let names = formats::with_flavours().map(|format| format.name());
+        let names = formats::written().map(|format| format.name());
         let known: Vec<(&str, &str)> = names.map(|name| (name, name)).collect();
         let format = |entry: &Entry<'_>| Ok(entry.choice(&known)?.to_owned());
         section.set("format", &mut options.format, format)?;
@@ -212,7 +212,8 @@ impl OutputOptions {
                 return Err(places.error(key, message));
             }
         }
-        let known = formats::by_name(&self.format).map(|_| ());
+        let known = formats::by_name(&self.format).and_then(formats::to_write);
+        let known = known.map(|_| ());
         known.map_err(|error| places.error("output.format", error.message))
     }
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
 
+mod adf;
 mod bad_input;
 #[cfg(unix)]
 mod batch_scripts;
@@ -14,6 +15,7 @@ mod convert_sequences;
 mod diff;
 mod exit_codes;
 mod finish;
+mod fluent;
 mod format_pairs;
 mod inertial;
 mod layering;

@@ -4,7 +4,7 @@
 use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
 use assert_cmd::Command;
 use azimesh::ErrorKind as AzimeshErrorKind;
-use azimesh::formats::{Compression, Encoding, WriteOptions, with_flavours};
+use azimesh::formats::{Compression, Encoding, WriteOptions, written};
 use azimesh::sample::{self, BlockOptions};
 use std::io::{Error, ErrorKind, Read, Write};
 use std::path::Path;
@@ -38,7 +38,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
         Compression::Lz4,
         Compression::Lzma,
     ];
-    for format in with_flavours() {
+    for format in written() {
         for (encoding, compression) in encodings.iter().flat_map(|e| compressions.map(|c| (*e, c)))
         {
             let options = WriteOptions {
@@ -74,7 +74,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
 #[test]
 fn a_full_device_gives_exit_code_3() {
     let folder = airfoil();
-    for format in with_flavours() {
+    for format in written() {
         // Written in pieces, without a place for plane meshes, or with notes: not the disk alone is told of.
         let name = format.name();
         if matches!(name, "pvtu" | "openfoam" | "stl" | "vtp") || name.starts_with("ugrid") {

@@ -108,8 +108,10 @@ impl ConvertArgs {
             let (out, inputs) = self.paths.split_last().expect("clap asks for one");
             return Target::File(out, inputs);
         };
-        let is_named =
-            out.as_os_str() == "-" || formats::is_series(out) || formats::by_extension(out).is_ok();
+        let is_named = out.as_os_str() == "-"
+            || formats::is_series(out)
+            || formats::by_extension(out).is_ok()
+            || formats::is_only_read(out);
         match is_named && !out.is_dir() {
             true => Target::File(out, &self.paths),
             false => Target::Folder(out),
@@ -323,7 +325,7 @@ impl Run<'_> {
     /// The format that `--format` or, without it, the name of the output gives.
     fn output_format(&self, path: Option<&Path>) -> Result<&'static dyn formats::Format> {
         match (&self.context.common.format, path) {
-            (Some(name), _) => formats::by_name(name),
+            (Some(name), _) => formats::to_write(formats::by_name(name)?),
             (None, Some(path)) => formats::by_extension(path),
             (None, None) => Err(Error::input("-o DIR needs --format")),
         }

@@ -79,7 +79,7 @@ impl Run<'_> {
         };
         let format = match (of_format, &self.context.common.format) {
             (Some(inner), _) => formats::by_extension(inner)?,
-            (None, Some(name)) => formats::by_name(name)?,
+            (None, Some(name)) => formats::to_write(formats::by_name(name)?)?,
             (None, None) => formats::by_name("vtu")?,
         };
         if format.case().is_some() {

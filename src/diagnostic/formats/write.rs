@@ -228,6 +228,10 @@ Written {
     CellsByType => (
         "cells are written in the order of their types: in their own order there would be too many sections"
     )
+    /// A mesh of an ADF file, written as CGNS.
+    Hdf5ForAdf => (
+        "the mesh was read from a CGNS file in ADF and is written in HDF5; hdf2adf, a tool of CGNS, makes ADF of it"
+    )
     /// A mesh that was joined from the pieces of a decomposed case.
     AsOne => (
         "the mesh is written as one: its cells or tags are not those of the pieces that it was read from; decomposePar cuts it again"

@@ -9,6 +9,7 @@ use crate::mesh::{CellKind, DataArray, Difference, Group, Mesh, Tolerance, Value
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+mod adf;
 mod odd;
 mod refused;
 mod regions;

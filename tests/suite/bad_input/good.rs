@@ -35,7 +35,7 @@ impl Good {
     pub fn all() -> All {
         let folder = tempfile::tempdir().unwrap();
         let mut files = Vec::new();
-        for format in formats::with_flavours() {
+        for format in formats::written() {
             let at = folder.path().join(format.name());
             let first = files.len();
             written(format, &at, &mut files);

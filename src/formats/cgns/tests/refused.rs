@@ -3,14 +3,6 @@
 use super::*;
 
 #[test]
-fn adf_files_are_refused_with_the_tool_that_converts_them() {
-    let mut bytes = b"\xc0\xa8\xa3\xa9ADF Database Version A02011>".to_vec();
-    bytes.resize(4096, 0);
-    assert!(Cgns.recognizes_start(&bytes));
-    assert!(refused(&bytes).to_string().contains("adf2hdf"));
-}
-
-#[test]
 fn a_link_to_a_missing_file_is_named() {
     let bytes = std::fs::read(path("linked_families.cgns")).expect("the file is there");
     let message = refused(&bytes).to_string();
