@@ -4,7 +4,7 @@
 //! on outer faces, between two cells, or on no face at all. Faces are identified by their corners.
 
 use super::sides::{for_each_side, side_corners};
-use super::{CellRef, Cells, Mesh};
+use super::{CellRef, Cells, Mesh, MeshView};
 use crate::parallel::{map_blocks, sort_by_key};
 
 /// Cells whose faces are compared among themselves first. Most neighbours of a cell are near it in
@@ -61,12 +61,14 @@ impl Entry {
     /// `None` for a face that has collapsed to fewer corners than `least`.
     #[inline]
     pub fn new(corners: &[u32], least: usize, cell: usize, face: u32) -> Option<Self> {
-        let mut smallest = [NONE; 4];
+        let mut smallest = match *corners {
+            [a, b, c, d] => [a, b, c, d],
+            [a, b, c] => [a, b, c, NONE],
+            [a, b] => [a, b, NONE, NONE],
+            _ => [NONE; 4],
+        };
         let size = match corners.len() {
-            n @ ..=4 => {
-                for (smallest, corner) in smallest.iter_mut().zip(corners) {
-                    *smallest = *corner;
-                }
+            n @ 2..=4 => {
                 sort(&mut smallest);
                 distinct(&mut smallest, n)
             }
@@ -89,6 +91,11 @@ impl Entry {
         let pair = |high: u32, low: u32| u128::from(high) << 32 | u128::from(low);
         let [a, b, c, d] = self.corners;
         (pair(a, b) << 64 | pair(c, d), self.size())
+    }
+
+    #[inline]
+    pub fn smallest(&self) -> u32 {
+        self.corners[0]
     }
 
     #[inline]
@@ -157,13 +164,18 @@ impl Faces {
     /// Time and memory grow with the number of cells; a mesh whose cells lie in no order takes 24
     /// bytes a face.
     pub fn of_cells(mesh: &Mesh, wanted: impl Fn(&CellRef<'_>) -> bool + Sync) -> Self {
+        Self::of_view(&mesh.view(), wanted)
+    }
+
+    /// [`Faces::of_cells`] of a mesh that is written.
+    pub fn of_view(mesh: &MeshView<'_>, wanted: impl Fn(&CellRef<'_>) -> bool + Sync) -> Self {
         let dimension = mesh.dimension();
         if dimension == 0 {
             return Self::default();
         }
-        let mut entries = entries(&mesh.cells, mesh.points.len(), dimension, wanted);
+        let mut entries = entries(mesh.cells, mesh.points.len(), dimension, wanted);
         let mut faces = Self::default();
-        for_each_face(&mesh.cells, &mut entries, |same| faces.add(same));
+        for_each_face(mesh.cells, &mut entries, |same| faces.add(same));
         faces.outer.sort_unstable();
         faces.inside.sort_unstable();
         faces.dangling.sort_unstable();

@@ -6,6 +6,7 @@ use CellKind::*;
 
 /// Calls `visit(face, corners)` for each face of a cell: an edge of a cell in the plane, an end of
 /// a line. The corners turn as the cell's kind has them.
+#[inline]
 pub fn for_each_side(cells: &Cells, cell: &CellRef<'_>, mut visit: impl FnMut(usize, &[u32])) {
     match cell.kind {
         Polyhedron => {
@@ -22,8 +23,8 @@ pub fn for_each_side(cells: &Cells, cell: &CellRef<'_>, mut visit: impl FnMut(us
         kind => {
             let mut nodes = [0; 8];
             for (face, corners) in kind.faces().iter().enumerate() {
-                for (node, &corner) in nodes.iter_mut().zip(*corners) {
-                    *node = cell.nodes[usize::from(corner)];
+                for (i, &corner) in corners.iter().enumerate() {
+                    nodes[i] = cell.nodes[usize::from(corner)];
                 }
                 visit(face, &nodes[..corners.len()]);
             }
@@ -50,8 +51,8 @@ pub(super) fn side_corners<T>(
         kind => {
             let corners = kind.faces().get(face).copied().unwrap_or(&[]);
             let mut nodes = [0; 8];
-            for (node, &corner) in nodes.iter_mut().zip(corners) {
-                *node = cell.nodes[usize::from(corner)];
+            for (i, &corner) in corners.iter().enumerate() {
+                nodes[i] = cell.nodes[usize::from(corner)];
             }
             read(&nodes[..corners.len()])
         }
@@ -91,7 +92,7 @@ fn places(kind: CellKind, n_nodes: usize, face: usize) -> Option<(CellKind, Vec<
 }
 
 /// The kind of a face with straight edges.
-fn flat(n_corners: usize) -> CellKind {
+pub(super) fn flat(n_corners: usize) -> CellKind {
     match n_corners {
         1 => Vertex,
         2 => Line,

@@ -154,9 +154,9 @@ class Stage {
   }
 
   reset() {
-    const { centre, radius, towards, up } = this.packed.camera;
+    const { centre, radius, depth, towards, up } = this.packed.camera;
     this.camera.up.set(...up);
-    const away = radius / Math.tan(this.camera.fov / 2 * Math.PI / 180);
+    const away = radius / Math.tan(this.camera.fov / 2 * Math.PI / 180) + depth;
     this.camera.position.set(...towards).normalize().multiplyScalar(away).add(new THREE.Vector3(...centre));
     this.controls.target.set(...centre);
     this.controls.update();

@@ -126,6 +126,13 @@ impl Scene {
         camera
     }
 
+    /// How far the nearest point is before the centre: what is nearer to the eye looks larger.
+    fn depth(&self, camera: &Camera) -> f64 {
+        let mut depth = 0.0f64;
+        self.for_each_point(&mut |x| depth = depth.max(camera.depth(x)));
+        depth
+    }
+
     /// A part of all points of the bodies at all frames, and of what stands beside them.
     fn for_each_point(&self, visit: &mut dyn FnMut(Vector)) {
         let every = (self.surfaces.bodies.points.len() / 2000).max(1);
@@ -209,6 +216,7 @@ impl Scene {
             },
             "camera": {
                 "centre": camera.centre, "radius": camera.radius, "towards": camera.towards, "up": camera.up,
+                "depth": self.depth(&camera),
             },
             "bodies": surface(&self.surfaces.bodies, &self.poses, &|_| (true, true)),
             "others": surface(others, &[at_rest], &|part| (self.near[part], self.turns(part))),

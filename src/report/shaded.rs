@@ -33,6 +33,11 @@ impl Camera {
 }
 
 impl Camera {
+    /// How far a point is before the centre, towards the eye.
+    pub fn depth(&self, x: Vector) -> f64 {
+        dot(sub(x, self.centre), self.axes()[2])
+    }
+
     /// The radius with which a point is just in view.
     pub fn needs(&self, x: Vector) -> f64 {
         let [right, up, _] = self.axes().map(|axis| dot(sub(x, self.centre), axis).abs());

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
 
+mod adf;
 mod bad_input;
 #[cfg(unix)]
 mod batch_scripts;
@@ -15,6 +16,7 @@ mod diff;
 mod exit_codes;
 mod exodus;
 mod finish;
+mod fluent;
 mod format_pairs;
 mod inertial;
 mod layering;
@@ -44,6 +46,7 @@ mod sliding;
 mod space;
 mod streams;
 mod support;
+mod surfaces;
 mod system;
 mod told;
 mod twist;

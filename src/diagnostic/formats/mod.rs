@@ -4,10 +4,12 @@
 //! In the fields, `what` is the kind of an array (`point`, `cell`, `field`), of a group (`tag`, `group`) or of an
 //! item (`node`, `element`), and `format` the name of a format in a sentence.
 
+mod fluent;
 mod foam;
 mod read;
 mod write;
 
+pub use fluent::Fluent;
 pub use foam::Foam;
 pub use read::{ArrayRead, NotKept, Pieces, Read};
 pub use write::{ArrayWritten, Condition, GroupWritten, NotTaken, Written};
@@ -42,6 +44,8 @@ pub enum FormatNote {
     Written(Written),
     /// An OpenFOAM case.
     Foam(Foam),
+    /// A file of Fluent.
+    Fluent(Fluent),
 }
 
 macro_rules! kinds {
@@ -82,7 +86,8 @@ kinds!(
     NotTaken,
     Condition,
     Written,
-    Foam
+    Foam,
+    Fluent
 );
 
 /// Names in quotes.

@@ -14,7 +14,7 @@ pub(super) fn refusal(bytes: &[u8]) -> Error {
     let found = if head.is_empty() {
         "it is empty".to_owned()
     } else if starts("(") {
-        "it is a Fluent mesh, which OpenFOAM's fluent3DMeshToFoam and ParaView read".to_owned()
+        "it is a Fluent mesh, which is read as format fluent".to_owned()
     } else if starts("*") {
         "it is an Abaqus or CalculiX mesh (.inp), which gmsh and meshio convert".to_owned()
     } else if starts("MESH") {

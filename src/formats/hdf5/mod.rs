@@ -54,6 +54,7 @@ mod index;
 mod links;
 mod messages;
 mod read;
+mod short_chunks;
 mod step_file;
 mod tree;
 mod write;

@@ -3,6 +3,7 @@
 use super::super::names::decoded;
 use super::super::{Notes, Source};
 use super::bits::Bits;
+use super::short_chunks::ShortChunks;
 use crate::error::{Error, Result};
 use crate::mesh::Values;
 use bytemuck::allocation::cast_vec;
@@ -20,11 +21,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Decompressed data can be this many times larger than the file.
 const MOST_RATIO: usize = 1100;
+/// Most files that links lead to from one to the next.
+const MOST_FILES: usize = 16;
 /// Decompressed bytes that a small file may have.
 const SMALLEST_LIMIT: usize = 64 << 20;
 
 /// An open file.
-pub(in crate::formats) struct File(Hdf5File, MissingFiles);
+pub(in crate::formats) struct File(Hdf5File, MissingFiles, ShortChunks);
 
 /// Files that links of a file lead to and that are not there, as far as the links were followed.
 #[derive(Clone, Default)]
@@ -40,13 +43,14 @@ impl MissingFiles {
 
 /// A group; links are followed, also into other files.
 #[derive(Clone)]
-pub(in crate::formats) struct Group(hdf5_reader::group::Group);
+pub(in crate::formats) struct Group(hdf5_reader::group::Group, ShortChunks);
 
 /// A dataset.
 pub(in crate::formats) struct Dataset {
     inner: hdf5_reader::Dataset,
     /// Bytes that it may have, by the size of the file.
     limit: u64,
+    short: ShortChunks,
     /// Strings that were read as Latin-1.
     latin1: RefCell<Vec<String>>,
 }
@@ -58,11 +62,27 @@ impl File {
         let missing = MissingFiles::default();
         let files = |folder| {
             let missing = missing.clone();
-            Arc::new(SameFolder { folder, missing }) as _
+            Arc::new(SameFolder {
+                folder,
+                missing,
+                left: MOST_FILES,
+            }) as _
         };
         let options = options(source.bytes().len(), folder.map(files));
         let file = Hdf5File::from_owner(source.shared(), options).map_err(at_root)?;
-        Ok(Self(file, missing))
+        Ok(Self(file, missing, ShortChunks::default()))
+    }
+
+    /// Opens a file whose last chunks may hold no more than the rows that there are, as Fluent writes them. It has no
+    /// links into other files.
+    pub fn open_with_short_chunks(source: &Source) -> Result<Self> {
+        let short = ShortChunks::default();
+        let options = OpenOptions {
+            filter_registry: Some(short.filters()),
+            ..options(source.bytes().len(), None)
+        };
+        let file = Hdf5File::from_owner(source.shared(), options).map_err(at_root)?;
+        Ok(Self(file, MissingFiles::default(), short))
     }
 
     /// Files that links lead to and that are not there.
@@ -72,7 +92,8 @@ impl File {
 
     /// The group that holds everything.
     pub fn root(&self) -> Result<Group> {
-        self.0.root_group().map(Group).map_err(at_root)
+        let root = self.0.root_group().map_err(at_root)?;
+        Ok(Group(root, self.2.clone()))
     }
 }
 
@@ -95,6 +116,8 @@ fn limit(n_bytes: usize) -> usize {
 struct SameFolder {
     folder: PathBuf,
     missing: MissingFiles,
+    /// Files that may follow one another.
+    left: usize,
 }
 
 impl ExternalLinkResolver for SameFolder {
@@ -110,7 +133,14 @@ impl ExternalLinkResolver for SameFolder {
             return Ok(None);
         }
         let size = usize::try_from(path.metadata()?.len()).unwrap_or(usize::MAX);
-        let options = options(size, None);
+        let next = self.left.checked_sub(1).map(|left| {
+            Arc::new(Self {
+                folder: path.parent().map(PathBuf::from).unwrap_or_default(),
+                missing: self.missing.clone(),
+                left,
+            }) as _
+        });
+        let options = options(size, next);
         Hdf5File::open_with_options(path, options).map(Some)
     }
 }
@@ -124,7 +154,8 @@ impl Group {
     /// The groups in it, in the order of creation where the file has that, else by name.
     pub fn groups(&self) -> Result<Vec<Group>> {
         let groups = self.0.groups().map_err(|error| self.refused(error))?;
-        Ok(groups.into_iter().map(Group).collect())
+        let group = |inner| Group(inner, self.1.clone());
+        Ok(groups.into_iter().map(group).collect())
     }
 
     /// The datasets in it, in the order of [`Group::groups`].
@@ -143,7 +174,8 @@ impl Group {
 
     /// The group of this name; `None` where there is none, also where a link leads nowhere.
     pub fn group(&self, name: &str) -> Result<Option<Group>> {
-        self.found(self.0.group(name).map(Group))
+        let group = |inner| Group(inner, self.1.clone());
+        self.found(self.0.group(name).map(group))
     }
 
     /// The dataset of this name; `None` where there is none.
@@ -180,6 +212,7 @@ impl Group {
         Dataset {
             inner,
             limit: limit as u64,
+            short: self.1.clone(),
             latin1: RefCell::default(),
         }
     }
@@ -240,6 +273,18 @@ impl Dataset {
         self.inner.name()
     }
 
+    /// An attribute that is numbers or text.
+    pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
+        let attribute = match self.inner.attribute(name) {
+            Ok(attribute) => attribute,
+            Err(Refused::AttributeNotFound(_)) => return Ok(None),
+            Err(error) => return Err(refused(error).dataset(self.name())),
+        };
+        attribute_values(&attribute)
+            .map(Some)
+            .map_err(|error| error.dataset(name))
+    }
+
     /// How many values there are along each index; empty for a single value.
     pub fn shape(&self) -> &[u64] {
         self.inner.shape()
@@ -292,6 +337,10 @@ impl Dataset {
 
     /// All values, in their own type and the byte order of this machine.
     pub fn values(&self) -> Result<Values> {
+        self.short.while_reading(&self.inner, || self.all_values())
+    }
+
+    fn all_values(&self) -> Result<Values> {
         with_number!(
             self.inner.dtype(),
             T, Variant => self.numbers::<T>().map(|bits| Variant(cast_vec(bits))),

@@ -1,13 +1,13 @@
 //! Pieces joined by the numbers that their points, faces and cells have in the whole: the result is the mesh that was
 //! decomposed, in its order.
 
-use super::cells::NONE;
 use super::decomposed::{Piece, is_shared, whole_patch, zones_of};
-use super::faces::Faces;
-use super::labels::Label;
 use super::read::Lists;
 use super::topology::Patch;
 use crate::error::{Error, Result};
+use crate::formats::by_faces::Faces;
+use crate::formats::by_faces::Label;
+use crate::formats::by_faces::NONE;
 use std::collections::BTreeMap;
 
 /// Where a face of the whole is found.

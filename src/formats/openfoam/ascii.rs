@@ -1,8 +1,9 @@
 //! Lists as text, parsed in parts on all threads. Line ends mean nothing: a list is cut between its values.
 
-use super::faces::{Faces, too_many_nodes};
+use super::faces::too_many_nodes;
 use super::text::{Text, integer};
 use crate::error::{Error, Result};
+use crate::formats::by_faces::Faces;
 use crate::parallel::map_items;
 use std::borrow::Cow;
 use std::ops::Range;

@@ -1,10 +1,10 @@
 //! One file of OpenFOAM: opened, decompressed, its header read; the blocks of a collated file.
 
 use super::dictionary::Header;
-use super::labels::Labels;
 use super::text::Text;
 use crate::error::{Error, Result};
 use crate::formats::Source;
+use crate::formats::by_faces::Labels;
 use crate::formats::source::check_file;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

@@ -5,9 +5,9 @@
 
 use super::ascii;
 use super::file::FoamFile;
-use super::labels::Labels;
 use super::text::Text;
 use crate::error::{Error, Result};
+use crate::formats::by_faces::Labels;
 use crate::parallel::collect;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -4,10 +4,10 @@
 //! Cells, points and faces come piece by piece.
 
 use super::decomposed::{Piece, is_shared, whole_patch, zones_of};
-use super::labels::Label;
 use super::read::Lists;
 use super::topology::Patch;
 use crate::error::Result;
+use crate::formats::by_faces::Label;
 
 /// Nodes of one face in two pieces are as near as this, times the largest coordinate.
 const SAME_PLACE: f64 = 1e-6;

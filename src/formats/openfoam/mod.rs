@@ -3,9 +3,8 @@
 //! ```text
 //! case         which folders and times a path stands for; folders: what a case has of them
 //! file         a file, decompressed, and its header; text: its words; dictionary: text in braces
-//! lists, faces points, labels and faces, binary; labels: as they lie in the file; ascii: as text; zones: named lists
-//! cells        which faces each cell has; shapes: the kind of cell that they make; tetrahedra: nothing but these
-//! read         all of it -> a mesh
+//! lists, faces points, labels and faces, binary; ascii: as text; zones: named lists
+//! read         all of it -> a mesh (`by_faces`: cells from faces)
 //! decomposed   the pieces of a case, joined by numbers (addressed) or by the faces that they share (matched)
 //! topology     what is left for the writer: the files as they are, and the patches
 //!
@@ -22,14 +21,12 @@ mod ascii;
 mod beside;
 mod boundary;
 mod case;
-mod cells;
 mod decomposed;
 mod dictionary;
 mod faces;
 mod file;
 mod folders;
 mod kept;
-mod labels;
 mod lists;
 mod matched;
 mod motion;
@@ -40,8 +37,6 @@ mod place;
 mod points;
 mod read;
 mod sequence;
-mod shapes;
-mod tetrahedra;
 mod text;
 mod times;
 mod topology;

@@ -1,18 +1,19 @@
 //! Reads a mesh: from the files of the whole case, or from its pieces.
 
 use super::case::{Case, Instances};
-use super::cells::{self, NONE};
 use super::decomposed;
 use super::dictionary;
-use super::faces::{self, Faces};
+use super::faces;
 use super::file::FoamFile;
 use super::folders::Step;
-use super::labels::{Label, Labels};
 use super::lists;
 use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
 use crate::diagnostic::formats::Foam;
 use crate::error::{Error, Result};
+use crate::formats::by_faces::Faces;
+use crate::formats::by_faces::{self, NONE};
+use crate::formats::by_faces::{Label, Labels};
 use crate::formats::{Location, Notes, ReadOptions};
 use crate::mesh::{CellSet, Group, Mesh, Origin, too_many};
 use crate::parallel::any;
@@ -302,7 +303,7 @@ fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
         ))
         .dataset("owner"));
     }
-    let cells = cells::assemble(&lists.faces, &lists.owner, &lists.neighbour, n_cells)
+    let cells = by_faces::assemble(&lists.faces, &lists.owner, &lists.neighbour, n_cells, 0)
         .map_err(|error| error.dataset("faces"))?;
     // What follows takes memory of its own, and reads the files one by one.
     for labels in [&lists.faces.nodes, &lists.owner, &lists.neighbour] {

@@ -1,26 +1,28 @@
 //! Pairing the sides of cells: each chunk's among themselves first, then those left of all chunks, in parts by
-//! their hash. Both by a table of hashes that stays in the cache.
+//! their smallest corner, since cells with neighbouring nodes are mostly neighbours in the file. Both by a table of
+//! hashes that stays in the cache.
 
 use super::super::Cells;
 use super::super::faces::{self, BOUNDARY, Entry, all_corners};
 use super::super::sides::{for_each_side, side_corners};
 use super::{CHUNK, Chunk, ELSEWHERE, INNER, NONE, OUTER, code_at, range};
-use crate::parallel::{Scratch, map, map_items};
+use crate::parallel::{Scratch, map, map_blocks, map_items};
 use std::ops::Range;
 
 /// Code of a side while its face is still sought.
 const OPEN: u8 = 3;
-/// Parts of the sides that are left, by the highest bits of their hash.
+/// Parts of the sides that are left, by their smallest corner.
 const PARTS: usize = 64;
 
 /// The paired sides of all cells of the mesh's dimension, which is 2 or 3.
 pub(super) fn chunks(cells: &Cells, dimension: u8) -> Vec<Chunk> {
     let n_cells = cells.len();
+    let n_nodes = n_nodes(cells);
     let desks = Scratch::new(Desk::default);
     let drafts = map(n_cells.div_ceil(CHUNK), &|chunk| {
-        desks.with(|desk| desk.draft(cells, dimension, range(chunk, n_cells)))
+        desks.with(|desk| desk.draft(cells, dimension, range(chunk, n_cells), n_nodes))
     });
-    let boundary = Open::new(&faces::boundary_cells(cells, dimension));
+    let boundary = Open::new(&faces::boundary_cells(cells, dimension), n_nodes);
     let settled = map(PARTS, &|part| {
         desks.with(|desk| {
             desk.settle(
@@ -51,6 +53,19 @@ pub(super) fn chunks(cells: &Cells, dimension: u8) -> Vec<Chunk> {
     })
 }
 
+/// One more than the largest index of a node.
+fn n_nodes(cells: &Cells) -> usize {
+    let nodes = cells.connectivity();
+    let largest = map_blocks(nodes.len(), 1 << 20, &|range| {
+        nodes[range].iter().max().copied()
+    });
+    largest
+        .into_iter()
+        .flatten()
+        .max()
+        .map_or(0, |node| node as usize + 1)
+}
+
 /// Sides that no cell of their chunk shares, or boundary cells.
 struct Open {
     /// Part of each, in order.
@@ -62,8 +77,8 @@ struct Open {
 }
 
 impl Open {
-    fn new(entries: &[Entry]) -> Self {
-        let part_of = |entry: &Entry| (hash(entry) >> (u64::BITS - PARTS.ilog2())) as u8;
+    fn new(entries: &[Entry], n_nodes: usize) -> Self {
+        let part_of = |entry: &Entry| (entry.smallest() as usize * PARTS / n_nodes) as u8;
         let parts: Vec<u8> = entries.iter().map(part_of).collect();
         let mut starts = [0; PARTS + 1];
         for &part in &parts {
@@ -121,7 +136,13 @@ type Settled = (u8, u32);
 
 impl Desk {
     /// Pairs the sides of some cells among themselves; those left are open.
-    fn draft(&mut self, cells: &Cells, dimension: u8, range: Range<usize>) -> (Chunk, Open) {
+    fn draft(
+        &mut self,
+        cells: &Cells,
+        dimension: u8,
+        range: Range<usize>,
+        n_nodes: usize,
+    ) -> (Chunk, Open) {
         self.entries.clear();
         self.across.clear();
         let least = usize::from(dimension);
@@ -152,7 +173,7 @@ impl Desk {
         }
         chunk.codes.shrink_to_fit();
         chunk.across.shrink_to_fit();
-        (chunk, Open::new(&open))
+        (chunk, Open::new(&open, n_nodes))
     }
 
     /// Pairs a part of the open sides of all chunks; on one that is left lies the first boundary cell with its

@@ -36,7 +36,8 @@ impl Good {
     pub fn all() -> All {
         let folder = tempfile::tempdir().unwrap();
         let mut files = Vec::new();
-        for format in formats::with_flavours() {
+        // Files of Fluent are in `testdata/`.
+        for format in formats::with_flavours().filter(|format| format.name() != "fluent") {
             let at = folder.path().join(format.name());
             let first = files.len();
             match format.is_written() {
@@ -359,7 +360,8 @@ fn every_file_is_read_before_it_is_damaged() {
         let mesh = mesh.unwrap_or_else(|error| panic!("{}: {error}", file.file.display()));
         mesh.validate().unwrap();
         let n = mesh.points.len();
-        let is_small = all.own.contains(&at);
+        // A surface is without the nodes inside and those of curved edges.
+        let is_small = all.own.contains(&at) && !file.format.is_surface();
         assert!(!is_small || n == 5 || n == 16, "{n} nodes");
     }
 }

@@ -15,7 +15,11 @@ const APEX: u8 = 1 << 4;
 const WRONG: u8 = 1 << 5;
 
 /// The cells, then the faces on the boundary as cells; `None` where any is no tetrahedron.
-pub(super) fn assemble(blocks: &Blocks, faces: FacesView, n_cells: usize) -> Option<Cells> {
+pub(in crate::formats) fn assemble(
+    blocks: &Blocks,
+    faces: FacesView,
+    n_cells: usize,
+) -> Option<Cells> {
     let n_inside = blocks.neighbour.len();
     let n_sides = blocks.owner.len() + n_inside;
     if faces.size != 3 || n_cells.checked_mul(4) != Some(n_sides) {
@@ -127,7 +131,7 @@ mod tests {
         let starts: Vec<u32> = (0..=faces.len()).map(|face| 3 * face as u32).collect();
         let faces = Faces::new(starts, faces.concat());
         let blocks = Blocks::new(owner.view(), neighbour.view());
-        let one_by_one = cells::one_by_one(&blocks, faces.view(), 2);
+        let one_by_one = cells::one_by_one(&blocks, faces.view(), 2, 0);
         (assemble(&blocks, faces.view(), 2), one_by_one)
     }
 

@@ -11,7 +11,7 @@ const BLOCK: usize = 1 << 16;
 /// A label at any byte of a file, in the machine's own order of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
-pub(super) struct Label([u8; 4]);
+pub(in crate::formats) struct Label([u8; 4]);
 
 impl Label {
     /// Its value.
@@ -23,7 +23,7 @@ impl Label {
 
 /// The labels of a list, from 0 on.
 #[derive(Clone)]
-pub(super) struct Labels(Held);
+pub(in crate::formats) struct Labels(Held);
 
 #[derive(Clone)]
 enum Held {

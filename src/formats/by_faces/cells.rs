@@ -2,18 +2,18 @@
 
 use super::faces::{Faces, FacesView};
 use super::labels::{Label, Labels};
-use super::{shapes, tetrahedra};
+use super::{hexahedra, shapes, tetrahedra};
 use crate::error::{Error, Result, counted};
 use crate::mesh::{CellKind, Cells};
 use crate::parallel::{for_items, map_blocks, n_threads};
 use std::ops::Range;
 
 /// In place of the neighbour of a face on the boundary.
-pub(super) const NONE: u32 = u32::MAX;
+pub(in crate::formats) const NONE: u32 = u32::MAX;
 /// Faces of a block.
 const FACES: usize = 1 << 14;
 /// In the number of a face of a cell: it points into the cell. Faces have three nodes or more, of fewer than 2^32 in all.
-pub(super) const INWARD: u32 = 1 << 31;
+pub(in crate::formats) const INWARD: u32 = 1 << 31;
 /// Cells that one task puts together: few, so that their memory is used again from task to task.
 const CELLS: usize = 1 << 12;
 /// Tasks whose cells are held before they are appended.
@@ -55,7 +55,7 @@ impl CellFaces {
 
 /// The cells on both sides of all faces, and those that blocks of faces belong to, so that faces of other cells are passed
 /// over.
-pub(super) struct Blocks<'a> {
+pub(in crate::formats) struct Blocks<'a> {
     pub owner: &'a [Label],
     /// Of the faces between two cells, which are the first.
     pub neighbour: &'a [Label],
@@ -128,22 +128,30 @@ impl<'a> Blocks<'a> {
     }
 }
 
-/// The cells of the mesh, then the faces on its boundary as cells.
-pub(super) fn assemble(
+/// The cells of the mesh, then the faces on its boundary as cells. Messages count cells from `first`.
+pub(in crate::formats) fn assemble(
     faces: &Faces,
     owner: &Labels,
     neighbour: &Labels,
     n_cells: usize,
+    first: usize,
 ) -> Result<Cells> {
     let blocks = Blocks::new(owner.view(), neighbour.view());
-    match tetrahedra::assemble(&blocks, faces.view(), n_cells) {
+    let of_one_kind = tetrahedra::assemble(&blocks, faces.view(), n_cells)
+        .or_else(|| hexahedra::assemble(&blocks, faces.view(), n_cells));
+    match of_one_kind {
         Some(cells) => Ok(cells),
-        None => one_by_one(&blocks, faces.view(), n_cells),
+        None => one_by_one(&blocks, faces.view(), n_cells, first),
     }
 }
 
 /// [`assemble`] of cells of any kind, each found from its own faces.
-pub(super) fn one_by_one(blocks: &Blocks, faces: FacesView, n_cells: usize) -> Result<Cells> {
+pub(in crate::formats) fn one_by_one(
+    blocks: &Blocks,
+    faces: FacesView,
+    n_cells: usize,
+    first_number: usize,
+) -> Result<Cells> {
     let size = n_cells.div_ceil(PARTS).max(1);
     let n_held = size * n_threads().max(HELD);
     let (mut cells, mut parts) = (Cells::new(), Vec::new());
@@ -157,7 +165,8 @@ pub(super) fn one_by_one(blocks: &Blocks, faces: FacesView, n_cells: usize) -> R
                 let found = of_cells.get(cell);
                 if found.len() < 4 {
                     return Err(Error::input(format!(
-                        "cell {cell} has {}; it must have at least 4",
+                        "cell {} has {}; it must have at least 4",
+                        cell + first_number,
                         counted(found.len(), "face")
                     )));
                 }

@@ -38,7 +38,7 @@ const HEXAHEDRON: Table = &[
 
 /// Memory that is used again from cell to cell.
 #[derive(Default)]
-pub(super) struct Scratch {
+pub(in crate::formats) struct Scratch {
     stream: Vec<u32>,
 }
 
@@ -50,7 +50,7 @@ struct Outward {
 }
 
 /// Appends the cell that has these faces, with [`INWARD`] where they point into it.
-pub(super) fn push(
+pub(in crate::formats) fn push(
     cells: &mut Cells,
     faces: FacesView,
     of_cell: &[u32],
