@@ -44,6 +44,7 @@ mod sliding;
 mod space;
 mod streams;
 mod support;
+mod surfaces;
 mod system;
 mod told;
 mod twist;

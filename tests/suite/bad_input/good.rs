@@ -325,7 +325,8 @@ fn every_file_is_read_before_it_is_damaged() {
         let mesh = mesh.unwrap_or_else(|error| panic!("{}: {error}", file.file.display()));
         mesh.validate().unwrap();
         let n = mesh.points.len();
-        let is_small = all.own.contains(&at);
+        // A surface is without the nodes inside and those of curved edges.
+        let is_small = all.own.contains(&at) && !file.format.is_surface();
         assert!(!is_small || n == 5 || n == 16, "{n} nodes");
     }
 }

@@ -2,6 +2,7 @@
 //! once; pointers of the zone to those of each step, and times.
 
 use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree, column_bytes};
+use super::super::super::portable::not_taken;
 use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS, FromAdf};
 use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
@@ -227,6 +228,7 @@ impl SequenceFile for Sequence {
         steps.append_arrays(mesh, (file, first), &mut notes)?;
         if steps.n == 0 {
             self.notes.extend(notes);
+            self.notes.extend(not_taken(mesh, "cgns"));
         }
         steps.n += 1;
         steps.times.push(&[time]);
