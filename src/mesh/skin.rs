@@ -68,27 +68,22 @@ impl MeshView<'_> {
         let mut bare = Cells::new();
         for outer in &faces.outer {
             let cell = self.cells.get(outer.cell as usize);
-            side_corners(
-                self.cells,
-                &cell,
-                outer.face as usize,
-                |corners| {
-                    let outwards = self.points_out(&cell, corners);
-                    match outer.boundary.map(|face| place[face as usize] as usize) {
-                        Some(at) => {
-                            turned[at] = is_same_way(cells.get(at).nodes, corners) != outwards;
-                        }
-                        None => {
-                            let mut corners = corners.to_vec();
-                            if !outwards {
-                                corners[1..].reverse();
-                            }
-                            sources.push(cell.index);
-                            bare.push(flat(corners.len()), &corners);
-                        }
+            side_corners(self.cells, &cell, outer.face as usize, |corners| {
+                let outwards = self.points_out(&cell, corners);
+                match outer.boundary.map(|face| place[face as usize] as usize) {
+                    Some(at) => {
+                        turned[at] = is_same_way(cells.get(at).nodes, corners) != outwards;
                     }
-                },
-            );
+                    None => {
+                        let mut corners = corners.to_vec();
+                        if !outwards {
+                            corners[1..].reverse();
+                        }
+                        sources.push(cell.index);
+                        bare.push(flat(corners.len()), &corners);
+                    }
+                }
+            });
         }
         let mut all = Cells::new();
         for cell in cells.iter() {

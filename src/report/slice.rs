@@ -276,8 +276,20 @@ mod tests {
         };
         // Cells of 8 units to the left, of 80 to the right.
         let small = (0..100).flat_map(|i| (0..100).map(move |j| (i, j)));
-        let small = small.map(|(i, j)| square(-0.4 + 0.004 * f64::from(i), -0.2 + 0.004 * f64::from(j), 0.004));
-        let large = (0..50).map(|i| square(0.04 * f64::from(i % 5), -0.2 + 0.04 * f64::from(i / 5), 0.04));
+        let small = small.map(|(i, j)| {
+            square(
+                -0.4 + 0.004 * f64::from(i),
+                -0.2 + 0.004 * f64::from(j),
+                0.004,
+            )
+        });
+        let large = (0..50).map(|i| {
+            square(
+                0.04 * f64::from(i % 5),
+                -0.2 + 0.04 * f64::from(i / 5),
+                0.04,
+            )
+        });
         let pieces: Vec<Piece> = small.chain(large).collect();
         let slice = Slice {
             pieces: &pieces,
@@ -298,10 +310,15 @@ mod tests {
                 (0..2).all(|axis| low[axis] <= place[axis] && place[axis] <= high[axis])
             })
         };
-        let middle = |piece: &Piece| slice.place([0, 1].map(|axis| 0.5 * (piece.corners[0][axis] + piece.corners[2][axis])));
+        let middle = |piece: &Piece| {
+            slice.place([0, 1].map(|axis| 0.5 * (piece.corners[0][axis] + piece.corners[2][axis])))
+        };
         let corner = |piece: &Piece| slice.place(piece.corners[2].map(|x| x - 1e-3));
         for piece in &pieces {
-            assert!(is_covered(middle(piece)) && is_covered(corner(piece)), "{piece:?}");
+            assert!(
+                is_covered(middle(piece)) && is_covered(corner(piece)),
+                "{piece:?}"
+            );
         }
     }
 }

@@ -336,7 +336,8 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let none = ("[rbf]", "[output]\nquality = \"none\"\n[rbf]");
     rewrite(folder, "n.toml", "none.toml", &[none]);
     let body = "[[body]]\nname = \"a\"\ntags = [\"airfoil\"]\nrigid.translate = [0.1, 0.0, 0.0]\n";
-    let times = format!("time = {{ stop = 0.2, step = 0.1 }}\nboundaries.others = \"fixed\"\n{body}");
+    let times =
+        format!("time = {{ stop = 0.2, step = 0.1 }}\nboundaries.others = \"fixed\"\n{body}");
     std::fs::write(folder.join("times.toml"), times).unwrap();
     for (schedule, condition, reason) in [
         ("n.toml", "time_s>0", "rotor.rpm"),
