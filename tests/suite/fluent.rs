@@ -35,7 +35,7 @@ fn a_mesh_is_the_same_from_text_binary_and_hdf5() {
     let tags: Vec<_> = said["boundary_tags"].as_array().unwrap().iter().collect();
     let shown: Vec<String> = tags
         .iter()
-        .map(|tag| format!("{} {} {}", tag["name"], tag["condition"], tag["cells"]))
+        .map(|tag| format!("{} {} {}", tag["name"], tag["condition"], tag["faces"]))
         .collect();
     assert_eq!(
         shown,
