@@ -63,6 +63,8 @@ def copy(source, path, form="IEEE_LITTLE_32", is_old=False, fragments=1, linked=
     other = create(Path(path).parent / linked, form, is_old) if linked else None
     grids = identity("Create", other, "Grids") if linked else None
 
+    numbers = []
+
     def fill(group, above):
         for name in group:
             if name.startswith(" "):
@@ -72,7 +74,8 @@ def copy(source, path, form="IEEE_LITTLE_32", is_old=False, fragments=1, linked=
                 node = node[" link"]
             label = node.attrs["label"].decode()
             if linked and label == "GridCoordinates_t":
-                unique = f"{node.parent.name.rsplit('/', 1)[-1]}_{name}"[:32]
+                numbers.append(len(numbers))
+                unique = f"Grid{numbers[-1]}"
                 fill_one(node, identity("Create", grids, unique), label)
                 identity("Link", above, name, linked, f"/Grids/{unique}")
             else:
