@@ -46,7 +46,7 @@ fn blocks_are_cells_with_zones_and_side_sets_are_tags() {
         assert_eq!(kinds[5..], faces);
         assert_eq!(mesh.cells.get(1).nodes, [0, 1, 2, 3, 4, 5]);
         assert_eq!(mesh.cells.polyhedron_faces(2).nth(1).unwrap(), [5, 6, 8]);
-        let groups: Vec<_> = mesh.groups.iter().map(|group| {
+        let groups = mesh.groups.iter().map(|group| {
             let cells: Vec<usize> = group.cells.iter().collect();
             (
                 group.name.as_str(),
@@ -172,6 +172,78 @@ fn elements_with_more_nodes_than_a_cell_keep_those_that_it_has() {
     let mesh = read(&cube(20, "HEX20").bytes());
     let nodes = mesh.cells.get(0).nodes;
     assert_eq!(nodes[12..], [16, 17, 18, 19, 12, 13, 14, 15]);
+}
+
+/// A pentagon beside a triangle, with a side of each in a set.
+fn polygons(version: u8) -> NetCdf {
+    let dimensions = [
+        ("num_dim", 2),
+        ("num_nodes", 6),
+        ("num_el_blk", 1),
+        ("num_side_sets", 1),
+        ("num_el_in_blk1", 2),
+        ("num_nod_per_el1", 8),
+        ("num_side_ss1", 2),
+    ];
+    let mut file = NetCdf::new(version, 0, &dimensions);
+    let axis = |values: [f64; 6]| Numbers::F64(values.to_vec());
+    file.add(
+        "coordx",
+        &["num_nodes"],
+        axis([0.0, 2.0, 2.0, 1.0, 0.0, 3.0]),
+    );
+    file.add(
+        "coordy",
+        &["num_nodes"],
+        axis([0.0, 0.0, 1.0, 2.0, 1.0, 0.5]),
+    );
+    let nodes = Numbers::I32(vec![1, 2, 3, 4, 5, 2, 6, 3]);
+    file.connect("connect1", &["num_nod_per_el1"], "nsided", nodes);
+    file.add("ebepecnt1", &["num_el_in_blk1"], Numbers::I32(vec![5, 3]));
+    file.add("elem_ss1", &["num_side_ss1"], Numbers::I32(vec![1, 2]));
+    file.add("side_ss1", &["num_side_ss1"], Numbers::I32(vec![5, 2]));
+    file
+}
+
+#[test]
+fn polygons_have_as_many_nodes_and_sides_as_the_file_counts() {
+    for version in [1, 2, 5] {
+        let mesh = read(&polygons(version).bytes());
+        let cells: Vec<_> = mesh
+            .cells
+            .iter()
+            .map(|cell| (cell.kind, cell.nodes.to_vec()))
+            .collect();
+        let expected = [
+            (CellKind::Polygon, vec![0, 1, 2, 3, 4]),
+            (CellKind::Polygon, vec![1, 5, 2]),
+            (CellKind::Line, vec![4, 0]),
+            (CellKind::Line, vec![5, 2]),
+        ];
+        assert_eq!(cells, expected);
+    }
+    type Wrong<'a> = (&'a str, [i32; 2], &'a [&'a str]);
+    let wrong: [Wrong; 4] = [
+        ("ebepecnt1", [5, 4], &["value 1", "8 entries"]),
+        ("ebepecnt1", [5, 2], &["add up to 7", "8 entries"]),
+        ("ebepecnt1", [6, 2], &["polygon 2 has 2 nodes"]),
+        (
+            "side_ss1",
+            [5, 4],
+            &["value 1", "side 4", "element 2", "polygon"],
+        ),
+    ];
+    for (variable, values, parts) in wrong {
+        let mut file = polygons(2);
+        file.replace(variable, Numbers::I32(values.to_vec()));
+        let error = parse(&Exodus, &file.bytes(), &ReadOptions::default()).expect_err(variable);
+        assert_eq!(
+            error.position,
+            Some(Position::Dataset(variable.into())),
+            "{error}"
+        );
+        assert_says(&error.message, parts);
+    }
 }
 
 /// Changes of the small file, the variable that is named, and words of the refusal.

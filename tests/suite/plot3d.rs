@@ -2,6 +2,7 @@
 
 use crate::support::plot3d::{Stored, blocks, every_way, file, nodes};
 use crate::support::{assert_says, azimesh, json, succeed};
+use azimesh::error::Position;
 use azimesh::formats::{self, Format, ReadOptions, Source, parse, plot3d};
 use azimesh::mesh::{CellKind, Mesh};
 use std::path::Path;
@@ -217,6 +218,31 @@ fn a_grid_whose_counts_fit_nothing_is_refused_with_what_would_fit() {
         .replacen("0.250", "x.250", 1);
     let error = read(&plot3d::ANY, word.as_bytes()).unwrap_err();
     assert!(error.position.is_some(), "{error}");
+}
+
+#[test]
+fn coordinates_of_any_size_are_read_and_infinite_ones_are_named_by_their_byte() {
+    let stored = Stored {
+        real: Some(8),
+        is_big_endian: true,
+        has_records: true,
+        has_blanking: false,
+    };
+    let whole = file(stored, true, 3);
+    // The marks and counts take 44 bytes, the mark of the block 4; its second axis is that of all y.
+    let at = 48 + 8 * (8 + 3);
+    for (value, message) in [(1e-300, None), (f64::NAN, Some("node 4"))] {
+        let mut bytes = whole.clone();
+        bytes[at..at + 8].copy_from_slice(&f64::to_be_bytes(value));
+        match (read(&plot3d::ANY, &bytes), message) {
+            (Ok(mesh), None) => assert_eq!(mesh.points[3][1], value),
+            (Err(error), Some(message)) => {
+                assert_says(&error.message, &[message, "not finite"]);
+                assert_eq!(error.position, Some(Position::Byte(at as u64)));
+            }
+            (read, _) => panic!("{value}: {:?}", read.map(|mesh| mesh.points)),
+        }
+    }
 }
 
 #[test]

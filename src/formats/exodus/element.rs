@@ -85,10 +85,10 @@ const HEX27: [usize; 27] = [
 ];
 const WEDGE15: [usize; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11];
 const WEDGE18: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 15, 16, 17];
-/// The middles of the triangles come before those of the quadrilaterals, which begin with the second.
-const WEDGE20: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 17, 18, 19];
-/// The middle comes first, then the middles of the triangles and of the quadrilaterals.
-const WEDGE21: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 18, 19, 20];
+/// The middles of the triangles come before those of the quadrilaterals, which begin with that of the second.
+const WEDGE20: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 19, 17, 18];
+/// The middle comes first, then the middles as before.
+const WEDGE21: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 20, 18, 19];
 
 impl Element {
     /// An element of this shape with so many nodes; `None` where there is none.
@@ -274,6 +274,15 @@ mod tests {
         assert_eq!(side(7), None);
         assert_eq!(Side::of(Shape::Bar, 2, 2, 1), Some(Side::Face(1)));
         assert_eq!(Side::of(Shape::Bar, 2, 2, 3), Some(Side::Whole));
+    }
+
+    /// The middles of the quadrilaterals 1 2 5 4, 2 3 6 5 and 3 1 4 6, which is how VTK and wedges of 18 nodes have them.
+    #[test]
+    fn wedges_of_20_and_21_nodes_have_the_middles_of_their_sides_in_the_order_of_seacas() {
+        for (n, middles) in [(18, [15, 16, 17]), (20, [19, 17, 18]), (21, [20, 18, 19])] {
+            let element = Element::of(Shape::Wedge, n).expect("it is known");
+            assert_eq!(element.order.expect("it differs")[15..], middles, "{n}");
+        }
     }
 
     #[test]

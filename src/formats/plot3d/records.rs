@@ -53,7 +53,7 @@ fn eight(bytes: &[u8]) -> [u8; 8] {
     bytes.try_into().expect("cut to eight bytes")
 }
 
-/// Every layout whose counts fit the length of a file, and whose coordinates and blanking can be such.
+/// Every layout whose counts fit the length of a file and whose records have right marks.
 pub(super) fn fits(bytes: &[u8]) -> Vec<Fit> {
     let mut found = Vec::new();
     for is_big_endian in [false, true] {
@@ -80,20 +80,24 @@ pub(super) fn fits(bytes: &[u8]) -> Vec<Fit> {
                         blocks: blocks.clone(),
                         start,
                     };
-                    if fit.ends_with(bytes) && fit.is_plausible(bytes) {
+                    if fit.ends_with(bytes) {
                         found.push(fit);
                     }
                 }
             }
         }
     }
+    // One that fits is right even where a grid has odd numbers; of several, those with numbers of grids.
+    if found.len() > 1 && found.iter().any(|fit| fit.is_plausible(bytes)) {
+        found.retain(|fit| fit.is_plausible(bytes));
+    }
     found
 }
 
-/// Whether any layout fits.
+/// Whether any layout fits, with numbers such as grids have.
 pub(super) fn recognizes(bytes: &[u8]) -> bool {
     // Text never does: its first four characters would be a count of millions.
-    bytes.len() >= 24 && !fits(bytes).is_empty()
+    bytes.len() >= 24 && fits(bytes).iter().any(|fit| fit.is_plausible(bytes))
 }
 
 /// The blocks that the counts at the start announce, and where the first starts.
@@ -207,15 +211,16 @@ impl Fit {
                     }
                 }
             });
-            if let Some(at) = own
-                .iter()
-                .position(|point| !point.iter().all(|x| x.is_finite()))
-            {
+            let infinite = own.iter().enumerate().find_map(|(i, point)| {
+                let axis = point.iter().position(|x| !x.is_finite())?;
+                Some((i, place + (axis * n + i) * real))
+            });
+            if let Some((i, at)) = infinite {
                 let message = format!(
                     "node {} of a block has a coordinate that is not finite",
-                    at + 1
+                    i + 1
                 );
-                return Err(Error::input(message).byte((place + at * real) as u64));
+                return Err(Error::input(message).byte(at as u64));
             }
             if self.layout.has_blanking {
                 let flags = place + n * n_axes * real;
