@@ -178,8 +178,10 @@ def side_sets(mine, file, elements, remarks):
             continue
         faces = {corners_of(*elements[element - 1], side, dimension) for element, side in sides}
         found = set()
+        # A block has the name of its number too.
+        renamed = any(key[1] == f"side set {name}" for key in mine.groups)
         for key in mine.groups:
-            if key[1] in (name, f"side set {name}") and key[0] < dimension:
+            if key[1] == (f"side set {name}" if renamed else name) and key[0] < dimension:
                 found |= corner_rows(mine, mine.groups[key])
         if missing := len(faces - found):
             wrong.append(f"side set \"{name}\": {missing} of {len(faces)} faces are not in the tag")

@@ -1,18 +1,11 @@
 //! Plot3D grids: every way to store them, boundaries by neutral map files and by sides, and what is refused.
 
-use crate::support::plot3d::{Stored, blocks, every_way, file, nodes};
+use crate::support::plot3d::{NEUTRAL, Stored, TEXT, blocks, every_way, file, nodes};
 use crate::support::{assert_says, azimesh, json, succeed};
 use azimesh::error::Position;
 use azimesh::formats::{self, Format, ReadOptions, Source, parse, plot3d};
 use azimesh::mesh::{CellKind, Mesh};
 use std::path::Path;
-
-const TEXT: Stored = Stored {
-    real: None,
-    is_big_endian: false,
-    has_records: false,
-    has_blanking: false,
-};
 
 fn read(format: &dyn Format, bytes: &[u8]) -> azimesh::Result<Mesh> {
     let mesh = parse(format, bytes, &ReadOptions::default())?;
@@ -87,33 +80,13 @@ fn sides_that_meet_in_part_are_no_tags_and_are_told() {
     );
 }
 
-const NEUTRAL: &str = "\
-# === neutral map === \\
-  2 \\
-\\
-  1  2 2 2
-  2  2 2 2
-# Type  B1 F1 S1 E1 S2 E2  B2 F2 S1 E1 S2 E2 Swap
-'one-to-one'    1 4 1 2 1 2   2 3 1 2 1 2  false
-'viscous_solid' 1 1 1 2 1 2
-'viscous_solid' 2 1 1 2 1 2
-'farfield'      1 2 1 2 1 2
-farfield        2 2 1 2 1 2
-'symmetry y'    1 5 1 2 1 2
-'symmetry_y'    2 5 1 2 1 2
-'symmetry_y'    1 6 1 2 1 2
-'symmetry_y'    2 6 1 2 1 2
-'inflow'        1 3 1 2 1 2
-'outflow'       2 4 1 2 1 2 \\
-";
-
 #[test]
 fn a_neutral_map_file_names_the_boundaries() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let map = NEUTRAL.replace("symmetry y", "symmetry_y");
+    let map = NEUTRAL;
     std::fs::write(at.join("grid.p3dfmt"), file(TEXT, true, 3)).unwrap();
-    std::fs::write(at.join("grid.nmf"), &map).unwrap();
+    std::fs::write(at.join("grid.nmf"), map).unwrap();
     let info = json(at, &["info", "grid.p3dfmt"]);
     let tags: Vec<_> = info["boundary_tags"]
         .as_array()
@@ -170,6 +143,20 @@ fn a_neutral_map_file_names_the_boundaries() {
 }
 
 #[test]
+fn a_neutral_map_file_beside_a_grid_in_a_plane_is_not_used_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("grid.p2dfmt"), file(TEXT, false, 2)).unwrap();
+    for side in 1..=6 {
+        let map = format!("1\n1 4 4 1\nwall 1 {side} 1 4 1 4\n");
+        std::fs::write(at.join("grid.nmf"), map).unwrap();
+        let run = succeed(at, &["info", "grid.p2dfmt"]);
+        assert_says(&run.err, &["grid.nmf:2", "block 1 has no cells in space"]);
+        assert_says(&run.out, &["imin", "jmax"]);
+    }
+}
+
+#[test]
 fn a_grid_that_can_be_read_in_two_ways_is_refused_until_one_is_stated() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -213,11 +200,14 @@ fn a_grid_whose_counts_fit_nothing_is_refused_with_what_would_fit() {
         let error = read(&plot3d::ANY, &binary).unwrap_err();
         assert_says(&error.message, &["fit the length of the file in no layout"]);
     }
+    let error = read(&plot3d::ANY, b" 1\n 2 2 2\n 8*0.0, 8*1.0, 8*2.0\n").unwrap_err();
+    assert_says(&error.message, &["3*0.0", "are not read"]);
     let word = String::from_utf8(file(TEXT, true, 3))
         .unwrap()
         .replacen("0.250", "x.250", 1);
     let error = read(&plot3d::ANY, word.as_bytes()).unwrap_err();
-    assert!(error.position.is_some(), "{error}");
+    assert_eq!(error.position, Some(Position::Line(3)), "{error}");
+    assert_says(&error.message, &["a coordinate", "x.250"]);
 }
 
 #[test]

@@ -72,7 +72,8 @@ impl<'a> Classic<'a> {
         for i in 0..cursor.list(DIMENSIONS, "dimensions")? {
             let name = cursor.name()?;
             let n = cursor.size("the length of a dimension")?;
-            if n == 0 {
+            // A file can have one; netCDF's library takes the first.
+            if n == 0 && classic.record.is_none() {
                 classic.record = Some(i);
             }
             classic.dimensions.push((name, n));

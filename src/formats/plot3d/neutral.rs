@@ -97,6 +97,11 @@ fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<()> {
                 i + 1
             )));
         }
+        if block.grid.n_indices < 3 {
+            return Err(line.error(format!(
+                "block {number} has no cells in space; only sides of such blocks are named"
+            )));
+        }
     }
     Ok(())
 }

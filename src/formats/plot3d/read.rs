@@ -11,10 +11,10 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Whether a file begins with numbers as text.
+/// Whether a file begins as text, which no binary grid does: its counts have bytes that are zero.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
-    let begins = |byte: &u8| byte.is_ascii_whitespace() || b"0123456789+-.eEdD".contains(byte);
-    !bytes.is_empty() && bytes.iter().take(4096).all(begins)
+    let is_of_text = |byte: &u8| byte.is_ascii_whitespace() || byte.is_ascii_graphic();
+    !bytes.is_empty() && bytes.iter().take(4096).all(is_of_text)
 }
 
 /// Reads a file in the one layout that fits it.

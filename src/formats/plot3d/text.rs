@@ -48,6 +48,9 @@ pub(super) fn fits(bytes: &[u8]) -> (Vec<Fit>, String) {
         }
     }
     let why = match needs.is_empty() {
+        _ if found.is_empty() && memchr::memchr(b'*', bytes).is_some() => {
+            "numbers that stand for several, such as 3*0.0, are not read; write each of them".into()
+        }
         true => "this is no Plot3D grid: it does not begin with numbers of blocks and nodes".into(),
         false => format!(
             "the file has {n_words} numbers, which fits no layout of a Plot3D grid; needed are, {}",

@@ -217,6 +217,21 @@ fn made(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
             bytes,
         });
     }
+    if format.name() == "plot3d" {
+        let mesh = folder.join("mapped.p3dfmt");
+        fs::write(&mesh, plot3d::file(plot3d::TEXT, true, 3)).unwrap();
+        let (file, bytes) = (
+            folder.join("mapped.nmf"),
+            plot3d::NEUTRAL.as_bytes().to_vec(),
+        );
+        fs::write(&file, &bytes).unwrap();
+        files.push(Good {
+            format,
+            mesh,
+            file,
+            bytes,
+        });
+    }
 }
 
 /// Every encoding and compression of a format.

@@ -31,7 +31,6 @@ const DIMENSIONS: &[(&str, usize)] = &[
     ("num_nod_per_el1", 4),
     ("num_el_in_blk2", 1),
     ("num_nod_per_el2", 6),
-    ("num_el_in_blk3", 0),
     ("num_el_in_blk4", 1),
     ("num_fac_per_el4", 4),
     ("num_el_in_blk5", 2),

@@ -10,6 +10,35 @@ pub struct Stored {
     pub has_blanking: bool,
 }
 
+/// Text without blanking.
+pub const TEXT: Stored = Stored {
+    real: None,
+    is_big_endian: false,
+    has_records: false,
+    has_blanking: false,
+};
+
+/// The neutral map of the two blocks in space.
+pub const NEUTRAL: &str = "\
+# === neutral map === \\
+  2 \\
+\\
+  1  2 2 2
+  2  2 2 2
+# Type  B1 F1 S1 E1 S2 E2  B2 F2 S1 E1 S2 E2 Swap
+'one-to-one'    1 4 1 2 1 2   2 3 1 2 1 2  false
+'viscous_solid' 1 1 1 2 1 2
+'viscous_solid' 2 1 1 2 1 2
+'farfield'      1 2 1 2 1 2
+farfield        2 2 1 2 1 2
+'symmetry_y'    1 5 1 2 1 2
+'symmetry_y'    2 5 1 2 1 2
+'symmetry_y'    1 6 1 2 1 2
+'symmetry_y'    2 6 1 2 1 2
+'inflow'        1 3 1 2 1 2
+'outflow'       2 4 1 2 1 2 \\
+";
+
 /// Every way in which a grid can be stored.
 pub fn every_way() -> Vec<Stored> {
     let mut ways = Vec::new();
