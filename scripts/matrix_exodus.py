@@ -103,11 +103,12 @@ def asked_in_a_process(peer, path, ours):
 VTK_WRONG = [
     ("EDGE3", "VTK leaves the second coordinate of nodes on a line as memory had it"),
     ("EDGE4", "VTK keeps the two ends"),
-    ("PRISM20", "VTK keeps the corners"),
-    ("PRISM21", "VTK makes Lagrange wedges of 21 nodes, with a node inside"),
+    ("PRISM20", "VTK keeps the corners, and its sides of seven nodes are empty cells"),
+    ("PRISM21", "VTK makes Lagrange wedges of 21 nodes, with a node inside, and its sides of seven nodes are empty cells"),
     ("PYRAMID14", "VTK keeps the corners"),
     ("PYRAMID18", "VTK keeps the corners"),
-    ("TET14", "VTK keeps the corners"),
+    ("QUADSHELL9", "VTK keeps eight of nine nodes"),
+    ("TET14", "VTK keeps the corners, and its sides of seven nodes are empty cells"),
     ("TRI7", "VTK keeps the corners"),
     ("TRISHELL3", "side 3 of a triangle in space is its edge 1 2 by the manual, here the one at the smallest y; VTK takes 3 1"),
     ("cylinder.exo", "sides of shells are cells of a zone and of side sets, of which a VTU file keeps one"),
@@ -452,7 +453,10 @@ def page(results):
     count = lambda family, verdict: sum(r["family"] == family and r["verdict"] == verdict for r in results)
     text = __doc__.split("\n\n")[0].replace("The matrix of real", "# Real", 1) + "\n\n"
     text = "# Real Exodus and Plot3D files\n\n" + (
-        "Files of public repositories, each read by azimesh and by VTK, Exodus files by meshio too.\n"
+        "Files of public repositories, each read by azimesh and by VTK, Exodus files by meshio too. \"The file itself\" is what netCDF's\n"
+        "library gives of an Exodus file, with the tables of sides of the manual, or the words of a Plot3D file of text; VTK is said to\n"
+        "be wrong only where azimesh agrees with it. Files in `recoded` are others that netCDF's library has written in another of its\n"
+        "formats; those called `testwt` are made of the text that SEACAS has of them, `-sides` without two sides that no triangle has.\n"
         "`scripts/matrix_exodus.py` makes this page of a folder with them.\n\n"
         "| format | files | the same as a peer | refused | wrong | no peer reads it |\n|---|---|---|---|---|---|\n")
     for family in ("Exodus", "Plot3D"):

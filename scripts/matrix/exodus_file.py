@@ -15,6 +15,7 @@ SIDES = {
     "HEX": [(1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (1, 5, 8, 4), (1, 4, 3, 2), (5, 6, 7, 8)],
 }
 CORNERS = {"POINT": 1, "LINE": 2, "TRI": 3, "QUAD": 4, "SHELL3": 3, "SHELL4": 4, "TET": 4, "PYRAMID": 5, "WEDGE": 6, "HEX": 8}
+DIMENSIONS = {"POINT": 0, "LINE": 1, "TRI": 2, "QUAD": 2, "SHELL3": 2, "SHELL4": 2, "NSIDED": 2, "TET": 3, "PYRAMID": 3, "WEDGE": 3, "HEX": 3}
 STARTS = [("SPHERE", "POINT"), ("CIRCLE", "POINT"), ("BAR", "LINE"), ("BEAM", "LINE"), ("TRUSS", "LINE"), ("EDGE", "LINE"),
           ("TRISHELL", "SHELL3"), ("TRI", "TRI"), ("QUADSHELL", "SHELL4"), ("QUAD", "QUAD"), ("TET", "TET"), ("PYR", "PYRAMID"),
           ("WEDGE", "WEDGE"), ("PRISM", "WEDGE"), ("HEX", "HEX")]
@@ -127,17 +128,24 @@ def polyhedra(mine, file, elements):
 
 
 def cells(mine, elements):
+    """Elements of the highest dimension one by one. Of others, which may lie at one place and are then one cell, the corners."""
     ours = {}
     for block in mine.blocks:
         ours.update(zip(block.index.tolist(), block.nodes.tolist()))
-    n_wrong = 0
+    n_wrong, dimension = 0, mine.dimension()
+    faces, corners = set(), {tuple(sorted(row)) for row in corner_rows(mine, list(ours))}
     for i, (kind, row) in enumerate(elements):
         if kind in (None, "NFACED"):
             continue
-        n, found = CORNERS.get(kind, len(row)), ours.get(i, [])
+        n = CORNERS.get(kind, len(row))
+        if DIMENSIONS[kind] < dimension:
+            faces.add(tuple(sorted(node - 1 for node in row[:n])))
+            continue
+        found = ours.get(i, [])
         # Nodes of an element that no kind of cell has come last.
         last = set(row[:len(found)]) if kind not in ("WEDGE", "HEX") else set(row)
         n_wrong += [node + 1 for node in found[:n]] != row[:n] or not {node + 1 for node in found} <= last
+    n_wrong += len(faces - corners)
     return [f"cells: {n_wrong} of {len(elements)} have other nodes"] if n_wrong else []
 
 
