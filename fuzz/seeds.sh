@@ -40,7 +40,7 @@ flavour '\004' .lb4.ugrid
 flavour '\006' .lr8.ugrid
 flavour '\012' .lb8l.ugrid
 mkdir -p corpus/fluent
-find ../testdata/fluent -type f ! -name '*.gz' -exec cp {} corpus/fluent/ \;
+find ../testdata/fluent -type f -exec cp {} corpus/fluent/ \;
 find ../testdata -name '*.vt[psri]' -exec cp {} corpus/vtu/ \;
 find ../testdata -name '*.toml' -exec cp {} corpus/schedule/ \;
 sed -n '/^```toml$/,/^```$/p' ../docs/schedule.md | grep -v '^```' > corpus/schedule/manual.toml

@@ -296,9 +296,6 @@ mod tests {
         let mut scanner = Scanner::new(b"(2041 (1)\n(\x01");
         assert_eq!(scanner.section().expect("a section"), Some(2041));
         let error = scanner.pass(2041).expect_err("no end").to_string();
-        assert!(
-            error.contains("byte 12: the file ends within"),
-            "{error}"
-        );
+        assert!(error.contains("byte 12: the file ends within"), "{error}");
     }
 }
