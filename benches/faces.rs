@@ -6,7 +6,6 @@
 #![allow(clippy::print_stdout)]
 
 use azimesh::mesh::{Adjacency, CellKind, Mesh};
-use azimesh::quality::size_skew::ReferenceSizes;
 use azimesh::quality::{Reference, assess, faces};
 use std::hint::black_box;
 use std::time::Instant;
@@ -95,8 +94,7 @@ fn main() {
     );
     for kind in [CellKind::Tetrahedron, CellKind::Hexahedron] {
         let mesh = block(kind, n);
-        let reference = Reference::new(&mesh);
-        let sizes = ReferenceSizes::of(&mesh, &reference);
+        let (reference, sizes) = Reference::with_sizes(&mesh);
         let workspace = faces::Workspace::default();
         let mut adjacency = Adjacency::default();
         let pairing = seconds(|| adjacency = Adjacency::of(&mesh));

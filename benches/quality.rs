@@ -4,7 +4,6 @@
 #![allow(clippy::print_stdout)]
 
 use azimesh::mesh::{CellKind, Mesh};
-use azimesh::quality::size_skew::ReferenceSizes;
 use azimesh::quality::{Reference, assess, per_cell};
 use std::hint::black_box;
 use std::time::Instant;
@@ -133,12 +132,11 @@ fn main() {
     let solids = CUTS.map(|(kind, cut)| (kind, block(kind, cut)));
     let planes = [CellKind::Quadrilateral, CellKind::Triangle].map(|kind| (kind, plane(kind)));
     for (kind, mesh) in solids.into_iter().chain(planes) {
-        let reference = Reference::new(&mesh);
+        let (reference, sizes) = Reference::with_sizes(&mesh);
         let rate = |seconds: f64| mesh.cells.len() as f64 / seconds / threads / 1e6;
         let judged = rate(median_seconds(|| {
             black_box(Reference::new(&mesh));
         }));
-        let sizes = ReferenceSizes::of(&mesh, &reference);
         let summed = rate(median_seconds(|| {
             black_box(assess(&mesh, &mesh.points, &reference, &sizes));
         }));

@@ -40,7 +40,11 @@ flavour '\004' .lb4.ugrid
 flavour '\006' .lr8.ugrid
 flavour '\012' .lb8l.ugrid
 mkdir -p corpus/fluent
-find ../testdata/fluent -type f -exec cp {} corpus/fluent/ \;
+find ../testdata/fluent -type f ! -name '*.gz' -exec cp {} corpus/fluent/ \;
 find ../testdata -name '*.vt[psri]' -exec cp {} corpus/vtu/ \;
 find ../testdata -name '*.toml' -exec cp {} corpus/schedule/ \;
 sed -n '/^```toml$/,/^```$/p' ../docs/schedule.md | grep -v '^```' > corpus/schedule/manual.toml
+# No file of testdata/ is STL.
+mkdir -p corpus/stl
+printf 'solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1.5 0 0\nvertex 0 1e0 -0\nendloop\nendfacet\nendsolid a b\n' > corpus/stl/text
+{ printf '%080d\001\000\000\000' 0; printf '%048d\000\000' 0; } > corpus/stl/binary

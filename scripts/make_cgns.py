@@ -134,23 +134,30 @@ def by_nodes():
     writer.condition(conditions, "all", [1, 12], "BCWallViscous", how="PointRange")
 
 
-def linked_families():
-    """Coordinates in another file, sections through a link inside; families within families."""
-    grid = Writer("linked_grid.cgns")
-    zone = grid.zone(grid.base())
-    grid.coordinates(zone)
-    grid.section(zone, "Hexahedra", 17, 1, HEXAHEDRA)
-    writer = Writer("linked_families.cgns", 3.4)
-    base = writer.base()
-    zone = writer.zone(base)
+def link_zone(zone, file):
+    """Coordinates and section of another file."""
     for child in ("GridCoordinates", "Hexahedra"):
         link = zone.create_group(child, track_order=True)
         for key, text, n in (("name", child, 33), ("label", "", 33), ("type", "LK", 3)):
             link.attrs[key] = np.array(text.encode(), dtype=f"S{n}")
         target = f"/Base/Zone/{child}"
         link[" path"] = np.frombuffer(target.encode() + b"\0", dtype="i1")
-        link[" file"] = np.frombuffer(b"linked_grid.cgns\0", dtype="i1")
-        link[" link"] = h5py.ExternalLink("linked_grid.cgns", target)
+        link[" file"] = np.frombuffer(file.encode() + b"\0", dtype="i1")
+        link[" link"] = h5py.ExternalLink(file, target)
+
+
+def linked_families():
+    """Coordinates and section in another file, and in one that links to that; families within families."""
+    grid = Writer("linked_grid.cgns")
+    zone = grid.zone(grid.base())
+    grid.coordinates(zone)
+    grid.section(zone, "Hexahedra", 17, 1, HEXAHEDRA)
+    twice = Writer("linked_twice.cgns", 3.4)
+    link_zone(twice.zone(twice.base()), "linked_families.cgns")
+    writer = Writer("linked_families.cgns", 3.4)
+    base = writer.base()
+    zone = writer.zone(base)
+    link_zone(zone, "linked_grid.cgns")
     faces = [[7, *face] for face in (LOW, HIGH, *SIDES)]
     writer.section(zone, "Faces", 20, 3, faces)
     conditions = writer.add(zone, "ZoneBC", "ZoneBC_t")

@@ -1,4 +1,4 @@
-"""Small meshes as Fluent stores them, for testdata/fluent: text, binary sections, HDF5.
+"""Small meshes as Fluent stores them, for testdata/fluent: text, binary sections, gzip, HDF5.
 
     python scripts/make_fluent.py testdata/fluent
 
@@ -6,6 +6,7 @@
 Written by the description in the appendix of Fluent's user guide; HDF5 as Fluent's own .cas.h5 files are.
 """
 
+import gzip
 import pathlib
 import struct
 import sys
@@ -55,7 +56,7 @@ def main():
     (folder / "house.cas").write_bytes(binary(HOUSE))
     hdf5(HOUSE, folder / "house.cas.h5")
     (folder / "refined.msh").write_text(text(REFINED))
-    (folder / "polyhedra.cas").write_bytes(binary(POLYHEDRA))
+    (folder / "polyhedra.cas.gz").write_bytes(gzip.compress(binary(POLYHEDRA), mtime=0))
     hdf5(POLYHEDRA, folder / "polyhedra.msh.h5")
 
 

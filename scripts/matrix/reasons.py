@@ -5,7 +5,6 @@ REASONS = [
     ("testhybrid2.msh", "a quadrilateral needs 4 nodes",
      "its triangles are numbered as quadrilaterals; meshio makes cells of what follows"),
     ("quad_elbow.msh", "Fluent", "a mesh of Fluent, under the same ending as Gmsh's"),
-    ("", "ADF", "ADF is CGNS's old container; the CGNS tools convert it to HDF5 (adf2hdf)"),
 ]
 
 

@@ -44,7 +44,8 @@ def left_by(folder):
     files = {name: content for name, content in files.items() if not name.endswith(("run.json", ".foam"))}
     (own,) = [name for name in files if name.endswith("steps.csv")]
     table = files[own].decode().splitlines()
-    files[own] = [row.split(",")[:-3] + row.split(",")[-2:] for row in table]
+    at = table[0].split(",").index("seconds")
+    files[own] = [row.split(",")[:at] + row.split(",")[at + 1 :] for row in table]
     return files
 
 

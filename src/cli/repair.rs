@@ -8,7 +8,6 @@ use crate::geometry::vector::{distance, norm, sub};
 use crate::mesh::facets::facets;
 use crate::mesh::{Adjacency, Mesh};
 use crate::progress::Stop;
-use crate::quality::size_skew::ReferenceSizes;
 use crate::quality::{Reference, assess};
 use crate::rbf::slide::Sliding;
 use crate::repair::{
@@ -103,7 +102,7 @@ fn repair(
         reference: &reference,
         freedom,
     };
-    let sizes = ReferenceSizes::of(given, &reference);
+    let (_, sizes) = Reference::with_sizes(given);
     let scaled = |points: &[[f64; 3]]| {
         let summary = assess(given, points, &reference, &sizes);
         summary.min_scaled_jacobian.map(|extreme| extreme.value)

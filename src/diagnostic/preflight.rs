@@ -106,6 +106,20 @@ PreflightNote as Preflight {
     /// Velocities are asked for, and nothing moves.
     NoVelocity => ("output.velocity is set, but the velocities of all bodies are 0 at every step")
 
+    /// A body with the motion of one blade lies all round the hub.
+    SeveralBlades {
+        /// Its name.
+        body: String,
+        /// Its least and its largest station.
+        stations: [f64; 2],
+        /// How far it reaches beside the span.
+        beside: f64,
+    } => (
+        "body \"{body}\" pitches and flaps about the span of one blade, but lies all round the hub (stations {} to {}, up to {} beside \
+         the span); several blades are several bodies, each with its azimuth_offset",
+        short(stations[0]), short(stations[1]), short(*beside)
+    )
+
     /// A body leaves the box around the mesh.
     LeavesBox {
         /// Its name.

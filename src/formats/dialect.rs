@@ -25,16 +25,25 @@ pub fn first_fortran_real(bytes: &[u8]) -> Option<u64> {
     found.map(|at| line_of(bytes, at))
 }
 
-/// Number of lines that begin with `#` or `!`.
-pub fn n_comment_lines(bytes: &[u8]) -> usize {
-    let begins = |at: &usize| {
-        let before = bytes[..*at].iter().rev();
-        let mut before = before.skip_while(|b| matches!(b, b' ' | b'\t'));
-        before.next().is_none_or(|b| *b == b'\n')
-    };
-    memchr::memchr2_iter(b'#', b'!', bytes)
-        .filter(begins)
-        .count()
+/// Number of lines that begin with `#` or `!`, and of those that end with a comment behind a blank. A line that begins
+/// with `%` is a comment of SU2 and counts nowhere.
+pub fn n_comments(bytes: &[u8]) -> (usize, usize) {
+    let (mut n_lines, mut n_trailing, mut next) = (0, 0, 0);
+    for at in memchr::memchr2_iter(b'#', b'!', bytes) {
+        if at < next {
+            continue;
+        }
+        let start = memchr::memrchr(b'\n', &bytes[..at]).map_or(0, |end| end + 1);
+        let before = &bytes[start..at];
+        match before.trim_ascii() {
+            [] => n_lines += 1,
+            [b'%', ..] => {}
+            _ if before.ends_with(b" ") || before.ends_with(b"\t") => n_trailing += 1,
+            _ => continue,
+        }
+        next = memchr::memchr(b'\n', &bytes[at..]).map_or(bytes.len(), |n| at + n);
+    }
+    (n_lines, n_trailing)
 }
 
 /// The text with spaces in place of comments, from `#` or `!` to the end of the line, for formats of numbers alone;
@@ -96,9 +105,14 @@ mod tests {
             spelled,
             Read::FortranExponents { line: 7 },
             Read::CommentLines { n: 2 },
+            Read::TrailingComments { n: 4 },
         ] {
             assert!(notes.contains(&note.clone().into()), "{note:?}: {notes:?}");
         }
+        let trailing = plain.replacen("1 0\n", "1 0 ! node\n", 1);
+        let (mesh, notes) = load("m.su2", trailing);
+        assert_eq!(mesh, wanted);
+        assert_eq!(notes, [Read::TrailingComments { n: 1 }.into()]);
     }
 
     #[test]
@@ -161,7 +175,8 @@ mod tests {
     #[test]
     fn comments_are_counted_and_blanked_without_moving_what_is_behind() {
         let text = b"# a\n1 2 ! counts\n \t!b\n3#\n";
-        assert_eq!(n_comment_lines(text), 2);
+        assert_eq!(n_comments(text), (2, 1));
+        assert_eq!(n_comments(b"% a # b\nname#1\n1 % of # 2 ! 3\n"), (0, 1));
         let blanked = without_comments(text).expect("there are comments");
         assert_eq!(blanked, b"   \n1 2         \n \t  \n3 \n");
         assert!(without_comments(b"1 2\n").is_none());

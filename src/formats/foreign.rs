@@ -22,10 +22,6 @@ fn kind(bytes: &[u8]) -> Option<&'static str> {
             "this is a tar archive; unpack it (tar xf) and give the mesh in it"
         }
         _ if is_utf16(bytes) => "this is UTF-16 text; save it as UTF-8 (iconv -f UTF-16 -t UTF-8)",
-        _ if is_stl(bytes) => {
-            "this is an STL file: triangles of a surface, without tags and cells; it is not read, a mesh with cells is \
-             needed"
-        }
         _ => return None,
     };
     Some(found)
@@ -48,22 +44,12 @@ fn is_utf16(bytes: &[u8]) -> bool {
     }
 }
 
-fn is_stl(bytes: &[u8]) -> bool {
-    let head = &bytes[..bytes.len().min(1024)];
-    let is_text = head.starts_with(b"solid") && memchr::memmem::find(head, b"facet").is_some();
-    let length = bytes.get(80..84).map(|n| {
-        let n = n.try_into().map_or(0, u32::from_le_bytes);
-        84 + 50 * u64::from(n)
-    });
-    is_text || (bytes.len() > 84 && length == Some(bytes.len() as u64))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn archives_surfaces_and_wide_text_are_named() {
+    fn archives_and_wide_text_are_named() {
         let wide = |text: &str, low: usize| -> Vec<u8> {
             let pairs = text.bytes().map(|b| if low == 0 { [b, 0] } else { [0, b] });
             pairs.flatten().collect()
@@ -71,10 +57,7 @@ mod tests {
         let text = "NDIME= 2\nNELEM= 1\n";
         let mut tar = vec![0; 512];
         tar[257..262].copy_from_slice(b"ustar");
-        let mut stl = vec![b'x'; 80];
-        stl.extend(2_u32.to_le_bytes());
-        stl.extend([0; 100]);
-        let cases: [(&str, Vec<u8>); 9] = [
+        let cases: [(&str, Vec<u8>); 7] = [
             ("zip", b"PK\x03\x04\x14\0".to_vec()),
             ("bzip2", b"BZh91AY&SY".to_vec()),
             ("7z", b"7z\xbc\xaf\x27\x1c".to_vec()),
@@ -82,8 +65,6 @@ mod tests {
             ("UTF-16", [b"\xff\xfe".to_vec(), wide(text, 0)].concat()),
             ("UTF-16", [b"\xfe\xff".to_vec(), wide(text, 1)].concat()),
             ("UTF-16", wide(text, 0)),
-            ("STL", b"solid part\n facet normal 0 0 1\n".to_vec()),
-            ("STL", stl),
         ];
         for (what, bytes) in cases {
             let source = Source::from_bytes(std::path::Path::new("m.su2"), bytes);

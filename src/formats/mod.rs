@@ -3,6 +3,7 @@
 //! A format is one file or folder of this module and one line in [`FORMATS`]. Readers see bytes and give positions in
 //! errors; [`read`] adds the path. Writers write front to back into any sink.
 
+mod adf;
 mod by_faces;
 mod case;
 pub mod cgns;
@@ -37,7 +38,9 @@ mod sink;
 mod source;
 mod staged;
 mod staged_folder;
+pub mod stl;
 pub mod su2;
+mod surface;
 #[cfg(test)]
 mod toy;
 pub mod ugrid;
@@ -79,8 +82,9 @@ pub use su2::{n_zones as n_su2_zones, write_surface as write_su2_surface};
 
 /// Every format, in the order in which files are checked against them.
 pub static FORMATS: &[&dyn Format] = &[
-    // Before the format that takes any XML of VTK.
+    // The first two before the format that takes any XML of VTK.
     &pvtu::Pvtu,
+    &vtu::Vtp,
     &vtu::Vtu,
     &vtkhdf::VtkHdf,
     &legacy::VTK51,
@@ -90,6 +94,7 @@ pub static FORMATS: &[&dyn Format] = &[
     &fluent::Fluent,
     &ugrid::TEXT,
     &openfoam::OpenFoam,
+    &stl::Stl,
     #[cfg(test)]
     &toy::Toy,
 ];
@@ -128,6 +133,14 @@ pub trait Format: Sync {
     /// Whether a mesh, or a sequence, is a folder.
     fn is_folder(&self) -> bool {
         false
+    }
+    /// Whether it holds surfaces alone.
+    fn is_surface(&self) -> bool {
+        false
+    }
+    /// The surface that a format of surfaces holds of a mesh, as it will be written, and notes on the rest.
+    fn surface(&self, _mesh: &MeshView) -> Option<(Mesh, Notes)> {
+        None
     }
     /// The folder that a mesh written to `path` shares with files that are not of the mesh.
     fn shared_folder(&self, _path: &Path) -> Option<SharedFolder> {

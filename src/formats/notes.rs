@@ -1,6 +1,6 @@
 //! The notes that readers and writers collect: each once, in order.
 
-use super::dialect::{first_fortran_real, n_comment_lines};
+use super::dialect::{first_fortran_real, n_comments};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::formats::Read;
 use std::collections::BTreeSet;
@@ -18,9 +18,12 @@ impl Notes {
     /// Adds notes of exponents of Fortran and of comments in a text that was read.
     pub(super) fn dialect(&mut self, bytes: &[u8]) {
         self.fortran(bytes);
-        let n = n_comment_lines(bytes);
+        let (n, n_trailing) = n_comments(bytes);
         if n > 0 {
             self.push(Read::CommentLines { n });
+        }
+        if n_trailing > 0 {
+            self.push(Read::TrailingComments { n: n_trailing });
         }
     }
 

@@ -22,7 +22,7 @@ pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<NotTaken> {
             let n = far_below(mesh).count();
             (has_arrays && n > 0).then_some(NotTaken::LowerCells { n })
         }
-        name if name.starts_with("vt") || name == "pvtu" => {
+        "vtu" | "pvtu" | "vtk" | "vtk42" | "vtkhdf" => {
             let pyramids = mesh
                 .cells
                 .runs()
@@ -64,20 +64,13 @@ fn far_below<'a>(mesh: &MeshView<'a>) -> impl Iterator<Item = usize> + use<'a> {
     runs.flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
 }
 
-/// Removes cells; groups and arrays follow, and groups that had only these.
+/// Removes cells; groups and arrays follow, and groups that had only these go.
 fn leave_out(mesh: &mut Mesh, is_out: impl Fn(usize) -> bool) {
     let keep: Vec<usize> = (0..mesh.cells.len())
         .filter(|&cell| !is_out(cell))
         .collect();
-    for group in &mut mesh.groups {
-        let place = |cell: usize| keep.binary_search(&cell).ok();
-        group.cells = group.cells.iter().filter_map(place).collect();
-    }
+    mesh.keep_cells(&keep);
     mesh.groups.retain(|group| !group.cells.is_empty());
-    for array in &mut mesh.cell_arrays {
-        array.values = array.values.select(array.n_components, &keep);
-    }
-    mesh.cells = mesh.cells.select(keep.iter().copied());
 }
 
 /// The cells with Lagrange pyramids made linear: their corners come first. The other nodes stay, in no cell.

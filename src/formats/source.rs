@@ -255,8 +255,9 @@ mod tests {
         let mut n_texts = 0;
         for format in with_flavours() {
             let mut file = MARK.to_vec();
-            // A list of pieces is nothing without them.
+            // A list of pieces is nothing without them, and surfaces have an order of their own.
             if format.name() == "pvtu"
+                || format.is_surface()
                 || format
                     .write_file(&mesh.view(), &mut file, &options)
                     .is_err()

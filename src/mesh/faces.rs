@@ -4,7 +4,7 @@
 //! on outer faces, between two cells, or on no face at all. Faces are identified by their corners.
 
 use super::sides::{for_each_side, side_corners};
-use super::{CellRef, Cells, Mesh};
+use super::{CellRef, Cells, Mesh, MeshView};
 use crate::parallel::{map_blocks, sort_by_key};
 
 /// Cells whose faces are compared among themselves first. Most neighbours of a cell are near it in
@@ -164,13 +164,18 @@ impl Faces {
     /// Time and memory grow with the number of cells; a mesh whose cells lie in no order takes 24
     /// bytes a face.
     pub fn of_cells(mesh: &Mesh, wanted: impl Fn(&CellRef<'_>) -> bool + Sync) -> Self {
+        Self::of_view(&mesh.view(), wanted)
+    }
+
+    /// [`Faces::of_cells`] of a mesh that is written.
+    pub fn of_view(mesh: &MeshView<'_>, wanted: impl Fn(&CellRef<'_>) -> bool + Sync) -> Self {
         let dimension = mesh.dimension();
         if dimension == 0 {
             return Self::default();
         }
-        let mut entries = entries(&mesh.cells, mesh.points.len(), dimension, wanted);
+        let mut entries = entries(mesh.cells, mesh.points.len(), dimension, wanted);
         let mut faces = Self::default();
-        for_each_face(&mesh.cells, &mut entries, |same| faces.add(same));
+        for_each_face(mesh.cells, &mut entries, |same| faces.add(same));
         faces.outer.sort_unstable();
         faces.inside.sort_unstable();
         faces.dangling.sort_unstable();

@@ -24,6 +24,7 @@ mod origin;
 mod reorder;
 pub mod repeated;
 pub mod sides;
+mod skin;
 mod split;
 mod streams;
 mod subset;
@@ -40,6 +41,7 @@ pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
 pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
+pub use skin::Skin;
 pub use split::SplitCounts;
 pub use view::MeshView;
 

@@ -92,7 +92,7 @@ fn places(kind: CellKind, n_nodes: usize, face: usize) -> Option<(CellKind, Vec<
 }
 
 /// The kind of a face with straight edges.
-fn flat(n_corners: usize) -> CellKind {
+pub(super) fn flat(n_corners: usize) -> CellKind {
     match n_corners {
         1 => Vertex,
         2 => Line,

@@ -124,7 +124,7 @@ impl Mesh {
     }
 
     /// Keeps these cells only, which are ascending; nodes that only others had go. Groups and arrays follow.
-    fn keep_cells(&mut self, keep: &[usize]) {
+    pub(crate) fn keep_cells(&mut self, keep: &[usize]) {
         if keep.len() == self.cells.len() {
             return;
         }

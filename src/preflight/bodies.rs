@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::geometry::Bounds;
 use crate::geometry::crossing::{segments_cross, triangles_cross};
-use crate::geometry::vector::{Vector, norm, sub};
+use crate::geometry::vector::{Vector, dot, norm, sub};
 use crate::motion::{Role, Step};
 use crate::parallel;
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,6 +51,40 @@ pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
         }
     }
     found
+}
+
+/// Parts of the largest distance from the hub that one blade does not reach: behind the hub, and beside the span.
+const BEHIND: f64 = 0.4;
+const BESIDE: f64 = 0.7;
+
+/// A warning for each body with a motion about the axes of one blade whose nodes lie all round the hub.
+pub(super) fn of_several_blades(plan: &Plan) -> Vec<Diagnostic> {
+    let motion = &plan.motion;
+    let rotor = &motion.rotor;
+    let first = motion.steps.first().filter(|_| !rotor.in_plane);
+    let bodies = motion.bodies.iter().enumerate();
+    let about_a_span = bodies
+        .filter(|(at, _)| first.is_some_and(|step| motion.cyclic_angles(*at, step).is_some()));
+    let notes = about_a_span.filter_map(|(at, body)| {
+        let turned = rotor.turn(body.azimuth_offset);
+        let [span, beside] = [rotor.e_x, rotor.e_y].map(|axis| turned.turn(axis));
+        let from_hub = points_of(plan, at).into_iter();
+        let from_hub = from_hub.map(|point| sub(plan.surface.points[point], rotor.hub));
+        let [mut low, mut high, mut side] = [0.0_f64; 3];
+        for x in from_hub {
+            low = low.min(dot(x, span));
+            high = high.max(dot(x, span));
+            side = side.max(dot(x, beside).abs());
+        }
+        let reach = high.max(-low);
+        let is_round = -low > BEHIND * reach && side > BESIDE * reach;
+        is_round.then(|| PreflightNote::SeveralBlades {
+            body: body.name.clone(),
+            stations: [low, high],
+            beside: side,
+        })
+    });
+    notes.map(Diagnostic::from).collect()
 }
 
 /// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the

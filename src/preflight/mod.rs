@@ -28,6 +28,7 @@ use crate::deform::{Layer, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::geometry::Bounds;
+use crate::motion::Frame;
 
 /// What the user should know of the motion before it is interpolated.
 pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
@@ -41,7 +42,10 @@ pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
     warnings.extend(edges::leaving_planes(plan));
     warnings.extend(edges::turning_out(plan));
     warnings.extend(surface_files::begins_moved(plan));
-    let no_velocity = |layer: &Layer| layer.modes.n_modes == 0;
+    warnings.extend(bodies::of_several_blades(plan));
+    // A mesh that is carried round has the velocity of that.
+    let is_carried = plan.motion.rotor.frame == Frame::Inertial;
+    let no_velocity = |layer: &Layer| layer.modes.n_modes == 0 && !is_carried;
     if plan.velocity.as_ref().is_some_and(no_velocity) {
         warnings.push(PreflightNote::NoVelocity.into());
     }

@@ -11,7 +11,6 @@ use crate::geometry::vector::Vector;
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::parallel;
 use crate::quality::{Assessment, Criterion};
-use crate::record::COLUMNS;
 use std::path::Path;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
@@ -63,13 +62,14 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     let is_quality =
         |name: &str| name == "repaired" || quality.iter().any(|(column, _)| *column == name);
     let skipped = plan.schedule.output.quality == QualityOutput::None;
-    let numbers = COLUMNS.iter().filter(|column| column.is_number);
-    let numbers = numbers.map(|column| column.name);
     for criterion in fail_on {
-        criterion.check_column(numbers.clone())?;
+        criterion.check_column()?;
         let reason = match criterion.column() {
             "time_s" if plan.motion.steps[0].time_s.is_none() => {
                 "the schedule has neither [time] nor rotor.rpm"
+            }
+            "azimuth_deg" if plan.motion.steps[0].azimuth_deg().is_none() => {
+                "the schedule has times alone, without frequency or azimuth_table"
             }
             "min_first_cell_ratio" if plan.first_cells.smallest().is_none() => {
                 "no moving wall has first cells of known height"
@@ -100,6 +100,14 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u6
         .file(&plan.schedule.path),
         _ => error,
     };
+    if format.is_surface() {
+        let message = format!(
+            "output.format = \"{0}\": {0} holds surfaces, and a run writes whole meshes; `azimesh convert DIR -o OUT --format {0}` \
+             writes the surface of each step",
+            format.name()
+        );
+        return Err(Error::input(message).file(&plan.schedule.path));
+    }
     let options = WriteOptions {
         encoding: Encoding::Raw,
         compression: Compression::None,

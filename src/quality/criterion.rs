@@ -1,7 +1,8 @@
 //! Conditions like `min_scaled_jacobian<0.1` under which a result counts as failed.
 
 use crate::diagnostic::short;
-use crate::error::{Error, Result, nearest_name};
+use crate::error::{Error, Result, nearest_name, option};
+use crate::record::COLUMNS;
 use std::fmt;
 use std::str::FromStr;
 
@@ -40,14 +41,15 @@ impl Criterion {
         self.value
     }
 
-    /// Checks that there is such a column among `known`, before any work is done.
-    pub fn check_column<'a>(&self, known: impl IntoIterator<Item = &'a str> + Clone) -> Result<()> {
-        if known.clone().into_iter().any(|name| name == self.column) {
+    /// Checks that it is about a column of steps.csv that holds numbers, before any work is done.
+    pub fn check_column(&self) -> Result<()> {
+        let numbers = COLUMNS.iter().filter(|column| column.is_number);
+        let known: Vec<&str> = numbers.map(|column| column.name).collect();
+        if known.contains(&self.column.as_str()) {
             return Ok(());
         }
-        let hint = nearest_name(&self.column, known.clone())
+        let hint = nearest_name(&self.column, known.iter().copied())
             .map_or_else(String::new, |name| format!(" (did you mean {name}?)"));
-        let known: Vec<&str> = known.into_iter().collect();
         Err(Error::input(format!(
             "\"{self}\": there is no column \"{}\"{hint}; the columns are: {}",
             self.column,
@@ -55,10 +57,33 @@ impl Criterion {
         )))
     }
 
+    /// Checks that its column can be had from meshes alone: the columns of an [`Assessment`](super::Assessment).
+    pub fn check_of_meshes(&self) -> Result<()> {
+        self.check_column()?;
+        let reason = match self.column() {
+            "step" | "azimuth_deg" | "time_s" => "it is the place of a step in its schedule",
+            "base_points" | "selection_error" | "seconds" | "repaired" => {
+                "it tells how the steps were computed"
+            }
+            "max_displacement" | "max_surface_error" | "rms_surface_error" => {
+                "it is measured against the motion"
+            }
+            "min_first_cell_ratio" | "max_normal_change_deg" => {
+                "the schedule alone tells which walls move"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::input(format!(
+            "\"{self}\": {} cannot be had from meshes, since {reason}; {} of deform takes it, and steps.csv has it",
+            self.column,
+            option("fail-on")
+        )))
+    }
+
     /// The value of its column where it is met by these. A column that is missing, has no value or is not
     /// a number is an error: nothing can be said about it.
     pub fn met_by(&self, columns: &[(&str, Option<f64>)]) -> Result<Option<f64>> {
-        self.check_column(columns.iter().map(|(name, _)| *name))?;
+        self.check_column()?;
         let found = columns
             .iter()
             .find(|(name, _)| *name == self.column)
@@ -145,8 +170,28 @@ mod tests {
         assert!(met("min_volume<0").is_err());
         let error = met("invertd>0").expect_err("no such column").to_string();
         assert!(error.contains("did you mean inverted?"), "{error}");
+        assert!(met("file>0").is_err());
         for bad in ["inverted", "inverted=0", ">0", "inverted>", "inverted>nan"] {
             assert!(bad.parse::<Criterion>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn every_column_of_numbers_is_measured_on_meshes_or_says_why_not() {
+        let measured = crate::quality::Assessment::default().columns();
+        let measured: Vec<&str> = measured.iter().map(|(name, _)| *name).collect();
+        for column in COLUMNS.iter().filter(|column| column.is_number) {
+            let text = format!("{}>0", column.name);
+            let condition: Criterion = text.parse().expect("it is a condition");
+            assert!(condition.check_column().is_ok(), "{text}");
+            let of_meshes = condition.check_of_meshes();
+            assert_eq!(of_meshes.is_ok(), measured.contains(&column.name), "{text}");
+            if let Err(error) = of_meshes {
+                assert!(error.to_string().contains(", since "), "{error}");
+            }
+        }
+        for name in measured {
+            assert!(COLUMNS.iter().any(|column| column.name == name), "{name}");
         }
     }
 

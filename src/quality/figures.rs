@@ -39,6 +39,14 @@ pub struct Quality {
     pub max_skew: f64,
     /// Largest angle between the normal of a face and the line between the centres of its cells, in degrees.
     pub max_non_orthogonality: f64,
+    /// The angle whose cosine is the mean of the cosines at inner faces, in degrees.
+    pub mean_non_orthogonality: f64,
+    /// Largest skewness of a face as in OpenFOAM's checkMesh, outer faces included.
+    pub max_face_skewness: f64,
+    /// Smallest ratio of the smaller to the larger volume of the two cells at a face.
+    pub min_volume_ratio: f64,
+    /// Smallest interpolation weight of a face between its two cells; 0.5 at best.
+    pub min_face_weight: f64,
     /// Smallest size-skew against the reference mesh.
     pub min_size_skew: f64,
     /// Mean size-skew against the reference mesh.
@@ -68,6 +76,10 @@ impl From<&Assessment> for Quality {
             max_edge_ratio: value("max_edge_ratio"),
             max_skew: value("max_skew"),
             max_non_orthogonality: value("max_non_orthogonality"),
+            mean_non_orthogonality: value("mean_non_orthogonality"),
+            max_face_skewness: value("max_face_skewness"),
+            min_volume_ratio: value("min_volume_ratio"),
+            min_face_weight: value("min_face_weight"),
             min_size_skew: value("min_size_skew"),
             mean_size_skew: value("mean_size_skew"),
             min_first_cell_ratio: f64::NAN,

@@ -48,10 +48,10 @@ impl Assessment {
 impl Judge {
     /// For the reference mesh: orientation of its cells, and its faces.
     pub fn new(mesh: &Mesh) -> Self {
-        let reference = Reference::new(mesh);
+        let (reference, sizes) = Reference::with_sizes(mesh);
         Self {
-            sizes: ReferenceSizes::of(mesh, &reference),
             reference,
+            sizes,
             adjacency: Adjacency::of(mesh),
             bounded: OnceLock::new(),
             workspace: faces::Workspace::default(),

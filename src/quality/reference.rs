@@ -2,6 +2,7 @@
 
 use super::facing::Facing;
 use super::plane::vector_area;
+use super::size_skew::ReferenceSizes;
 use super::validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::unit;
@@ -28,13 +29,19 @@ pub struct Reference {
 const INVALID: i8 = 2;
 
 impl Reference {
-    /// Judges every volume cell of the mesh. One pass; cannot fail.
+    /// Judges every volume cell of the mesh. Cannot fail.
     pub fn new(mesh: &Mesh) -> Self {
+        Self::with_sizes(mesh).0
+    }
+
+    /// With the sizes of the valid cells, in the same pass.
+    pub fn with_sizes(mesh: &Mesh) -> (Self, ReferenceSizes) {
         let facing = facing(mesh);
         let n_cells = mesh.cells.len();
         let solid = mesh.dimension() == 3;
         let mut signs = vec![0i8; n_cells];
-        let judge = |chunk, signs: &mut [i8]| {
+        let mut sizes = parallel::collect(n_cells, |_| f64::NAN);
+        let judge = |chunk, (signs, sizes): (&mut [i8], &mut [f64])| {
             let range = block(n_cells, CHUNK, chunk);
             let first = range.start;
             let mut n_inverted = 0;
@@ -44,12 +51,16 @@ impl Reference {
                     let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
                     let known = if valid == 0 { INVALID * sign } else { valid };
                     signs[start + i - first] = known;
+                    if valid != 0 {
+                        sizes[start + i - first] = block.size[i];
+                    }
                     n_inverted += usize::from(valid == 0 || (solid && valid < 0));
                 }
             });
             n_inverted
         };
-        let inverted = parallel::map_items(signs.chunks_mut(CHUNK), &judge);
+        let chunks = signs.chunks_mut(CHUNK).zip(sizes.chunks_mut(CHUNK));
+        let inverted = parallel::map_items(chunks, &judge);
         let mut reference = Self {
             signs,
             facing,
@@ -59,7 +70,7 @@ impl Reference {
         let validity = validity::assess(mesh, &mesh.points, &reference);
         reference.doubtful = [validity.inside, validity.unproven].concat();
         reference.doubtful.sort_unstable();
-        reference
+        (reference, ReferenceSizes(sizes))
     }
 
     /// For a mesh whose own cells are to be made valid: every cell is judged, in the orientation that most cells of

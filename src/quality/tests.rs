@@ -4,15 +4,9 @@ use super::*;
 use crate::mesh::{CellKind, Mesh, Values};
 use crate::quality::cells::CellMetrics;
 use crate::quality::detail::detail_arrays;
-use crate::quality::size_skew::ReferenceSizes;
 
 fn assess(mesh: &Mesh, points: &[[f64; 3]], reference: &Reference) -> Summary {
-    summary::assess(
-        mesh,
-        points,
-        reference,
-        &ReferenceSizes::of(mesh, reference),
-    )
+    summary::assess(mesh, points, reference, &Reference::with_sizes(mesh).1)
 }
 
 /// Cells and metrics from VTK, by `scripts/make_cell_quality.py`.

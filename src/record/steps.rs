@@ -113,6 +113,14 @@ columns! {
     unproven: Option<usize> => "unproven cells", "",
     /// Cells that were untangled.
     repaired: Option<usize> => "repaired cells", "",
+    /// The angle whose cosine is the mean of the cosines at inner faces, in degrees.
+    mean_non_orthogonality: Option<f64> => "mean non-orthogonality", "degrees",
+    /// Largest skewness of a face.
+    max_face_skewness: Option<f64> => "largest face skewness", "",
+    /// Smallest ratio of the volumes of two neighbours.
+    min_volume_ratio: Option<f64> => "smallest volume ratio of neighbours", "",
+    /// Smallest interpolation weight of a face.
+    min_face_weight: Option<f64> => "smallest face weight", "",
 }
 
 impl Row {
@@ -221,8 +229,8 @@ pub fn text(rows: &Rows) -> String {
         .fold(joined(names()), |text, row| text + &row.line())
 }
 
-/// Columns at the end that tables of earlier versions do not have.
-const N_NEW: usize = 2;
+/// Columns at the end that tables of earlier versions do not have: all of them, or the last four.
+const N_NEW: [usize; 2] = [6, 4];
 
 /// The rows in the bytes of a table. A row that a killed run left cut is none; nor is one that is no row,
 /// as a power cut may leave it.
@@ -232,17 +240,19 @@ const N_NEW: usize = 2;
 pub fn parse(bytes: &[u8]) -> Result<Rows> {
     let mut lines = lines(bytes);
     let mut n_missing = 0;
-    match lines.next() {
-        Some((_, Some(header))) if header == names()[..COLUMNS.len() - N_NEW] => n_missing = N_NEW,
-        Some((line, Some(header))) if header != names() => {
-            return Err(Error::input(format!(
+    let missing = |header: &[String]| {
+        let mut counts = std::iter::once(0).chain(N_NEW);
+        counts.find(|n| *header == names()[..COLUMNS.len() - n])
+    };
+    if let Some((line, Some(header))) = lines.next() {
+        n_missing = missing(&header).ok_or_else(|| {
+            Error::input(format!(
                 "the columns are \"{}\"; this version has \"{}\"",
                 header.join(","),
                 names().join(",")
             ))
-            .line(line));
-        }
-        _ => {}
+            .line(line)
+        })?;
     }
     let rows = lines.filter_map(|(_, values)| {
         let mut values = values?;
@@ -323,7 +333,7 @@ mod tests {
         let line = row.line();
         assert_eq!(
             line,
-            "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250,,\n"
+            "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250,,,,,,\n"
         );
         let table = text(&[(3, row.clone())].into());
         assert_eq!(parse(table.as_bytes()).expect("it is whole")[&3], row);

@@ -1,7 +1,7 @@
 //! The picture of a cut: polygons coloured by quality, in so few bytes that a page holds several.
 //!
 //! Polygons of one colour are one path in whole units. What is smaller than a dot on a screen is drawn
-//! as that dot, in the colour of the worst cell that is in it; the dots grow until there are few enough.
+//! as the dots that it touches, each in the colour of the worst cell that is in it; the dots grow until there are few enough.
 
 use super::cut::{Flat, Piece, Window};
 use super::html::escape;
@@ -117,9 +117,14 @@ impl Slice<'_> {
             let [low, high] = box_around(&corners);
             let longest = (high[0] - low[0]).max(high[1] - low[1]);
             if longest < dot {
-                let place = [0, 1].map(|axis| low[axis].midpoint(high[axis]).div_euclid(dot));
-                let worst = dots.entry(place).or_insert(colour);
-                *worst = colour.max(*worst);
+                let centre = [0, 1].map(|axis| low[axis].midpoint(high[axis]));
+                for corner in corners.iter().chain([&centre]) {
+                    // A little inside: a cell that ends with a dot is not in the next one.
+                    let inside = [0, 1].map(|axis| (7 * corner[axis] + centre[axis]).div_euclid(8));
+                    let worst = dots.entry(inside.map(|x| x.div_euclid(dot)));
+                    let worst = worst.or_insert(colour);
+                    *worst = colour.max(*worst);
+                }
                 continue;
             }
             let thickness = twice_area(&corners).abs() as f64 / (2.0 * f64::from(longest));
@@ -257,4 +262,63 @@ pub fn colour_key() -> String {
          for the cell</span></p>",
         colour_bar("Colours from 0, dark, to 1, bright")
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_beside_large_cells_leave_no_gap() {
+        let square = |x: f64, y: f64, size: f64| {
+            let corners = vec![[x, y], [x + size, y], [x + size, y + size], [x, y + size]];
+            Piece { cell: 0, corners }
+        };
+        // Cells of 8 units to the left, of 80 to the right.
+        let small = (0..100).flat_map(|i| (0..100).map(move |j| (i, j)));
+        let small = small.map(|(i, j)| {
+            square(
+                -0.4 + 0.004 * f64::from(i),
+                -0.2 + 0.004 * f64::from(j),
+                0.004,
+            )
+        });
+        let large = (0..50).map(|i| {
+            square(
+                0.04 * f64::from(i % 5),
+                -0.2 + 0.04 * f64::from(i / 5),
+                0.04,
+            )
+        });
+        let pieces: Vec<Piece> = small.chain(large).collect();
+        let slice = Slice {
+            pieces: &pieces,
+            most: 2000,
+            quality: &vec![0.9; pieces.len()],
+            outline: &[],
+            before: &[],
+            window: Window {
+                centre: [0.0; 2],
+                half: [1.0; 2],
+            },
+        };
+        let shapes = slice.few_enough();
+        assert!(shapes.len() <= 2000 && shapes.len() > 500);
+        let is_covered = |place: [i32; 2]| {
+            shapes.iter().any(|shape| {
+                let [low, high] = box_around(&shape.corners);
+                (0..2).all(|axis| low[axis] <= place[axis] && place[axis] <= high[axis])
+            })
+        };
+        let middle = |piece: &Piece| {
+            slice.place([0, 1].map(|axis| 0.5 * (piece.corners[0][axis] + piece.corners[2][axis])))
+        };
+        let corner = |piece: &Piece| slice.place(piece.corners[2].map(|x| x - 1e-3));
+        for piece in &pieces {
+            assert!(
+                is_covered(middle(piece)) && is_covered(corner(piece)),
+                "{piece:?}"
+            );
+        }
+    }
 }

@@ -145,6 +145,10 @@ pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
         row.max_non_orthogonality = value(faces.max_non_orthogonality);
         row.min_size_skew = value(cells.size_skew.min);
         row.mean_size_skew = cells.size_skew.mean;
+        row.mean_non_orthogonality = faces.mean_non_orthogonality;
+        row.max_face_skewness = value(faces.max_face_skewness);
+        row.min_volume_ratio = value(faces.min_volume_ratio);
+        row.min_face_weight = value(faces.min_face_weight);
     }
     row
 }

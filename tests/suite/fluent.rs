@@ -27,7 +27,7 @@ fn a_mesh_is_the_same_from_text_binary_and_hdf5() {
     }
     let run = succeed(
         folder.path(),
-        &["diff", "polyhedra.cas", "polyhedra.msh.h5"],
+        &["diff", "polyhedra.cas.gz", "polyhedra.msh.h5"],
     );
     assert_eq!(run.code, 0, "{run:?}");
     let said = info(folder.path(), "house.cas.h5");
@@ -53,7 +53,7 @@ fn tags_zones_and_polyhedra_survive_a_conversion() {
     for (file, out) in [
         ("house.msh", "a.vtu"),
         ("house.cas", "b.cgns"),
-        ("polyhedra.cas", "c.vtu"),
+        ("polyhedra.cas.gz", "c.vtu"),
         ("polyhedra.msh.h5", "d.cgns"),
         ("refined.msh", "e.vtu"),
     ] {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
 
+mod adf;
 mod bad_input;
 #[cfg(unix)]
 mod batch_scripts;
@@ -43,6 +44,7 @@ mod sliding;
 mod space;
 mod streams;
 mod support;
+mod surfaces;
 mod system;
 mod told;
 mod twist;

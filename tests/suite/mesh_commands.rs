@@ -231,6 +231,18 @@ fn quality_names_inverted_cells_and_fails_on_request() {
         &error,
         &["invertd", "inverted, inverted_reference, min_volume"],
     );
+    // A column of a run alone is one, with the reason why a mesh does not have it.
+    for (condition, why) in [
+        ("max_surface_error>0", "measured against the motion"),
+        ("min_first_cell_ratio<1", "which walls move"),
+        ("base_points>0", "how the steps were computed"),
+        ("time_s>0", "place of a step"),
+    ] {
+        let refused = ["quality", "square.su2", "--fail-on", condition];
+        let (code, _, error) = azimesh(folder.path(), &refused);
+        assert_eq!(code, 2, "{condition}");
+        assert_says(&error, &[condition, why, "steps.csv"]);
+    }
 }
 
 #[test]

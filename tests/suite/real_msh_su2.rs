@@ -54,11 +54,12 @@ fn back(format: &'static dyn Format, mesh: &Mesh, encoding: Encoding) -> Option<
     Some(loaded.expect("what was written").mesh)
 }
 
-/// Groups without their numbers, which a group that comes without one is given.
+/// Groups without what MSH does not hold: conditions, and that a group has no number.
 fn named(groups: &[Group]) -> Vec<Group> {
     let mut groups = groups.to_vec();
     for group in &mut groups {
         group.number = None;
+        group.condition = None;
     }
     groups.sort_by_key(|group| (group.dimension, group.name.clone()));
     groups

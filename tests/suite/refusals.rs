@@ -121,7 +121,7 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     refused(
         folder,
         &["convert", "n.vtu", "out.xyz"],
-        &["out.xyz: ", ".pvtu, .vtu, .vtkhdf, .vtk, .msh,"],
+        &["out.xyz: ", ".pvtu, .vtp, .vtu, .vtkhdf, .vtk, .msh,"],
     );
     refused(
         folder,
@@ -335,8 +335,13 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     refused(folder, &unknown, &["\"invertd\"", "inverted"]);
     let none = ("[rbf]", "[output]\nquality = \"none\"\n[rbf]");
     rewrite(folder, "n.toml", "none.toml", &[none]);
+    let body = "[[body]]\nname = \"a\"\ntags = [\"airfoil\"]\nrigid.translate = [0.1, 0.0, 0.0]\n";
+    let times =
+        format!("time = {{ stop = 0.2, step = 0.1 }}\nboundaries.others = \"fixed\"\n{body}");
+    std::fs::write(folder.join("times.toml"), times).unwrap();
     for (schedule, condition, reason) in [
         ("n.toml", "time_s>0", "rotor.rpm"),
+        ("times.toml", "azimuth_deg>0", "times alone"),
         ("none.toml", "inverted>0", "output.quality = \"none\""),
         (
             "none.toml",
@@ -361,7 +366,13 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let not_met = [&deform[..], &["inverted>0", "-o", "not"]].concat();
     succeed(folder, &not_met);
     let args = [&met[..], &["--force"]].concat();
-    let failures = json(folder, &args)["failures"].clone();
+    let found = json(folder, &args)["failures"].clone();
+    // What quality measures on meshes, deform measures at its steps.
+    let of_faces = [&deform[..], &["min_face_weight<0.5", "-o", "faces"]].concat();
+    assert_eq!(azimesh(folder, &of_faces).code, 1);
+    let quality = ["quality", "faces", "--fail-on", "min_face_weight<0.5"];
+    assert_eq!(azimesh(folder, &quality).code, 1);
+    let failures = found;
     assert_eq!(failures.as_array().unwrap().len(), 37);
     let first = &failures[0];
     assert_eq!(

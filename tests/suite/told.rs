@@ -147,10 +147,10 @@ fn files_that_are_no_mesh_are_named_for_what_they_are() {
     let write =
         |name: &str, bytes: &[u8]| fs::write(Path::new(folder.path()).join(name), bytes).unwrap();
     write("a.su2", b"PK\x03\x04\x14\0\0\0");
-    write("b", b"solid part\n facet normal 0 0 1\n");
+    write("b", b"BZh91AY&SY");
     for (name, what) in [
         ("a.su2", "this is a zip archive"),
-        ("b", "this is an STL file"),
+        ("b", "this is a bzip2 file"),
     ] {
         let run = azimesh(folder.path(), &["info", name]);
         assert_eq!(run.code, 2, "{run:?}");
@@ -159,4 +159,59 @@ fn files_that_are_no_mesh_are_named_for_what_they_are() {
             "{run:?}"
         );
     }
+}
+
+#[test]
+fn what_readers_do_not_take_is_told_of_sequences_in_one_file_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // A tetrahedron with an edge of a group, and values of its cells.
+    let mesh = "# vtk DataFile Version 3.0\nm\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\n\
+                CELLS 2 8\n4 0 1 2 3\n2 0 1\nCELL_TYPES 2\n10\n3\nCELL_DATA 2\nSCALARS p double 1\nLOOKUP_TABLE default\n1 2\n";
+    fs::write(path.join("a.vtk"), mesh).unwrap();
+    fs::write(path.join("b.vtk"), mesh).unwrap();
+    let run = succeed(path, &["convert", "a.vtk", "b.vtk", "two.cgns"]);
+    assert!(run.err.contains("ParaView shows no cell array"), "{run:?}");
+}
+
+#[test]
+fn blades_that_are_one_body_are_told_and_a_mesh_that_is_carried_round_has_velocities() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let sample = [
+        "sample",
+        "rotor",
+        "--blades",
+        "4",
+        "--nodes",
+        "20000",
+        "--first-cell",
+        "1e-3",
+        "-o",
+        "r.vtu",
+    ];
+    succeed(path, &sample);
+    let head = "time = { stop = 0.2, step = 0.1, frequency = 2.0 }\nrbf.support_radius = 5.625\n\
+                boundaries.fixed = [\"hub\", \"outer\"]\noutput.velocity = true\n";
+    let body = |name: &str, tag: &str| {
+        format!("[[body]]\nname = \"{name}\"\ntags = [\"{tag}\"]\ncyclic.collective = 5.0\n")
+    };
+    let rest = "boundaries.others = \"fixed\"\n";
+    let (one, all) = (body("one", "blade_2"), body("all", "blade_*"));
+    let one = one.replace("cyclic", "azimuth_offset = 90\ncyclic");
+    for (name, text) in [
+        (
+            "all.toml",
+            format!("{head}rotor.frame = \"inertial\"\n{all}"),
+        ),
+        ("one.toml", format!("{head}{rest}{one}")),
+    ] {
+        fs::write(path.join(name), text).unwrap();
+    }
+    let told = |schedule: &str| succeed(path, &["check", "r.vtu", schedule]).err;
+    let (all, one) = (told("all.toml"), told("one.toml"));
+    assert!(all.contains("several blades are several bodies"), "{all}");
+    assert!(!all.contains("velocities of all bodies are 0"), "{all}");
+    assert!(!one.contains("several blades"), "{one}");
+    assert!(one.contains("velocities of all bodies are 0"), "{one}");
 }

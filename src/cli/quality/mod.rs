@@ -77,9 +77,8 @@ struct Findings<'a> {
 }
 
 pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
-    let columns = Assessment::default().columns();
     for criterion in &args.fail_on {
-        criterion.check_column(columns.iter().map(|(name, _)| *name))?;
+        criterion.check_of_meshes()?;
     }
     let format = Formats::of(args, context)?;
     let input = Input::open(&args.mesh, format.input, context)?;

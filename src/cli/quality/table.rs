@@ -193,7 +193,9 @@ pub(super) fn as_json(findings: &Findings<'_>) -> Value {
     object.insert("failed_on".into(), failed.collect());
     let failures = met.iter().flat_map(|(criterion, met)| {
         met.iter().map(|(step, value)| {
+            let place = step.map_or_else(String::new, |step| format!("step {}: ", step.index));
             json!({
+                "message": place + &criterion.sentence("", *value),
                 "metric": criterion.column(),
                 "value": value,
                 "limit": criterion.limit(),

@@ -119,6 +119,8 @@ Read {
     SharedNames { what: &'static str, names: Vec<(String, usize)> } => (
         "of the {what}, {}; the name stands for all of them", shared(names)
     )
+    /// Triangles of STL have attributes, such as colours.
+    TriangleAttributes { n: usize } => ("attributes of triangles, such as colours, are not kept ({n})")
     /// Numbers have exponents as Fortran writes them.
     FortranExponents { line: u64 } => (
         "numbers with exponents of Fortran, such as that in line {line}, are read: D stands for E"
@@ -128,6 +130,12 @@ Read {
         "{} with # or !, which the format does not know as comments, {} passed over",
         if *n == 1 { "1 line that begins".into() } else { format!("{n} lines that begin") }, if *n == 1 { "is" } else { "are" }
     )
+    /// Lines end with a comment that the format does not have.
+    TrailingComments { n: usize } => (
+        "what follows # or !, which the format does not know as comments, is passed over in {}", counted(*n, "line")
+    )
+    /// Comments within a section of a Gmsh file.
+    CommentsWithin { section: String } => ("$Comments within ${section} are passed over")
     /// A keyword is spelled in another way than that of the format.
     Spelled { found: &'static str, meant: &'static str } => ("{found}= is read as {meant}=")
     /// Sections of a Gmsh file have no end.

@@ -129,6 +129,14 @@ GroupWritten {
     OnePatch { n: usize } => (
         "a face is in one patch of OpenFOAM; further tags of faces that have several are left out ({n})"
     )
+    /// Faces that are in several tags are in the solid of the first.
+    OneSolid { n: usize } => (
+        "a face is in one solid of STL; further tags of faces that have several are left out ({n})"
+    )
+    /// Binary files of triangles have no names.
+    NamesInText { names: Vec<String> } => (
+        "binary STL has no tags; left out: {} ({} ascii writes a solid for each)", quoted(names), option("encoding")
+    )
     /// Boundary faces inside the mesh, or on no cell.
     NotOutside { name: String, n: usize } => (
         "faces of the tag \"{name}\" that are not on the outside of the mesh are left out ({n}); a patch of OpenFOAM has \
@@ -206,9 +214,23 @@ Written {
     LowerCellsLeftOut { n: usize } => ("cells of lower dimension are left out ({n})")
     /// Nodes are written zone by zone.
     NodesByZone => ("nodes are written zone by zone, so their order changes")
+    /// A format of surfaces holds no solid cells.
+    BoundaryAlone { format: &'static str, n: usize } => (
+        "{format} holds surfaces: the boundary alone is written; solid cells left out, with their zones: {n}"
+    )
+    /// Outer faces that are no boundary cells of the mesh are written too.
+    BareFaces { n: usize } => ("outer faces without a boundary element are written too, without a tag ({n})")
+    /// Curved faces become flat.
+    CornersAlone { n: usize } => ("curved cells are written flat, with their corners only ({n})")
+    /// Faces become triangles.
+    CutIntoTriangles { n: usize } => ("faces of four corners or more are cut into triangles ({n})")
     /// Cells are written type by type.
     CellsByType => (
         "cells are written in the order of their types: in their own order there would be too many sections"
+    )
+    /// A mesh of an ADF file, written as CGNS.
+    Hdf5ForAdf => (
+        "the mesh was read from a CGNS file in ADF and is written in HDF5; hdf2adf, a tool of CGNS, makes ADF of it"
     )
     /// A mesh that was joined from the pieces of a decomposed case.
     AsOne => (

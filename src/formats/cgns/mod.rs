@@ -1,7 +1,7 @@
-//! CGNS files (.cgns) in HDF5.
+//! CGNS files (.cgns), in HDF5 and in the older ADF.
 //!
 //! ```text
-//! node          names, labels, data, children; links
+//! node          names, labels, data, children; stored: the same in HDF5 and in ADF, links followed
 //! read          all zones -> mesh; zone: one zone's sizes and nodes; time: steps of a sequence
 //! unstructured  sections, polyhedra -> cells; regions, node_set -> groups; exterior: faces the file lacks
 //! structured    index ranges -> cells, faces
@@ -22,6 +22,7 @@ mod read;
 mod regions;
 mod sections;
 mod solution;
+mod stored;
 mod structured;
 mod tags;
 mod time;
@@ -29,6 +30,7 @@ mod unstructured;
 mod write;
 mod zone;
 
+use super::adf::is_adf;
 use super::hdf5::is_hdf5;
 use super::{
     CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
@@ -49,7 +51,10 @@ const CELL_ORDER: &str = "CellOrder";
 /// Name of the list of these nodes, one for each step of a sequence.
 const FIELD_POINTERS: &str = "FieldArraysPointers";
 
-/// CGNS in HDF5 (.cgns).
+/// What the reader leaves for the writer: that the file was in ADF.
+struct FromAdf;
+
+/// CGNS (.cgns); written in HDF5.
 pub struct Cgns;
 
 impl Format for Cgns {
@@ -65,10 +70,9 @@ impl Format for Cgns {
         &["cgns"]
     }
 
-    /// A file in the old ADF format, which the reader refuses with a hint at how to convert it. The start of
-    /// an HDF5 file does not tell its format.
+    /// The start of an ADF file; that of an HDF5 file does not tell its format.
     fn recognizes_start(&self, head: &[u8]) -> bool {
-        node::is_adf(head)
+        is_adf(head)
     }
 
     fn recognizes_file(&self, source: &Source) -> bool {

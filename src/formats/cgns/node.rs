@@ -1,21 +1,18 @@
-//! Nodes of a CGNS file: a name, a label, data, children. In HDF5 each is a group; links, also into
-//! other files, are followed where they are met.
+//! Nodes of a CGNS file: a name, a label, data, children, whatever file format they are stored in.
 
-use super::super::hdf5::{Dataset, File, Group, MissingFiles};
+use super::super::hdf5::{File, MissingFiles};
 use super::super::names::decoded;
 use super::super::{Notes, Source};
+use super::stored::{Data, Stored};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
 use std::borrow::Cow;
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
-/// Most links that lead from one to the next.
-const MOST_LINKS: usize = 16;
-
 /// A node; its children are read on first use.
 pub(super) struct Node {
-    group: Group,
+    stored: Stored,
     name: String,
     label: String,
     path: String,
@@ -29,49 +26,29 @@ type Latin1 = Rc<RefCell<Vec<String>>>;
 impl Node {
     /// The node above all bases, and the files that links lead to in vain.
     pub fn root(source: &Source) -> Result<(Self, MissingFiles)> {
-        if is_adf(source.bytes()) {
-            return Err(Error::input(
-                "this CGNS file is in the old ADF format, which is not read; convert it with adf2hdf, a tool of CGNS",
-            )
-            .byte(4));
-        }
-        let file = File::open(source)?;
+        let (stored, missing) = Stored::root(source)?;
         let root = Self {
-            group: file.root()?,
+            stored,
             name: String::new(),
             label: String::new(),
             path: String::new(),
             children: OnceCell::new(),
             latin1: Latin1::default(),
         };
-        Ok((root, file.missing_files()))
+        Ok((root, missing))
     }
 
-    fn below(parent: &str, group: Group, latin1: &Latin1) -> Result<Self> {
-        let name = group.name().to_owned();
-        let path = format!("{parent}/{name}");
-        let mut target = group;
-        let mut links = 0;
-        while text_of(&target, "type", &path)?.as_deref() == Some("LK") {
-            links += 1;
-            let next = match links {
-                0..=MOST_LINKS => target.group(" link"),
-                _ => return Err(Error::input("its links form a loop").dataset(&path)),
-            };
-            target = match next {
-                Ok(Some(next)) => next,
-                Ok(None) => return Err(broken_link(&target, &path)),
-                Err(error) => return Err(refused_link(&target, &path, &error)),
-            };
-        }
-        let label = text_of(&target, "label", &path)?.unwrap_or_default();
+    fn below(&self, stored: Stored) -> Result<Self> {
+        let name = self.decoded(stored.name());
+        let path = format!("{}/{name}", self.path);
+        let stored = stored.target(&path)?;
         Ok(Self {
-            group: target,
+            label: stored.label(&path)?,
+            stored,
             name,
-            label,
             path,
             children: OnceCell::new(),
-            latin1: latin1.clone(),
+            latin1: self.latin1.clone(),
         })
     }
 
@@ -100,12 +77,9 @@ impl Node {
         if let Some(children) = self.children.get() {
             return Ok(children);
         }
-        let groups = self.group.groups().map_err(|e| e.dataset(&self.path))?;
-        let children: Result<Vec<Node>> = groups
-            .into_iter()
-            .filter(|group| !group.name().starts_with(' '))
-            .map(|group| Node::below(&self.path, group, &self.latin1))
-            .collect();
+        let children = self.stored.children();
+        let children = children.map_err(|e| e.dataset(&self.path))?.into_iter();
+        let children: Result<Vec<Node>> = children.map(|child| self.below(child)).collect();
         let children = children?;
         Ok(self.children.get_or_init(|| children))
     }
@@ -128,15 +102,19 @@ impl Node {
     }
 
     /// The data as it is stored.
-    pub fn dataset(&self) -> Result<Dataset> {
-        let data = self.group.dataset(" data");
-        data.map_err(|error| error.dataset(&self.path))?
+    pub fn data(&self) -> Result<Data> {
+        self.data_or_none()?
             .ok_or_else(|| self.refuse("it has no data"))
+    }
+
+    fn data_or_none(&self) -> Result<Option<Data>> {
+        let data = self.stored.data();
+        data.map_err(|error| error.dataset(&self.path))
     }
 
     /// All of its data.
     pub fn values(&self) -> Result<Values> {
-        let values = self.dataset()?.values();
+        let values = self.data()?.values();
         values.map_err(|error| self.refuse(error.message))
     }
 
@@ -162,8 +140,7 @@ impl Node {
 
     /// The data as text; empty where there is none.
     pub fn text_or_none(&self) -> Result<String> {
-        let data = self.group.dataset(" data");
-        match data.map_err(|error| error.dataset(&self.path))? {
+        match self.data_or_none()? {
             Some(_) => self.text(),
             None => Ok(String::new()),
         }
@@ -226,8 +203,8 @@ impl Node {
 
     /// Sizes of its data as CGNS counts them, the first index running fastest.
     pub fn sizes(&self) -> Result<Vec<u64>> {
-        let dataset = self.dataset()?;
-        Ok(dataset.shape().iter().rev().copied().collect())
+        let data = self.data()?;
+        Ok(data.shape().iter().rev().copied().collect())
     }
 }
 
@@ -237,63 +214,13 @@ pub(super) fn has_bases(source: &Source) -> bool {
     names.is_ok_and(|(groups, _)| groups.iter().any(|name| name == "CGNSLibraryVersion"))
 }
 
-/// Whether a file is of the old format: four bytes of any kind, then its name.
-pub(super) fn is_adf(head: &[u8]) -> bool {
-    head.get(4..16) == Some(b"ADF Database")
-}
-
-fn text_of(group: &Group, attribute: &str, path: &str) -> Result<Option<String>> {
-    let text = group.text(attribute).map_err(|e| e.dataset(path))?;
-    Ok(text.map(|text| trimmed(text.as_bytes())))
-}
-
 /// Text up to the first zero, without spaces at its end.
-fn trimmed(bytes: &[u8]) -> String {
+pub(super) fn trimmed(bytes: &[u8]) -> String {
     decoded(to_zero(bytes)).trim_end().to_owned()
 }
 
+/// Bytes up to the first zero.
 fn to_zero(bytes: &[u8]) -> &[u8] {
     let end = bytes.iter().position(|&byte| byte == 0);
     &bytes[..end.unwrap_or(bytes.len())]
-}
-
-fn broken_link(group: &Group, path: &str) -> Error {
-    let message = match target_of(group) {
-        (to, Some(file)) => format!(
-            "this links to \"{to}\" in the file \"{file}\"; that file is not in the folder of this one, or has no such node"
-        ),
-        (to, None) => format!("this links to \"{to}\", which is not in the file"),
-    };
-    Error::input(message).dataset(path)
-}
-
-/// A link that could not be followed, for a reason that the library gives.
-fn refused_link(group: &Group, path: &str, why: &Error) -> Error {
-    let message = match target_of(group) {
-        (to, Some(file)) => format!(
-            "this links to \"{to}\" in the file \"{file}\", and the link could not be followed: {}",
-            why.message
-        ),
-        (to, None) => format!(
-            "this links to \"{to}\", and the link could not be followed: {}",
-            why.message
-        ),
-    };
-    Error::input(message).dataset(path)
-}
-
-/// Where a link leads: a path and, unless it is in the same file, a file.
-fn target_of(group: &Group) -> (String, Option<String>) {
-    let word = |name: &str| {
-        let dataset = group.dataset(name).ok()??;
-        match dataset.values().ok()? {
-            Values::I8(bytes) => Some(bytes.into_iter().map(|b| b as u8).collect::<Vec<u8>>()),
-            Values::U8(bytes) => Some(bytes),
-            Values::Text(lines) => Some(lines.concat().into_bytes()),
-            _ => None,
-        }
-        .map(|bytes| trimmed(&bytes))
-    };
-    let file = word(" file").filter(|file| !file.is_empty());
-    (word(" path").unwrap_or_default(), file)
 }

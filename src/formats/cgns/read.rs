@@ -1,6 +1,8 @@
 //! A CGNS file as a mesh: all zones of all bases one after another.
 
+use super::super::adf::is_adf;
 use super::super::{Notes, ReadOptions, Source};
+use super::FromAdf;
 use super::builder::MeshBuilder;
 use super::families::Families;
 use super::node::Node;
@@ -9,7 +11,7 @@ use super::zone::Zone;
 use super::{solution, structured, unstructured};
 use crate::diagnostic::formats::Read;
 use crate::error::{Error, Result};
-use crate::mesh::{BoundedCells, Mesh, first_where};
+use crate::mesh::{BoundedCells, Mesh, Origin, first_where};
 use std::ops::Range;
 
 /// Reads a file at one of its steps.
@@ -18,7 +20,10 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     let read = read_bases(&root, options, notes);
     let files = missing.names();
     match read {
-        Ok(mesh) => {
+        Ok(mut mesh) => {
+            if is_adf(source.bytes()) {
+                mesh.origin = Origin::new(FromAdf);
+            }
             if !files.is_empty() {
                 notes.push(Read::BrokenLinks { files });
             }
@@ -42,9 +47,7 @@ fn read_bases(root: &Node, options: &ReadOptions, notes: &mut Notes) -> Result<M
     let mut found = MeshBuilder::default();
     let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
     if bases.is_empty() {
-        return Err(
-            Error::input("this HDF5 file is not a CGNS file: it has no CGNSBase_t").dataset("/"),
-        );
+        return Err(Error::input("this is not a CGNS file: it has no CGNSBase_t").dataset("/"));
     }
     let mut zones = Vec::new();
     for base in &bases {

@@ -1,12 +1,12 @@
 //! Sections of elements of an unstructured zone, and which element is which cell.
 
-use super::super::hdf5::Dataset;
 use super::super::vtk::chunk::Chunk;
 use super::builder::MeshBuilder;
 use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
 };
 use super::node::Node;
+use super::stored::Data;
 use super::zone::Zone;
 use crate::error::{Result, counted};
 use crate::mesh::{CellKind, Values};
@@ -129,8 +129,8 @@ impl Section<'_> {
 
     fn read_fixed(&self, element: ElementType, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
-        let dataset = node.dataset()?;
-        let n_entries: Option<u64> = dataset
+        let data = node.data()?;
+        let n_entries: Option<u64> = data
             .shape()
             .iter()
             .try_fold(1, |p: u64, n| p.checked_mul(*n));
@@ -144,23 +144,20 @@ impl Section<'_> {
             )));
         }
         found.check_room(self.n_elements)?;
-        let step = match dataset.shape() {
-            [_] => dataset
+        let step = match data.shape() {
+            [_] => data
                 .whole_chunks(BLOCK)
                 .next_multiple_of(element.n_nodes as u64),
             _ => u64::MAX,
         };
         let order = element.vtk_from_cgns();
-        let rows = dataset.n_rows();
-        dataset
-            .check_rows(&(0..rows))
+        let rows = data.n_rows();
+        data.check_rows(&(0..rows))
             .map_err(|e| node.refuse(e.message))?;
         let mut start = 0;
         while start < rows {
             let end = start.saturating_add(step).min(rows);
-            let block = dataset
-                .rows(start..end)
-                .map_err(|e| node.refuse(e.message))?;
+            let block = data.rows(start..end).map_err(|e| node.refuse(e.message))?;
             let mut nodes = node_indices(&block, node, zone)?;
             drop(block);
             if let Some(order) = &order {
@@ -231,7 +228,7 @@ impl Section<'_> {
 /// The entries of a dataset, of which a block at a time is in memory.
 struct Entries<'a> {
     node: &'a Node,
-    dataset: Dataset,
+    data: Data,
     rows: Range<u64>,
     block: Vec<i64>,
     /// Entries of the block that were given.
@@ -240,14 +237,12 @@ struct Entries<'a> {
 
 impl<'a> Entries<'a> {
     fn open(node: &'a Node) -> Result<Self> {
-        let dataset = node.dataset()?;
-        let rows = 0..dataset.n_rows();
-        dataset
-            .check_rows(&rows)
-            .map_err(|e| node.refuse(e.message))?;
+        let data = node.data()?;
+        let rows = 0..data.n_rows();
+        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
         Ok(Self {
             node,
-            dataset,
+            data,
             rows,
             block: Vec::new(),
             given: 0,
@@ -257,12 +252,12 @@ impl<'a> Entries<'a> {
     /// The next `n` entries; `None` where there are less.
     fn next(&mut self, n: usize) -> Result<Option<&[i64]>> {
         while self.block.len() - self.given < n && !self.rows.is_empty() {
-            let rows = match self.dataset.shape() {
-                [_] => self.dataset.whole_chunks(BLOCK),
+            let rows = match self.data.shape() {
+                [_] => self.data.whole_chunks(BLOCK),
                 _ => u64::MAX,
             };
             let end = self.rows.start.saturating_add(rows).min(self.rows.end);
-            let values = self.dataset.rows(self.rows.start..end);
+            let values = self.data.rows(self.rows.start..end);
             let values = values.map_err(|e| self.node.refuse(e.message))?;
             let numbers = values.to_integers();
             let refused = || self.node.refuse("node numbers must be integers");
@@ -281,7 +276,7 @@ impl<'a> Entries<'a> {
 
     /// How many are left.
     fn n_left(&self) -> u64 {
-        let row = self.dataset.row().unwrap_or(1) as u64;
+        let row = self.data.row().unwrap_or(1) as u64;
         let rows = self.rows.end - self.rows.start;
         (self.block.len() - self.given) as u64 + rows.saturating_mul(row)
     }

@@ -9,6 +9,7 @@ use crate::mesh::{CellKind, DataArray, Difference, Group, Mesh, Tolerance, Value
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+mod adf;
 mod odd;
 mod refused;
 mod regions;
@@ -138,6 +139,14 @@ fn boundaries_given_by_nodes_get_the_faces_that_the_file_lacks() {
     assert_eq!(tags["high"], [set(&[2, 5, 8, 11])].into());
     assert_eq!(tags["all"].len(), 10);
     assert_eq!(mesh.cells.len(), 12, "a face in two tags is one cell");
+}
+
+#[test]
+fn links_lead_on_from_linked_files() {
+    let (mesh, notes) = load("linked_twice.cgns", None);
+    let (grid, _) = load("linked_grid.cgns", None);
+    assert!(notes.is_empty(), "{notes:?}");
+    assert_eq!(mesh, grid);
 }
 
 #[test]

@@ -312,7 +312,9 @@ fn numbers(content: &Content) -> Result<Option<Vec<u32>>> {
         let n = numbers.len();
         numbers[cells.start.min(n)..cells.end.min(n)].fill(NONE);
     }
-    let kept = numbers.iter_mut().filter(|number| **number != NONE);
-    kept.zip(0..).for_each(|(number, next)| *number = next);
+    let active = numbers.iter_mut().filter(|number| **number != NONE);
+    for (next, number) in (0..).zip(active) {
+        *number = next;
+    }
     Ok(Some(numbers))
 }

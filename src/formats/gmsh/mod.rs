@@ -4,6 +4,7 @@
 //! dimension but elements there, their elementary entities, called by their number, are the tags.
 //! Values at nodes and elements are arrays of the mesh.
 
+mod comments;
 mod content;
 mod data;
 mod elements;

@@ -8,7 +8,7 @@ use super::entities::Entities;
 use super::groups::{self, PhysicalName, read_names};
 use super::nodes::Nodes;
 use super::stream::{Binary, Stream, Version};
-use super::{elements, elements2, foreign, nodes};
+use super::{comments, elements, elements2, foreign, nodes};
 use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::Result;
 use crate::mesh::{Cells, DataArray, Mesh, Values};
@@ -28,6 +28,13 @@ struct FileContent<'a> {
 
 /// The mesh in these bytes.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    match comments::without(bytes, notes) {
+        None => read_sections(bytes, options, notes),
+        Some(plain) => read_sections(&plain, options, notes),
+    }
+}
+
+fn read_sections(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let mut parts = FileContent::default();
     let stream = sections(bytes, |name, version, stream| {
         parts.read(name, version, stream, notes)

@@ -21,6 +21,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Decompressed data can be this many times larger than the file.
 const MOST_RATIO: usize = 1100;
+/// Most files that links lead to from one to the next.
+const MOST_FILES: usize = 16;
 /// Decompressed bytes that a small file may have.
 const SMALLEST_LIMIT: usize = 64 << 20;
 
@@ -60,7 +62,11 @@ impl File {
         let missing = MissingFiles::default();
         let files = |folder| {
             let missing = missing.clone();
-            Arc::new(SameFolder { folder, missing }) as _
+            Arc::new(SameFolder {
+                folder,
+                missing,
+                left: MOST_FILES,
+            }) as _
         };
         let options = options(source.bytes().len(), folder.map(files));
         let file = Hdf5File::from_owner(source.shared(), options).map_err(at_root)?;
@@ -110,6 +116,8 @@ fn limit(n_bytes: usize) -> usize {
 struct SameFolder {
     folder: PathBuf,
     missing: MissingFiles,
+    /// Files that may follow one another.
+    left: usize,
 }
 
 impl ExternalLinkResolver for SameFolder {
@@ -125,7 +133,14 @@ impl ExternalLinkResolver for SameFolder {
             return Ok(None);
         }
         let size = usize::try_from(path.metadata()?.len()).unwrap_or(usize::MAX);
-        let options = options(size, None);
+        let next = self.left.checked_sub(1).map(|left| {
+            Arc::new(Self {
+                folder: path.parent().map(PathBuf::from).unwrap_or_default(),
+                missing: self.missing.clone(),
+                left,
+            }) as _
+        });
+        let options = options(size, next);
         Hdf5File::open_with_options(path, options).map(Some)
     }
 }

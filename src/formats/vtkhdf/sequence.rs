@@ -2,6 +2,7 @@
 
 use super::super::hdf5::{Column, Data, Element, Links, StepFile, Stored, Tree};
 use super::super::hdf5::{column_bytes, index_bytes};
+use super::super::portable::not_taken;
 use super::super::vtk::arrays::VtkArrays;
 use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, NAMES, shape};
@@ -74,6 +75,7 @@ impl SequenceFile for Sequence {
         }
         if self.n_steps == 0 {
             self.notes.clone_from(&blocks.notes);
+            self.notes.extend(not_taken(mesh, "vtkhdf"));
         }
         self.n_steps += 1;
         self.check_complete()?;

@@ -12,11 +12,16 @@ use std::io::Write;
 /// Arrays that are declared to VTK as global numbers of nodes and cells in a mesh of several files.
 const GLOBAL_IDS: [&str; 2] = ["GlobalNodeIds", "GlobalCellIds"];
 
+/// The lists of cells of polygonal data.
+const LISTS: [&str; 4] = ["Verts", "Lines", "Strips", "Polys"];
+
 /// A file about to be written.
 pub(super) struct File<'a> {
     pub sections: Sections<'a>,
     pub n_points: usize,
     pub n_cells: usize,
+    /// Of polygonal data, how many cells are vertices, lines, strips and polygons: `cells` has two arrays for each.
+    pub lists: Option<[usize; 4]>,
     /// Version of the XML.
     pub version: &'static str,
     pub options: &'a WriteOptions,
@@ -88,6 +93,10 @@ impl File<'_> {
         array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
     ) -> Result<()> {
         let version = self.version;
+        let grid = match self.lists {
+            None => "UnstructuredGrid",
+            Some(_) => "PolyData",
+        };
         let order = if cfg!(target_endian = "big") {
             "BigEndian"
         } else {
@@ -102,8 +111,8 @@ impl File<'_> {
         };
         write!(
             out,
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"{version}\" \
-             byte_order=\"{order}\" header_type=\"UInt64\"{compressor}>\n  <UnstructuredGrid>\n"
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"{grid}\" version=\"{version}\" \
+             byte_order=\"{order}\" header_type=\"UInt64\"{compressor}>\n  <{grid}>\n"
         )
         .map_err(failed)?;
         let sections = &self.sections;
@@ -111,16 +120,27 @@ impl File<'_> {
             section("FieldData", &sections.fields, out, array)?;
         }
         let (n_points, n_cells) = (self.n_points, self.n_cells);
-        writeln!(
-            out,
-            "<Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">"
-        )
-        .map_err(failed)?;
+        let counts = match self.lists {
+            None => format!(" NumberOfCells=\"{n_cells}\""),
+            Some(lists) => {
+                let counts = LISTS.iter().zip(lists);
+                let counts = counts.map(|(list, n)| format!(" NumberOf{list}=\"{n}\""));
+                counts.collect()
+            }
+        };
+        writeln!(out, "<Piece NumberOfPoints=\"{n_points}\"{counts}>").map_err(failed)?;
         section("PointData", &sections.point_data, out, array)?;
         section("CellData", &sections.cell_data, out, array)?;
         section("Points", &sections.points, out, array)?;
-        section("Cells", &sections.cells, out, array)?;
-        write!(out, "</Piece>\n  </UnstructuredGrid>\n").map_err(failed)
+        match self.lists {
+            None => section("Cells", &sections.cells, out, array)?,
+            Some(_) => {
+                for (list, arrays) in LISTS.iter().zip(sections.cells.chunks(2)) {
+                    section(list, arrays, out, array)?;
+                }
+            }
+        }
+        write!(out, "</Piece>\n  </{grid}>\n").map_err(failed)
     }
 }
 

@@ -8,7 +8,7 @@
 //! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
 //! read    arrays -> nodes; arrays: values; cells: types, offsets, connectivity; structured: blocks
 //! write   mesh -> file; encode: one array as text, base64, blocks
-//! file    list of arrays -> XML and values
+//! file    list of arrays -> XML and values; polydata: surfaces (.vtp)
 //! ```
 
 mod aligner;
@@ -19,11 +19,14 @@ mod collect;
 mod document;
 mod encode;
 mod file;
+mod polydata;
 pub(super) mod read;
 mod stored;
 mod structured;
 mod write;
 pub(super) mod xml;
+
+pub use polydata::Vtp;
 
 pub(super) use file::{NAMES, escaped, is_xml};
 

@@ -21,16 +21,22 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
         sections: plan.sections(),
         n_points: mesh.points.len(),
         n_cells: plan.n_cells(),
+        lists: None,
         version: version(mesh),
         options,
     };
+    write_file(&file, out)?;
+    Ok(plan.notes)
+}
+
+/// Writes a file in the encoding of its options.
+pub(super) fn write_file(file: &File<'_>, out: &mut dyn Write) -> Result<()> {
     let mut out = BufWriter::with_capacity(BUFFER, out);
-    match options.encoding {
+    match file.options.encoding {
         Encoding::Raw => file.appended(&mut out)?,
         Encoding::Base64 | Encoding::Ascii => file.inline(&mut out)?,
     }
-    out.flush().map_err(failed)?;
-    Ok(plan.notes)
+    out.flush().map_err(failed)
 }
 
 /// Files of version 2.1 have the nodes of Lagrange and Bezier hexahedra in VTK's present order;

@@ -61,7 +61,9 @@ impl<'a> Centres<'a> {
             dimension,
             stored: Vec::new(),
         };
-        stored.resize(n, Centre::default());
+        if stored.len() != n {
+            stored = parallel::collect(n, |_| Centre::default());
+        }
         let mut rest = &mut stored[..];
         let mut tasks = Vec::new();
         let n_cells = mesh.cells.len();

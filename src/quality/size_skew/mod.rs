@@ -43,30 +43,11 @@ impl SizeSkew {
 }
 
 /// The sum of the `alpha_k` of each cell in the reference mesh, 8 bytes a cell; NaN for cells that have no size-skew.
+/// [`Reference::with_sizes`] makes them.
 #[derive(Debug, Clone)]
-pub struct ReferenceSizes(Vec<f64>);
+pub struct ReferenceSizes(pub(super) Vec<f64>);
 
 impl ReferenceSizes {
-    /// Of the mesh that `reference` was made from. One parallel pass.
-    pub fn of(mesh: &Mesh, reference: &Reference) -> Self {
-        let mut sizes = vec![f64::NAN; mesh.cells.len()];
-        parallel::for_blocks(&mut sizes, CHUNK, &|start, own| {
-            let cells = start..start + own.len();
-            visit::volume_cells(
-                mesh,
-                &mesh.points,
-                reference.facing(),
-                cells,
-                |first, block| {
-                    for i in (0..block.n).filter(|i| reference.is_valid(first + i)) {
-                        own[first + i - start] = block.size[i];
-                    }
-                },
-            );
-        });
-        Self(sizes)
-    }
-
     /// Of the cells from `first` on.
     pub(super) fn from(&self, first: usize) -> &[f64] {
         &self.0[first..]

@@ -141,7 +141,7 @@ fn value(mesh: &Mesh, points: &[Vector]) -> f64 {
     let judge = Judge::new(mesh);
     let found = judge.assess(mesh, points).cells.size_skew;
     assert_eq!(found.min.map(|e| e.value), found.mean);
-    let sizes = ReferenceSizes::of(mesh, &judge.reference);
+    let (_, sizes) = Reference::with_sizes(mesh);
     let array = per_cell(mesh, points, &judge.reference, &sizes);
     assert_eq!(
         array.values,

@@ -3,14 +3,6 @@
 use super::*;
 
 #[test]
-fn adf_files_are_refused_with_the_tool_that_converts_them() {
-    let mut bytes = b"\xc0\xa8\xa3\xa9ADF Database Version A02011>".to_vec();
-    bytes.resize(4096, 0);
-    assert!(Cgns.recognizes_start(&bytes));
-    assert!(refused(&bytes).to_string().contains("adf2hdf"));
-}
-
-#[test]
 fn a_link_to_a_missing_file_is_named() {
     let bytes = std::fs::read(path("linked_families.cgns")).expect("the file is there");
     let message = refused(&bytes).to_string();
@@ -18,6 +10,17 @@ fn a_link_to_a_missing_file_is_named() {
         message.contains("linked_grid.cgns") && message.contains("/Base/Zone/"),
         "{message}"
     );
+}
+
+#[test]
+fn files_that_link_to_themselves_end() {
+    let folder = tempfile::tempdir().expect("a folder can be made");
+    let itself = folder.path().join("linked_grid.cgns");
+    std::fs::copy(path("linked_families.cgns"), &itself).expect("it is copied");
+    let source = Source::open(&itself).expect("it is there");
+    let read = Cgns.read_file(&source, &ReadOptions::default(), &mut Notes::default());
+    let message = read.expect_err("it has no coordinates").to_string();
+    assert!(message.contains("/Base/Zone/GridCoordinates"), "{message}");
 }
 
 /// Replaces the last place where these numbers stand, in four bytes each: values follow headers.

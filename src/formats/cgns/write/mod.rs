@@ -21,7 +21,7 @@ pub(super) mod sequence;
 mod series;
 
 use super::super::{Precision, WriteOptions};
-use super::CELL_ORDER;
+use super::{CELL_ORDER, FromAdf};
 use crate::diagnostic::formats::Written;
 use crate::error::Result;
 use crate::formats::Notes;
@@ -49,6 +49,7 @@ const BLOCK: usize = 1 << 18;
 
 /// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    let from_adf = mesh.origin.get::<FromAdf>();
     let sorted = plan::sorted(mesh)?;
     let sorted_view = sorted.as_ref().map(Mesh::view);
     let mesh = sorted_view.as_ref().unwrap_or(mesh);
@@ -64,6 +65,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
         add_length_exponents(draft, node);
     }
     let mut notes = static_part.notes;
+    notes.extend(from_adf.map(|_| Written::Hdf5ForAdf));
     notes.extend(sorted.iter().map(|_| Written::CellsByType));
     fields::add(draft, static_part.base, &mesh.field_arrays, &mut notes);
     let everywhere = 0..mesh.points.len();

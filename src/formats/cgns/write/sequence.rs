@@ -2,8 +2,9 @@
 //! once; pointers of the zone to those of each step, and times.
 
 use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree, column_bytes};
+use super::super::super::portable::not_taken;
 use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
-use super::super::{FIELD_ARRAYS, FIELD_POINTERS};
+use super::super::{FIELD_ARRAYS, FIELD_POINTERS, FromAdf};
 use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
 use super::draft::{self, DataType, Draft, Open};
 use super::faces::FaceTable;
@@ -214,18 +215,20 @@ impl Steps {
 impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
         self.options.check_coordinates(mesh)?;
+        let mut notes = Notes::default();
+        notes.extend(mesh.origin.get::<FromAdf>().map(|_| Written::Hdf5ForAdf));
         let sorted = plan::sorted(mesh)?;
         let sorted_view = sorted.as_ref().map(Mesh::view);
         let mesh = sorted_view.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
         self.append_grid(mesh)?;
-        let mut notes = Notes::default();
         notes.extend(sorted.iter().map(|_| Written::CellsByType));
         let (file, steps) = (&mut self.file, &mut self.steps);
         let first = self.first.as_mut().expect("the first step has set it");
         steps.append_arrays(mesh, (file, first), &mut notes)?;
         if steps.n == 0 {
             self.notes.extend(notes);
+            self.notes.extend(not_taken(mesh, "cgns"));
         }
         steps.n += 1;
         steps.times.push(&[time]);

@@ -1,0 +1,27 @@
+//! What formats that hold surfaces alone are given of a mesh, and what is told of the rest.
+
+use super::Notes;
+use crate::diagnostic::formats::Written;
+use crate::mesh::{Mesh, MeshView};
+
+/// The surface of a mesh, and notes on what of the mesh is not in it.
+pub(super) fn surface_of(mesh: &MeshView, format: &'static str) -> (Mesh, Notes) {
+    let skin = mesh.skin();
+    let mut notes = Notes::default();
+    if skin.n_solid > 0 {
+        notes.push(Written::BoundaryAlone {
+            format,
+            n: skin.n_solid,
+        });
+    }
+    if skin.n_lower > 0 {
+        notes.push(Written::LowerCellsLeftOut { n: skin.n_lower });
+    }
+    if skin.n_bare > 0 {
+        notes.push(Written::BareFaces { n: skin.n_bare });
+    }
+    if skin.n_curved > 0 {
+        notes.push(Written::CornersAlone { n: skin.n_curved });
+    }
+    (skin.mesh, notes)
+}
