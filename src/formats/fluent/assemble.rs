@@ -1,6 +1,6 @@
 //! A mesh of what a file says: cells of their faces, tags of the zones on the boundary, zones of cells.
 
-use super::content::{Content, FaceZone};
+use super::content::{Content, FaceZone, NONE};
 use super::join::{Joined, join};
 use super::kinds::{OVERLAP, PARENT};
 use super::plane;
@@ -10,7 +10,7 @@ use crate::formats::Notes;
 use crate::formats::by_faces::{self, Faces, Labels};
 use crate::mesh::{CellKind, CellSet, Cells, Group, Mesh};
 use crate::parallel::update;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Makes the mesh.
@@ -36,41 +36,16 @@ pub(super) fn mesh(mut content: Content, notes: &mut Notes) -> Result<Mesh> {
     if joined.n_cells > 2 * n_faces || n_faces >= 1 << 31 {
         return Err(too_many_cells(joined.n_cells, n_faces));
     }
-    let n_inside = joined.n_inside;
     let tags = tags(&content, &joined);
-    let mut both = Vec::new();
+    let both = twice(&joined, &tags);
     let mut cells = match content.dimension {
-        2 => {
-            let cells = plane::assemble(&joined)?;
-            twice(&joined, &tags, &mut both);
-            cells
-        }
-        _ => {
-            twice(&joined, &tags, &mut both);
-            solid(&mut joined)?
-        }
+        2 => plane::assemble(&joined)?,
+        _ => solid(&mut joined)?,
     };
     for nodes in both {
         cells.push(kind_of(nodes.len(), content.dimension), &nodes);
     }
-    let mut groups = Vec::new();
-    let mut first_twice = joined.n_cells + n_faces - n_inside;
-    for tag in tags {
-        let mut set = CellSet::new();
-        for range in &tag.outside {
-            let shift = |face: usize| joined.n_cells + face - n_inside;
-            set.push_range(shift(range.start)..shift(range.end));
-        }
-        for range in &tag.inside {
-            set.push_range(first_twice..first_twice + range.len());
-            first_twice += range.len();
-        }
-        groups.push(Group {
-            dimension: content.dimension - 1,
-            cells: set,
-            ..tag.group
-        });
-    }
+    let mut groups = groups(tags, &joined, n_faces, content.dimension);
     groups.extend(zones(&content, &joined));
     Ok(Mesh {
         points: content.points,
@@ -78,6 +53,29 @@ pub(super) fn mesh(mut content: Content, notes: &mut Notes) -> Result<Mesh> {
         groups,
         ..Mesh::default()
     })
+}
+
+/// The groups of the tags: faces on the boundary follow the cells, and tagged faces between cells follow those.
+fn groups(tags: Vec<Tag>, joined: &Joined, n_faces: usize, dimension: u8) -> Vec<Group> {
+    let (n_cells, n_inside) = (joined.n_cells, joined.n_inside);
+    let mut first_twice = n_cells + n_faces - n_inside;
+    let group = |tag: Tag| {
+        let mut set = CellSet::new();
+        for range in &tag.outside {
+            let shift = |face: usize| n_cells + face - n_inside;
+            set.push_range(shift(range.start)..shift(range.end));
+        }
+        for range in &tag.inside {
+            set.push_range(first_twice..first_twice + range.len());
+            first_twice += range.len();
+        }
+        Group {
+            dimension: dimension - 1,
+            cells: set,
+            ..tag.group
+        }
+    };
+    tags.into_iter().map(group).collect()
 }
 
 /// Refuses more cells than faces can bound.
@@ -126,15 +124,13 @@ struct Tag {
 /// The tags, in the order of the file: zones with faces on the boundary, and zones between cells that are not interior.
 fn tags(content: &Content, joined: &Joined) -> Vec<Tag> {
     let mut tags: Vec<Tag> = Vec::new();
+    let mut places = BTreeMap::new();
     for (zone, [outside, inside]) in content.faces.iter().zip(&joined.zones) {
         let is_tagged = !inside.is_empty() && !content.is_interior(zone);
         if outside.is_empty() && !is_tagged {
             continue;
         }
-        let known = tags
-            .iter()
-            .position(|tag| tag.group.number == Some(zone.zone as i32));
-        let at = known.unwrap_or_else(|| {
+        let at = *places.entry(zone.zone).or_insert_with(|| {
             tags.push(new_tag(content, zone));
             tags.len() - 1
         });
@@ -162,14 +158,12 @@ fn new_tag(content: &Content, zone: &FaceZone) -> Tag {
 }
 
 /// The nodes of tagged faces between two cells, in the order of the tags.
-fn twice(joined: &Joined, tags: &[Tag], nodes: &mut Vec<Vec<u32>>) {
+fn twice(joined: &Joined, tags: &[Tag]) -> Vec<Vec<u32>> {
     let ranges = tags.iter().flat_map(|tag| &tag.inside);
-    nodes.extend(
-        ranges
-            .cloned()
-            .flatten()
-            .map(|face| joined.faces.nodes(face).to_vec()),
-    );
+    let faces = ranges.cloned().flatten();
+    faces
+        .map(|face| joined.faces.nodes(face).to_vec())
+        .collect()
 }
 
 fn kind_of(n_nodes: usize, dimension: u8) -> CellKind {
@@ -183,43 +177,42 @@ fn kind_of(n_nodes: usize, dimension: u8) -> CellKind {
 
 /// The zones of cells, in the order of the file.
 fn zones(content: &Content, joined: &Joined) -> Vec<Group> {
-    let mut order: Vec<u32> = Vec::new();
+    let mut ranges: BTreeMap<u32, Vec<Range<usize>>> = BTreeMap::new();
+    let mut order = Vec::new();
     for zone in content.cells.iter().filter(|zone| zone.is_active) {
-        if !order.contains(&zone.zone) {
+        let own = ranges.entry(zone.zone).or_insert_with(|| {
             order.push(zone.zone);
-        }
+            Vec::new()
+        });
+        own.push(zone.cells.clone());
     }
     let group = |number: u32| {
-        let own = content.cells.iter();
-        let own = own.filter(|zone| zone.zone == number && zone.is_active);
-        let mut ranges: Vec<Range<usize>> = own.map(|zone| zone.cells.clone()).collect();
-        ranges.sort_by_key(|range| range.start);
-        let cells = match &joined.numbers {
-            None => {
-                let mut set = CellSet::new();
-                ranges.into_iter().for_each(|range| set.push_range(range));
-                set
-            }
-            Some(numbers) => {
-                let kept = ranges.into_iter().flatten().map(|cell| numbers[cell]);
-                kept.filter(|cell| *cell != super::content::NONE)
-                    .map(|cell| cell as usize)
-                    .collect()
-            }
-        };
-        let kind = content
-            .names
-            .get(&number)
-            .map_or("fluid", |named| &named.kind);
+        let mut own = ranges.remove(&number).unwrap_or_default();
+        own.sort_by_key(|range| range.start);
+        let kind = content.names.get(&number);
+        let kind = kind.map_or("fluid", |named| &named.kind);
         Group {
             dimension: content.dimension,
             name: content.name(number, "fluid"),
             number: Some(number as i32),
             condition: (kind != "fluid").then(|| kind.to_owned()),
-            cells,
+            cells: cells_of(own, joined),
         }
     };
     order.into_iter().map(group).collect()
+}
+
+/// The cells of a zone, by their new numbers.
+fn cells_of(ranges: Vec<Range<usize>>, joined: &Joined) -> CellSet {
+    let mut set = CellSet::new();
+    let Some(numbers) = &joined.numbers else {
+        ranges.into_iter().for_each(|range| set.push_range(range));
+        return set;
+    };
+    let kept = ranges.into_iter().flatten().map(|cell| numbers[cell]);
+    kept.filter(|cell| *cell != NONE)
+        .for_each(|cell| set.push(cell as usize));
+    set
 }
 
 /// Tells what of the file the mesh does not hold.
@@ -248,21 +241,14 @@ fn note_left_out(content: &Content, notes: &mut Notes) {
     if n > 0 || !content.refined_faces.is_empty() {
         notes.push(Fluent::Refined { n });
     }
-    let pairs: Vec<[String; 2]> = content
-        .shadows
-        .iter()
-        .filter(|pair| {
-            let is_there = |zone: &u32| {
-                let mut own = content.faces.iter();
-                own.any(|face| face.zone == *zone && face.kind < OVERLAP)
-            };
-            pair.iter().all(is_there)
-        })
+    let of_mesh = content.faces.iter().filter(|zone| zone.kind < OVERLAP);
+    let of_mesh: BTreeSet<u32> = of_mesh.map(|zone| zone.zone).collect();
+    let pairs = content.shadows.iter();
+    let pairs = pairs.filter(|pair| pair.iter().all(|zone| of_mesh.contains(zone)));
+    let pairs: Vec<[String; 2]> = pairs
         .map(|[zone, shadow]| {
-            [
-                content.name(*zone, "periodic"),
-                content.name(*shadow, "periodic-shadow"),
-            ]
+            let kinds = [(zone, "periodic"), (shadow, "periodic-shadow")];
+            kinds.map(|(zone, kind)| content.name(*zone, kind))
         })
         .collect();
     if !pairs.is_empty() {

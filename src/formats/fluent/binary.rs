@@ -124,41 +124,58 @@ fn decode(record: &[[u8; 4]], nodes: &mut [u32], cells: &mut [u32; 2], storage: 
     *cells = [index(of_cells[0]), index(of_cells[1])];
 }
 
+/// Where the nodes of each of `n` faces end among all nodes, and how many words the faces have. Where a face ends tells where
+/// the next one starts.
+///
+/// # Errors
+/// The word where it fails, and why.
+fn ends_of(
+    words: &[[u8; 4]],
+    n: usize,
+    storage: Storage,
+) -> std::result::Result<(Vec<u32>, usize), (usize, String)> {
+    let mut ends = Vec::with_capacity(n);
+    let (mut at, mut end) = (0_usize, 0_u32);
+    for face in 0..n {
+        let Some(count) = words.get(at).map(|bytes| storage.integer(*bytes)) else {
+            return Err((at, format!("the file ends after {face} of {n} faces")));
+        };
+        let next = at.checked_add(count as usize + 3);
+        let Some(next) = next.filter(|next| *next <= words.len()) else {
+            let message = format!(
+                "face {} of {n} has {count} nodes, beyond the end of the file",
+                face + 1
+            );
+            return Err((at, message));
+        };
+        // There are fewer nodes than words, but of these there may be more than 32 bits count.
+        let Some(next_end) = end.checked_add(count) else {
+            let message =
+                "the faces have more than 4294967295 nodes together, the most that are read";
+            return Err((at, message.to_owned()));
+        };
+        end = next_end;
+        ends.push(end);
+        at = next;
+    }
+    Ok((ends, at))
+}
+
 fn faces_of_any_size(scanner: &mut Scanner, n: usize, storage: Storage) -> Result<FaceList> {
     let words = scanner.rest().as_chunks::<4>().0;
     if n.saturating_mul(3) > words.len() {
         // Tells how many bytes there are.
         take(scanner, n, 12, "face")?;
     }
-    // Where a face ends tells where the next one starts.
-    let mut ends = Vec::with_capacity(n);
-    let (mut at, mut end) = (0_usize, 0_u32);
-    for face in 0..n {
-        let count = words.get(at).map(|bytes| storage.integer(*bytes) as usize);
-        let next = count.and_then(|count| at.checked_add(count)?.checked_add(3));
-        let (Some(count), Some(next)) = (count, next.filter(|next| *next <= words.len())) else {
-            scanner.at += 4 * at;
-            return Err(scanner.error(match count {
-                Some(count) => format!(
-                    "face {} of {n} has {count} nodes, beyond the end of the file",
-                    face + 1
-                ),
-                None => format!("the file ends after {face} of {n} faces"),
-            }));
-        };
-        // There are fewer nodes than words, but of these there may be more than 32 bits count.
-        end = u32::try_from(count)
-            .ok()
-            .and_then(|count| end.checked_add(count))
-            .ok_or_else(|| {
-                scanner.error(
-                    "the faces have more than 4294967295 nodes together, the most that are read",
-                )
-            })?;
-        ends.push(end);
-        at = next;
-    }
-    scanner.at += 4 * at;
+    let (ends, n_words) = match ends_of(words, n, storage) {
+        Ok(found) => found,
+        Err((word, message)) => {
+            scanner.at += 4 * word;
+            return Err(scanner.error(message));
+        }
+    };
+    scanner.at += 4 * n_words;
+    let end = ends.last().copied().unwrap_or(0);
     let mut nodes = vec![0; end as usize];
     let mut cells = vec![[0; 2]; n];
     let mut rest = &mut nodes[..];

@@ -4,6 +4,7 @@ use super::content::{Content, FaceList, FaceZone, NONE};
 use super::kinds::{OVERLAP, PARENT};
 use crate::error::{Error, Result, counted};
 use crate::parallel::any;
+use std::ops::Range;
 
 /// Faces of all zones. In 3D each points out of its owner; in 2D its owner is to its left.
 #[derive(Default)]
@@ -13,7 +14,7 @@ pub(super) struct Joined {
     /// Number of faces between two cells.
     pub n_inside: usize,
     /// For each zone of the file, its faces: those on the boundary, and those between two cells.
-    pub zones: Vec<[std::ops::Range<usize>; 2]>,
+    pub zones: Vec<[Range<usize>; 2]>,
     /// Number of faces that bound no cell.
     pub n_loose: usize,
     /// Number of cells.
@@ -45,46 +46,26 @@ pub(super) fn join(content: &mut Content) -> Result<Joined> {
         n_cells,
         ..Joined::default()
     };
-    let is_left_out = |zone: &FaceZone| zone.kind == PARENT || zone.kind >= OVERLAP;
-    let sides: Vec<Side> = content
-        .faces
-        .iter()
-        .map(
-            |zone| match numbers.is_some() || !content.refined_faces.is_empty() {
-                true => Side::Mixed,
-                false => side(&zone.list),
-            },
-        )
-        .collect();
-    let refined = content.refined_faces.clone();
-    let is_refined = |face: usize| refined.iter().any(|faces| faces.contains(&face));
-    let number = |cell: u32| match &numbers {
-        Some(numbers) if cell != NONE => numbers[cell as usize],
-        _ => cell,
+    let kept = Kept {
+        numbers: numbers.as_deref(),
+        refined: merged(content.refined_faces.clone()),
     };
+    let is_whole = numbers.is_none() && kept.refined.is_empty();
+    let sides = content.faces.iter().map(|zone| match is_whole {
+        true => side(&zone.list),
+        false => Side::Mixed,
+    });
+    let sides: Vec<Side> = sides.collect();
     for (inside, wanted) in [(true, Side::Inside), (false, Side::Outside)] {
         for (i, zone) in content.faces.iter_mut().enumerate() {
             let first = joined.faces.len();
-            if is_left_out(zone) {
+            if zone.kind == PARENT || zone.kind >= OVERLAP {
                 continue;
             }
             if sides[i] == wanted {
                 joined.take(&mut zone.list, wanted);
             } else if sides[i] == Side::Mixed {
-                for face in 0..zone.list.len() {
-                    let cells = zone.list.cells[face];
-                    let both = cells.map(number);
-                    let is_gone = (0..2).any(|k| cells[k] != NONE && both[k] == NONE);
-                    if is_gone || is_refined(zone.first + face) {
-                        continue;
-                    }
-                    match both.iter().filter(|cell| **cell != NONE).count() {
-                        0 if inside => joined.n_loose += 1,
-                        2 if inside => joined.push(zone.list.nodes(face), both),
-                        1 if !inside => joined.push(zone.list.nodes(face), both),
-                        _ => {}
-                    }
-                }
+                joined.take_some(zone, &kept, inside);
             }
             joined.zones[i][usize::from(inside)] = first..joined.faces.len();
         }
@@ -95,6 +76,45 @@ pub(super) fn join(content: &mut Content) -> Result<Joined> {
     joined.numbers = numbers;
     check_sizes(&joined.faces, content.dimension)?;
     Ok(joined)
+}
+
+/// Which faces are left out, and the numbers of cells.
+struct Kept<'a> {
+    /// New numbers of cells.
+    numbers: Option<&'a [u32]>,
+    /// Faces that were refined, ascending.
+    refined: Vec<Range<usize>>,
+}
+
+impl Kept<'_> {
+    /// The cells of a face; `None` where it is left out.
+    fn cells(&self, zone: &FaceZone, face: usize) -> Option<[u32; 2]> {
+        let own = zone.first + face;
+        let at = self.refined.partition_point(|faces| faces.end <= own);
+        if self.refined.get(at).is_some_and(|faces| faces.start <= own) {
+            return None;
+        }
+        let cells = zone.list.cells[face];
+        let both = cells.map(|cell| match self.numbers {
+            Some(numbers) if cell != NONE => numbers[cell as usize],
+            _ => cell,
+        });
+        let is_gone = (0..2).any(|k| cells[k] != NONE && both[k] == NONE);
+        (!is_gone).then_some(both)
+    }
+}
+
+/// The same items in ranges that ascend and are apart.
+fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    ranges.sort_by_key(|range| range.start);
+    let mut merged: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match merged.last_mut() {
+            Some(last) if last.end >= range.start => last.end = last.end.max(range.end),
+            _ => merged.push(range),
+        }
+    }
+    merged
 }
 
 /// Checks that faces have enough nodes, and edges two.
@@ -140,6 +160,21 @@ impl Joined {
         }
         own.nodes.append(&mut list.nodes);
         own.cells.append(&mut list.cells);
+    }
+
+    /// Appends the faces of a zone that are between two cells, or those on the boundary.
+    fn take_some(&mut self, zone: &FaceZone, kept: &Kept, inside: bool) {
+        for face in 0..zone.list.len() {
+            let Some(cells) = kept.cells(zone, face) else {
+                continue;
+            };
+            match cells.iter().filter(|cell| **cell != NONE).count() {
+                0 if inside => self.n_loose += 1,
+                2 if inside => self.push(zone.list.nodes(face), cells),
+                1 if !inside => self.push(zone.list.nodes(face), cells),
+                _ => {}
+            }
+        }
     }
 
     /// Appends a face.
@@ -273,7 +308,7 @@ fn numbers(content: &Content) -> Result<Option<Vec<u32>>> {
         ));
     }
     let mut numbers = vec![0; content.n_cells];
-    for cells in gone {
+    for cells in merged(gone) {
         let n = numbers.len();
         numbers[cells.start.min(n)..cells.end.min(n)].fill(NONE);
     }

@@ -204,6 +204,105 @@ fn gmsh_and_fluent_share_an_ending_and_are_told_apart_by_their_content() {
     }
 }
 
+/// What is changed in the text of the house, into what, and what is told.
+const DAMAGED: &[(&str, &str, &str)] = &[
+    (
+        "(2 3)",
+        "(2 4)",
+        "m.msh:2: the dimension of the mesh must be 2 or 3",
+    ),
+    (
+        "0.5 0.5 1.5",
+        "0.5 x 1.5",
+        "m.msh:13: expected a number as a coordinate, found \"x\"",
+    ),
+    (
+        "0.5 0.5 1.5",
+        "0.5 0.5",
+        "m.msh:13: expected a number as a coordinate",
+    ),
+    (
+        "(10 (1 1 9 1 3)",
+        "(10 (1 1 8 1 3)",
+        "m.msh:4: the section says that it has 8 nodes, but it has 9",
+    ),
+    (
+        "(10 (1 1 9 1 3)",
+        "(10 (1 1 ffffff 1 3)",
+        "has 16777215 nodes, but it has only",
+    ),
+    (
+        "(10 (0 1 9 0))",
+        "(10 (0 1 a 0))",
+        "says that it has 10 nodes, but its sections have 9",
+    ),
+    (
+        "(10 (1 1 9 1 3)",
+        "(10 (1 2 a 1 3)",
+        "nodes 1 to 1 are in no section",
+    ),
+    (
+        "(12 (2 2 2 1 0)",
+        "(12 (2 1 2 1 0)",
+        "cell 1 is in two sections",
+    ),
+    (
+        "(12 (2 2 2 1 0)",
+        "(12 (2 3 3 1 0)",
+        "cells 2 to 2 are in no section",
+    ),
+    ("(12 (2 2 2 1 0)", "(12 (2 2 1 1 0)", ""),
+    (
+        "(12 (2 2 2 1 0)",
+        "(12 (2 2 ff 1 0)",
+        "too many for its 10 faces",
+    ),
+    ("(12 (2 2 2 1 0)", "(12 (2 2 3 1 0)", "cell 3 has 0 faces"),
+    (
+        "5 6 7 8 2 1",
+        "5 6 7 a 2 1",
+        "face 1 has node 10, but the mesh has 9 nodes, counted from 1",
+    ),
+    (
+        "5 6 7 8 2 1",
+        "5 6 7 0 2 1",
+        "face 1 has node 0, but the mesh has 9 nodes, counted from 1",
+    ),
+    (
+        "5 6 7 8 2 1",
+        "5 6 7 8 3 1",
+        "face 1 has cells 3 and 1, but the mesh has 2 cells",
+    ),
+    (
+        "5 6 7 8 2 1",
+        "5 6 7 8 2 2",
+        "face 1 has cell 2 on both sides",
+    ),
+    ("5 6 7 8 2 1", "5 6 7 8 2 100000000", "found \"100000000\""),
+    (
+        "5 6 7 8 2 1",
+        "5 6 7 8 2",
+        "expected a cell as a hexadecimal number of 32 bits",
+    ),
+    (
+        "(13(a 1 1 2 4)",
+        "(13(a 1 1 2 9)",
+        "the type of the faces is 9",
+    ),
+    ("(13(a 1 1 2 4)", "(13(a 0 1 2 4)", "the first item is 1"),
+    ("(13(a 1 1 2 4)", "(13(a 1)", "begins with a zone"),
+    (
+        "(39 (1 ",
+        "(39 (x ",
+        "the number of a zone is a decimal number",
+    ),
+    (
+        "(39 (1 ",
+        ")(39 (1 ",
+        "expected a section, which starts with \"(\"",
+    ),
+];
+
 #[test]
 fn damaged_files_are_refused_with_the_place() {
     let text = house().text(true);
@@ -211,103 +310,7 @@ fn damaged_files_are_refused_with_the_place() {
         assert!(text.contains(from), "{from}\n{text}");
         refused(&text.replacen(from, to, 1))
     };
-    for (from, to, told) in [
-        (
-            "(2 3)",
-            "(2 4)",
-            "m.msh:2: the dimension of the mesh must be 2 or 3",
-        ),
-        (
-            "0.5 0.5 1.5",
-            "0.5 x 1.5",
-            "m.msh:13: expected a number as a coordinate, found \"x\"",
-        ),
-        (
-            "0.5 0.5 1.5",
-            "0.5 0.5",
-            "m.msh:13: expected a number as a coordinate",
-        ),
-        (
-            "(10 (1 1 9 1 3)",
-            "(10 (1 1 8 1 3)",
-            "m.msh:4: the section says that it has 8 nodes, but it has 9",
-        ),
-        (
-            "(10 (1 1 9 1 3)",
-            "(10 (1 1 ffffff 1 3)",
-            "has 16777215 nodes, but it has only",
-        ),
-        (
-            "(10 (0 1 9 0))",
-            "(10 (0 1 a 0))",
-            "says that it has 10 nodes, but its sections have 9",
-        ),
-        (
-            "(10 (1 1 9 1 3)",
-            "(10 (1 2 a 1 3)",
-            "nodes 1 to 1 are in no section",
-        ),
-        (
-            "(12 (2 2 2 1 0)",
-            "(12 (2 1 2 1 0)",
-            "cell 1 is in two sections",
-        ),
-        (
-            "(12 (2 2 2 1 0)",
-            "(12 (2 3 3 1 0)",
-            "cells 2 to 2 are in no section",
-        ),
-        ("(12 (2 2 2 1 0)", "(12 (2 2 1 1 0)", ""),
-        (
-            "(12 (2 2 2 1 0)",
-            "(12 (2 2 ff 1 0)",
-            "too many for its 10 faces",
-        ),
-        ("(12 (2 2 2 1 0)", "(12 (2 2 3 1 0)", "cell 3 has 0 faces"),
-        (
-            "5 6 7 8 2 1",
-            "5 6 7 a 2 1",
-            "face 1 has node 10, but the mesh has 9 nodes, counted from 1",
-        ),
-        (
-            "5 6 7 8 2 1",
-            "5 6 7 0 2 1",
-            "face 1 has node 0, but the mesh has 9 nodes, counted from 1",
-        ),
-        (
-            "5 6 7 8 2 1",
-            "5 6 7 8 3 1",
-            "face 1 has cells 3 and 1, but the mesh has 2 cells",
-        ),
-        (
-            "5 6 7 8 2 1",
-            "5 6 7 8 2 2",
-            "face 1 has cell 2 on both sides",
-        ),
-        ("5 6 7 8 2 1", "5 6 7 8 2 100000000", "found \"100000000\""),
-        (
-            "5 6 7 8 2 1",
-            "5 6 7 8 2",
-            "expected a cell as a hexadecimal number of 32 bits",
-        ),
-        (
-            "(13(a 1 1 2 4)",
-            "(13(a 1 1 2 9)",
-            "the type of the faces is 9",
-        ),
-        ("(13(a 1 1 2 4)", "(13(a 0 1 2 4)", "the first item is 1"),
-        ("(13(a 1 1 2 4)", "(13(a 1)", "begins with a zone"),
-        (
-            "(39 (1 ",
-            "(39 (x ",
-            "the number of a zone is a decimal number",
-        ),
-        (
-            "(39 (1 ",
-            ")(39 (1 ",
-            "expected a section, which starts with \"(\"",
-        ),
-    ] {
+    for (from, to, told) in DAMAGED {
         let error = with(from, to);
         assert!(error.contains(told), "{from} -> {to}: {error}");
     }
