@@ -134,7 +134,7 @@ fn cube(n_nodes: usize, name: &str) -> NetCdf {
                 .collect(),
         )
     };
-    file.add("coordx", &["num_nodes"], axis(&|i| (i + 1) / 2 % 2));
+    file.add("coordx", &["num_nodes"], axis(&|i| i.div_ceil(2) % 2));
     file.add("coordy", &["num_nodes"], axis(&|i| i / 2 % 2));
     file.add("coordz", &["num_nodes"], axis(&|i| i / 4));
     let nodes = (1..=n_nodes as i32).collect();

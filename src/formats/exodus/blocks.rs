@@ -4,7 +4,7 @@ use super::super::Notes;
 use super::super::netcdf::{File, Variable};
 use super::element::{Element, Shape};
 use super::names::{Named, named};
-use super::polyhedra;
+use super::polyhedra::{self, FaceBlocks};
 use crate::diagnostic::formats::Read;
 use crate::error::{Error, Result};
 use crate::mesh::{Cells, Group, too_many};
@@ -34,6 +34,7 @@ pub(super) fn read(
     check_number(n, "num_el_blk", file)?;
     let mut blocks: Vec<Block> = Vec::new();
     let mut fewer = Fewer::new();
+    let mut faces = None;
     let all = named(file, n, ["eb_prop1", "eb_names"], notes)?;
     for (place, named) in (1..).zip(all) {
         if file.length(&format!("num_el_in_blk{place}"))? == Some(0) {
@@ -52,7 +53,13 @@ pub(super) fn read(
         };
         match shape {
             Shape::NSided => polyhedra::polygons(file, place, &variable, n_nodes, cells)?,
-            Shape::NFaced => polyhedra::polyhedra(file, place, &variable, n_nodes, cells)?,
+            Shape::NFaced => {
+                let faces: &FaceBlocks = match &faces {
+                    Some(read) => read,
+                    None => faces.insert(polyhedra::face_blocks(file, n_nodes)?),
+                };
+                polyhedra::polyhedra(file, place, &variable, faces, cells)?;
+            }
             _ => elements(&variable, (&name, shape), n_nodes, cells, &mut fewer)?,
         }
         blocks.push(Block {

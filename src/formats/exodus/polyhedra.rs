@@ -28,10 +28,9 @@ pub(super) fn polyhedra(
     file: &File,
     place: usize,
     numbers: &Variable,
-    n_nodes: usize,
+    blocks: &FaceBlocks,
     cells: &mut Cells,
 ) -> Result<()> {
-    let blocks = face_blocks(file, n_nodes)?;
     let n_faces = blocks.last().map_or(0, |(faces, ..)| faces.end);
     let of_cells = indices(numbers, n_faces, "face")?;
     let of_cells = Lists::read(file, &format!("ebepecnt{place}"), of_cells)?;
@@ -56,9 +55,10 @@ pub(super) fn polyhedra(
 }
 
 /// Blocks of faces: which of all faces they have, these, and the name of the variable of their sizes.
-type FaceBlocks = Vec<(Range<usize>, Lists, String)>;
+pub(super) type FaceBlocks = Vec<(Range<usize>, Lists, String)>;
 
-fn face_blocks(file: &File, n_nodes: usize) -> Result<FaceBlocks> {
+/// Reads the blocks of faces, which all blocks of polyhedra share.
+pub(super) fn face_blocks(file: &File, n_nodes: usize) -> Result<FaceBlocks> {
     let n = file.length("num_fa_blk")?.unwrap_or(0);
     check_number(n, "num_fa_blk", file)?;
     let mut blocks: FaceBlocks = Vec::new();
@@ -82,7 +82,7 @@ fn face_blocks(file: &File, n_nodes: usize) -> Result<FaceBlocks> {
 }
 
 /// Lists of nodes or faces, one after the other.
-struct Lists {
+pub(super) struct Lists {
     starts: Vec<usize>,
     entries: Vec<u32>,
 }

@@ -37,7 +37,7 @@ pub(super) struct Variable<'a> {
 
 enum At<'a> {
     Classic(Stored<'a>),
-    Hdf5(Dataset),
+    Hdf5(Box<Dataset>),
 }
 
 /// Whether these are the first bytes of a file of netCDF's own formats.
@@ -103,7 +103,7 @@ impl<'a> File<'a> {
             Self::Hdf5(root) => match root.dataset(name)? {
                 Some(dataset) => {
                     let shape = dataset.shape().iter().map(|n| length(name, *n));
-                    (shape.collect::<Result<_>>()?, At::Hdf5(dataset))
+                    (shape.collect::<Result<_>>()?, At::Hdf5(Box::new(dataset)))
                 }
                 None => return Ok(None),
             },
