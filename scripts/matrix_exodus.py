@@ -357,7 +357,10 @@ def neutral_map(path, sizes):
     lines = [line.split("\\")[0].split("#")[0].split() for line in path.read_text().splitlines()]
     lines = [line for line in lines if line]
     n = int(lines[0][0])
-    if [[int(word) for word in line[1:4]] for line in lines[1:n + 1]] != [list(size) for size in sizes]:
+    given = [[int(word) for word in line[1:4]] for line in lines[1:n + 1]]
+    # A plane may be two planes of nodes in the map, whose second and third index are the first two of the grid.
+    shift = given == [[2, *size[:2]] for size in sizes] and all(size[2] == 1 for size in sizes)
+    if given != [list(size) for size in sizes] and not shift:
         return []
     entries = []
     for name, *words in lines[n + 1:]:
@@ -365,7 +368,18 @@ def neutral_map(path, sizes):
         for part in (words[:6], words[6:12]):
             if len(part) == 6:
                 entries.append((name.strip("'"), part[0] - 1, part[1], ((part[2], part[3]), (part[4], part[5]))))
-    return entries
+                if shift:
+                    entries[-1] = plane(*entries[-1])
+    return [entry for entry in entries if entry]
+
+
+def plane(name, block, side, ranges):
+    """A line of a map of two planes as one of a plane: sides across j and k become sides across i and j."""
+    if side in (3, 4):
+        return None
+    # Across k the ranges are those of i and j, across j of k and i.
+    span = ranges[1] if side in (1, 2) else ranges[0]
+    return (name, block, side + 4, ((1, 1), span)) if side in (1, 2) else (name, block, side - 2, (span, (1, 1)))
 
 
 def cells_of(size, first):

@@ -142,16 +142,58 @@ fn a_neutral_map_file_names_the_boundaries() {
     }
 }
 
+/// A map of two planes beside a grid of 4 x 4 nodes in one: j and k of the map are the indices of the grid.
+const OF_TWO_PLANES: &str = "1\n1 2 4 4\nsymmetry 1 3 1 4 1 4\nsymmetry 1 4 1 4 1 4\n\
+    wall 1 1 1 2 1 3\nwake 1 1 1 2 3 4\nfarfield 1 2 1 2 1 4\ninflow 1 5 1 4 1 2\noutflow 1 6 1 4 1 2\n";
+
 #[test]
-fn a_neutral_map_file_beside_a_grid_in_a_plane_is_not_used_and_told() {
+fn a_neutral_map_file_of_two_planes_names_the_edges_of_a_grid_in_one() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     std::fs::write(at.join("grid.p2dfmt"), file(TEXT, false, 2)).unwrap();
-    for side in 1..=6 {
-        let map = format!("1\n1 4 4 1\nwall 1 {side} 1 4 1 4\n");
+    std::fs::write(at.join("grid.nmf"), OF_TWO_PLANES).unwrap();
+    let mesh = Mesh::read(at.join("grid.p2dfmt")).unwrap();
+    let tags: Vec<_> = mesh
+        .tags()
+        .map(|tag| {
+            let faces = tag.cells.iter().map(|face| mesh.cells.get(face).nodes);
+            let mut nodes: Vec<u32> = faces.flatten().copied().collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            (tag.name.as_str(), nodes)
+        })
+        .collect();
+    let expected = [
+        ("wall", vec![0, 1, 2]),
+        ("wake", vec![2, 3]),
+        ("farfield", vec![12, 13, 14, 15]),
+        ("inflow", vec![0, 4, 8, 12]),
+        ("outflow", vec![3, 7, 11, 15]),
+    ];
+    assert_eq!(tags, expected);
+    let short = OF_TWO_PLANES.replace("1 2 3 4", "1 2 2 3");
+    std::fs::write(at.join("grid.nmf"), short).unwrap();
+    let run = succeed(at, &["info", "grid.p2dfmt"]);
+    assert_says(
+        &run.err,
+        &["cover 12 faces of block 1, 11 of them once", "have 12"],
+    );
+    assert_says(&run.out, &["imin", "jmax"]);
+}
+
+#[test]
+fn a_neutral_map_file_of_another_grid_is_not_used_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("grid.p2dfmt"), file(TEXT, false, 2)).unwrap();
+    for (sizes, says) in [
+        ("4 4 1", "block 1 has no cells in space"),
+        ("2 5 4", "block 1 of the grid has 4 x 4 x 1"),
+    ] {
+        let map = OF_TWO_PLANES.replace("2 4 4\n", &format!("{sizes}\n"));
         std::fs::write(at.join("grid.nmf"), map).unwrap();
         let run = succeed(at, &["info", "grid.p2dfmt"]);
-        assert_says(&run.err, &["grid.nmf:2", "block 1 has no cells in space"]);
+        assert_says(&run.err, &["grid.nmf:2", says]);
         assert_says(&run.out, &["imin", "jmax"]);
     }
 }

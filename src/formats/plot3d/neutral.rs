@@ -1,5 +1,5 @@
 //! Neutral map files (.nmf): the sizes of the blocks, then a line for each part of a side with its type, and for
-//! interfaces the part that it lies on.
+//! interfaces the part that it lies on. A grid in a plane has the map of two such planes.
 
 use super::super::lexer::{Fields, Lexer};
 use super::blocks::Block;
@@ -87,7 +87,7 @@ fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<()> {
         for size in &mut sizes {
             *size = line.narrow("a number of nodes")?;
         }
-        if number != i + 1 || sizes != block.grid.nodes {
+        if number != i + 1 || (sizes != block.grid.nodes && sizes != nodes_of_map(block)) {
             let [a, b, c] = block.grid.nodes;
             return Err(line.error(format!(
                 "block {number} has {} x {} x {} nodes; block {} of the grid has {a} x {b} x {c}",
@@ -97,13 +97,28 @@ fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<()> {
                 i + 1
             )));
         }
-        if block.grid.n_indices < 3 {
+        if sizes != nodes_of_map(block) || nodes_of_map(block).contains(&1) {
             return Err(line.error(format!(
                 "block {number} has no cells in space; only sides of such blocks are named"
             )));
         }
     }
     Ok(())
+}
+
+/// Whether a block is a plane that a map has twice, as its first and second nodes along i: then its own indices
+/// are j and k of the map.
+fn is_plane(block: &Block) -> bool {
+    block.has_sides() && block.grid.n_indices == 2
+}
+
+/// Nodes of a block along the indices of the map.
+fn nodes_of_map(block: &Block) -> [usize; 3] {
+    let [i, j, k] = block.grid.nodes;
+    match is_plane(block) {
+        true => [2, i, j],
+        false => [i, j, k],
+    }
 }
 
 /// Block, side and ranges.
@@ -119,7 +134,7 @@ fn part(line: &mut Fields, blocks: &[Block]) -> Result<Entry> {
     let number = line.integer("the number of a side")?;
     let (across, is_end, along) = side(number)
         .ok_or_else(|| line.error(format!("there is no side {number}; it must be 1 to 6")))?;
-    let nodes = block.grid.nodes;
+    let nodes = nodes_of_map(block);
     let mut ranges: [Range<usize>; 3] = [0..1, 0..1, 0..1];
     ranges[across] = match is_end {
         true => nodes[across] - 1..nodes[across],
@@ -139,7 +154,14 @@ fn part(line: &mut Fields, blocks: &[Block]) -> Result<Entry> {
     Ok(Entry {
         name: None,
         block: i,
-        faces: block.faces(across, ranges),
+        faces: match (is_plane(block), across) {
+            (false, _) => block.faces(across, ranges),
+            (true, 0) => Cells::new(),
+            (true, _) => {
+                let [_, i, j] = ranges;
+                block.faces(across - 1, [i, j, 0..1])
+            }
+        },
     })
 }
 
@@ -155,6 +177,7 @@ pub(super) fn check_whole(entries: &[Entry], blocks: &[Block]) -> Result<()> {
         named.dedup();
         let n_sides: usize = super::blocks::SIDES
             .iter()
+            .filter(|(_, across, _)| *across < block.grid.n_indices)
             .map(|(_, across, is_end)| block.side(*across, *is_end).len())
             .sum();
         if named.len() != n_sides || n != n_sides {
