@@ -118,13 +118,14 @@ def split(numbers, lengths):
 
 
 def polyhedra(mine, file, elements):
-    """Polyhedra in the order of the file, each as the sets of nodes of its faces."""
+    """Polyhedra, each as the sets of nodes of its faces. VTK gives them by their number of nodes."""
     faces = []
     for place in range(1, length(file, "num_fa_blk") + 1):
-        faces += split(file[f"fbconn{place}"][:].tolist(), file[f"fbepecnt{place}"][:].tolist())
+        rows = file[f"fbconn{place}"][:].tolist()
+        faces += rows if file[f"fbconn{place}"].ndim == 2 else split(rows, file[f"fbepecnt{place}"][:].tolist())
     theirs = [sorted(sorted(node - 1 for node in faces[face - 1]) for face in row) for kind, row in elements if kind == "NFACED"]
     ours = [sorted(sorted(int(node) for node in face) for face in cell) for cell in mine.polyhedra]
-    return [] if ours == theirs else [f"polyhedra: {len(ours)} against {len(theirs)}, or with other faces"]
+    return [] if sorted(ours) == sorted(theirs) else [f"polyhedra: {len(ours)} against {len(theirs)}, or with other faces"]
 
 
 def cells(mine, elements):

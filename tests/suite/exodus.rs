@@ -45,7 +45,7 @@ fn blocks_are_cells_with_zones_and_side_sets_are_tags() {
         ];
         assert_eq!(kinds[5..], faces);
         assert_eq!(mesh.cells.get(1).nodes, [0, 1, 2, 3, 4, 5]);
-        assert_eq!(mesh.cells.polyhedron_faces(2).nth(1).unwrap(), [5, 6, 8]);
+        assert_eq!(mesh.cells.polyhedron_faces(2).nth(1).unwrap(), [8, 6, 5]);
         let groups = mesh.groups.iter().map(|group| {
             let cells: Vec<usize> = group.cells.iter().collect();
             (
@@ -68,7 +68,7 @@ fn blocks_are_cells_with_zones_and_side_sets_are_tags() {
         assert_eq!(groups, expected);
         assert_eq!(mesh.cells.get(5).nodes, [0, 2, 1]);
         assert_eq!(mesh.cells.get(6).nodes, [0, 3, 4, 1]);
-        assert_eq!(mesh.cells.get(7).nodes, [5, 6, 8]);
+        assert_eq!(mesh.cells.get(7).nodes, [8, 6, 5]);
     }
 }
 
@@ -244,6 +244,69 @@ fn polygons_have_as_many_nodes_and_sides_as_the_file_counts() {
         );
         assert_says(&error.message, parts);
     }
+}
+
+/// Two polyhedra, a cube and the pyramid on it, which share a face as the file has it.
+#[test]
+fn faces_of_polyhedra_turn_outward_whichever_way_the_file_has_them() {
+    let dimensions = [
+        ("num_dim", 3),
+        ("num_nodes", 9),
+        ("num_el_blk", 1),
+        ("num_fa_blk", 1),
+        ("num_el_in_blk1", 2),
+        ("num_fac_per_el1", 11),
+        ("num_fa_in_blk1", 10),
+        ("num_nod_per_fa1", 36),
+    ];
+    let faces = [
+        &[1, 2, 3, 4][..],
+        &[5, 6, 7, 8],
+        &[1, 2, 6, 5],
+        &[3, 2, 6, 7],
+        &[3, 4, 8, 7],
+        &[4, 1, 5, 8],
+        &[5, 6, 9],
+        &[7, 6, 9],
+        &[7, 8, 9],
+        &[8, 5, 9],
+    ];
+    for version in [1, 2, 5] {
+        let mut file = NetCdf::new(version, 0, &dimensions);
+        let axes = [
+            [0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.5],
+            [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.5],
+            [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0],
+        ];
+        for (name, axis) in ["coordx", "coordy", "coordz"].iter().zip(axes) {
+            file.add(name, &["num_nodes"], Numbers::F64(axis.to_vec()));
+        }
+        let nodes = Numbers::I32(faces.concat());
+        file.connect("fbconn1", &["num_nod_per_fa1"], "nsided", nodes);
+        let lengths = faces.iter().map(|face| face.len() as i32).collect();
+        file.add("fbepecnt1", &["num_fa_in_blk1"], Numbers::I32(lengths));
+        let numbers = Numbers::I32(vec![1, 2, 3, 4, 5, 6, 2, 7, 8, 9, 10]);
+        file.connect("facconn1", &["num_fac_per_el1"], "nfaced", numbers);
+        file.add("ebepecnt1", &["num_el_in_blk1"], Numbers::I32(vec![6, 5]));
+        let mesh = read(&file.bytes());
+        for (cell, volume) in [(0, 1.0), (1, 1.0 / 3.0)] {
+            let sides = mesh.cells.polyhedron_faces(cell);
+            let found: f64 = sides.map(|side| under(&mesh, side)).sum();
+            assert!((found - volume).abs() < 1e-12, "{version} {cell}: {found}");
+        }
+    }
+}
+
+/// The volume between a plane face and the origin, positive where the face turns away from it.
+fn under(mesh: &Mesh, side: &[u32]) -> f64 {
+    let at = |i: usize| mesh.points[side[i] as usize];
+    let triangles = (2..side.len()).map(|i| [at(0), at(i - 1), at(i)]);
+    triangles
+        .map(|[a, b, c]| {
+            let cross = |i: usize, j: usize| b[i] * c[j] - b[j] * c[i];
+            (a[0] * cross(1, 2) + a[1] * cross(2, 0) + a[2] * cross(0, 1)) / 6.0
+        })
+        .sum()
 }
 
 /// Changes of the small file, the variable that is named, and words of the refusal.

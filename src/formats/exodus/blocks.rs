@@ -25,13 +25,14 @@ pub(super) struct Block {
 /// Reads the blocks that have elements.
 pub(super) fn read(
     file: &File,
-    n_nodes: usize,
+    points: &[[f64; 3]],
     n_coordinates: usize,
     cells: &mut Cells,
     notes: &mut Notes,
 ) -> Result<Vec<Block>> {
     let n = file.length("num_el_blk")?.unwrap_or(0);
     check_number(n, "num_el_blk", file)?;
+    let n_nodes = points.len();
     let mut blocks: Vec<Block> = Vec::new();
     let mut fewer = Fewer::new();
     let mut faces = None;
@@ -58,7 +59,7 @@ pub(super) fn read(
                     Some(read) => read,
                     None => faces.insert(polyhedra::face_blocks(file, n_nodes)?),
                 };
-                polyhedra::polyhedra(file, place, &variable, faces, cells)?;
+                polyhedra::polyhedra(file, place, &variable, (faces, points), cells)?;
             }
             _ => elements(&variable, (&name, shape), n_nodes, cells, &mut fewer)?,
         }

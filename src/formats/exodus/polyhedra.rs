@@ -3,7 +3,7 @@
 use super::super::netcdf::{File, Variable};
 use super::blocks::{check_number, check_room, indices};
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Cells};
+use crate::mesh::{CellKind, Cells, turn_outward};
 use std::ops::Range;
 
 /// Polygons: their nodes one after the other, and how many each has.
@@ -23,29 +23,34 @@ pub(super) fn polygons(
     Ok(())
 }
 
-/// Polyhedra: the numbers of their faces one after the other, and how many each has.
+/// Polyhedra: the numbers of their faces one after the other, and how many each has. Two cells share a face as it
+/// is, so that the file does not say which way it turns.
 pub(super) fn polyhedra(
     file: &File,
     place: usize,
     numbers: &Variable,
-    blocks: &FaceBlocks,
+    (blocks, points): (&FaceBlocks, &[[f64; 3]]),
     cells: &mut Cells,
 ) -> Result<()> {
     let n_faces = blocks.last().map_or(0, |(faces, ..)| faces.end);
     let of_cells = indices(numbers, n_faces, "face")?;
     let of_cells = Lists::read(file, &format!("ebepecnt{place}"), of_cells)?;
     check_room(cells, of_cells.len(), numbers)?;
-    let mut stream = Vec::new();
+    let (mut sides, mut stream) = (Vec::new(), Vec::new());
     for cell in 0..of_cells.len() {
-        let faces = of_cells.get(cell);
-        stream.clear();
-        stream.push(faces.len() as u32);
-        for &face in faces {
+        sides.clear();
+        for &face in of_cells.get(cell) {
             let block = blocks.partition_point(|(faces, ..)| faces.end <= face as usize);
             let (range, lists, name) = &blocks[block];
             let nodes = lists.face(face as usize - range.start, name)?;
-            stream.push(nodes.len() as u32);
-            stream.extend_from_slice(nodes);
+            sides.push(nodes.to_vec());
+        }
+        turn_outward(&mut sides, points);
+        stream.clear();
+        stream.push(sides.len() as u32);
+        for side in &sides {
+            stream.push(side.len() as u32);
+            stream.extend_from_slice(side);
         }
         let added = cells.push_polyhedron(&stream);
         added

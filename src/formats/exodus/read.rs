@@ -31,7 +31,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     let n_nodes = points.len();
     let n_coordinates = file.length("num_dim")?.unwrap_or(3);
     let mut cells = Cells::new();
-    let blocks = blocks::read(&file, n_nodes, n_coordinates, &mut cells, notes)?;
+    let blocks = blocks::read(&file, &points, n_coordinates, &mut cells, notes)?;
     let mut groups = blocks::groups(&blocks, &cells);
     let (tags, mut faces) = sides::read(&file, &blocks, &mut cells, notes)?;
     let has_tags = !tags.is_empty();
