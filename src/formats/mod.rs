@@ -70,6 +70,7 @@ pub use staged::{
     sync_folder, unregister_temporary,
 };
 pub use staged_folder::SharedFolder;
+pub use surface::OuterFaces;
 
 use crate::diagnostic::formats::{Read, Written};
 use crate::error::{Error, Result, option};
@@ -139,7 +140,7 @@ pub trait Format: Sync {
         false
     }
     /// The surface that a format of surfaces holds of a mesh, as it will be written, and notes on the rest.
-    fn surface(&self, _mesh: &MeshView) -> Option<(Mesh, Notes)> {
+    fn surface(&self, _mesh: &MeshView, _outer: OuterFaces) -> Option<(Mesh, Notes)> {
         None
     }
     /// The folder that a mesh written to `path` shares with files that are not of the mesh.
@@ -353,10 +354,15 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
 
 /// Refuses to write a format.
 fn read_only(title: &str) -> Error {
-    let known: Vec<&str> = written().map(|format| format.name()).collect();
+    let names = |surfaces: bool| {
+        let formats = written().filter(|format| format.is_surface() == surfaces);
+        let names: Vec<&str> = formats.map(|format| format.name()).collect();
+        names.join(", ")
+    };
     Error::input(format!(
-        "{title} is read, not written; formats that are written: {}",
-        known.join(", ")
+        "{title} is read, not written; formats that are written: {}; of surfaces alone: {}",
+        names(false),
+        names(true)
     ))
 }
 
