@@ -43,6 +43,7 @@ pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
 pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
+pub use reorder::Reordering;
 pub use skin::Skin;
 pub use split::SplitCounts;
 pub use view::MeshView;

@@ -8,7 +8,7 @@ use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
 /// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, join, tag, merge, drop, rename, types
-/// of patches, boundary or volume only.
+/// of patches, boundary or volume only; `--reorder` comes last.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Changes {
     /// Multiply all coordinates by this, as 0.001 for millimetres to metres
