@@ -64,10 +64,15 @@ pub fn by_extension(path: &Path) -> Result<&'static dyn Format> {
 
 /// Refuses to write a format.
 pub(super) fn read_only(title: &str) -> Error {
-    let known: Vec<&str> = written().map(|format| format.name()).collect();
+    let names = |surfaces: bool| {
+        let formats = written().filter(|format| format.is_surface() == surfaces);
+        let names: Vec<&str> = formats.map(|format| format.name()).collect();
+        names.join(", ")
+    };
     Error::input(format!(
-        "{title} is read, not written; formats that are written: {}",
-        known.join(", ")
+        "{title} is read, not written; formats that are written: {}; of surfaces alone: {}",
+        names(false),
+        names(true)
     ))
 }
 

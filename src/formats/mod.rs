@@ -80,6 +80,7 @@ pub use staged::{
     sync_folder, unregister_temporary,
 };
 pub use staged_folder::SharedFolder;
+pub use surface::OuterFaces;
 
 use crate::diagnostic::formats::{Read, Written};
 use crate::error::{Error, Result};
@@ -152,7 +153,7 @@ pub trait Format: Sync {
         false
     }
     /// The surface that a format of surfaces holds of a mesh, as it will be written, and notes on the rest.
-    fn surface(&self, _mesh: &MeshView) -> Option<(Mesh, Notes)> {
+    fn surface(&self, _mesh: &MeshView, _outer: OuterFaces) -> Option<(Mesh, Notes)> {
         None
     }
     /// The folder that a mesh written to `path` shares with files that are not of the mesh.

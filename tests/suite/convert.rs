@@ -124,6 +124,72 @@ fn many_meshes_go_into_a_folder_under_their_names() {
     assert_says(&run.err, &["input", " n"]);
 }
 
+#[test]
+fn a_mesh_along_a_curve_is_the_same_by_position_in_every_format() {
+    let folder = airfoil();
+    let path = folder.path();
+    let run = succeed(path, &["convert", "n.vtu", "r.vtu", "--reorder"]);
+    assert_says(&run.err, &["--reorder", "space-filling curve"]);
+    assert_eq!(azimesh(path, &["diff", "n.vtu", "r.vtu"]).code, 1);
+    succeed(path, &["diff", "n.vtu", "r.vtu", "--match", "position"]);
+    let quality = |mesh: &str| json(path, &["quality", mesh])["summary"]["cells"].clone();
+    assert_eq!(quality("n.vtu"), quality("r.vtu"));
+    succeed(path, &["convert", "r.vtu", "again.vtu", "--reorder"]);
+    assert!(
+        std::fs::read(path.join("again.vtu")).unwrap()
+            == std::fs::read(path.join("r.vtu")).unwrap()
+    );
+    for one in ["r.cgns", "r.vtkhdf", "r.su2", "r.msh", "r.vtk"] {
+        succeed(path, &["convert", "n.vtu", one, "--reorder"]);
+        succeed(path, &["diff", "r.vtu", one, "--match", "position"]);
+    }
+    let mixed = mesh_of_testdata("polyhedra_ascii.vtu");
+    succeed(path, &["convert", &mixed, "p.vtu", "--reorder"]);
+    succeed(path, &["diff", &mixed, "p.vtu", "--match", "position"]);
+}
+
+#[test]
+fn all_steps_of_a_sequence_have_the_order_of_the_first() {
+    let folder = airfoil();
+    let path = folder.path();
+    let turn = ["--rotate", "z,40"];
+    succeed(
+        path,
+        &[&["convert", "n.vtu", "turned.vtu"], &turn[..]].concat(),
+    );
+    succeed(path, &["convert", "n.vtu", "r.vtu", "--reorder"]);
+    succeed(
+        path,
+        &[&["convert", "r.vtu", "expected.vtu"], &turn[..]].concat(),
+    );
+    succeed(path, &["convert", "turned.vtu", "own.vtu", "--reorder"]);
+    assert_eq!(azimesh(path, &["diff", "own.vtu", "expected.vtu"]).code, 1);
+    for one in ["all.vtkhdf", "all.cgns", "all.pvd"] {
+        let run = succeed(path, &["convert", "n.vtu", "turned.vtu", one, "--reorder"]);
+        assert_eq!(run.err.matches("--reorder").count(), 1, "{}", run.err);
+        let step = ["convert", one, "one.vtu", "--step", "1", "--force"];
+        succeed(path, &step);
+        succeed(
+            path,
+            &["diff", "one.vtu", "expected.vtu", "--match", "position"],
+        );
+        let [found, expected] = ["one.vtu", "expected.vtu"].map(|name| read(&path.join(name)));
+        assert!(found.points == expected.points, "{one}");
+    }
+    let into = [
+        "convert",
+        "n.vtu",
+        "turned.vtu",
+        "-o",
+        "out",
+        "--format",
+        "vtu",
+        "--reorder",
+    ];
+    succeed(path, &into);
+    succeed(path, &["diff", "out/turned.vtu", "own.vtu"]);
+}
+
 /// Three meshes of a sequence: `n.vtu` scaled by 1, 2 and 3.
 fn parts(folder: &Path) {
     for step in ["1", "2", "3"] {

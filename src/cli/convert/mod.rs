@@ -1,6 +1,7 @@
 //! `azimesh convert`.
 
 mod changes;
+mod order;
 mod portable;
 mod target;
 
@@ -9,7 +10,7 @@ use super::output::OutputArgs;
 use super::{Context, Outcome};
 use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, Staged};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Reordering};
 use changes::Changes;
 pub(super) use changes::patch_type;
 use std::cell::RefCell;
@@ -49,6 +50,10 @@ pub struct ConvertArgs {
     /// array
     #[arg(long)]
     portable: bool,
+    /// Put nodes and cells in the order of a space-filling curve, so that neighbours lie close to one another in the
+    /// file and in memory; all steps of a sequence in that of the first. Files that name nodes by number no longer fit
+    #[arg(long)]
+    reorder: bool,
     #[command(flatten)]
     changes: Changes,
     #[command(flatten)]
@@ -64,6 +69,8 @@ struct Run<'a> {
     written: RefCell<Vec<Written>>,
     /// Files that get their names when all are whole.
     waiting: RefCell<Vec<Staged>>,
+    /// The order of `--reorder`, once the first mesh has been read.
+    order: RefCell<Option<Reordering>>,
 }
 
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
@@ -74,6 +81,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         told: RefCell::default(),
         written: RefCell::default(),
         waiting: RefCell::default(),
+        order: RefCell::default(),
     };
     run.check_pieces()?;
     let target = args.target();
@@ -230,6 +238,7 @@ impl Run<'_> {
         }
         std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
         for input in &inputs {
+            self.order.take();
             let stem = folder.join(input.stem());
             match (input.times(), self.args.step) {
                 (Some(times), None) if format.case().is_some() => {
@@ -299,6 +308,9 @@ impl Run<'_> {
         let remarks = self.args.changes.apply(&mut mesh);
         for remark in remarks.map_err(|error| error.file(path))? {
             self.tell(remark);
+        }
+        if self.args.reorder {
+            self.reorder(&mut mesh);
         }
         Ok(mesh)
     }
