@@ -43,6 +43,8 @@ def main():
     with open(folder / "INDEX.tsv", newline="") as file:
         rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
     rows = [row for row in rows if not row["format"].startswith("companion")]
+    # Meshes of Fluent are compared with other programs, by matrix_fluent.py.
+    rows = [row for row in rows if "Fluent" not in row["format"]]
     rows = [row for row in rows if asked.only in row["path"] or asked.only in row["format"]]
     cache = Cache(pathlib.Path(asked.cache))
     judge_one = lambda row: judge(row, folder, asked.azimesh, cache)

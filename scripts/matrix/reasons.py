@@ -4,7 +4,6 @@
 REASONS = [
     ("testhybrid2.msh", "a quadrilateral needs 4 nodes",
      "its triangles are numbered as quadrilaterals; meshio makes cells of what follows"),
-    ("quad_elbow.msh", "Fluent", "a mesh of Fluent, under the same ending as Gmsh's"),
 ]
 
 

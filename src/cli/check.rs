@@ -4,7 +4,7 @@ use super::{Context, Outcome, memory};
 use crate::deform::Plan;
 use crate::diagnostic::{Diagnostic, amount, in_digits, short};
 use crate::error::{Result, counted, one_line};
-use crate::motion::{Role, Schedule, Step, TagRole};
+use crate::motion::{Frame, Role, Schedule, Step, TagRole};
 use crate::parallel;
 use crate::preflight::{
     self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, conflicts,
@@ -125,12 +125,22 @@ fn as_text(plan: &Plan, extremes: &LargestDisplacements, (mapped, n_bytes): (u64
         seconds => format!("about {} s", in_digits(seconds, 1)),
     };
     lines.push("time", time);
-    for convention in plan.motion.rotor.conventions() {
-        lines.push("convention", convention);
+    if has_rotor(plan) {
+        for convention in plan.motion.rotor.conventions() {
+            lines.push("convention", convention);
+        }
     }
     let steps = listed(plan);
     lines.displacements(plan, extremes, &steps);
     lines.0 + &bodies_as_text(plan, &steps)
+}
+
+/// Whether hub, axes and senses of angles mean anything for the motion.
+fn has_rotor(plan: &Plan) -> bool {
+    let motion = &plan.motion;
+    let mut bodies = 0..motion.bodies.len();
+    let is_turned = motion.rotor.frame == Frame::Inertial;
+    motion.rotor.has_span || is_turned || bodies.any(|body| motion.is_of_blade(body))
 }
 
 /// Lines of a name and a value.
@@ -184,7 +194,10 @@ impl Lines {
             format!("{} at step {step}, the largest of {of}", short(largest)),
         );
         let at_some = match steps.len() < n_steps {
-            true => format!(", at {} of {n_steps} steps", steps.len()),
+            true => format!(
+                ", at {} of {n_steps} steps; --json has them all",
+                steps.len()
+            ),
             false => String::new(),
         };
         self.push(place_name(plan), format!("largest displacement{at_some}"));
@@ -219,36 +232,34 @@ fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {
     })
 }
 
-/// A table of each body: its angles, its tip and its largest displacement.
+/// A table of each body: its angles and its tip where it has them, and its largest displacement.
 fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
     let mut text = String::new();
     let found = bodies_at(plan, steps);
     let decimals = decimals(found.iter().map(|at| at.largest).fold(0.0, f64::max));
     for (index, body) in plan.motion.bodies.iter().enumerate() {
+        let own: Vec<&BodyAtStep> = found.iter().filter(|at| at.body == index).collect();
+        let has_angles = own.iter().any(|at| at.angles.is_some());
+        let has_tip = own.iter().any(|at| at.tip.is_some());
+        let angles = has_angles.then_some(" pitch_deg  flap_deg   lag_deg");
+        let tip = has_tip.then_some("      tip_dx      tip_dy      tip_dz");
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "body {}\n{:>11} {:>9} {:>9} {:>9} {:>11} {:>11} {:>11} {:>11}",
+            "body {}\n{:>11}{}{} {:>11}",
             one_line(&body.name),
             place_name(plan),
-            "pitch_deg",
-            "flap_deg",
-            "lag_deg",
-            "tip_dx",
-            "tip_dy",
-            "tip_dz",
+            angles.unwrap_or_default(),
+            tip.unwrap_or_default(),
             "largest"
         );
-        for at in found.iter().filter(|at| at.body == index) {
+        for at in own {
             let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
             let angles = cells(angles.as_ref(), 9, |x| fixed(x, 3));
             let tip = cells(at.tip.as_ref(), 11, |x| fixed(x, decimals));
             let place = place_of(&plan.motion.steps[at.step]);
-            let _ = writeln!(
-                text,
-                "{place:>11} {angles} {tip} {:>11}",
-                fixed(at.largest, decimals)
-            );
+            let largest = fixed(at.largest, decimals);
+            let _ = writeln!(text, "{place:>11}{angles}{tip} {largest:>11}");
         }
     }
     text
@@ -285,8 +296,8 @@ fn fixed(x: f64, decimals: usize) -> String {
     format!("{:.decimals$}", if x.abs() < least { 0.0 } else { x })
 }
 
-/// Three numbers, or three dashes.
+/// Three numbers, each behind a blank; nothing where there are none.
 fn cells(numbers: Option<&[f64; 3]>, width: usize, text: impl Fn(f64) -> String) -> String {
-    let texts = numbers.map_or([(); 3].map(|()| "-".to_owned()), |all| all.map(text));
-    texts.map(|text| format!("{text:>width$}")).join(" ")
+    let texts = numbers.into_iter().flatten();
+    texts.map(|x| format!(" {:>width$}", text(*x))).collect()
 }

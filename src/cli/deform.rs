@@ -24,7 +24,8 @@ const SHOWN: usize = 5;
 /// Arguments of `azimesh deform`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "The format of the mesh is recognised by its content; --format replaces output.format of the schedule.\n\n\
+    after_help = "The format of the mesh is recognised by its content; --format replaces output.format of the schedule: a \
+format of whole meshes, not stl or vtp (`azimesh convert DIR -o OUT --format stl` writes the surface of each step).\n\n\
 In ParaView open the .pvd (VTU files), the .vtk.series (vtk) or the .cgns, in any version; a .vtkhdf \
 needs 5.12 or later."
 )]

@@ -2,7 +2,7 @@
 
 use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
-use crate::diagnostic::short;
+use crate::diagnostic::{short, with_verb};
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::{distance, norm, sub};
 use crate::mesh::facets::facets;
@@ -50,6 +50,7 @@ pub struct RepairArgs {
 /// All that is told.
 struct Findings {
     n_before: usize,
+    n_reversed: usize,
     repaired: Repaired,
     improved: Vec<PatchLog>,
     scaled_before: Option<f64>,
@@ -119,6 +120,7 @@ fn repair(
     };
     Ok(Findings {
         n_before: repaired.n_before(),
+        n_reversed: reference.n_reversed(),
         repaired,
         improved,
         scaled_before,
@@ -194,6 +196,13 @@ impl Findings {
         }
         for log in self.repaired.patches.iter().chain(&self.improved) {
             context.detail(&sentence(log));
+        }
+        if self.n_reversed > 0 {
+            context.note(&format!(
+                "{} listed in the other orientation, as most of their kind are: they are judged as their mirror images, and \
+                 their nodes keep their order",
+                with_verb(self.n_reversed, "cell", "is")
+            ));
         }
         if let (Some(wanted), Some(found)) = (args.improve, self.scaled)
             && found < wanted

@@ -1,12 +1,14 @@
 //! Files that are no mesh that is read, whatever they are called: what they are, and what to do with them.
 
+use super::hdf5::cut_off;
 use super::source::Source;
 use crate::error::Error;
 
 /// An error that names what a file is, where it is of a kind that is often given by mistake.
 pub(super) fn refusal(source: &Source) -> Option<Error> {
-    let message = kind(source.bytes())?;
-    Some(Error::input(message).file(source.path()))
+    let named = kind(source.bytes()).map(Error::input);
+    let error = named.or_else(|| cut_off(source.bytes()))?;
+    Some(error.file(source.path()))
 }
 
 fn kind(bytes: &[u8]) -> Option<&'static str> {

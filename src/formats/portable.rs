@@ -1,7 +1,20 @@
 //! What a format holds and the programs that read it do not take: notes, and meshes without it.
 
 use crate::diagnostic::formats::NotTaken;
+use crate::error::option;
 use crate::mesh::{CellKind, Cells, Mesh, MeshView, inner_faces};
+
+/// What can be done with cells of a kind that a format cannot hold, as the end of a sentence.
+pub(super) fn remedy(kind: CellKind) -> String {
+    match kind {
+        kind if kind.is_curved() => format!("; {} keeps only corner nodes", option("linearize")),
+        CellKind::Polyhedron | CellKind::Polygon => format!(
+            "; {} makes tetrahedra and pyramids of polyhedra, triangles and quadrilaterals of polygons",
+            option("split-polyhedra")
+        ),
+        _ => String::new(),
+    }
+}
 
 /// What of a mesh readers of a format do not take.
 pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<NotTaken> {

@@ -4,8 +4,21 @@ use super::Notes;
 use crate::diagnostic::formats::Written;
 use crate::mesh::{Mesh, MeshView};
 
+/// Which outer faces of a solid mesh are its surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OuterFaces {
+    /// All of them.
+    All,
+    /// Those that are boundary cells of the mesh.
+    Listed,
+}
+
 /// The surface of a mesh, and notes on what of the mesh is not in it.
-pub(super) fn surface_of(mesh: &MeshView, format: &'static str) -> (Mesh, Notes) {
+pub(super) fn surface_of(
+    mesh: &MeshView,
+    format: &'static str,
+    outer: OuterFaces,
+) -> (Mesh, Notes) {
     let skin = mesh.skin();
     let mut notes = Notes::default();
     if skin.n_solid > 0 {
@@ -18,10 +31,18 @@ pub(super) fn surface_of(mesh: &MeshView, format: &'static str) -> (Mesh, Notes)
         notes.push(Written::LowerCellsLeftOut { n: skin.n_lower });
     }
     if skin.n_bare > 0 {
-        notes.push(Written::BareFaces { n: skin.n_bare });
+        let n = skin.n_bare;
+        notes.push(match outer {
+            OuterFaces::All => Written::BareFaces { n },
+            OuterFaces::Listed => Written::BareFacesLeftOut { n },
+        });
     }
     if skin.n_curved > 0 {
         notes.push(Written::CornersAlone { n: skin.n_curved });
     }
-    (skin.mesh, notes)
+    let surface = match outer {
+        OuterFaces::All => skin.mesh,
+        OuterFaces::Listed => skin.without_bare(),
+    };
+    (surface, notes)
 }

@@ -4,6 +4,17 @@ use super::{CellKind, CellSet, Cells, DataArray, EMPTY, Group, Mesh, too_many};
 use crate::error::{Error, Result, option};
 use crate::geometry::vector::Vector;
 
+/// How a mesh with these bounds comes to lie at one z, as the end of a sentence; empty where no quarter turn does it.
+pub(crate) fn turned_flat([low, high]: [Vector; 2]) -> String {
+    let extent = [0, 1, 2].map(|i| high[i] - low[i]);
+    let size = extent.into_iter().fold(0.0, f64::max);
+    let flat = (0..2).find(|i| extent[*i] <= 1e-12 * size);
+    flat.map_or_else(String::new, |i| {
+        let axis = ["y", "x"][i];
+        format!("; {} {axis},90 turns it into one", option("rotate"))
+    })
+}
+
 /// The tags of the two sides.
 const SIDES: [&str; 2] = ["back", "front"];
 
@@ -52,8 +63,9 @@ impl Mesh {
     fn check_plane(&self) -> Result<()> {
         if self.dimension() != 2 || self.space_dimension() != 2 {
             return Err(Error::input(format!(
-                "{} is for meshes of plane cells at one z, and this one is not",
-                option("extrude")
+                "{} is for meshes of plane cells at one z, and this one is not{}",
+                option("extrude"),
+                self.bounds().map_or_else(String::new, turned_flat)
             )));
         }
         match self.cells.runs().find(|run| run.kind.is_curved()) {

@@ -21,6 +21,15 @@ pub struct Skin {
     pub n_curved: usize,
 }
 
+impl Skin {
+    /// The surface without the outer faces that the mesh has no boundary cell for.
+    pub fn without_bare(mut self) -> Mesh {
+        let n = self.mesh.cells.len() - self.n_bare;
+        self.mesh.keep_cells(&(0..n).collect::<Vec<_>>());
+        self.mesh
+    }
+}
+
 impl MeshView<'_> {
     /// The surface of the mesh. Of a solid mesh, and of a surface in space, its boundary cells, and the outer faces
     /// without one; they turn so that their normals point out of the solid. Of a plane mesh, a shell or a cloud of
@@ -219,6 +228,11 @@ mod tests {
         assert!(normals_point_out(&reversed.view().skin().mesh));
         let again = skin.mesh.view().skin();
         assert_eq!(again.mesh, skin.mesh);
+        let tagged = skin.without_bare();
+        tagged.validate().expect("it is a mesh");
+        assert!(normals_point_out(&tagged));
+        assert_eq!((tagged.points.len(), tagged.cells.len()), (4, 2));
+        assert_eq!(tagged.cell_arrays[0].values, Values::I32(vec![2, 3]));
     }
 
     #[test]

@@ -121,6 +121,13 @@ impl Motion {
         motions.find_map(|motion| motion.cyclic_angles(step))
     }
 
+    /// Whether the motion of a body, or of one that it moves with, is that of a blade along the rotor's span.
+    pub fn is_of_blade(&self, body: usize) -> bool {
+        let body = &self.bodies[body];
+        let own = body.motions.iter().any(|motion| motion.is_of_blade());
+        own || body.parent.is_some_and(|parent| self.is_of_blade(parent))
+    }
+
     fn at<'a>(&'a self, step: &'a Step, part: f64) -> At<'a> {
         At {
             step,

@@ -242,6 +242,7 @@ impl Rotor {
             frame: self.frame,
             signs: self.signs,
             in_plane: dimension == 2,
+            has_span: self.span_axis.is_some(),
         })
     }
 }
@@ -311,6 +312,8 @@ pub struct RotorAxes {
     pub signs: Signs,
     /// Whether the mesh is plane, in x and y.
     pub in_plane: bool,
+    /// Whether the schedule gives the span, which else is along x.
+    pub has_span: bool,
 }
 
 impl RotorAxes {

@@ -22,7 +22,7 @@ pub struct BodyAtStep {
     pub step: usize,
     /// Pitch, flap and lag in radians, where it has a cyclic motion.
     pub angles: Option<[f64; 3]>,
-    /// Displacement of its outermost point along its span, in mesh units; `None` in 2D.
+    /// Displacement of its outermost point along its span, in mesh units; `None` in 2D and where nothing says what the span is.
     pub tip: Option<Vector>,
     /// Largest displacement of one of its points, in mesh units.
     pub largest: f64,
@@ -332,5 +332,23 @@ mod tests {
             "{tip:?}"
         );
         assert!(found.largest >= norm(tip) * 0.999);
+    }
+
+    #[test]
+    fn a_body_has_a_tip_only_where_something_says_what_its_span_is() {
+        let tip = |rotor: &str, motion: &str| {
+            let schedule = format!(
+                "azimuth.values = [90]\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\n{rotor}\nbody = [ {{ name = \"wing\", tags = [\"wing\"], {motion} }} ]\n"
+            );
+            let plan = plan("testdata/wing_on_plane.vtu", &schedule);
+            bodies_at(&plan, &[&plan.motion.steps[0]])[0].tip
+        };
+        // The wing lies along z, and the default span along x.
+        let swing = "rigid = { rotate = { axis = [1, 0, 0], angle = 2.0 } }";
+        assert_eq!(tip("", swing), None);
+        let span = "rotor = { span_axis = [0, 0, 1], shaft_axis = [0, 1, 0] }";
+        let along_z = tip(span, swing).expect("the span is given");
+        assert!(along_z[1].abs() > 0.01, "{along_z:?}");
+        assert!(tip("", "cyclic = { collective = 2 }").is_some());
     }
 }

@@ -12,10 +12,11 @@ pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
     own.map(|(at, _)| at).collect()
 }
 
-/// The outermost of some points along the span of a body's blade.
+/// The outermost of some points along the span of a body's blade; `None` in 2D, and where neither the rotor nor the motion
+/// of the body says what the span is.
 pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
     let rotor = &plan.motion.rotor;
-    if plan.motion.rotor.in_plane {
+    if rotor.in_plane || !(rotor.has_span || plan.motion.is_of_blade(body)) {
         return None;
     }
     let offset = plan.motion.bodies[body].azimuth_offset;

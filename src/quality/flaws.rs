@@ -23,6 +23,8 @@ pub struct Flawed {
 pub struct Flaws {
     /// Of negative volume; in a mesh of faces, turned against most of them.
     pub negative: Flawed,
+    /// Those of `negative` that are valid as their mirror images: their nodes are listed in the other orientation.
+    pub reversed: Flawed,
     /// Of no volume to round-off, as those with a node twice.
     pub degenerate: Flawed,
     /// Of positive volume, with a corner that is folded.
@@ -44,8 +46,8 @@ impl Flawed {
 /// Counts of a chunk: with volumes as they are, and how many cells are turned each way.
 #[derive(Default)]
 struct Counts {
-    positive: Flawed,
-    negative: Flawed,
+    /// Of positive volume and of negative, and of these the ones that are valid.
+    turned: [[Flawed; 2]; 2],
     degenerate: Flawed,
     folded: Flawed,
 }
@@ -64,12 +66,11 @@ pub fn flaws(mesh: &Mesh) -> Flaws {
                     counts.degenerate.add(cell);
                     continue;
                 }
-                match volume > 0.0 {
-                    true => counts.positive.add(cell),
-                    false => counts.negative.add(cell),
-                }
-                if !is_valid {
-                    counts.folded.add(cell);
+                let [all, valid] = &mut counts.turned[usize::from(volume <= 0.0)];
+                all.add(cell);
+                match is_valid {
+                    true => valid.add(cell),
+                    false => counts.folded.add(cell),
                 }
             }
         });
@@ -77,19 +78,19 @@ pub fn flaws(mesh: &Mesh) -> Flaws {
     });
     let mut all = Counts::default();
     for counts in chunks {
-        all.positive.join(counts.positive);
-        all.negative.join(counts.negative);
+        let both = all.turned.iter_mut().zip(counts.turned);
+        for (all, own) in both.flat_map(|(all, own)| all.iter_mut().zip(own)) {
+            all.join(own);
+        }
         all.degenerate.join(counts.degenerate);
         all.folded.join(counts.folded);
     }
-    let is_clockwise = mesh.dimension() < 3 && all.negative.n > all.positive.n;
-    let negative = if is_clockwise {
-        all.positive
-    } else {
-        all.negative
-    };
+    let [[positive, _], [negative, _]] = all.turned;
+    let is_clockwise = mesh.dimension() < 3 && negative.n > positive.n;
+    let [negative, reversed] = all.turned[usize::from(!is_clockwise)];
     Flaws {
         negative,
+        reversed,
         degenerate: all.degenerate,
         folded: all.folded,
     }
@@ -127,6 +128,7 @@ mod tests {
         }
         let found = flaws(&mesh);
         assert_eq!((found.negative.n, found.negative.first), (2, Some(1)));
+        assert_eq!(found.reversed, found.negative);
         assert_eq!((found.degenerate.n, found.degenerate.first), (1, Some(2)));
         assert_eq!(found.folded.n, 0);
     }
@@ -148,13 +150,12 @@ mod tests {
         mesh.cells.push(CellKind::Triangle, &[0, 3, 2]);
         assert_eq!(flaws(&mesh), Flaws::default());
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
-        assert_eq!(
-            flaws(&mesh).negative,
-            Flawed {
-                n: 1,
-                first: Some(2)
-            }
-        );
+        let found = flaws(&mesh);
+        let third = Flawed {
+            n: 1,
+            first: Some(2),
+        };
+        assert_eq!((found.negative, found.reversed), (third, third));
         // A dart: a reflex corner at node 4.
         mesh.cells.push(CellKind::Quadrilateral, &[4, 3, 2, 1]);
         mesh.cells.push(CellKind::Quadrilateral, &[0, 3, 4, 1]);

@@ -21,6 +21,7 @@ pub struct Reference {
     signs: Vec<i8>,
     facing: Facing,
     n_inverted: usize,
+    n_reversed: usize,
     /// Cells that are valid at their corners but not proven to be so between them, ascending.
     doubtful: Vec<u32>,
 }
@@ -44,7 +45,7 @@ impl Reference {
         let judge = |chunk, (signs, sizes): (&mut [i8], &mut [f64])| {
             let range = block(n_cells, CHUNK, chunk);
             let first = range.start;
-            let mut n_inverted = 0;
+            let (mut n_inverted, mut n_reversed) = (0, 0);
             visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
                 for i in 0..block.n {
                     let valid = block.get(i).orientation();
@@ -54,17 +55,21 @@ impl Reference {
                     if valid != 0 {
                         sizes[start + i - first] = block.size[i];
                     }
-                    n_inverted += usize::from(valid == 0 || (solid && valid < 0));
+                    let is_reversed = solid && valid < 0;
+                    n_inverted += usize::from(valid == 0 || is_reversed);
+                    n_reversed += usize::from(is_reversed);
                 }
             });
-            n_inverted
+            [n_inverted, n_reversed]
         };
         let chunks = signs.chunks_mut(CHUNK).zip(sizes.chunks_mut(CHUNK));
-        let inverted = parallel::map_items(chunks, &judge);
+        let counts = parallel::map_items(chunks, &judge);
+        let sum = |of: usize| counts.iter().map(|counts| counts[of]).sum();
         let mut reference = Self {
             signs,
             facing,
-            n_inverted: inverted.into_iter().sum(),
+            n_inverted: sum(0),
+            n_reversed: sum(1),
             doubtful: Vec::new(),
         };
         let validity = validity::assess(mesh, &mesh.points, &reference);
@@ -92,6 +97,7 @@ impl Reference {
             *balance.entry(group(run.kind)).or_default() += sum;
         }
         let mut doubtful = Vec::new();
+        reference.n_reversed = 0;
         for run in mesh.volume_runs() {
             let sign = if balance[&group(run.kind)] < 0 { -1 } else { 1 };
             let cells = run.first_cell..run.first_cell + run.n_cells();
@@ -102,6 +108,9 @@ impl Reference {
                 .copied()
                 .filter(|&cell| cells.contains(&(cell as usize)));
             doubtful.extend(own.filter(|_| is_cut));
+            if sign < 0 && !plane {
+                reference.n_reversed += run.n_cells();
+            }
             reference.signs[cells].fill(sign);
         }
         doubtful.sort_unstable();
@@ -114,6 +123,11 @@ impl Reference {
     /// their mirror images; the others are never counted as inverted later.
     pub fn n_inverted(&self) -> usize {
         self.n_inverted
+    }
+
+    /// Number of solid cells that are judged as their mirror images, since their nodes are in reverse order.
+    pub fn n_reversed(&self) -> usize {
+        self.n_reversed
     }
 
     /// Whether a volume cell's corner Jacobians all have one sign in the reference. False for

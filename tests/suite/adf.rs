@@ -37,7 +37,7 @@ fn every_command_takes_a_file_in_adf() {
     for command in [&["info"][..], &["quality"]] {
         let of = |name: &str| json(folder, &[command, &[name]].concat());
         let (adf, mut hdf5) = (of("old.cgns"), of("new.cgns"));
-        for name in ["mesh", "file"] {
+        for name in ["mesh", "file", "format"] {
             if hdf5.get(name).is_some() {
                 hdf5[name] = adf[name].clone();
             }

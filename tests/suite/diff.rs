@@ -1,5 +1,6 @@
 //! `azimesh diff` from outside: what regression tests in shell scripts rely on.
 
+use crate::support::sequence::testdata;
 use crate::support::{airfoil, assert_says, azimesh, json, rewrite, succeed};
 
 const SQUARE: &str = "NDIME= 2\nNELEM= 2\n5 0 1 2 0\n5 0 2 3 1\nNPOIN= 4\n0 0 0\n1 0 1\n1 1 2\n\
@@ -131,4 +132,18 @@ fn sequences_are_compared_step_by_step() {
         run.err.contains("several sequences") || run.err.contains("sequence"),
         "{run:?}"
     );
+}
+
+#[test]
+fn polyhedra_that_a_format_gives_back_as_other_cells_are_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mesh = testdata("polyhedra_ascii.vtu").display().to_string();
+    succeed(path, &["convert", &mesh, "case", "--format", "openfoam"]);
+    let run = azimesh(path, &["diff", &mesh, "case", "--match", "position"]);
+    assert_eq!(run.code, 1, "{run:?}");
+    let told = "the first mesh has 613 cells as polyhedra or polygons more than the second";
+    assert_says(&run.err, &[told, "OpenFOAM"]);
+    let run = succeed(path, &["diff", "case", "case"]);
+    assert!(!run.err.contains("polyhedra"), "{}", run.err);
 }

@@ -16,6 +16,7 @@ mod convert;
 mod convert_sequences;
 mod diff;
 mod exit_codes;
+mod exodus;
 mod finish;
 mod fluent;
 mod format_pairs;
@@ -31,6 +32,7 @@ mod parts;
 mod periodic;
 #[cfg(unix)]
 mod pipelines;
+mod plot3d;
 mod real_meshes;
 mod real_msh_su2;
 mod records;

@@ -292,6 +292,52 @@ fn quality_says_that_a_mesh_is_folded_in_itself() {
 }
 
 #[test]
+fn cells_in_the_other_orientation_are_named_alike_by_all_commands() {
+    let folder = folder();
+    let folder = folder.path();
+    // The second hexahedron stands on the first; both have their nodes in reverse order.
+    let reversed = "NDIME= 3\nNELEM= 2\n12 4 5 6 7 0 1 2 3 0\n12 8 9 10 11 4 5 6 7 1\nNPOIN= 12\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n\
+                    0 0 1\n1 0 1\n1 1 1\n0 1 1\n0 0 2\n1 0 2\n1 1 2\n0 1 2\nNMARK= 0\n";
+    std::fs::write(folder.join("r.su2"), reversed).unwrap();
+    let (_, told, _) = azimesh(folder, &["info", "r.su2"]);
+    assert_says(
+        &told,
+        &[
+            "2 cells of negative volume",
+            "reversed",
+            "in the other orientation",
+        ],
+    );
+    let (code, _, error) = azimesh(folder, &["quality", "r.su2"]);
+    assert_eq!(code, 0);
+    assert_says(&error, &["2 cells are listed in the other orientation"]);
+    assert!(!error.contains("not valid"), "{error}");
+    let (code, _, error) = azimesh(folder, &["repair", "r.su2", "-o", "repaired.su2"]);
+    assert_eq!(code, 0);
+    assert_says(&error, &["2 cells are listed in the other orientation"]);
+    let (code, _, error) = azimesh(
+        folder,
+        &["convert", "r.su2", "case", "--format", "openfoam"],
+    );
+    assert_eq!(code, 0);
+    assert_says(
+        &error,
+        &[
+            "cells are listed in the other orientation",
+            "(2)",
+            "turned round",
+        ],
+    );
+    let (_, told, _) = azimesh(folder, &["info", "case"]);
+    assert!(!told.contains("negative"), "{told}");
+    let (_, _, error) = azimesh(
+        folder,
+        &["convert", "case", "again", "--format", "openfoam"],
+    );
+    assert!(!error.contains("orientation"), "{error}");
+}
+
+#[test]
 fn quality_writes_cell_arrays() {
     let folder = folder();
     let write = ["quality", "square.su2", "-o", "judged.vtu"];

@@ -1,6 +1,6 @@
 //! Nothing is wrong in silence: what the whole program says and refuses, each with what would be right.
 
-use crate::support::{airfoil, azimesh, rewrite, succeed};
+use crate::support::{airfoil, assert_says, azimesh, rewrite, succeed};
 use std::fs;
 use std::path::Path;
 
@@ -214,4 +214,27 @@ fn blades_that_are_one_body_are_told_and_a_mesh_that_is_carried_round_has_veloci
     assert!(!all.contains("velocities of all bodies are 0"), "{all}");
     assert!(!one.contains("several blades"), "{one}");
     assert!(one.contains("velocities of all bodies are 0"), "{one}");
+}
+
+#[test]
+fn check_tells_of_rotors_and_tips_where_there_are_any_and_how_to_see_all_steps() {
+    let folder = airfoil();
+    let path = folder.path();
+    let schedule = "azimuth = { start = 0, stop = 90, step = 5 }\nboundaries.others = \"fixed\"\n\
+                    body = [ { name = \"a\", tags = [\"airfoil\"], rigid = { translate = [0, 0.01, 0] } } ]\n";
+    std::fs::write(path.join("t.toml"), schedule).unwrap();
+    let told = succeed(path, &["check", "n.vtu", "t.toml"]).out;
+    assert_says(&told, &["at 10 of 19 steps; --json has them all"]);
+    for unwanted in ["hub", "shaft", "pitch_deg", "tip_dx"] {
+        assert!(!told.contains(unwanted), "{told}");
+    }
+    assert_says(
+        &told,
+        &["body a\nazimuth_deg     largest\n          0   0.0100000\n"],
+    );
+    let told = succeed(path, &["check", "n.vtu", "n.toml"]).out;
+    assert_says(
+        &told,
+        &["shaft", "pitch_deg  flap_deg   lag_deg     largest\n"],
+    );
 }

@@ -7,7 +7,7 @@ use crate::formats::su2;
 use crate::geometry::transform::Transform;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 
-/// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, tag, merge, drop, rename, types
+/// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, join, tag, merge, drop, rename, types
 /// of patches, boundary or volume only; `--reorder` comes last.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Changes {
@@ -29,6 +29,10 @@ pub struct Changes {
     /// tags back and front, which OpenFOAM takes as empty
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     extrude: Option<f64>,
+    /// Make one mesh of zones that share no nodes: where two outer faces without a tag lie at the very same place, their
+    /// nodes become one
+    #[arg(long)]
+    join: bool,
     /// Give outer faces without a tag the tags boundary_1, boundary_2, ..., the largest connected part
     /// first
     #[arg(long, value_name = "HOW")]
@@ -36,7 +40,8 @@ pub struct Changes {
     /// Make one boundary tag of several: wall=upper,lower; repeatable
     #[arg(long, value_name = "NEW=A,B", value_parser = merging)]
     merge_tags: Vec<(String, Vec<String>)>,
-    /// Remove a boundary tag, and its faces that no other tag has; repeatable
+    /// Remove a boundary tag, and its faces that no other tag has; STL and VTP then hold the boundary faces that are left,
+    /// and no other; repeatable
     #[arg(long, value_name = "TAG")]
     drop_tag: Vec<String>,
     /// Remove all boundary tags but this one, as --drop-tag does; repeatable
@@ -179,6 +184,9 @@ impl Changes {
         if let Some(height) = self.extrude {
             mesh.extrude(height)?;
         }
+        if self.join {
+            remarks.push(join(mesh));
+        }
         if self.tag_boundary.is_some() {
             let (n_faces, n_tags) = mesh.tag_connected_boundary()?;
             remarks.push(format!(
@@ -208,6 +216,11 @@ impl Changes {
         Ok(remarks)
     }
 
+    /// Whether tags are removed with their faces.
+    pub fn removes_tags(&self) -> bool {
+        !self.drop_tag.is_empty() || !self.keep_tag.is_empty()
+    }
+
     /// Removes tags as `--drop-tag` and `--keep-tag` say.
     fn drop_tags(&self, mesh: &mut Mesh) -> Result<Option<String>> {
         let (option, named) = match self.keep_tag.is_empty() {
@@ -234,6 +247,18 @@ fn of_option(option: &str, error: Error) -> Error {
     Error {
         message: format!("{option}: {}", error.message),
         ..error
+    }
+}
+
+/// Joins zones; a remark on what was joined.
+fn join(mesh: &mut Mesh) -> String {
+    let counts = mesh.join_zones();
+    match counts.n_faces {
+        0 => "--join: no two outer faces without a tag lie at the same place".to_owned(),
+        n => format!(
+            "--join: faces that lay on one another are joined, pair by pair ({n}); {} removed",
+            with_verb(counts.n_nodes, "node", "is")
+        ),
     }
 }
 

@@ -1,29 +1,73 @@
 //! Meshes as a format takes them: `--portable`, and the surface for formats that hold no more.
 
 use super::Run;
-use crate::formats::{Format, make_portable};
+use crate::diagnostic::NoteKind;
+use crate::diagnostic::formats::{FormatNote, GroupWritten, Written};
+use crate::error::{Error, Result};
+use crate::formats::{Format, Notes, OuterFaces, make_portable};
 use crate::mesh::Mesh;
 use std::borrow::Cow;
 
 impl Run<'_> {
-    /// The mesh without what readers of the format do not take, where that is asked for; its surface for a format of surfaces.
-    pub(super) fn portable<'m>(&self, mesh: &'m Mesh, format: &dyn Format) -> Cow<'m, Mesh> {
-        if let Some((surface, notes)) = format.surface(&mesh.view()) {
+    /// Where some of the notes are on outer faces without a tag, says that zones which share no nodes have left them.
+    pub(super) fn tell_of_zones_apart(&self, mesh: &Mesh, notes: &Notes) {
+        if !notes.iter().any(|note| is_on_bare_faces(&note.kind)) {
+            return;
+        }
+        let n = mesh.n_joinable_faces();
+        if n > 0 {
+            self.tell(format!(
+                "of the outer faces without a tag, {} lie on one another: they are interfaces of zones that share no nodes \
+                 (`repeated` in azimesh info); --join makes these one mesh",
+                2 * n
+            ));
+        }
+    }
+
+    /// The mesh without what readers of the format do not take, where that is asked for; its surface for a format of surfaces,
+    /// without the faces of tags that were removed.
+    pub(super) fn portable<'m>(
+        &self,
+        mesh: &'m Mesh,
+        format: &dyn Format,
+    ) -> Result<Cow<'m, Mesh>> {
+        let outer = match self.args.changes.removes_tags() {
+            true => OuterFaces::Listed,
+            false => OuterFaces::All,
+        };
+        if let Some((surface, notes)) = format.surface(&mesh.view(), outer) {
+            if surface.cells.is_empty() {
+                return Err(Error::input(
+                    "no boundary face is left after --keep-tag or --drop-tag",
+                ));
+            }
             for note in notes.iter() {
                 self.tell(format!("{}: {note}", format.title()));
             }
-            return Cow::Owned(surface);
+            self.tell_of_zones_apart(mesh, &notes);
+            return Ok(Cow::Owned(surface));
         }
         if !self.args.portable {
-            return Cow::Borrowed(mesh);
+            return Ok(Cow::Borrowed(mesh));
         }
         let mut portable = mesh.clone();
-        match make_portable(&mut portable, format.name()) {
+        Ok(match make_portable(&mut portable, format.name()) {
             Some(remark) => {
                 self.tell(remark);
                 Cow::Owned(portable)
             }
             None => Cow::Borrowed(mesh),
-        }
+        })
     }
+}
+
+fn is_on_bare_faces(kind: &NoteKind) -> bool {
+    let NoteKind::Format(note) = kind else {
+        return false;
+    };
+    matches!(
+        note,
+        FormatNote::Written(Written::BareFaces { .. })
+            | FormatNote::GroupWritten(GroupWritten::UntaggedPatch { .. })
+    )
 }

@@ -154,7 +154,7 @@ impl Run<'_> {
     ) -> Result<()> {
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
-            let mesh = self.portable(&mesh, format);
+            let mesh = self.portable(&mesh, format)?;
             let append = || file.push(time, &mesh.view());
             self.context.stage("writing", append)?;
             self.note_written(&mesh, path, format, Some(time));
@@ -217,7 +217,7 @@ impl Run<'_> {
     /// Writes one mesh; remarks on what the format cannot hold.
     pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
         self.remark_on_options(format);
-        let mesh = &*self.portable(mesh, format);
+        let mesh = &*self.portable(mesh, format)?;
         let options = self.options();
         let written_as = match options.pieces {
             Some(_) if format.case().is_none() => formats::in_pieces(),
@@ -227,10 +227,11 @@ impl Run<'_> {
         let write = || formats::stage(&mesh.view(), path, written_as, &options, commit);
         let (notes, files) = self.context.stage("writing", write)?;
         self.wait(files);
-        for dropped in notes {
+        for dropped in notes.iter() {
             // Said once for all meshes of a sequence.
             self.tell(format!("{}: {dropped}", format.title()));
         }
+        self.tell_of_zones_apart(mesh, &notes);
         self.note_written(mesh, path, format, None);
         Ok(())
     }

@@ -24,6 +24,7 @@ pub fn of(facts: &Facts) -> Value {
         "cells_by_kind": by_kind,
         "curved_cells": facts.n_curved,
         "negative_cells": facts.flaws.negative.n,
+        "reversed_cells": facts.flaws.reversed.n,
         "degenerate_cells": facts.flaws.degenerate.n,
         "folded_cells": facts.flaws.folded.n,
         "zones": groups(mesh.zones(), "cells"),

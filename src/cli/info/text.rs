@@ -49,7 +49,23 @@ impl Rows {
                 counted(flawed.n, "cell")
             );
             self.push_some(name, flawed.n, told);
+            if name == "negative" {
+                self.reversed(found);
+            }
         }
+    }
+
+    /// Which cells of negative volume are whole.
+    fn reversed(&mut self, found: &Flaws) {
+        let n = found.reversed.n;
+        let which = match n == found.negative.n {
+            true => "these".to_owned(),
+            false => format!("{n} of these"),
+        };
+        let told = format!(
+            "{which} are valid with their nodes in the other orientation; quality judges them as their mirror images"
+        );
+        self.push_some("reversed", n, told);
     }
 
     /// What is unusual about the faces around the mesh.

@@ -10,7 +10,7 @@ use crate::diagnostic::with_verb;
 use crate::error::{Error, Result};
 use crate::formats::Format;
 use crate::mesh::{Cells, Mesh};
-use crate::quality::{Assessment, Criterion, Judge, Statistic, statistics};
+use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, statistics};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use worst::WorstCells;
@@ -23,7 +23,8 @@ const MOST_NAMED: usize = 12;
 #[command(
     after_help = "A cell is inverted if it is valid in the reference mesh and one of its corners has turned over \
 or become flat. Without --reference one mesh is its own reference: no cell is inverted then, and cells that are \
-invalid count as inverted_reference. The reference of a sequence is its first mesh.\n\n\
+invalid count as inverted_reference. Solid cells whose nodes are in reverse order, which have a negative volume, are \
+counted there too and judged as their mirror images. The reference of a sequence is its first mesh.\n\n\
 For one mesh the smallest, mean and largest value of every metric are printed too; for a sequence, one row per step."
 )]
 pub struct QualityArgs {
@@ -151,12 +152,8 @@ fn judge_mesh<'a>(
     };
     let mut findings = Findings::new(args);
     findings.take(None, &mesh, &judge, context)?;
-    let folded = judge.reference.n_inverted();
-    if folded > 0 && args.reference.is_none() {
-        context.complain(&format!(
-            "{} not valid in the mesh itself, counted as inverted_reference; --reference MESH gives one to judge by",
-            with_verb(folded, "cell", "is")
-        ));
+    if args.reference.is_none() {
+        complain_of_reference(&judge.reference, context);
     }
     let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
     findings.metrics = Some(context.stage("metrics", every)?);
@@ -165,6 +162,25 @@ fn judge_mesh<'a>(
         args.write.save(&with_arrays, path, format, context)?;
     }
     Ok(findings)
+}
+
+/// What is told of cells that a mesh, as its own reference, counts as `inverted_reference`.
+fn complain_of_reference(reference: &Reference, context: &Context) {
+    let n_reversed = reference.n_reversed();
+    let n_folded = reference.n_inverted() - n_reversed;
+    if n_folded > 0 {
+        context.complain(&format!(
+            "{} not valid in the mesh itself, counted as inverted_reference; --reference MESH gives one to judge by",
+            with_verb(n_folded, "cell", "is")
+        ));
+    }
+    if n_reversed > 0 {
+        context.complain(&format!(
+            "{} listed in the other orientation, with nodes in reverse order: counted as inverted_reference, and judged \
+             as mirror images",
+            with_verb(n_reversed, "cell", "is")
+        ));
+    }
 }
 
 fn judge_sequence<'a>(

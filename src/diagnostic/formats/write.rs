@@ -220,6 +220,11 @@ Written {
     )
     /// Outer faces that are no boundary cells of the mesh are written too.
     BareFaces { n: usize } => ("outer faces without a boundary element are written too, without a tag ({n})")
+    /// Outer faces that are no boundary cells of the mesh are not wanted.
+    BareFacesLeftOut { n: usize } => (
+        "outer faces without a boundary element, such as those that {} or {} removed, are left out ({n})",
+        option("keep-tag"), option("drop-tag")
+    )
     /// Curved faces become flat.
     CornersAlone { n: usize } => ("curved cells are written flat, with their corners only ({n})")
     /// Faces become triangles.
@@ -231,6 +236,11 @@ Written {
     /// A mesh of an ADF file, written as CGNS.
     Hdf5ForAdf => (
         "the mesh was read from a CGNS file in ADF and is written in HDF5; hdf2adf, a tool of CGNS, makes ADF of it"
+    )
+    /// Cells whose nodes are in reverse order.
+    TurnedRound { n: usize } => (
+        "cells are listed in the other orientation, with a negative volume ({n}); they are turned round, for faces of OpenFOAM \
+         point out of their cells"
     )
     /// A mesh that was joined from the pieces of a decomposed case.
     AsOne => (

@@ -22,9 +22,12 @@ pub(super) mod fixture;
 
 pub(super) use self::{data::Data, node::Node};
 
+/// What an ADF file has behind its first four bytes.
+pub(super) const NAME: &[u8] = b"ADF Database";
+
 /// Whether a file starts as these do: four bytes of any kind, then the name of the format.
 pub(super) fn is_adf(head: &[u8]) -> bool {
-    head.get(4..16) == Some(b"ADF Database")
+    head.get(4..16) == Some(NAME)
 }
 
 #[cfg(test)]

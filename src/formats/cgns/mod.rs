@@ -12,7 +12,6 @@
 mod arrays;
 mod builder;
 mod element;
-mod exterior;
 mod families;
 mod lattice;
 mod node;
@@ -68,6 +67,14 @@ impl Format for Cgns {
 
     fn extensions(&self) -> &'static [&'static str] {
         &["cgns"]
+    }
+
+    fn title_of(&self, head: &[u8]) -> String {
+        match (is_adf(head), is_hdf5(head)) {
+            (true, _) => "CGNS in ADF (.cgns)".to_owned(),
+            (_, true) => "CGNS in HDF5 (.cgns)".to_owned(),
+            _ => self.title().to_owned(),
+        }
     }
 
     /// The start of an ADF file; that of an HDF5 file does not tell its format.

@@ -24,6 +24,16 @@ impl Stored {
             let root = adf::Node::root(source)?;
             return Ok((Self::Adf(root), MissingFiles::default()));
         }
+        if !hdf5::is_hdf5(source.bytes()) {
+            return Err(Error::input(format!(
+                "CGNS files are HDF5 or ADF files, and this is neither: it begins with {}; HDF5 begins with \"{}\", ADF with \
+                 four bytes of any kind and \"{}\"",
+                hdf5::first_bytes(source.bytes()),
+                hdf5::SIGNATURE.escape_ascii(),
+                adf::NAME.escape_ascii()
+            ))
+            .byte(0));
+        }
         let file = hdf5::File::open(source)?;
         Ok((Self::Hdf5(file.root()?), file.missing_files()))
     }

@@ -13,8 +13,8 @@ use crate::parallel::update;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Makes the mesh.
-pub(super) fn mesh(mut content: Content, notes: &mut Notes) -> Result<Mesh> {
+/// Makes the mesh of a file of these bytes.
+pub(super) fn mesh(mut content: Content, bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     if content.n_cells == 0 {
         return Err(Error::input(match content.faces.is_empty() {
             true => "the file has no faces and no cells, so there is no mesh",
@@ -24,7 +24,7 @@ pub(super) fn mesh(mut content: Content, notes: &mut Notes) -> Result<Mesh> {
         }));
     }
     note_left_out(&content, notes);
-    let mut joined = join(&mut content)?;
+    let mut joined = join(&mut content, bytes)?;
     if joined.n_loose > 0 {
         notes.push(NotKept::Of {
             what: "faces on no cell",
@@ -215,6 +215,13 @@ fn cells_of(ranges: Vec<Range<usize>>, joined: &Joined) -> CellSet {
     set
 }
 
+/// Whether somebody has named a zone between cells so: Fluent itself calls them "interior", also within longer names, and
+/// writers of its files "internal-3", by their numbers.
+fn is_given(name: &str) -> bool {
+    let number = name.strip_prefix("internal-").unwrap_or(name);
+    !name.contains("interior") && !number.bytes().all(|byte| byte.is_ascii_digit())
+}
+
 /// Tells what of the file the mesh does not hold.
 fn note_left_out(content: &Content, notes: &mut Notes) {
     let mut names = BTreeSet::new();
@@ -226,9 +233,7 @@ fn note_left_out(content: &Content, notes: &mut Notes) {
             names.insert(content.name(zone.zone, "interior"));
         }
     }
-    // Fluent calls those so that nobody has named.
-    let named = names.into_iter().filter(|name| !name.contains("interior"));
-    let named: Vec<String> = named.collect();
+    let named: Vec<String> = names.into_iter().filter(|name| is_given(name)).collect();
     if !named.is_empty() {
         notes.push(Fluent::Interior { names: named });
     }

@@ -138,7 +138,8 @@ fn points(mesh: &Group, dimension: u8) -> Result<Vec<[f64; 3]>> {
     }
     let n = parts.iter().map(|(range, ..)| range.end).max().unwrap_or(0);
     let ranges = parts.iter().map(|(range, ..)| range.clone()).collect();
-    check_cover(ranges, n, "node").map_err(|message| Error::input(message).dataset(&path("")))?;
+    check_cover(ranges, n, "node")
+        .map_err(|found| Error::input(found.message).dataset(&path("")))?;
     parts.sort_by_key(|(range, ..)| range.start);
     let mut points = Vec::new();
     for (range, dataset, path) in parts {
@@ -254,7 +255,7 @@ fn cells(mesh: &Group, content: &mut Content) -> Result<()> {
         .max()
         .unwrap_or(0);
     check_cover(topology.items.clone(), n, "cell")
-        .map_err(|message| Error::input(message).dataset(&topology.path))?;
+        .map_err(|found| Error::input(found.message).dataset(&topology.path))?;
     content.n_cells = n;
     for (i, (zone, cells)) in topology.ids.iter().zip(&topology.items).enumerate() {
         content.cells.push(CellZone {
@@ -288,7 +289,7 @@ fn faces(mesh: &Group, content: &mut Content) -> Result<()> {
         .max()
         .unwrap_or(0);
     check_cover(topology.items.clone(), n, "face")
-        .map_err(|message| Error::input(message).dataset(&topology.path))?;
+        .map_err(|found| Error::input(found.message).dataset(&topology.path))?;
     content.refined_faces = tree(&group, "meshes/1/faces/tree")?;
     let (ends, nodes) = nodes(&group, n)?;
     let mut cells = vec![[NONE; 2]; n];
@@ -317,6 +318,7 @@ fn faces(mesh: &Group, content: &mut Content) -> Result<()> {
             first: items.start,
             kind: topology.kinds.get(i).copied().unwrap_or(0),
             place: Place::Dataset("meshes/1/faces".to_owned()),
+            body: None,
             list: list(
                 &ends[items.clone()],
                 start,
@@ -356,7 +358,7 @@ fn nodes(faces: &Group, n: usize) -> Result<(Vec<u32>, Vec<u32>)> {
     }
     let ranges = sections.iter().map(|(range, ..)| range.clone()).collect();
     check_cover(ranges, n, "face")
-        .map_err(|message| Error::input(message).dataset("meshes/1/faces/nodes"))?;
+        .map_err(|found| Error::input(found.message).dataset("meshes/1/faces/nodes"))?;
     sections.sort_by_key(|(range, ..)| range.start);
     let (mut ends, mut nodes) = (Vec::new(), Vec::new());
     for (range, section, path) in sections {

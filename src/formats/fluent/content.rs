@@ -1,6 +1,7 @@
 //! What a file holds, in whichever way it is stored: nodes, zones of faces with their two cells, zones of cells, names.
 
 use super::kinds::INTERIOR;
+use super::text::line_of_word;
 use crate::error::Error;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -50,6 +51,8 @@ pub(super) struct FaceZone {
     pub kind: u32,
     /// Where it stands in the file.
     pub place: Place,
+    /// Where its numbers lie, if they are text.
+    pub body: Option<Range<usize>>,
     /// Its faces.
     pub list: FaceList,
 }
@@ -156,28 +159,37 @@ impl FaceList {
     }
 }
 
+/// What parts do not have once.
+#[derive(Debug)]
+pub(super) struct Uncovered {
+    /// A sentence without a place.
+    pub message: String,
+    /// The part that it is seen at.
+    pub part: usize,
+}
+
 /// Checks that parts have each of `n` items once.
-///
-/// # Errors
-/// A sentence without a place.
 pub(super) fn check_cover(
-    mut parts: Vec<Range<usize>>,
+    parts: Vec<Range<usize>>,
     n: usize,
     what: &str,
-) -> std::result::Result<(), String> {
-    parts.sort_by_key(|part| part.start);
-    let mut end = 0;
-    for part in parts.iter().filter(|part| !part.is_empty()) {
-        if part.start > end {
-            return Err(missing(end..part.start, what));
+) -> std::result::Result<(), Uncovered> {
+    let mut parts: Vec<(usize, Range<usize>)> = parts.into_iter().enumerate().collect();
+    parts.sort_by_key(|(_, range)| range.start);
+    let wrong = |part: usize, message: String| Err(Uncovered { message, part });
+    let (mut end, mut last) = (0, 0);
+    for (part, range) in parts.into_iter().filter(|(_, range)| !range.is_empty()) {
+        if range.start > end {
+            return wrong(part, missing(end..range.start, what));
         }
-        if part.start < end {
-            return Err(format!("{what} {} is in two sections", part.start + 1));
+        if range.start < end {
+            let message = format!("{what} {} is in two sections", range.start + 1);
+            return wrong(part, message);
         }
-        end = part.end;
+        (end, last) = (range.end, part);
     }
     match end < n {
-        true => Err(missing(end..n, what)),
+        true => wrong(last, missing(end..n, what)),
         false => Ok(()),
     }
 }
@@ -188,4 +200,18 @@ fn missing(range: Range<usize>, what: &str) -> String {
         range.start + 1,
         range.end
     )
+}
+
+impl FaceZone {
+    /// Where a word of a face stands, counted from its first node: its line, in text.
+    pub fn place_of(&self, bytes: &[u8], face: usize, word: usize) -> Place {
+        let Some(body) = &self.body else {
+            return self.place.clone();
+        };
+        let before = match self.list.size {
+            0 => self.list.range(face).start + 3 * face + 1,
+            size => face * (size + 2),
+        };
+        Place::Line(line_of_word(bytes, body, before + word))
+    }
 }

@@ -34,9 +34,9 @@ enum Side {
     Mixed,
 }
 
-/// Joins the zones.
-pub(super) fn join(content: &mut Content) -> Result<Joined> {
-    check(content)?;
+/// Joins the zones; `bytes` are those of the file.
+pub(super) fn join(content: &mut Content, bytes: &[u8]) -> Result<Joined> {
+    check(content, bytes)?;
     let numbers = numbers(content)?;
     let n_cells = numbers.as_ref().map_or(content.n_cells, |numbers| {
         numbers.iter().filter(|number| **number != NONE).count()
@@ -243,7 +243,7 @@ fn side(list: &FaceList) -> Side {
 }
 
 /// Checks that nodes and cells of faces are there.
-fn check(content: &Content) -> Result<()> {
+fn check(content: &Content, bytes: &[u8]) -> Result<()> {
     let (n_points, n_cells) = (content.points.len() as u32, content.n_cells as u32);
     let total: usize = content.faces.iter().map(|zone| zone.list.nodes.len()).sum();
     if total > u32::MAX as usize {
@@ -261,9 +261,11 @@ fn check(content: &Content) -> Result<()> {
             && let Some(i) = (0..list.nodes.len()).find(|i| is_wrong(*i))
         {
             let face = (0..list.len()).find(|face| list.range(*face).contains(&i));
-            return Err(zone.place.error(format!(
+            let face = face.unwrap_or(0);
+            let place = zone.place_of(bytes, face, i - list.range(face).start);
+            return Err(place.error(format!(
                 "face {} has node {}, but the mesh has {n_points} nodes, counted from 1",
-                zone.first + face.unwrap_or(0) + 1,
+                zone.first + face + 1,
                 list.nodes[i].wrapping_add(1)
             )));
         }
@@ -282,9 +284,8 @@ fn check(content: &Content) -> Result<()> {
                     "has cells {a} and {b}, but the mesh has {n_cells} cells, counted from 1"
                 ),
             };
-            return Err(zone
-                .place
-                .error(format!("face {} {message}", zone.first + face + 1)));
+            let place = zone.place_of(bytes, face, list.range(face).len());
+            return Err(place.error(format!("face {} {message}", zone.first + face + 1)));
         }
     }
     Ok(())

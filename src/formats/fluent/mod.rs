@@ -68,7 +68,7 @@ impl Format for Fluent {
             true => cff::read(source, notes)?,
             false => read::read(source.bytes(), notes)?,
         };
-        assemble::mesh(content, notes).map_err(|error| error.dataset("faces"))
+        assemble::mesh(content, source.bytes(), notes).map_err(|error| error.dataset("faces"))
     }
 }
 

@@ -7,6 +7,7 @@ use super::scan::{Header, Scanner};
 use super::text;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
+use crate::formats::lexer::line_of;
 use crate::formats::names::decoded;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -21,6 +22,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Content> {
         content: Content::default(),
         is_big_endian: false,
         nodes: Vec::new(),
+        starts: Default::default(),
         said: [None; 3],
     };
     while let Some(index) = reader.scanner.section()? {
@@ -35,8 +37,10 @@ struct Reader<'a> {
     is_big_endian: bool,
     /// Nodes of each section, from 0, and their coordinates.
     nodes: Vec<(usize, Vec<[f64; 3]>)>,
-    /// Numbers of nodes, cells and faces that the file says it has.
-    said: [Option<usize>; 3],
+    /// Where the sections of nodes and of cells begin.
+    starts: [Vec<usize>; 2],
+    /// Numbers of nodes, cells and faces that the file says it has, and where.
+    said: [Option<(usize, usize)>; 3],
 }
 
 /// What is counted in [`Reader::said`].
@@ -102,7 +106,7 @@ impl Reader<'_> {
             .ok()
             .and_then(|first| first.checked_sub(1));
         if let (0, Some(end)) = (*zone, range) {
-            return self.declared(what, end, rest);
+            return self.declared(what, (end, header.at), rest);
         }
         let (Some(start), Some(end)) = (start, range) else {
             let message = "the first item is 1, and there are at most 4294967295";
@@ -121,7 +125,7 @@ impl Reader<'_> {
         }))
     }
 
-    fn declared(&mut self, what: usize, n: usize, rest: &[u64]) -> Result<Option<Part>> {
+    fn declared(&mut self, what: usize, n: (usize, usize), rest: &[u64]) -> Result<Option<Part>> {
         self.said[what] = Some(n);
         if what == NODES && self.content.dimension == 0 {
             self.content.dimension = rest
@@ -167,7 +171,7 @@ impl Reader<'_> {
                 points
             }
             None => {
-                let Some(body) = self.scanner.numbers()? else {
+                let Some(body) = self.body(&part, "nodes", |words| words / dimension)? else {
                     return Err(self.without_body(&part, "nodes"));
                 };
                 text::points(self.scanner.bytes, body, n, dimension)?
@@ -176,8 +180,31 @@ impl Reader<'_> {
         if self.content.dimension == 0 {
             self.content.dimension = dimension as u8;
         }
+        self.starts[NODES].push(part.at);
         self.nodes.push((part.items.start, points));
         Ok(())
+    }
+
+    /// The body of a section of text. Where the file ends within it, the error says what is missing.
+    fn body(
+        &mut self,
+        part: &Part,
+        what: &str,
+        n_of: impl Fn(usize) -> usize,
+    ) -> Result<Option<Range<usize>>> {
+        let found = self.scanner.numbers();
+        found.map_err(|error| {
+            if !self.scanner.is_cut_off() {
+                return error;
+            }
+            let found = n_of(text::n_words(self.scanner.rest()));
+            let message = format!(
+                "the file ends within the section of {what} that begins in line {}: expected {}, found {found}",
+                line_of(self.scanner.bytes, part.at),
+                part.items.len()
+            );
+            self.scanner.place(self.scanner.bytes.len()).error(message)
+        })
     }
 
     fn without_body(&self, part: &Part, what: &str) -> Error {
@@ -192,8 +219,9 @@ impl Reader<'_> {
         // Kinds of cells follow, which their faces tell too.
         match index >= 2000 {
             true => self.scanner.pass(index)?,
-            false => _ = self.scanner.numbers()?,
+            false => _ = self.body(&part, "cells", |words| words)?,
         }
+        self.starts[CELLS].push(part.at);
         self.content.n_cells = self.content.n_cells.max(part.items.end);
         self.content.cells.push(CellZone {
             zone: part.zone,
@@ -218,6 +246,7 @@ impl Reader<'_> {
             }
         };
         let n = part.items.len();
+        let mut body_of_text = None;
         let list = match storage {
             Some(storage) => {
                 if !self.scanner.binary_body()? {
@@ -228,9 +257,11 @@ impl Reader<'_> {
                 list
             }
             None => {
-                let Some(body) = self.scanner.numbers()? else {
+                let words = if size == 0 { 6 } else { size + 2 };
+                let Some(body) = self.body(&part, "faces", |n| n / words)? else {
                     return Err(self.without_body(&part, "faces"));
                 };
+                body_of_text = Some(body.clone());
                 text::faces(self.scanner.bytes, body, n, size)?
             }
         };
@@ -239,6 +270,7 @@ impl Reader<'_> {
             first: part.items.start,
             kind: part.kind,
             place,
+            body: body_of_text,
             list,
         });
         Ok(())
@@ -294,8 +326,7 @@ impl Reader<'_> {
     }
 
     fn finish(mut self) -> Result<Content> {
-        let end = self.scanner.bytes.len();
-        let wrong = |message: String| Err(self.scanner.place(end).error(message));
+        let wrong = |at: usize, message: String| Err(self.scanner.place(at).error(message));
         if self.content.dimension == 0 {
             self.content.dimension = 3;
         }
@@ -309,21 +340,22 @@ impl Reader<'_> {
             .nodes
             .iter()
             .map(|(first, points)| *first..first + points.len());
-        if let Err(message) = check_cover(parts.collect(), n_nodes, "node") {
-            return wrong(message);
+        if let Err(uncovered) = check_cover(parts.collect(), n_nodes, "node") {
+            return wrong(self.starts[NODES][uncovered.part], uncovered.message);
         }
         let cells = self.content.cells.iter().map(|zone| zone.cells.clone());
-        if let Err(message) = check_cover(cells.collect(), self.content.n_cells, "cell") {
-            return wrong(message);
+        if let Err(uncovered) = check_cover(cells.collect(), self.content.n_cells, "cell") {
+            return wrong(self.starts[CELLS][uncovered.part], uncovered.message);
         }
         let n_faces: usize = self.content.faces.iter().map(|zone| zone.list.len()).sum();
         let found = [n_nodes, self.content.n_cells, n_faces];
         for ((said, found), what) in self.said.iter().zip(found).zip(["nodes", "cells", "faces"]) {
             // Faces of which a file has none are in other files.
-            if let Some(said) = said.filter(|said| *said > found) {
-                return wrong(format!(
+            if let Some((said, at)) = said.filter(|said| said.0 > found) {
+                let message = format!(
                     "the file says that it has {said} {what}, but its sections have {found}"
-                ));
+                );
+                return wrong(at, message);
             }
         }
         self.nodes.sort_by_key(|(first, _)| *first);

@@ -100,8 +100,8 @@ impl<'a> Scanner<'a> {
         self.need(b'(', "the numbers of the section in parentheses")?;
         let start = self.at;
         let Some(n) = memchr::memchr2(b')', b'(', self.rest()) else {
-            self.at = self.bytes.len();
-            return Err(self.error("the file ends within the numbers of a section"));
+            let message = "the file ends within the numbers of a section";
+            return Err(self.place(self.bytes.len()).error(message));
         };
         self.at += n;
         self.need(b')', "the end of the numbers")?;
@@ -170,7 +170,9 @@ impl<'a> Scanner<'a> {
             };
             let Some(n) = found else {
                 self.at = start;
-                return Err(self.error(format!("section {index} has no end")));
+                return Err(self.error(format!(
+                    "section {index} has no end: expected \")\", found the end of the file"
+                )));
             };
             self.at += n + 1;
             match self.bytes[self.at - 1] {
@@ -244,6 +246,11 @@ impl<'a> Scanner<'a> {
             rest => shown(&rest[..rest.len().min(24)]),
         };
         self.error(format!("expected {what}, found {found}"))
+    }
+
+    /// Whether the file ends within the numbers that begin here.
+    pub fn is_cut_off(&self) -> bool {
+        memchr::memchr2(b')', b'(', self.rest()).is_none()
     }
 
     /// An error at the next byte.

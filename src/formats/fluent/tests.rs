@@ -133,6 +133,9 @@ fn zones_between_two_cells_are_tags_unless_they_are_interior() {
     assert_eq!(read(small.hdf5()), mesh);
     assert_eq!(groups(&mesh)[0], (2, "rotor", Some("fan"), vec![11]));
     assert_eq!(mesh.cells.get(11).nodes, [4, 5, 6, 7]);
+    small.names[5] = (10, "interior", "internal-10");
+    let (_, notes) = load(small.text(true)).expect("it is read");
+    assert!(notes.is_empty(), "{notes:?}");
     small.names[5] = (10, "interior", "window");
     let (mesh, notes) = load(small.text(true)).expect("it is read");
     assert_eq!(mesh.groups[0].name, "sides");
@@ -315,7 +318,10 @@ fn damaged_files_are_refused_with_the_place() {
         assert!(error.contains(told), "{from} -> {to}: {error}");
     }
     let cut = refused(&text[..text.len() - 5]);
-    assert!(cut.contains("section 39 has no end"), "{cut}");
+    assert!(
+        cut.contains("section 39 has no end: expected \")\", found the end of the file"),
+        "{cut}"
+    );
     let surface =
         refused("(2 3)\n(10 (1 1 3 1 3)(0 0 0 1 0 0 0 1 0))\n(13 (1 1 1 3 3)(1 2 3 0 0))\n");
     assert!(surface.contains("it is a surface mesh"), "{surface}");
@@ -330,6 +336,64 @@ fn damaged_files_are_refused_with_the_place() {
         // Names at the end may be missing.
         assert!(read.is_err() || n > 800, "{n} of {}", binary.len());
     }
+}
+
+#[test]
+fn errors_of_text_name_the_line_of_the_wrong_number() {
+    let text = house().text(true);
+    let line_of = |at: usize| 1 + text[..at].matches('\n').count();
+    let damaged = |section: &str, row: usize, new: &str| {
+        let from = text.find(section).expect("the section is there");
+        let first = line_of(from);
+        let mut lines: Vec<&str> = text.lines().collect();
+        lines[first + row - 1] = new;
+        (first + row, refused(&lines.join("\n")))
+    };
+    for (section, row, new, told) in [
+        ("(13(3 ", 2, "6 63 3 2 1 0", "face 3 has node 99"),
+        ("(13(3 ", 3, "7 8 4 3 1f 0", "face 4 has cells 31 and 0"),
+        (
+            "(13(3 ",
+            2,
+            "6 7 3 2 1",
+            "expected 6 numbers for a face in this line, found 5",
+        ),
+        (
+            "(13(3 ",
+            4,
+            "8 5 1 4 1 0 7",
+            "expected 6 numbers for a face in this line, found 7",
+        ),
+        (
+            "(10 (1 ",
+            3,
+            "1 1",
+            "expected 3 numbers for a node in this line, found 2",
+        ),
+        (
+            "(10 (0 ",
+            0,
+            "(10 (0 1 a 0))",
+            "the file says that it has 10 nodes, but its sections have 9",
+        ),
+        (
+            "(12 (2 ",
+            0,
+            "(12 (2 3 3 1 0)(",
+            "cells 2 to 2 are in no section",
+        ),
+    ] {
+        let (line, error) = damaged(section, row, new);
+        assert!(
+            error.contains(&format!("m.msh:{line}: {told}")),
+            "{line}: {error}"
+        );
+    }
+    let half = text.find("0 0 1\n").expect("the fifth node");
+    let error = refused(&text[..half]);
+    let told =
+        "the file ends within the section of nodes that begins in line 4: expected 9, found 4";
+    assert!(error.contains(told), "{error}");
 }
 
 #[test]

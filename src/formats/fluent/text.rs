@@ -1,7 +1,7 @@
 //! Numbers of a body of text, in pieces on all threads: coordinates, and faces in hexadecimal numbers.
 
 use super::content::{FaceList, NONE};
-use crate::error::{Error, Result};
+use crate::error::{Error, Position, Result, counted};
 use crate::formats::lexer::{Fields, line_of, shown};
 use crate::parallel::map_items;
 use std::ops::Range;
@@ -32,10 +32,12 @@ pub(super) fn points(
         }
         Ok(points)
     };
-    let parts = in_pieces(bytes, &body, &parse)?;
+    let parts = in_pieces(bytes, &body, &parse);
+    let parts = parts.map_err(|error| of_line(bytes, &body, &|_| dimension, "a node", error))?;
     let found: usize = parts.iter().map(Vec::len).sum();
     if found != n {
-        return Err(wrong_number(bytes, &body, found, n, "node"));
+        let error = wrong_number(found, n, "node");
+        return Err(of_line(bytes, &body, &|_| dimension, "a node", error));
     }
     Ok(joined(parts))
 }
@@ -90,10 +92,19 @@ pub(super) fn faces(bytes: &[u8], body: Range<usize>, n: usize, size: usize) -> 
     if n.saturating_mul(2 * words) > body.len() + 1 {
         return Err(too_short(bytes, &body, n, "face"));
     }
-    let parts = in_pieces(bytes, &body, &|range| faces_of(bytes, range, size))?;
+    let record = |first: &[u8]| match size {
+        0 => {
+            let text = std::str::from_utf8(first).unwrap_or("");
+            usize::from_str_radix(text, 16).map_or(0, |n| n.saturating_add(3))
+        }
+        size => size + 2,
+    };
+    let parts = in_pieces(bytes, &body, &|range| faces_of(bytes, range, size));
+    let parts = parts.map_err(|error| of_line(bytes, &body, &record, "a face", error))?;
     let found: usize = parts.iter().map(FaceList::len).sum();
     if found != n {
-        return Err(wrong_number(bytes, &body, found, n, "face"));
+        let error = wrong_number(found, n, "face");
+        return Err(of_line(bytes, &body, &record, "a face", error));
     }
     let mut ends = Vec::new();
     let mut before = 0_usize;
@@ -232,9 +243,60 @@ fn too_short(bytes: &[u8], body: &Range<usize>, n: usize, what: &str) -> Error {
     Error::input(message).line(line_of(bytes, body.start))
 }
 
-fn wrong_number(bytes: &[u8], body: &Range<usize>, found: usize, n: usize, what: &str) -> Error {
-    let message = format!("the section says that it has {n} {what}s, but it has {found}");
-    Error::input(message).line(line_of(bytes, body.start))
+/// Words between blanks.
+fn words(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let words = bytes.split(u8::is_ascii_whitespace);
+    words.filter(|word| !word.is_empty())
+}
+
+/// Number of words between blanks.
+pub(super) fn n_words(bytes: &[u8]) -> usize {
+    words(bytes).count()
+}
+
+/// The line of a word of a body, counted from 0.
+pub(super) fn line_of_word(bytes: &[u8], body: &Range<usize>, word: usize) -> u64 {
+    let found = words(&bytes[body.clone()]).nth(word);
+    let at = found.map(|word| word.as_ptr() as usize - bytes.as_ptr() as usize);
+    line_of(bytes, at.unwrap_or(body.start))
+}
+
+/// The error of a body, or that of the first line which has more or fewer numbers than a record, where that stands before:
+/// what follows such a line is shifted. Bodies whose first line is no record have lines as they like.
+fn of_line(
+    bytes: &[u8],
+    body: &Range<usize>,
+    record: &dyn Fn(&[u8]) -> usize,
+    what: &str,
+    error: Error,
+) -> Error {
+    let mut at = body.start;
+    let mut is_first = true;
+    for line in bytes[body.clone()].split_inclusive(|byte| *byte == b'\n') {
+        let Some(first) = words(line).next() else {
+            at += line.len();
+            continue;
+        };
+        let (wanted, found) = (record(first), n_words(line));
+        if wanted != found {
+            let number = line_of(bytes, at);
+            if is_first || matches!(error.position, Some(Position::Line(own)) if own <= number) {
+                break;
+            }
+            let n = counted(wanted, "number");
+            let message = format!("expected {n} for {what} in this line, found {found}");
+            return Error::input(message).line(number);
+        }
+        is_first = false;
+        at += line.len();
+    }
+    error.line(line_of(bytes, body.start))
+}
+
+fn wrong_number(found: usize, n: usize, what: &str) -> Error {
+    Error::input(format!(
+        "the section says that it has {n} {what}s, but it has {found}"
+    ))
 }
 
 #[cfg(test)]
@@ -271,6 +333,40 @@ mod tests {
         let damaged = by_line.replacen("\n1 2 ", "\n1 x ", 1);
         let error = faces(damaged.as_bytes(), 0..damaged.len(), n, 3).expect_err("no number");
         assert!(error.to_string().contains("found \"x\""), "{error}");
+    }
+
+    #[test]
+    fn a_line_of_too_few_or_too_many_numbers_is_named() {
+        let told = |text: &str, size: usize| {
+            let error = faces(text.as_bytes(), 0..text.len(), 3, size).expect_err("a wrong line");
+            error.to_string()
+        };
+        assert_eq!(
+            told("\n1 2 3 a 0\n2 3 a 0\n3 4 5 a 0\n", 3),
+            "line 3: expected 5 numbers for a face in this line, found 4"
+        );
+        assert_eq!(
+            told("\n3 1 2 3 a 0\n3 1 2 3 a 0 1\n3 3 4 5 a 0\n", 0),
+            "line 3: expected 6 numbers for a face in this line, found 7"
+        );
+        // The wrong word comes first, or lines are cut anywhere.
+        assert!(
+            told("\n1 2 3 a 0\n1 2 x a 0\n3 4 5 a\n", 3).starts_with("line 3: expected a node")
+        );
+        assert!(told("\n1 2 3\na 0 2 3 a 0\n3 4 5 aaaaa\n", 3).contains("the end of the section"));
+        let text = "0.0 0 1\n0.0 1\n1.5 1 1\n";
+        let error = points(text.as_bytes(), 0..text.len(), 3, 3).expect_err("a wrong line");
+        assert_eq!(
+            error.to_string(),
+            "line 2: expected 3 numbers for a node in this line, found 2"
+        );
+        let text = b" a b\n c\n";
+        assert_eq!(
+            (0..4)
+                .map(|i| line_of_word(text, &(0..8), i))
+                .collect::<Vec<_>>(),
+            [1, 1, 2, 1]
+        );
     }
 
     #[test]

@@ -5,7 +5,8 @@ use super::groups::{ENTITIES, segments};
 use super::index::Index;
 use super::kinds::{self, Type};
 use crate::diagnostic::formats::Written;
-use crate::error::{Error, Result, option};
+use crate::error::{Error, Result};
+use crate::formats::portable::remedy;
 use crate::mesh::{CellKind, CellRun, DataArray, Group, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -208,10 +209,7 @@ struct Known {
 
 fn refused(run: CellRun) -> Error {
     let name = run.kind.name();
-    let remedy = match run.kind.is_curved() {
-        true => format!("; {} keeps only corner nodes", option("linearize")),
-        false => String::new(),
-    };
+    let remedy = remedy(run.kind);
     Error::input(format!(
         "cell {} is a {name} with {} nodes, which MSH cannot hold{remedy}",
         run.first_cell, run.n_nodes

@@ -57,6 +57,7 @@ mod read;
 mod short_chunks;
 mod step_file;
 mod tree;
+mod whole;
 mod write;
 
 pub(super) use self::{
@@ -68,16 +69,8 @@ pub(super) use self::{
     read::{Dataset, File, Group, MissingFiles},
     step_file::StepFile,
     tree::{Data, Id, Sink, Tree},
+    whole::{SIGNATURE, cut_off, first_bytes, is_hdf5},
 };
-
-/// Whether these are the bytes of an HDF5 file, also behind a block of another program's.
-pub(super) fn is_hdf5(bytes: &[u8]) -> bool {
-    let doubling = std::iter::successors(Some(512_usize), |at| at.checked_mul(2));
-    std::iter::once(0)
-        .chain(doubling)
-        .take_while(|at| *at < bytes.len())
-        .any(|at| bytes[at..].starts_with(b"\x89HDF\r\n\x1a\n"))
-}
 
 #[cfg(test)]
 mod tests;

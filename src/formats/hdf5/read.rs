@@ -4,6 +4,7 @@ use super::super::names::decoded;
 use super::super::{Notes, Source};
 use super::bits::Bits;
 use super::short_chunks::ShortChunks;
+use super::whole::{SIGNATURE, cut_off, first_bytes, is_hdf5};
 use crate::error::{Error, Result};
 use crate::mesh::Values;
 use bytemuck::allocation::cast_vec;
@@ -58,6 +59,7 @@ pub(in crate::formats) struct Dataset {
 impl File {
     /// Opens the file. Its links into other files are relative to its folder.
     pub fn open(source: &Source) -> Result<Self> {
+        check(source)?;
         let folder = source.path().parent().map(PathBuf::from);
         let missing = MissingFiles::default();
         let files = |folder| {
@@ -76,6 +78,7 @@ impl File {
     /// Opens a file whose last chunks may hold no more than the rows that there are, as Fluent writes them. It has no
     /// links into other files.
     pub fn open_with_short_chunks(source: &Source) -> Result<Self> {
+        check(source)?;
         let short = ShortChunks::default();
         let options = OpenOptions {
             filter_registry: Some(short.filters()),
@@ -95,6 +98,20 @@ impl File {
         let root = self.0.root_group().map_err(at_root)?;
         Ok(Group(root, self.2.clone()))
     }
+}
+
+/// Refuses what is no HDF5 file, or a part of one.
+fn check(source: &Source) -> Result<()> {
+    let bytes = source.bytes();
+    if !is_hdf5(bytes) {
+        return Err(Error::input(format!(
+            "this is no HDF5 file: it begins with {}, and HDF5 with \"{}\"",
+            first_bytes(bytes),
+            SIGNATURE.escape_ascii()
+        ))
+        .byte(0));
+    }
+    cut_off(bytes).map_or(Ok(()), Err)
 }
 
 /// Options for a file of `n_bytes`.
@@ -313,6 +330,26 @@ impl Dataset {
     /// Bytes of one value; 0 for what is neither a number nor text.
     pub fn value_size(&self) -> usize {
         hdf5_reader::dtype_element_size(self.inner.dtype()).unwrap_or(0)
+    }
+
+    /// An attribute that is text.
+    pub fn text(&self, name: &str) -> Result<Option<String>> {
+        match self.inner.attribute(name) {
+            Ok(attribute) => attribute.read_string().map(Some).map_err(refused),
+            Err(Refused::AttributeNotFound(_)) => Ok(None),
+            Err(error) => Err(refused(error)),
+        }
+        .map_err(|error| error.dataset(self.name()))
+    }
+
+    /// The bytes of single characters.
+    pub fn bytes(&self) -> Result<Vec<u8>> {
+        self.check_rows(&(0..self.n_rows()))?;
+        if self.value_size() != 1 {
+            return Err(Error::input("it must be text of single characters").dataset(self.name()));
+        }
+        let bytes = self.inner.read_raw_bytes();
+        bytes.map_err(|error| refused(error).dataset(self.name()))
     }
 
     /// All values, in their own type and the byte order of this machine.

@@ -24,6 +24,8 @@ pub(super) struct OrderedFaces {
     pub patch_sizes: Vec<usize>,
     /// Number of cells.
     pub n_cells: usize,
+    /// Number of cells that the mesh lists in the other orientation.
+    pub n_reversed: usize,
 }
 
 /// Lists of nodes, one after another.
@@ -159,6 +161,7 @@ impl OrderedFaces {
         drop(adjacency);
         let mut topology = Self {
             n_cells: numbers.len(),
+            n_reversed: orientation.n_reversed(mesh),
             patch_sizes: vec![0; n_patches + 1],
             ..Self::default()
         };

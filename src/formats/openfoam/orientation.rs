@@ -6,7 +6,7 @@
 
 use crate::geometry::vector::{Vector, cross, dot, sub};
 use crate::mesh::sides::for_each_side;
-use crate::mesh::{CellKind, CellRef, MeshView};
+use crate::mesh::{CellKind, CellRef, CellRun, MeshView};
 use crate::parallel::{BLOCK, map_blocks};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -43,6 +43,17 @@ impl Orientation {
             inward: inward.map(|(kind, _)| kind).collect(),
             mixed,
         }
+    }
+
+    /// Number of cells whose sides all turn inward as their kind has them.
+    pub fn n_reversed(&self, mesh: &MeshView) -> usize {
+        let runs = mesh.volume_runs();
+        let inward = runs.filter(|run| self.inward.contains(&run.kind.linear()));
+        let of_run = |run: CellRun| {
+            let cells = run.first_cell as u32..(run.first_cell + run.n_cells()) as u32;
+            run.n_cells() - self.mixed.range(cells).count()
+        };
+        inward.map(of_run).sum()
     }
 
     /// Whether a side of a cell, with its corners as the cell has them, turns inward.

@@ -226,6 +226,10 @@ impl Files<'_, '_> {
         let n_patches = patches.list.len() - 1;
         let ordered = OrderedFaces::of(mesh, &patches.of_cell, n_patches)?;
         notes.extend(patches.notes_on_faces(mesh, &ordered.patch_sizes));
+        if ordered.n_reversed > 0 {
+            let n = ordered.n_reversed;
+            notes.push(Written::TurnedRound { n });
+        }
         let counts = format!(
             "nPoints:{}  nCells:{}  nFaces:{}  nInternalFaces:{}",
             mesh.points.len(),

@@ -7,7 +7,7 @@ mod read;
 mod triangles;
 mod write;
 
-use super::surface::surface_of;
+use super::surface::{OuterFaces, surface_of};
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::mesh::{Mesh, MeshView};
@@ -45,8 +45,8 @@ impl Format for Stl {
         read::read(source.bytes(), notes)
     }
 
-    fn surface(&self, mesh: &MeshView) -> Option<(Mesh, Notes)> {
-        let (surface, mut notes) = surface_of(mesh, "STL");
+    fn surface(&self, mesh: &MeshView, outer: OuterFaces) -> Option<(Mesh, Notes)> {
+        let (surface, mut notes) = surface_of(mesh, "STL", outer);
         let triangles = triangles::of(surface, &mut notes);
         Some((triangles, notes))
     }
@@ -57,7 +57,7 @@ impl Format for Stl {
         out: &mut dyn Write,
         options: &WriteOptions,
     ) -> Result<Notes> {
-        let (surface, mut notes) = self.surface(mesh).expect("it has one");
+        let (surface, mut notes) = self.surface(mesh, OuterFaces::All).expect("it has one");
         notes.extend(write::write(&surface.view(), out, options)?);
         Ok(notes)
     }

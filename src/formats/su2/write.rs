@@ -8,9 +8,10 @@ use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, RULE, WrittenZones, of_markers};
 use crate::diagnostic::formats::{GroupWritten, Written};
-use crate::error::{Error, Result, option};
+use crate::error::{Error, Result};
 use crate::formats::Notes;
-use crate::mesh::{CellRun, Group, MeshView};
+use crate::formats::portable::remedy;
+use crate::mesh::{CellRun, Group, MeshView, turned_flat};
 use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is left out.
@@ -133,10 +134,7 @@ fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
         .chain(boundary)
         .find(|run| !holds(run.kind))
     {
-        let remedy = match run.kind.is_curved() {
-            true => format!("; {} keeps only corner nodes", option("linearize")),
-            false => String::new(),
-        };
+        let remedy = remedy(run.kind);
         return Err(Error::input(format!(
             "cell {} is a {}, which SU2 cannot hold{remedy}",
             run.first_cell,
@@ -155,8 +153,10 @@ fn height(mesh: &MeshView) -> Result<Option<Written>> {
     let size = (high[0] - low[0]).max(high[1] - low[1]);
     if high[2] - low[2] > 1e-12 * size {
         return Err(Error::input(format!(
-            "z goes from {} to {}; SU2 holds meshes of dimension 2 only in a plane of constant z",
-            low[2], high[2]
+            "z goes from {} to {}; SU2 holds meshes of dimension 2 only in a plane of constant z{}",
+            low[2],
+            high[2],
+            turned_flat([low, high])
         )));
     }
     let lies_flat = low[2] == 0.0 && high[2] == 0.0;

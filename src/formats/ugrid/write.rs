@@ -7,8 +7,9 @@ use super::fortran::Record;
 use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
 use super::mapbc;
 use crate::diagnostic::formats::{GroupWritten, Written};
-use crate::error::{Error, Result, option};
+use crate::error::{Error, Result};
 use crate::formats::Notes;
+use crate::formats::portable::remedy;
 use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
 use std::io::Write;
 
@@ -81,10 +82,7 @@ fn check(mesh: &MeshView) -> Result<()> {
     let Some(run) = runs.find(is_odd) else {
         return Ok(());
     };
-    let remedy = match run.kind.is_curved() {
-        true => format!("; {} keeps only corner nodes", option("linearize")),
-        false => String::new(),
-    };
+    let remedy = remedy(run.kind);
     Err(Error::input(format!(
         "cell {} is a {}, which UGRID cannot hold{remedy}",
         run.first_cell,

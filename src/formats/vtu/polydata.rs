@@ -1,6 +1,6 @@
 //! VTK XML polygonal data (.vtp): the surface of a mesh, as vertices, lines and polygons. Read like any XML of VTK.
 
-use super::super::surface::surface_of;
+use super::super::surface::{OuterFaces, surface_of};
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::{Content, owned, slice};
 use super::super::vtk::number::Element;
@@ -65,8 +65,8 @@ impl Format for Vtp {
         Vtu.read_file(source, options, notes)
     }
 
-    fn surface(&self, mesh: &MeshView) -> Option<(Mesh, Notes)> {
-        Some(surface_of(mesh, "VTP"))
+    fn surface(&self, mesh: &MeshView, outer: OuterFaces) -> Option<(Mesh, Notes)> {
+        Some(surface_of(mesh, "VTP", outer))
     }
 
     fn write_file(
@@ -76,7 +76,7 @@ impl Format for Vtp {
         options: &WriteOptions,
     ) -> Result<Notes> {
         options.check_coordinates(mesh)?;
-        let (surface, mut notes) = surface_of(mesh, "VTP");
+        let (surface, mut notes) = surface_of(mesh, "VTP", OuterFaces::All);
         let surface = with_faces_apart(surface);
         let view = surface.view();
         let plan = VtkArrays::new(&view, options, &NAMES);

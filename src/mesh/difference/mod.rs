@@ -12,7 +12,7 @@ mod nodes;
 mod partners;
 mod position;
 
-use super::Mesh;
+use super::{CellKind, Mesh};
 use crate::diagnostic::{short, with_verb};
 use crate::error::{Result, counted, one_line};
 use partners::Partners;
@@ -140,6 +140,7 @@ impl Difference {
         let all_same = cells.n_changed == 0;
         found.changed_cells = cells.n_changed;
         found.cells = cells.sentences;
+        found.note_kinds(a, b);
         found.groups = groups::compare(a, b, all_same.then_some(&cells.partners));
         let pairs = [&in_order, &cells.partners];
         found.arrays = arrays::compare(a, b, pairs, true, tolerance);
@@ -171,6 +172,7 @@ impl Difference {
         let cells = position::cells(&a.cells, &b.cells, &paired.back);
         found.changed_cells = cells.n_changed;
         found.cells = cells.sentences;
+        found.note_kinds(a, b);
         found.groups = groups::compare(a, b, Some(&cells.partners));
         let pairs = [&paired.partners, &cells.partners];
         found.arrays = arrays::compare(a, b, pairs, false, tolerance);
@@ -183,6 +185,27 @@ impl Difference {
             n_cells: [a.cells.len(), b.cells.len()],
             ..Self::default()
         }
+    }
+
+    /// A remark where cells differ since one mesh has them as polyhedra or polygons, and the other as cells of their shapes.
+    fn note_kinds(&mut self, a: &Mesh, b: &Mesh) {
+        let [ours, theirs] = [a, b].map(|mesh| {
+            let is_general = |kind| matches!(kind, CellKind::Polygon | CellKind::Polyhedron);
+            let runs = mesh.cells.runs().filter(|run| is_general(run.kind));
+            runs.map(|run| run.n_cells()).sum::<usize>()
+        });
+        if self.changed_cells == 0 || self.n_cells[0] != self.n_cells[1] || ours == theirs {
+            return;
+        }
+        let [more, less] = match ours > theirs {
+            true => ["first", "second"],
+            false => ["second", "first"],
+        };
+        self.notes.push(format!(
+            "the {more} mesh has {} as polyhedra or polygons more than the {less}: formats that list faces, as OpenFOAM does, \
+             keep the shapes of cells alone, and a polyhedron with the faces of a hexahedron is read from them as one",
+            counted(ours.abs_diff(theirs), "cell")
+        ));
     }
 
     fn compare_nodes(&mut self, a: &Mesh, b: &Mesh, partners: &Partners, tolerance: Tolerance) {

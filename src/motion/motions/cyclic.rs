@@ -341,6 +341,10 @@ impl ResolvedMotion for Blade {
         Some(self.hinges.pitch_centre())
     }
 
+    fn is_of_blade(&self) -> bool {
+        true
+    }
+
     fn cyclic_angles(&self, step: &Step) -> Option<[f64; 3]> {
         Some(self.hinges.angles(step))
     }

@@ -152,6 +152,11 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
         None
     }
 
+    /// Whether it is the motion of a blade along the rotor's span.
+    fn is_of_blade(&self) -> bool {
+        false
+    }
+
     /// Pitch, flap and lag at a step, in radians, without the signs of the rotor.
     fn cyclic_angles(&self, _step: &Step) -> Option<[f64; 3]> {
         None

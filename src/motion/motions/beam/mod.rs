@@ -240,6 +240,10 @@ struct BendingBlade {
 }
 
 impl ResolvedMotion for BendingBlade {
+    fn is_of_blade(&self) -> bool {
+        true
+    }
+
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
         let promise = "the table was checked at every step";
         let key = self.span.history().key();
