@@ -48,3 +48,15 @@ sed -n '/^```toml$/,/^```$/p' ../docs/schedule.md | grep -v '^```' > corpus/sche
 mkdir -p corpus/stl
 printf 'solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1.5 0 0\nvertex 0 1e0 -0\nendloop\nendfacet\nendsolid a b\n' > corpus/stl/text
 { printf '%080d\001\000\000\000' 0; printf '%048d\000\000' 0; } > corpus/stl/binary
+mkdir -p corpus/exodus
+find ../testdata -name '*.exo' -exec cp {} corpus/exodus/ \;
+# No file of testdata/ is Plot3D. The first byte of an input is the place of what is stated in the target's list; each is a
+# cube of eight nodes, the binary ones of 32 bits and little-endian, with numbers that are the digit 0 four times.
+mkdir -p corpus/plot3d
+coordinates='0 1 0 1 0 1 0 1\n0 0 1 1 0 0 1 1\n0 0 0 0 1 1 1 1\n'
+printf '\000 1\n 2 2 2\n%b' "$coordinates" > corpus/plot3d/text
+printf '\001 2 2 2\n%b 1 1 1 1 0 1 1 1\n' "$coordinates" > corpus/plot3d/text_single_iblank
+size='\002\000\000\000\002\000\000\000\002\000\000\000'
+{ printf "\\002\\001\\000\\000\\000$size"; printf '%096d' 0; } > corpus/plot3d/binary
+{ printf "\\000\\004\\000\\000\\000\\001\\000\\000\\000\\004\\000\\000\\000\\014\\000\\000\\000$size\\014\\000\\000\\000"
+  printf '\140\000\000\000%096d\140\000\000\000' 0; } > corpus/plot3d/records

@@ -25,7 +25,7 @@ def read(path):
             raise ValueError(f"meshio: cells of type {cells.type}")
         nodes = np.asarray(cells.data, dtype=np.int64)
         permutation = meshio_to_vtk_order(cells.type)
-        if permutation is not None and not (kind == 13 and path.endswith((".msh", ".su2"))):
+        if permutation is not None and not (kind == 13 and path.endswith((".msh", ".su2", ".e", ".exo", ".ex2"))):
             nodes = nodes[:, permutation]
         index = np.arange(first, first + len(nodes))
         model.blocks += pixels(kind, nodes, index)

@@ -7,7 +7,7 @@ HEAD = """# Every real file
 Files of 40 public repositories and of programs in use, each read by azimesh and by another program, and
 compared node by node (to the bit), cell by cell, tag by tag and array by array. `python scripts/matrix`
 makes this page; it takes the folder of the files from `AZIMESH_TESTDATA`.
-[Fluent](matrix_fluent.md), [ADF](matrix_adf.md) and [OpenFOAM](matrix_openfoam.md) have pages of their own.
+[ADF](matrix_adf.md), [Fluent](matrix_fluent.md), [OpenFOAM](matrix_openfoam.md), and [Exodus and Plot3D](matrix_exodus.md) have pages of their own.
 
 """
 

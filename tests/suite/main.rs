@@ -14,6 +14,7 @@ mod convert;
 mod convert_sequences;
 mod diff;
 mod exit_codes;
+mod exodus;
 mod finish;
 mod fluent;
 mod format_pairs;
@@ -29,6 +30,7 @@ mod parts;
 mod periodic;
 #[cfg(unix)]
 mod pipelines;
+mod plot3d;
 mod real_meshes;
 mod real_msh_su2;
 mod records;

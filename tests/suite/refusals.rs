@@ -120,8 +120,8 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     refused(folder, &deform("folder"), &["folder: ", "directory"]);
     refused(
         folder,
-        &["convert", "n.vtu", "out.xyz"],
-        &["out.xyz: ", ".pvtu, .vtp, .vtu, .vtkhdf, .vtk, .msh,"],
+        &["convert", "n.vtu", "out.zzz"],
+        &["out.zzz: ", ".pvtu, .vtp, .vtu, .vtkhdf, .vtk, .msh,"],
     );
     refused(
         folder,

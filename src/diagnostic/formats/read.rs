@@ -188,6 +188,10 @@ Read {
     OnlyCorners { element: &'static str, n: usize } => (
         "only the corner nodes of {} of type {element} are kept: no kind of cell has the other nodes", counted(*n, "element")
     )
+    /// Elements with more nodes than any kind of cell has.
+    FewerNodes { element: String, n: usize, n_nodes: usize, n_kept: usize } => (
+        "{} of type {element} {} {n_kept} of {n_nodes} nodes: no kind of cell has the others", counted(*n, "element"), if *n == 1 { "keeps" } else { "keep" }
+    )
     /// Links lead to files that are not there.
     BrokenLinks { files: Vec<String> } => (
         "links lead to files that are not there, and what they stand for is left out: {}", files.join(", ")

@@ -12,7 +12,6 @@
 mod arrays;
 mod builder;
 mod element;
-mod exterior;
 mod families;
 mod lattice;
 mod node;

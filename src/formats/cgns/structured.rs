@@ -1,12 +1,13 @@
 //! Structured zones: hexahedra, quadrilaterals or lines, and the faces of their boundary conditions.
 
+use super::super::grid::Grid;
 use super::super::vtk::structured;
 use super::builder::MeshBuilder;
 use super::families::Families;
 use super::regions::{GridLocation, Region, regions};
 use super::zone::Zone;
 use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Cells};
+use crate::mesh::Cells;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -45,14 +46,6 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) ->
     Ok(())
 }
 
-/// A grid of 1 to 3 indices; the ones that it does not have are 1 node wide.
-struct Grid {
-    n_indices: usize,
-    nodes: [usize; 3],
-    cells: [usize; 3],
-    first_node: usize,
-}
-
 /// Numbers of nodes or cells along the indices, in a sentence.
 fn sizes(along: &[usize]) -> String {
     let along: Vec<String> = along.iter().map(usize::to_string).collect();
@@ -70,30 +63,7 @@ impl Grid {
                 sizes(&zone.n_nodes)
             )));
         }
-        Ok(Self {
-            n_indices: zone.n_nodes.len(),
-            nodes,
-            cells: nodes.map(|n| n.saturating_sub(1).max(1)),
-            first_node: zone.first_node,
-        })
-    }
-
-    fn node(&self, [i, j, k]: [usize; 3]) -> u32 {
-        (self.first_node + i + self.nodes[0] * (j + self.nodes[1] * k)) as u32
-    }
-
-    /// Nodes of the face that spreads from `at` along the indices `along`, in VTK's order.
-    fn corners(&self, at: [usize; 3], along: &[usize]) -> Vec<u32> {
-        let moved = |steps: &[usize]| {
-            let mut at = at;
-            steps.iter().for_each(|&index| at[index] += 1);
-            self.node(at)
-        };
-        match *along {
-            [a] => vec![moved(&[]), moved(&[a])],
-            [a, b] => vec![moved(&[]), moved(&[a]), moved(&[a, b]), moved(&[b])],
-            _ => vec![moved(&[])],
-        }
+        Ok(Self::new(zone.n_nodes.len(), nodes, zone.first_node))
     }
 
     /// Whether a region spreads along all indices: it is a part of the grid, no boundary.
@@ -164,33 +134,6 @@ impl Grid {
             .or_else(|| ends.find(at_end))
             .or(flat.first())
             .copied()
-    }
-
-    /// Appends the faces across an index whose lowest corners lie in `ranges`, turned outward.
-    fn append_faces(&self, across: usize, ranges: [Range<usize>; 3], cells: &mut Cells) {
-        let along: Vec<usize> = match self.n_indices {
-            3 => vec![(across + 1) % 3, (across + 2) % 3],
-            2 => vec![1 - across],
-            _ => Vec::new(),
-        };
-        let is_low = ranges[across].start == 0;
-        let turned = if self.n_indices == 2 {
-            is_low == (across == 0)
-        } else {
-            is_low
-        };
-        let kind = kind(self.n_indices - 1);
-        for k in ranges[2].clone() {
-            for j in ranges[1].clone() {
-                for i in ranges[0].clone() {
-                    let mut nodes = self.corners([i, j, k], &along);
-                    if turned {
-                        nodes.reverse();
-                    }
-                    cells.push(kind, &nodes);
-                }
-            }
-        }
     }
 
     /// Appends the faces given by a list: all faces of the six sides with only such nodes, the
@@ -290,15 +233,6 @@ fn layer(region: &Region, index: usize) -> usize {
     index + usize::from(region.place == GridLocation::CellCenters && index > 0)
 }
 
-fn kind(dimension: usize) -> CellKind {
-    match dimension {
-        0 => CellKind::Vertex,
-        1 => CellKind::Line,
-        2 => CellKind::Quadrilateral,
-        _ => CellKind::Hexahedron,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::node::Node;
@@ -323,12 +257,7 @@ mod tests {
             numbers: numbers.concat(),
             is_range: false,
         };
-        let grid = Grid {
-            n_indices: 3,
-            nodes: [3; 3],
-            cells: [2; 3],
-            first_node: 0,
-        };
+        let grid = Grid::new(3, [3; 3], 0);
         let mut cells = Cells::new();
         grid.append_list(&region, &mut cells).map(|()| cells)
     }

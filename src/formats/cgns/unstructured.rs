@@ -1,8 +1,8 @@
 //! Cells and groups of an unstructured zone.
 
+use super::super::exterior::exterior_faces;
 use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
-use super::exterior::exterior_faces;
 use super::families::Families;
 use super::node_set::NodeSet;
 use super::polyhedra::Polyhedra;

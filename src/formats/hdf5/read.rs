@@ -332,6 +332,26 @@ impl Dataset {
         hdf5_reader::dtype_element_size(self.inner.dtype()).unwrap_or(0)
     }
 
+    /// An attribute that is text.
+    pub fn text(&self, name: &str) -> Result<Option<String>> {
+        match self.inner.attribute(name) {
+            Ok(attribute) => attribute.read_string().map(Some).map_err(refused),
+            Err(Refused::AttributeNotFound(_)) => Ok(None),
+            Err(error) => Err(refused(error)),
+        }
+        .map_err(|error| error.dataset(self.name()))
+    }
+
+    /// The bytes of single characters.
+    pub fn bytes(&self) -> Result<Vec<u8>> {
+        self.check_rows(&(0..self.n_rows()))?;
+        if self.value_size() != 1 {
+            return Err(Error::input("it must be text of single characters").dataset(self.name()));
+        }
+        let bytes = self.inner.read_raw_bytes();
+        bytes.map_err(|error| refused(error).dataset(self.name()))
+    }
+
     /// All values, in their own type and the byte order of this machine.
     pub fn values(&self) -> Result<Values> {
         self.short.while_reading(&self.inner, || self.all_values())

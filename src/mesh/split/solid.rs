@@ -1,5 +1,6 @@
 //! The parts of one polyhedron: tetrahedra and pyramids between its faces and a point inside.
 
+use super::super::outward::{turn_alike, turn_away};
 use super::super::sides::for_each_side;
 use super::super::{CellRef, Cells};
 use super::flat::{fan, mean};
@@ -40,7 +41,7 @@ pub(super) fn split(
     let middle = mean(&at);
     let is_closed = turn_alike(&mut sides);
     if !is_closed {
-        turn_away(&mut sides, points, middle);
+        turn_away(&mut sides, &|node| place(points, node), middle);
     }
     let mut bases: Vec<Base> = Vec::new();
     for side in &sides {
@@ -70,80 +71,6 @@ pub(super) fn split(
         list.push(MIDDLE);
     }
     parts
-}
-
-/// Turns faces so that two of them pass their common edge in opposite directions, as the first face does;
-/// `false` where an edge is not of two faces, or they cannot all be turned so.
-fn turn_alike(sides: &mut [Vec<u32>]) -> bool {
-    // Edges by their nodes, with the face and the direction in which it passes them.
-    let mut edges: Vec<(u32, u32, usize, bool)> = Vec::new();
-    for (face, side) in sides.iter().enumerate() {
-        for (&a, &b) in side.iter().zip(side.iter().cycle().skip(1)) {
-            edges.push((a.min(b), a.max(b), face, a < b));
-        }
-    }
-    edges.sort_unstable();
-    let pairs = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-    if pairs.clone().any(|same| same.len() != 2) {
-        return false;
-    }
-    if pairs.clone().all(|pair| pair[0].3 != pair[1].3) {
-        return true;
-    }
-    let mut beside: Vec<Vec<(usize, bool)>> = vec![Vec::new(); sides.len()];
-    for pair in pairs {
-        let (a, b, is_same) = (pair[0].2, pair[1].2, pair[0].3 == pair[1].3);
-        beside[a].push((b, is_same));
-        beside[b].push((a, is_same));
-    }
-    let Some(turned) = turned(&beside) else {
-        return false;
-    };
-    for (side, _) in sides.iter_mut().zip(turned).filter(|(_, turned)| *turned) {
-        side.reverse();
-    }
-    true
-}
-
-/// Which faces are to be turned over, from those beside each and whether both pass the edge in one direction.
-fn turned(beside: &[Vec<(usize, bool)>]) -> Option<Vec<bool>> {
-    let mut turned: Vec<Option<bool>> = vec![None; beside.len()];
-    for start in 0..beside.len() {
-        if turned[start].is_some() {
-            continue;
-        }
-        turned[start] = Some(false);
-        let mut reached = vec![start];
-        while let Some(face) = reached.pop() {
-            for &(other, is_same) in &beside[face] {
-                let wanted = turned[face].map(|turned| turned != is_same);
-                match turned[other] {
-                    None => {
-                        turned[other] = wanted;
-                        reached.push(other);
-                    }
-                    known if known != wanted => return None,
-                    _ => {}
-                }
-            }
-        }
-    }
-    turned.into_iter().collect()
-}
-
-/// Turns each face away from `middle`.
-fn turn_away(sides: &mut [Vec<u32>], points: Places<'_>, middle: Vector) {
-    for side in sides {
-        let at: Vec<Vector> = side.iter().map(|&node| place(points, node)).collect();
-        let centre = mean(&at);
-        let edges = at.iter().zip(at.iter().cycle().skip(1));
-        let area = edges.fold([0.0; 3], |sum, (&a, &b)| {
-            add(sum, cross(sub(a, centre), sub(b, centre)))
-        });
-        if dot(area, sub(centre, middle)) < 0.0 {
-            side.reverse();
-        }
-    }
 }
 
 /// Corners of a base, each between the one before and the one after: all four of a quadrilateral, one of a

@@ -1,6 +1,7 @@
 //! Files that are read without an error, to be damaged.
 
 use crate::support::sequence::testdata;
+use crate::support::{exodus, plot3d};
 use azimesh::error::{ErrorKind, Result};
 use azimesh::formats::{
     self, Begin, Commit, Compression, Encoding, Format, Location, Notes, Precision, ReadOptions,
@@ -35,10 +36,14 @@ impl Good {
     pub fn all() -> All {
         let folder = tempfile::tempdir().unwrap();
         let mut files = Vec::new();
-        for format in formats::written() {
+        // Files of Fluent are in `testdata/`.
+        for format in formats::with_flavours().filter(|format| format.name() != "fluent") {
             let at = folder.path().join(format.name());
             let first = files.len();
-            written(format, &at, &mut files);
+            match format.is_written() {
+                true => written(format, &at, &mut files),
+                false => made(format, &at, &mut files),
+            }
             let n = files.len() - first;
             assert!(n > 0, "{} is damaged nowhere", format.name());
         }
@@ -181,6 +186,51 @@ fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
             file.push(0.5, &solid.view()).map(drop)
         };
         add(&sequence).unwrap();
+    }
+}
+
+/// Files of a format that is only read, of 16 nodes.
+fn made(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
+    fs::create_dir_all(folder).unwrap();
+    let contents: Vec<Vec<u8>> = match format.name() {
+        "exodus" => [1, 2, 5].map(exodus::small).to_vec(),
+        name => {
+            let every = plot3d::every_way().into_iter();
+            let all = every.flat_map(|stored| {
+                let kinds = [(true, 3), (true, 2), (false, 3), (false, 2)];
+                kinds.map(|(is_multi, n_axes)| plot3d::file(stored, is_multi, n_axes))
+            });
+            let is_read =
+                |bytes: &Vec<u8>| formats::parse(format, bytes, &ReadOptions::default()).is_ok();
+            let most = if name == "plot3d" { usize::MAX } else { 2 };
+            all.filter(is_read).take(most).collect()
+        }
+    };
+    for (i, bytes) in contents.into_iter().enumerate() {
+        let file = folder.join(format!("{i}"));
+        fs::write(&file, &bytes).unwrap();
+        let mesh = file.clone();
+        files.push(Good {
+            format,
+            mesh,
+            file,
+            bytes,
+        });
+    }
+    if format.name() == "plot3d" {
+        let mesh = folder.join("mapped.p3dfmt");
+        fs::write(&mesh, plot3d::file(plot3d::TEXT, true, 3)).unwrap();
+        let (file, bytes) = (
+            folder.join("mapped.nmf"),
+            plot3d::NEUTRAL.as_bytes().to_vec(),
+        );
+        fs::write(&file, &bytes).unwrap();
+        files.push(Good {
+            format,
+            mesh,
+            file,
+            bytes,
+        });
     }
 }
 

@@ -1,5 +1,8 @@
 //! What the tests from outside share: running the program in a folder of its own, and sample meshes.
 
+pub mod exodus;
+pub mod netcdf;
+pub mod plot3d;
 pub mod sequence;
 
 use assert_cmd::Command;

@@ -1,0 +1,9 @@
+//! Any bytes given to the reader of Exodus, in netCDF's classic formats and in HDF5.
+
+#![no_main]
+
+use azimesh::formats::exodus::Exodus;
+use azimesh_fuzz::read_and_written;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| read_and_written(&Exodus, bytes));
