@@ -18,7 +18,8 @@ pub(super) fn points(
 ) -> Result<Vec<[f64; 3]>> {
     // A number and the blank before it have two bytes.
     if n.saturating_mul(2 * dimension) > body.len() + 1 {
-        return Err(too_short(bytes, &body, n, "node"));
+        let error = too_short(bytes, &body, format!("{n} nodes of {dimension} numbers"));
+        return Err(of_line(bytes, &body, &|_| dimension, "a node", error));
     }
     let parse = |range: Range<usize>| -> Result<Vec<[f64; 3]>> {
         let mut words = Fields::between(bytes, range.clone());
@@ -89,9 +90,6 @@ fn pieces(bytes: &[u8], body: &Range<usize>) -> Vec<Range<usize>> {
 /// The faces in these bytes: `n` of `size` nodes each, or of several sizes, each with its size before it.
 pub(super) fn faces(bytes: &[u8], body: Range<usize>, n: usize, size: usize) -> Result<FaceList> {
     let words = if size == 0 { 3 } else { size + 2 };
-    if n.saturating_mul(2 * words) > body.len() + 1 {
-        return Err(too_short(bytes, &body, n, "face"));
-    }
     let record = |first: &[u8]| match size {
         0 => {
             let text = std::str::from_utf8(first).unwrap_or("");
@@ -99,6 +97,12 @@ pub(super) fn faces(bytes: &[u8], body: Range<usize>, n: usize, size: usize) -> 
         }
         size => size + 2,
     };
+    if n.saturating_mul(2 * words) > body.len() + 1 {
+        let least = if size == 0 { " or more" } else { "" };
+        let said = format!("{n} faces of {words} numbers{least}");
+        let error = too_short(bytes, &body, said);
+        return Err(of_line(bytes, &body, &record, "a face", error));
+    }
     let parts = in_pieces(bytes, &body, &|range| faces_of(bytes, range, size));
     let parts = parts.map_err(|error| of_line(bytes, &body, &record, "a face", error))?;
     let found: usize = parts.iter().map(FaceList::len).sum();
@@ -235,12 +239,11 @@ static DIGITS: [Option<u8>; 256] = {
     digits
 };
 
-fn too_short(bytes: &[u8], body: &Range<usize>, n: usize, what: &str) -> Error {
-    let message = format!(
-        "the section says that it has {n} {what}s, but it has only {} bytes",
-        body.len()
-    );
-    Error::input(message).line(line_of(bytes, body.start))
+fn too_short(bytes: &[u8], body: &Range<usize>, said: String) -> Error {
+    Error::input(format!(
+        "the section says that it has {said}, but it has only {}",
+        counted(n_words(&bytes[body.clone()]), "number")
+    ))
 }
 
 /// Words between blanks.
@@ -372,8 +375,8 @@ mod tests {
     #[test]
     fn sections_that_cannot_hold_their_numbers_take_no_memory() {
         let error = points(b" 1 2 3 ", 0..7, usize::MAX / 8, 3).expect_err("too few");
-        assert!(error.to_string().contains("only 7 bytes"), "{error}");
+        assert!(error.to_string().contains("only 3 numbers"), "{error}");
         let error = faces(b" 1 2 3 ", 0..7, 1 << 40, 0).expect_err("too few");
-        assert!(error.to_string().contains("only 7 bytes"), "{error}");
+        assert!(error.to_string().contains("only 3 numbers"), "{error}");
     }
 }
