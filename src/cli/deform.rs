@@ -130,14 +130,16 @@ fn fit_into_memory(
             heap::keep_in_memory(limit);
             Ok(0)
         }
-        Fits::InFiles(bytes) => {
+        Fits::InFiles(needed) => {
             context.note(&format!(
-                "about {} more than --max-memory allows lie in files without a name in {} while this runs",
-                amount(bytes),
+                "this run needs about {} of memory, and --max-memory allows {}: large arrays lie in files without a name in {} \
+                 while it runs",
+                amount(needed),
+                amount(limit),
                 existing_folder(&args.output).display()
             ));
             // Memory is half full when the first array goes to a file.
-            Ok(bytes + limit / 2)
+            Ok(needed - limit / 2)
         }
     }
 }

@@ -150,6 +150,7 @@ mod imp {
             return false;
         };
         unmap(tried);
+        arrays().most = 0;
         if !IS_ON.swap(true, Ordering::AcqRel) {
             let keeper = std::thread::Builder::new().name("resident".to_owned());
             let kept = keeper.spawn(move || keep(limit));

@@ -48,7 +48,7 @@ fn by_stage(plan: &Plan) -> [(&'static str, u64); 3] {
 pub enum Fits {
     /// Its arrays fit.
     InMemory,
-    /// So many bytes do not, and lie in files.
+    /// They do not, and large ones lie in files: so many bytes are needed.
     InFiles(u64),
 }
 
@@ -63,7 +63,7 @@ pub fn check_memory(plan: &Plan, limit: u64, with_files: bool, mapped: u64) -> R
         return Ok(Fits::InMemory);
     }
     if with_files && limit >= LEAST_WITH_FILES {
-        return Ok(Fits::InFiles(needed - limit));
+        return Ok(Fits::InFiles(needed));
     }
     let stages = by_stage(plan).map(|(name, bytes)| format!("{name} {}", amount(bytes)));
     let remedy = match with_files {
