@@ -1,10 +1,12 @@
 //! The program's allocator: the system's, with huge pages asked for behind large arrays. What it takes is
-//! counted, and memory that cannot be had ends the program in a sentence.
+//! counted, and memory that cannot be had ends the program in a sentence. Where `--max-memory` leaves no room for a
+//! large array, it lies in a file (`cli/scratch.rs`).
 //!
 //! A mesh is a few arrays of hundreds of megabytes. In pages of 4 kB the system spends as long on
 //! handing them out as the program on filling them; in pages of 2 MB it does not.
 
 use azimesh::cli::heap;
+use azimesh::cli::scratch::{self, Resized};
 use std::alloc::{GlobalAlloc, Layout, System};
 
 /// Arrays from this size on are worth huge pages.
@@ -17,6 +19,7 @@ const RETURNED: i32 = 8 << 20;
 /// Makes the program ready: memory for its end is set aside, and the system's allocator keeps no large array
 /// that is freed for later. Left to itself it learns from the first of them to keep all up to 32 MB.
 pub fn prepare() {
+    scratch::is_asked();
     #[cfg(unix)]
     reserve::set_aside();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -46,19 +49,37 @@ fn are_addresses_few() -> bool {
 /// The system's allocator with huge pages for large arrays, where the system has them to give.
 pub struct HugePages;
 
-// SAFETY: every call goes to the system's allocator as it came; the advice changes no content.
+// SAFETY: every call goes to the system's allocator as it came, but for arrays that are mapped files, which are
+// whole pages of zeros of their own; the advice changes no content.
 unsafe impl GlobalAlloc for HugePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if let Some(array) = scratch::array(layout.size(), layout.align()) {
+            return array;
+        }
         // SAFETY: the caller keeps the contract of `GlobalAlloc`.
         had(0, layout.size(), || unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        if let Some(array) = scratch::array(layout.size(), layout.align()) {
+            return array;
+        }
         // SAFETY: as above.
         had(0, layout.size(), || unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn realloc(&self, array: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        match scratch::resized(array, layout.size(), size) {
+            Resized::InMemory => {}
+            Resized::Stays => return array,
+            // SAFETY: both arrays have that many bytes, and the old one is given back as it was taken.
+            Resized::Moves => unsafe {
+                let moved = self.alloc(Layout::from_size_align_unchecked(size, layout.align()));
+                moved.copy_from_nonoverlapping(array, size.min(layout.size()));
+                self.dealloc(array, layout);
+                return moved;
+            },
+        }
         // SAFETY: as above.
         had(layout.size(), size, || unsafe {
             System.realloc(array, layout, size)
@@ -66,6 +87,9 @@ unsafe impl GlobalAlloc for HugePages {
     }
 
     unsafe fn dealloc(&self, array: *mut u8, layout: Layout) {
+        if scratch::give_back(array, layout.size()) {
+            return;
+        }
         heap::count(layout.size(), 0);
         // SAFETY: as above.
         unsafe { System.dealloc(array, layout) }

@@ -1,9 +1,11 @@
 //! What every command needs: the common options, printing, threads and stages of work.
 
-use super::Common;
 use super::threads::Threads;
+use super::{Common, scratch};
+use crate::diagnostic::amount;
 use crate::error::{Error, Result, is_unseen, lines, one_line};
 use crate::parallel;
+use crate::preflight::existing_folder;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -38,6 +40,22 @@ impl Context {
         progress.finish();
         self.detail(&format!("{name}: {seconds:.4} s"));
         result
+    }
+
+    /// Has large arrays lie in files beside the output once half of what `--max-memory` allows is held; the other half is
+    /// for what is worked on. Tells whether they can.
+    pub fn keep_in_files(&self, output: &Path) -> bool {
+        let limit = self.common.max_memory;
+        let limit = limit.filter(|_| output.as_os_str() != "-");
+        limit.is_some_and(|limit| scratch::begin(&existing_folder(output), limit / 2, limit))
+    }
+
+    /// Tells with `-v` how much lay in files.
+    pub fn tell_of_files(&self) {
+        match scratch::most_in_files() {
+            0 => {}
+            most => self.detail(&format!("in files at the most: {}", amount(most))),
+        }
     }
 
     /// Refuses a mesh on standard output beside JSON.

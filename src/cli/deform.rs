@@ -1,15 +1,15 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::convert::patch_type;
-use super::{Context, Outcome, memory};
-use crate::deform::Deformation;
+use super::{Context, Outcome, heap, memory};
+use crate::deform::{Deformation, Plan};
 use crate::diagnostic::run::RunNote;
-use crate::diagnostic::{Diagnostic, NoteKind, in_digits};
+use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use crate::error::{Result, counted, path_in_line};
 use crate::formats;
 use crate::formats::openfoam::set_patch_types;
 use crate::motion::Schedule;
-use crate::preflight::check_memory;
+use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::progress::Stop;
 use crate::quality::Criterion;
 use crate::run::{Finished, Request, run};
@@ -81,6 +81,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
             .to_owned();
         schedule.output.format_given = true;
     }
+    let with_files = context.keep_in_files(&args.output);
     let mut mesh = context.read_any(&args.mesh)?;
     set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
     let deformation = Deformation::builder(mesh, schedule)
@@ -89,9 +90,10 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         .plan()
         .map_err(|error| error.file(&args.mesh))?;
     let plan = deformation.plan();
-    if let Some(limit) = context.common.max_memory {
-        check_memory(plan, limit, memory::mapped_bytes(&args.mesh))?;
-    }
+    let in_files = match context.common.max_memory {
+        Some(limit) => fit_into_memory(plan, limit, with_files, args, context)?,
+        None => 0,
+    };
     for choice in &plan.choices {
         context.note(&choice.to_string());
     }
@@ -106,10 +108,38 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         keep_going: args.keep_going,
         no_space_check: args.no_space_check,
         no_sync: args.no_sync,
+        bytes_in_files: in_files,
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&deformation, &request)?;
+    context.tell_of_files();
     report(&args.output, finished, context)
+}
+
+/// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.
+fn fit_into_memory(
+    plan: &Plan,
+    limit: u64,
+    with_files: bool,
+    args: &DeformArgs,
+    context: &Context,
+) -> Result<u64> {
+    let mapped = memory::mapped_bytes(&args.mesh);
+    match check_memory(plan, limit, with_files, mapped)? {
+        Fits::InMemory => {
+            heap::keep_in_memory(limit);
+            Ok(0)
+        }
+        Fits::InFiles(bytes) => {
+            context.note(&format!(
+                "about {} more than --max-memory allows lie in files without a name in {} while this runs",
+                amount(bytes),
+                existing_folder(&args.output).display()
+            ));
+            // Memory is half full when the first array goes to a file.
+            Ok(bytes + limit / 2)
+        }
+    }
 }
 
 /// Reads `A..B`.

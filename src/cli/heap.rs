@@ -1,6 +1,7 @@
 //! How much memory the program holds, how much it may hold, and its end where there is no more. The program's
 //! allocator counts here and ends here; nothing in this file takes memory once the end has begun.
 
+use super::scratch;
 use crate::formats::end_staged_soon;
 use std::fmt;
 use std::io::{Cursor, Write};
@@ -16,6 +17,8 @@ const COUNTED: usize = 64 << 10;
 static HELD: AtomicUsize = AtomicUsize::new(0);
 /// The most that there may be, by `--max-memory`.
 static ALLOWED: AtomicUsize = AtomicUsize::new(usize::MAX);
+/// With how many bytes in memory a large array goes to a file instead.
+static IN_MEMORY: AtomicUsize = AtomicUsize::new(usize::MAX);
 /// What is being done, for the sentence at the end.
 static STAGE: Mutex<String> = Mutex::new(String::new());
 /// Before the name of a stage that is over.
@@ -29,6 +32,18 @@ pub(super) fn allow(limit: u64) {
         usize::try_from(limit).unwrap_or(usize::MAX),
         Ordering::Relaxed,
     );
+}
+
+/// From here on [`has_room`] is asked for no more than so many bytes in memory.
+pub(super) fn keep_in_memory(bytes: u64) {
+    let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+    IN_MEMORY.store(bytes, Ordering::Relaxed);
+}
+
+/// Whether memory has room for so many bytes more, where the alternative is a file.
+pub(super) fn has_room(more: usize) -> bool {
+    let held = HELD.load(Ordering::Relaxed);
+    held.saturating_add(more) <= IN_MEMORY.load(Ordering::Relaxed)
 }
 
 /// Gives small arrays that are free back to the system, which the system's allocator keeps between those in use:
@@ -78,8 +93,12 @@ fn count_large(before: usize, after: usize) {
     let held = HELD.fetch_add(more, Ordering::Relaxed);
     let allowed = ALLOWED.load(Ordering::Relaxed);
     if held.saturating_add(more) > allowed {
+        let disk = match scratch::was_tried(more) {
+            true => ", for which the disk of the output has no room",
+            false => "",
+        };
         end(format_args!(
-            "--max-memory allows {allowed} bytes; {held} are in use, and {more} more are needed"
+            "--max-memory allows {allowed} bytes; {held} are in use, and {more} more are needed{disk}"
         ));
     }
 }

@@ -18,6 +18,7 @@ mod quality;
 mod repair;
 mod report;
 mod sample;
+pub mod scratch;
 mod select;
 #[cfg(unix)]
 mod signals;
@@ -65,8 +66,9 @@ pub struct Common {
     /// VTK cell array that holds the boundary tags
     #[arg(long, global = true, value_name = "NAME")]
     pub tag_array: Option<String>,
-    /// Most memory to use, such as 4G or 500M (powers of 1024); memory-mapped files do not count. Without
-    /// it, compressed files and input from a pipe may take half of the free memory
+    /// Most memory to use, such as 4G or 500M (powers of 1024); memory-mapped files do not count. deform and convert keep
+    /// arrays that do not fit in files on the disk of the output. Without it, compressed files and input from a pipe may take half
+    /// of the free memory
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory::parse)]
     pub max_memory: Option<u64>,
 }

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// The bytes of one input file, and its name in messages. Copies share the bytes.
 #[derive(Clone)]
@@ -18,9 +18,39 @@ pub struct Source {
     n_padding: usize,
 }
 
+/// Files that are mapped, or were.
+static MAPPED: Mutex<Vec<Weak<Bytes>>> = Mutex::new(Vec::new());
+
+/// Lets go of the memory that holds mapped files, as [`Source::release`] does.
+pub fn release_mapped() {
+    let files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
+    for bytes in files.iter().filter_map(Weak::upgrade) {
+        bytes.release();
+    }
+}
+
 enum Bytes {
     Mapped(memmap2::Mmap),
     Owned(Vec<u8>),
+}
+
+impl Bytes {
+    /// A mapped file, of which [`release_mapped`] knows.
+    fn mapped(map: memmap2::Mmap) -> Arc<Self> {
+        let bytes = Arc::new(Self::Mapped(map));
+        let mut files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
+        files.retain(|file| file.strong_count() > 0);
+        files.push(Arc::downgrade(&bytes));
+        bytes
+    }
+
+    fn release(&self) {
+        #[cfg(unix)]
+        if let Bytes::Mapped(map) = self {
+            // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
+            let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+        }
+    }
 }
 
 impl AsRef<[u8]> for Bytes {
@@ -75,12 +105,12 @@ impl Source {
             return Err(Error::input("this is a folder, not a mesh file").file(path));
         }
         let bytes = match map(&file, 0) {
-            Some(map) => Bytes::Mapped(map),
-            None => Bytes::Owned(read_all(&file, limit).map_err(io)?),
+            Some(map) => Bytes::mapped(map),
+            None => Arc::new(Bytes::Owned(read_all(&file, limit).map_err(io)?)),
         };
         Ok(Self {
             path: path.to_path_buf(),
-            bytes: Arc::new(bytes),
+            bytes,
             n_padding: 0,
         })
     }
@@ -91,7 +121,7 @@ impl Source {
         if let Some(map) = map_standard_input() {
             return Ok(Self {
                 path: name.to_path_buf(),
-                bytes: Arc::new(Bytes::Mapped(map)),
+                bytes: Bytes::mapped(map),
                 n_padding: 0,
             });
         }
@@ -139,11 +169,7 @@ impl Source {
 
     /// Lets go of the memory that holds a mapped file: its bytes are read again from the file where they are needed again.
     pub(super) fn release(&self) {
-        #[cfg(unix)]
-        if let Bytes::Mapped(map) = &*self.bytes {
-            // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
-            let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
-        }
+        self.bytes.release();
     }
 
     /// [`Source::release`] of some of its bytes.
@@ -151,7 +177,7 @@ impl Source {
         #[cfg(unix)]
         if let Bytes::Mapped(map) = &*self.bytes {
             let advice = memmap2::UncheckedAdvice::DontNeed;
-            // SAFETY: as above.
+            // SAFETY: as in `Bytes::release`.
             let _ = unsafe { map.unchecked_advise_range(advice, bytes.start, bytes.len()) };
         }
     }

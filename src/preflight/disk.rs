@@ -111,17 +111,20 @@ fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
 }
 
 /// Refuses a run whose meshes do not fit on the disk, or warns where packing may make them fit;
-/// `freed` are the bytes of files that it replaces.
+/// `freed` are the bytes of files that it replaces, `taken` those of arrays that lie there while it runs.
 pub(crate) fn check_disk(
     plan: &Plan,
     folder: &Path,
     demand: &Demand,
-    freed: u64,
+    (freed, taken): (u64, u64),
 ) -> Result<Option<Diagnostic>> {
-    let Ok(free) = fs4::available_space(existing(folder)) else {
+    let Ok(free) = fs4::available_space(existing_folder(folder)) else {
         return Ok(None);
     };
-    let (needed, free) = (demand.bytes(), free.saturating_add(freed));
+    let (needed, free) = (
+        demand.bytes(),
+        free.saturating_add(freed).saturating_sub(taken),
+    );
     if needed <= free {
         return Ok(None);
     }
@@ -146,7 +149,7 @@ pub(crate) fn check_disk(
 }
 
 /// The folder, or the nearest one above it that is there.
-fn existing(folder: &Path) -> PathBuf {
+pub fn existing_folder(folder: &Path) -> PathBuf {
     let here = PathBuf::from(".");
     let mut above = folder.ancestors().filter(|path| path.is_dir());
     above.next().map_or(here, Path::to_path_buf)

@@ -16,28 +16,69 @@ const N_BASE: usize = 1000;
 const BASIS: usize = 2048;
 /// The program itself, its threads and what the system's allocator keeps.
 const PROGRAM: usize = 24 << 20;
+/// With arrays in files a run takes no less: the program, small arrays, and pages to work on.
+const LEAST_WITH_FILES: u64 = 64 << 20;
 
 /// Bytes of memory that a run takes from the system, beside the mapped input: the sum and a tenth, for
 /// what comes and goes within a stage.
 pub fn estimate_memory(plan: &Plan) -> u64 {
-    let stages = [selecting(plan), evaluating(plan), writing(plan)];
-    let largest = stages.into_iter().max().unwrap_or(0);
-    let sum = PROGRAM + held(plan) + largest;
-    (sum + sum / 10) as u64
+    let stages = by_stage(plan);
+    stages
+        .into_iter()
+        .map(|(_, bytes)| bytes)
+        .max()
+        .unwrap_or(0)
 }
 
-/// Refuses a run that would take more than `limit` bytes; `mapped` is the size of the mapped input,
-/// which the system takes back as it needs to and which does not count.
-pub fn check_memory(plan: &Plan, limit: u64, mapped: u64) -> Result<()> {
+/// The same for each stage of a run, with its name in a sentence.
+fn by_stage(plan: &Plan) -> [(&'static str, u64); 3] {
+    let whole = |stage: usize| {
+        let sum = PROGRAM + held(plan) + stage;
+        (sum + sum / 10) as u64
+    };
+    [
+        ("base points", whole(selecting(plan))),
+        ("modes", whole(evaluating(plan))),
+        ("steps", whole(writing(plan))),
+    ]
+}
+
+/// How a run keeps to a limit of memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fits {
+    /// Its arrays fit.
+    InMemory,
+    /// So many bytes do not, and lie in files.
+    InFiles(u64),
+}
+
+/// Whether a run takes no more than `limit` bytes, with large arrays in files where there are such (`with_files`); `mapped`
+/// is the size of the mapped input, which the system takes back as it needs to and which does not count.
+///
+/// # Errors
+/// Where it would take more.
+pub fn check_memory(plan: &Plan, limit: u64, with_files: bool, mapped: u64) -> Result<Fits> {
     let needed = estimate_memory(plan);
     if needed <= limit {
-        return Ok(());
+        return Ok(Fits::InMemory);
     }
+    if with_files && limit >= LEAST_WITH_FILES {
+        return Ok(Fits::InFiles(needed - limit));
+    }
+    let stages = by_stage(plan).map(|(name, bytes)| format!("{name} {}", amount(bytes)));
+    let remedy = match with_files {
+        true => format!(
+            "from {} on, arrays that do not fit lie in files on the disk of the output",
+            amount(LEAST_WITH_FILES)
+        ),
+        false => "the folder of the output can hold no arrays; boundaries.zones or fewer output arrays reduce that"
+            .to_owned(),
+    };
     Err(Error::input(format!(
-        "this run needs about {} of memory, and --max-memory allows {} (the mapped input, {}, does not count); \
-         boundaries.zones or fewer output arrays reduce that",
+        "this run needs about {} of memory, and --max-memory allows {} ({}; the mapped input, {}, does not count); {remedy}",
         amount(needed),
         amount(limit),
+        stages.join(", "),
         amount(mapped)
     )))
 }

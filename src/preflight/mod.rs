@@ -17,9 +17,10 @@ mod tags;
 
 pub use bodies::{BodyAtStep, bodies_at, conflicts};
 pub(crate) use body_motion::body_motion;
+pub use disk::existing_folder;
 pub(crate) use disk::{Demand, check_disk};
 pub use displacements::LargestDisplacements;
-pub use memory::{check_memory, estimate_memory};
+pub use memory::{Fits, check_memory, estimate_memory};
 pub(crate) use output::before_work;
 pub use output::estimate_bytes;
 pub use surface_files::check_surface_files;

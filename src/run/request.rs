@@ -27,6 +27,8 @@ pub struct Request {
     pub no_space_check: bool,
     /// Whether steps need not outlive a power cut.
     pub no_sync: bool,
+    /// Bytes of arrays that lie on the disk while it runs.
+    pub bytes_in_files: u64,
     /// Conditions that fail the run.
     pub fail_on: Vec<Criterion>,
 }

@@ -54,7 +54,8 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         } else {
             0
         };
-        warnings.extend(check_disk(plan, &names.folder, &demand, freed)?);
+        let room = (freed, request.bytes_in_files);
+        warnings.extend(check_disk(plan, &names.folder, &demand, room)?);
     }
     if request.force {
         names::remove_existing(&names)?;

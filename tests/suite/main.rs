@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
 
 mod adf;
+#[cfg(target_os = "linux")]
+mod arrays_in_files;
 mod bad_input;
 #[cfg(unix)]
 mod batch_scripts;

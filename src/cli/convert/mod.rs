@@ -85,6 +85,8 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     };
     run.check_pieces()?;
     let target = args.target();
+    let (Target::Folder(output) | Target::File(output, _)) = target;
+    context.keep_in_files(output);
     let (new_folder, done) = match target {
         Target::Folder(folder) => (
             Some(folder).filter(|folder| !folder.exists()),
@@ -96,6 +98,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         // Removed unless it holds something; the first error is the one to report.
         let _ = new_folder.map(std::fs::remove_dir);
     })?;
+    context.tell_of_files();
     run.report()?;
     Ok(Outcome::Fine)
 }

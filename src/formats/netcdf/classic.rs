@@ -3,7 +3,7 @@
 //!
 //! CDF-1 has offsets of 32 bits, CDF-2 of 64, CDF-5 counts of 64 bits too. Variables along the dimension without a
 //! fixed length lie record by record: one row of each of them after the other.
-//! Format: https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html
+//! Format: <https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html>
 
 use super::super::names::decoded;
 use super::super::vtk::number::Element;

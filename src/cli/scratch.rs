@@ -1,0 +1,327 @@
+//! Large arrays that memory has no room for: each lies in a file without a name, on the disk of the output, and is
+//! mapped. The system moves its pages between memory and disk; what a run computes does not depend on where arrays
+//! lie. The program's allocator asks here; nothing in this file takes memory where it does.
+//!
+//! A file goes with its array, and with the program however that ends. Its blocks are set aside when it is made, so that a
+//! full disk is found then.
+
+use super::heap;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Smaller arrays stay in memory.
+pub const LEAST: usize = 1 << 20;
+
+/// Whether the program's allocator asks here. In a program of others, such as Python, it is another.
+static IS_ASKED: AtomicBool = AtomicBool::new(false);
+
+/// Says that the program's allocator asks here.
+pub fn is_asked() {
+    IS_ASKED.store(true, Ordering::Relaxed);
+}
+
+/// From here on large arrays beyond `in_memory` bytes lie in files in `folder`, and no more than about `limit` bytes
+/// are resident. Tells whether that can be had there.
+pub(super) fn begin(folder: &Path, in_memory: u64, limit: u64) -> bool {
+    let is_on = IS_ASKED.load(Ordering::Relaxed) && imp::begin(folder, limit);
+    if is_on {
+        heap::keep_in_memory(in_memory);
+    }
+    is_on
+}
+
+/// An array of zeros in a file, where files are in use and memory has no room for it.
+pub fn array(size: usize, align: usize) -> Option<*mut u8> {
+    let wanted = size >= LEAST && imp::is_on() && align <= imp::PAGE && !heap::has_room(size);
+    wanted.then(|| imp::map(size)).flatten()
+}
+
+/// The most bytes that lay in files at a time.
+pub(super) fn most_in_files() -> u64 {
+    imp::most()
+}
+
+/// Whether a file was asked for first for an array of so many bytes.
+pub(super) fn was_tried(size: usize) -> bool {
+    size >= LEAST && imp::is_on()
+}
+
+/// Where an array goes that grows or shrinks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resized {
+    /// It is in memory and stays there.
+    InMemory,
+    /// It stays as it is: its file has the room.
+    Stays,
+    /// It is copied to a new array.
+    Moves,
+}
+
+/// Where the array at `at` goes that grows or shrinks from `before` to `after` bytes.
+#[inline]
+pub fn resized(at: *const u8, before: usize, after: usize) -> Resized {
+    if before.max(after) < LEAST || !imp::is_on() {
+        return Resized::InMemory;
+    }
+    match imp::size_of(at) {
+        Some(size) if (LEAST..=size).contains(&after) => Resized::Stays,
+        Some(_) => Resized::Moves,
+        None if after > before && after >= LEAST && !heap::has_room(after - before) => {
+            Resized::Moves
+        }
+        None => Resized::InMemory,
+    }
+}
+
+/// Gives back an array of `size` bytes that lies in a file; tells whether it did.
+#[inline]
+pub fn give_back(at: *mut u8, size: usize) -> bool {
+    size >= LEAST && imp::is_on() && imp::unmap(at)
+}
+
+#[cfg(target_os = "linux")]
+mod imp {
+    use crate::formats::release_mapped;
+    use std::fs::File;
+    use std::os::fd::IntoRawFd;
+    use std::os::unix::fs::{FileExt, OpenOptionsExt};
+    use std::path::Path;
+    use std::ptr;
+    use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+    use std::sync::{Mutex, MutexGuard, PoisonError};
+    use std::time::Duration;
+
+    /// Bytes of the smallest page.
+    pub const PAGE: usize = 4096;
+    /// Arrays that may lie in files at a time; the next ones stay in memory.
+    const MOST: usize = 1024;
+    /// How often the resident memory is looked at.
+    const TICK: Duration = Duration::from_millis(2);
+
+    static IS_ON: AtomicBool = AtomicBool::new(false);
+    /// The folder, open.
+    static FOLDER: AtomicI32 = AtomicI32::new(-1);
+    static ARRAYS: Mutex<Arrays> = Mutex::new(Arrays {
+        n: 0,
+        all: [(0, 0); MOST],
+        bytes: 0,
+        most: 0,
+    });
+
+    /// Address and size of each array, in a list of fixed length: the allocator itself needs it.
+    struct Arrays {
+        n: usize,
+        all: [(usize, usize); MOST],
+        /// Bytes of all of them, and the most that there were.
+        bytes: u64,
+        most: u64,
+    }
+
+    impl Arrays {
+        fn find(&self, at: usize) -> Option<usize> {
+            self.all[..self.n].iter().position(|array| array.0 == at)
+        }
+    }
+
+    fn arrays() -> MutexGuard<'static, Arrays> {
+        ARRAYS.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn is_on() -> bool {
+        IS_ON.load(Ordering::Acquire)
+    }
+
+    pub fn begin(folder: &Path, limit: u64) -> bool {
+        let mut options = File::options();
+        let folder = options
+            .read(true)
+            .custom_flags(libc::O_DIRECTORY)
+            .open(folder);
+        let Ok(folder) = folder else {
+            return false;
+        };
+        let before = FOLDER.swap(folder.into_raw_fd(), Ordering::SeqCst);
+        if before >= 0 {
+            // SAFETY: it was put there open, and nobody else has it.
+            unsafe { libc::close(before) };
+        }
+        // A file system without nameless files, or one that sets no blocks aside, is found out now.
+        let Some(tried) = map(super::LEAST) else {
+            return false;
+        };
+        unmap(tried);
+        if !IS_ON.swap(true, Ordering::AcqRel) {
+            let keeper = std::thread::Builder::new().name("resident".to_owned());
+            let kept = keeper.spawn(move || keep(limit));
+            if kept.is_err() {
+                IS_ON.store(false, Ordering::Release);
+            }
+        }
+        is_on()
+    }
+
+    pub fn map(size: usize) -> Option<*mut u8> {
+        let mut arrays = arrays();
+        if arrays.n == MOST {
+            return None;
+        }
+        let length = libc::off_t::try_from(size).ok()?;
+        // SAFETY: a file of its own, mapped whole; the mapping keeps it when it is closed.
+        let at = unsafe {
+            let flags = libc::O_TMPFILE | libc::O_RDWR | libc::O_CLOEXEC;
+            let folder = FOLDER.load(Ordering::SeqCst);
+            let file = libc::openat(folder, c".".as_ptr(), flags, 0o600);
+            if file < 0 {
+                return None;
+            }
+            let at = match libc::fallocate(file, 0, 0, length) {
+                0 => {
+                    let access = libc::PROT_READ | libc::PROT_WRITE;
+                    libc::mmap(ptr::null_mut(), size, access, libc::MAP_SHARED, file, 0)
+                }
+                _ => libc::MAP_FAILED,
+            };
+            libc::close(file);
+            at
+        };
+        if at == libc::MAP_FAILED {
+            return None;
+        }
+        let n = arrays.n;
+        arrays.all[n] = (at.expose_provenance(), size);
+        arrays.n += 1;
+        arrays.bytes += size as u64;
+        arrays.most = arrays.most.max(arrays.bytes);
+        Some(at.cast())
+    }
+
+    pub fn most() -> u64 {
+        arrays().most
+    }
+
+    pub fn size_of(at: *const u8) -> Option<usize> {
+        let arrays = arrays();
+        arrays.find(at.addr()).map(|found| arrays.all[found].1)
+    }
+
+    pub fn unmap(at: *mut u8) -> bool {
+        let mut arrays = arrays();
+        let Some(found) = arrays.find(at.addr()) else {
+            return false;
+        };
+        let size = arrays.all[found].1;
+        arrays.n -= 1;
+        arrays.bytes -= size as u64;
+        arrays.all[found] = arrays.all[arrays.n];
+        // SAFETY: the array is this mapping, and its owner gives it back.
+        unsafe { libc::munmap(at.cast(), size) };
+        true
+    }
+
+    /// Lets go of the pages of all files whenever the program has three quarters of `limit` bytes in memory, and so before it has
+    /// all of them: the pages stay with the system, which writes them to the disk and takes them back as it needs to.
+    fn keep(limit: u64) {
+        let Ok(statm) = File::open("/proc/self/statm") else {
+            return;
+        };
+        let most = limit / 4 * 3;
+        loop {
+            std::thread::sleep(TICK);
+            if arrays().n > 0 && resident(&statm).is_some_and(|bytes| bytes > most) {
+                let_go();
+                release_mapped();
+            }
+        }
+    }
+
+    /// Bytes of the program that are in memory: the second number of `statm`, in pages.
+    fn resident(statm: &File) -> Option<u64> {
+        let mut text = [0; 128];
+        let n = statm.read_at(&mut text, 0).ok()?;
+        let text = std::str::from_utf8(&text[..n]).ok()?;
+        let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
+        // SAFETY: a question to the system.
+        let page = unsafe { libc::sysconf(libc::_SC_PAGESIZE) };
+        Some(pages * u64::try_from(page).ok()?)
+    }
+
+    pub fn let_go() {
+        let arrays = arrays();
+        for (at, size) in &arrays.all[..arrays.n] {
+            let at = ptr::with_exposed_provenance_mut(*at);
+            // SAFETY: a mapping of a file that is shared with it: what was written stays in the file.
+            unsafe { libc::madvise(at, *size, libc::MADV_DONTNEED) };
+        }
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod imp {
+    use std::path::Path;
+
+    pub const PAGE: usize = 4096;
+
+    pub fn is_on() -> bool {
+        false
+    }
+
+    pub fn begin(_: &Path, _: u64) -> bool {
+        false
+    }
+
+    pub fn map(_: usize) -> Option<*mut u8> {
+        None
+    }
+
+    pub fn most() -> u64 {
+        0
+    }
+
+    pub fn size_of(_: *const u8) -> Option<usize> {
+        None
+    }
+
+    pub fn unmap(_: *mut u8) -> bool {
+        false
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_written_is_there_after_its_pages_were_let_go() {
+        let folder = tempfile::tempdir().expect("a folder");
+        if !imp::begin(folder.path(), 1 << 40) {
+            // The temporary folder is on a file system that has no nameless files.
+            return;
+        }
+        let size = 3 * LEAST + 17;
+        let [one, two] = [size, LEAST].map(|size| imp::map(size).expect("there is room"));
+        // SAFETY: the arrays are that long.
+        let bytes = unsafe { std::slice::from_raw_parts_mut(one, size) };
+        assert!(bytes.iter().all(|byte| *byte == 0));
+        for (i, byte) in bytes.iter_mut().enumerate() {
+            *byte = (i * 37 % 251) as u8;
+        }
+        imp::let_go();
+        assert!(
+            bytes
+                .iter()
+                .enumerate()
+                .all(|(i, byte)| *byte == (i * 37 % 251) as u8)
+        );
+        assert_eq!(imp::size_of(one), Some(size));
+        assert_eq!(resized(one, size, 2 * LEAST), Resized::Stays);
+        assert_eq!(resized(one, size, size + 1), Resized::Moves);
+        assert_eq!(resized(one, size, LEAST - 1), Resized::Moves);
+        assert_eq!(resized(one.wrapping_add(1), size, LEAST), Resized::InMemory);
+        assert!(give_back(one, size) && give_back(two, LEAST));
+        assert!(!give_back(one, size));
+        let left = std::fs::read_dir(folder.path())
+            .expect("it is there")
+            .count();
+        assert_eq!(left, 0);
+    }
+}
