@@ -232,7 +232,7 @@ const DAMAGED: &[(&str, &str, &str)] = &[
     (
         "(10 (1 1 9 1 3)",
         "(10 (1 1 ffffff 1 3)",
-        "has 16777215 nodes, but it has only",
+        "has 16777215 nodes of 3 numbers, but it has only",
     ),
     (
         "(10 (0 1 9 0))",
