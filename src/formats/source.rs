@@ -21,7 +21,7 @@ pub struct Source {
 /// Files that are mapped, or were.
 static MAPPED: Mutex<Vec<Weak<Bytes>>> = Mutex::new(Vec::new());
 
-/// Lets go of the memory that holds mapped files, as [`Source::release`] does.
+/// Lets go of the memory that holds mapped files, as `Source::release` does.
 pub fn release_mapped() {
     let files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
     for bytes in files.iter().filter_map(Weak::upgrade) {
