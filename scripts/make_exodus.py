@@ -1,4 +1,5 @@
-"""Writes testdata/exodus_hdf5.exo with netCDF's own library: the small mesh of tests/suite/support/exodus.rs, compressed.
+"""Writes testdata/exodus_hdf5.exo and exodus_cdf5.exo with netCDF's own library: the small mesh of
+tests/suite/support/exodus.rs, in HDF5 compressed.
 
     python scripts/make_exodus.py          (needs netCDF4)
 """
@@ -12,13 +13,14 @@ NAMES = 33
 
 
 def main():
-    path = Path(__file__).parent.parent / "testdata/exodus_hdf5.exo"
-    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
-        file.api_version = np.float32(8.03)
-        file.floating_point_word_size = np.int32(8)
-        mesh(file)
-        sets(file)
-        results(file)
+    folder = Path(__file__).parent.parent / "testdata"
+    for name, stored in (("exodus_hdf5.exo", "NETCDF4"), ("exodus_cdf5.exo", "NETCDF3_64BIT_DATA")):
+        with netCDF4.Dataset(folder / name, "w", format=stored) as file:
+            file.api_version = np.float32(8.03)
+            file.floating_point_word_size = np.int32(8)
+            mesh(file)
+            sets(file)
+            results(file)
 
 
 def variable(file, name, kind, dimensions, values, element_type=None):
