@@ -9,8 +9,8 @@ use super::heap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Smaller arrays stay in memory.
-pub const LEAST: usize = 1 << 20;
+/// Smaller arrays stay in memory: of a mesh those are about two bytes a cell.
+pub const LEAST: usize = 1 << 16;
 
 /// Whether the program's allocator asks here. In a program of others, such as Python, it is another.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
@@ -94,7 +94,7 @@ mod imp {
     /// Bytes of the smallest page.
     pub const PAGE: usize = 4096;
     /// Arrays that may lie in files at a time; the next ones stay in memory.
-    const MOST: usize = 1024;
+    const MOST: usize = 1 << 14;
     /// How often the resident memory is looked at.
     const TICK: Duration = Duration::from_millis(2);
 
@@ -108,7 +108,7 @@ mod imp {
         most: 0,
     });
 
-    /// Address and size of each array, in a list of fixed length: the allocator itself needs it.
+    /// Address and size of each array, by address, in a list of fixed length: the allocator itself needs it.
     struct Arrays {
         n: usize,
         all: [(usize, usize); MOST],
@@ -118,8 +118,28 @@ mod imp {
     }
 
     impl Arrays {
-        fn find(&self, at: usize) -> Option<usize> {
-            self.all[..self.n].iter().position(|array| array.0 == at)
+        /// Where the array at an address is in the list, or would be.
+        fn find(&self, at: usize) -> Result<usize, usize> {
+            self.all[..self.n].binary_search_by_key(&at, |array| array.0)
+        }
+
+        fn add(&mut self, at: usize, size: usize) {
+            let (Ok(place) | Err(place)) = self.find(at);
+            self.all.copy_within(place..self.n, place + 1);
+            self.all[place] = (at, size);
+            self.n += 1;
+            self.bytes += size as u64;
+            self.most = self.most.max(self.bytes);
+        }
+
+        /// Takes an array from the list and gives its size.
+        fn remove(&mut self, at: usize) -> Option<usize> {
+            let place = self.find(at).ok()?;
+            let size = self.all[place].1;
+            self.all.copy_within(place + 1..self.n, place);
+            self.n -= 1;
+            self.bytes -= size as u64;
+            Some(size)
         }
     }
 
@@ -188,11 +208,7 @@ mod imp {
         if at == libc::MAP_FAILED {
             return None;
         }
-        let n = arrays.n;
-        arrays.all[n] = (at.expose_provenance(), size);
-        arrays.n += 1;
-        arrays.bytes += size as u64;
-        arrays.most = arrays.most.max(arrays.bytes);
+        arrays.add(at.expose_provenance(), size);
         Some(at.cast())
     }
 
@@ -202,18 +218,15 @@ mod imp {
 
     pub fn size_of(at: *const u8) -> Option<usize> {
         let arrays = arrays();
-        arrays.find(at.addr()).map(|found| arrays.all[found].1)
+        let place = arrays.find(at.addr()).ok()?;
+        Some(arrays.all[place].1)
     }
 
     pub fn unmap(at: *mut u8) -> bool {
         let mut arrays = arrays();
-        let Some(found) = arrays.find(at.addr()) else {
+        let Some(size) = arrays.remove(at.addr()) else {
             return false;
         };
-        let size = arrays.all[found].1;
-        arrays.n -= 1;
-        arrays.bytes -= size as u64;
-        arrays.all[found] = arrays.all[arrays.n];
         // SAFETY: the array is this mapping, and its owner gives it back.
         unsafe { libc::munmap(at.cast(), size) };
         true
