@@ -1,6 +1,6 @@
 //! `deform --max-memory` with less than a run needs: large arrays lie in files, and nothing else differs.
 
-use crate::support::{Run, assert_says, azimesh, files, names, rewrite, succeed, without_seconds};
+use crate::support::{Run, assert_says, files, names, rewrite, succeed, without_seconds};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -125,27 +125,6 @@ fn resident_memory_keeps_to_the_limit() {
     let mut peaks = (0..3).map(|_| peak(folder.path(), &limited));
     assert!(whole > most / 2 * 3, "{whole} bytes without a limit");
     assert!(peaks.any(|peak| peak <= most), "{whole} without a limit");
-}
-
-#[test]
-fn too_little_memory_even_for_arrays_in_files_is_refused() {
-    let folder = large();
-    let args = [
-        "deform",
-        "n.vtu",
-        "few.toml",
-        "-o",
-        "out",
-        "--max-memory",
-        "50M",
-    ];
-    let run = azimesh(folder.path(), &args);
-    assert_eq!(run.code, 2, "{run:?}");
-    assert_says(
-        &run.err,
-        &["base points", "modes", "steps", "67.1 MB", "files"],
-    );
-    assert!(!names(folder.path()).contains(&"out".to_owned()));
 }
 
 #[test]

@@ -23,6 +23,14 @@ fn read(bytes: &[u8]) -> Mesh {
     read_at(bytes, None).unwrap()
 }
 
+/// A file is refused because of a variable, in a sentence with these parts.
+fn assert_refused(file: &NetCdf, variable: &str, parts: &[&str]) {
+    let error = parse(&Exodus, &file.bytes(), &ReadOptions::default()).expect_err(variable);
+    let position = Some(Position::Dataset(variable.into()));
+    assert_eq!(error.position, position, "{error}");
+    assert_says(&error.message, parts);
+}
+
 #[test]
 fn blocks_are_cells_with_zones_and_side_sets_are_tags() {
     for version in [1, 2, 5] {
@@ -236,13 +244,7 @@ fn polygons_have_as_many_nodes_and_sides_as_the_file_counts() {
     for (variable, values, parts) in wrong {
         let mut file = polygons(2);
         file.replace(variable, Numbers::I32(values.to_vec()));
-        let error = parse(&Exodus, &file.bytes(), &ReadOptions::default()).expect_err(variable);
-        assert_eq!(
-            error.position,
-            Some(Position::Dataset(variable.into())),
-            "{error}"
-        );
-        assert_says(&error.message, parts);
+        assert_refused(&file, variable, parts);
     }
 }
 
@@ -359,13 +361,7 @@ fn what_is_wrong_in_a_file_is_refused_by_the_name_of_its_variable() {
     for (change, variable, parts) in changes {
         let mut file = file(2);
         change(&mut file);
-        let error = parse(&Exodus, &file.bytes(), &ReadOptions::default()).expect_err(variable);
-        assert_eq!(
-            error.position,
-            Some(Position::Dataset(variable.into())),
-            "{error}"
-        );
-        assert_says(&error.message, parts);
+        assert_refused(&file, variable, parts);
     }
     let mut strange = cube(8, "SUPER");
     strange.remove("node_ns1");

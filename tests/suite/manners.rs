@@ -272,6 +272,10 @@ fn more_memory_than_is_allowed_is_refused_with_the_figure() {
         needed as f64 / 1e6
     );
     assert!(run.err.contains(&figure), "{figure}: {run:?}");
+    assert_says(
+        &run.err,
+        &["base points", "modes", "steps", "of the output"],
+    );
     assert!(!names(folder.path()).contains(&"out".to_owned()));
     let enough = needed.to_string();
     let args = [

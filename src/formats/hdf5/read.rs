@@ -4,7 +4,7 @@ use super::super::names::decoded;
 use super::super::{Notes, Source};
 use super::bits::Bits;
 use super::short_chunks::ShortChunks;
-use super::whole::{SIGNATURE, cut_off, first_bytes, is_hdf5};
+use super::whole::check;
 use crate::error::{Error, Result};
 use crate::mesh::Values;
 use bytemuck::allocation::cast_vec;
@@ -98,20 +98,6 @@ impl File {
         let root = self.0.root_group().map_err(at_root)?;
         Ok(Group(root, self.2.clone()))
     }
-}
-
-/// Refuses what is no HDF5 file, or a part of one.
-fn check(source: &Source) -> Result<()> {
-    let bytes = source.bytes();
-    if !is_hdf5(bytes) {
-        return Err(Error::input(format!(
-            "this is no HDF5 file: it begins with {}, and HDF5 with \"{}\"",
-            first_bytes(bytes),
-            SIGNATURE.escape_ascii()
-        ))
-        .byte(0));
-    }
-    cut_off(bytes).map_or(Ok(()), Err)
 }
 
 /// Options for a file of `n_bytes`.

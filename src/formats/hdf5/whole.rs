@@ -2,7 +2,8 @@
 //!
 //! Format: HDF5 File Format Specification version 3.0, section II.A.
 
-use crate::error::Error;
+use crate::error::{Error, Result};
+use crate::formats::Source;
 
 /// What an HDF5 file begins with.
 pub(in crate::formats) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -53,6 +54,20 @@ pub(in crate::formats) fn cut_off(bytes: &[u8]) -> Option<Error> {
         Some(_) => return None,
     };
     Some(Error::input(message).byte(n as u64))
+}
+
+/// Refuses what is no HDF5 file, or a part of one.
+pub(super) fn check(source: &Source) -> Result<()> {
+    let bytes = source.bytes();
+    if !is_hdf5(bytes) {
+        return Err(Error::input(format!(
+            "this is no HDF5 file: it begins with {}, and HDF5 with \"{}\"",
+            first_bytes(bytes),
+            SIGNATURE.escape_ascii()
+        ))
+        .byte(0));
+    }
+    cut_off(bytes).map_or(Ok(()), Err)
 }
 
 /// What a file begins with, for errors.
