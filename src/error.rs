@@ -4,6 +4,7 @@
 //! A parser that sees bytes and no path gives the position alone; whoever opened the file adds the
 //! path with [`Error::file`].
 
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// What the failure means to the caller. The program exits with 2 for `Input`, 1 for `Check`, 3 for `System`, and 128
 /// plus the signal's number for `Interrupted`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ErrorKind {
     /// The input or the arguments are wrong; nothing was written.
     Input,
@@ -29,7 +30,7 @@ pub enum ErrorKind {
 }
 
 /// Where in a file an error was found.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Position {
     /// One-based line of a text file.
     Line(u64),
@@ -50,7 +51,7 @@ pub enum Position {
 /// assert_eq!(error.kind, ErrorKind::Input);
 /// assert_eq!(error.to_string(), "testdata/none.vtu: there is no such file");
 /// ```
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Serialize, Deserialize)]
 pub struct Error {
     /// What the failure means to the caller.
     pub kind: ErrorKind,

@@ -111,6 +111,11 @@ pub mod quality;
 mod quality;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
+pub mod ranks;
+#[cfg(not(feature = "internals"))]
+mod ranks;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod rbf;
 #[cfg(not(feature = "internals"))]
 mod rbf;

@@ -48,7 +48,20 @@ pub fn map_blocks<T: Send>(
     size: usize,
     of: &(dyn Fn(Range<usize>) -> T + Sync),
 ) -> Vec<T> {
-    map(n.div_ceil(size), &|i| of(block(n, size, i)))
+    map_blocks_in(0..n, size, of)
+}
+
+/// `of(range)` for each block of `size` of the numbers in `all`, counted from its start, in order.
+pub fn map_blocks_in<T: Send>(
+    all: Range<usize>,
+    size: usize,
+    of: &(dyn Fn(Range<usize>) -> T + Sync),
+) -> Vec<T> {
+    let Range { start, end } = all;
+    map((end - start).div_ceil(size), &|i| {
+        let block = block(end - start, size, i);
+        of(start + block.start..start + block.end)
+    })
 }
 
 /// Calls `act(first, values)` for each block of `size` values; `first` is the index of the block's first value.

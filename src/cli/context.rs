@@ -6,6 +6,7 @@ use crate::diagnostic::amount;
 use crate::error::{Error, Result, is_unseen, lines, one_line};
 use crate::parallel;
 use crate::preflight::existing_folder;
+use crate::ranks::Ranks;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -14,17 +15,30 @@ use std::time::Instant;
 pub struct Context {
     /// The common options as given.
     pub common: Common,
+    /// The ranks that run the command; the first prints for all.
+    pub ranks: Ranks,
+    /// Ranks on this machine, which share its processors.
+    n_on_node: usize,
 }
 
 impl Context {
-    /// From the common options.
+    /// From the common options, for one process.
     pub fn new(common: Common) -> Self {
-        Self { common }
+        Self::of_ranks(common, Ranks::alone(), 1)
+    }
+
+    /// From the common options, for one of several ranks.
+    pub fn of_ranks(common: Common, ranks: Ranks, n_on_node: usize) -> Self {
+        Self {
+            common,
+            ranks,
+            n_on_node,
+        }
     }
 
     /// Runs `work` on as many threads as are asked for or granted.
     pub fn with_threads<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
-        let Threads { n, by } = Threads::granted(self.common.threads);
+        let Threads { n, by } = Threads::granted(self.common.threads, self.n_on_node);
         self.detail(&format!("threads: {n} ({by})"));
         parallel::start(n)?;
         work()
@@ -79,12 +93,15 @@ impl Context {
     /// Prints what a command found to stderr, unless quiet: where a mesh goes to standard output.
     pub fn print_aside(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(&lines(text.trim_end()));
+            self.to_stderr(&lines(text.trim_end()));
         }
     }
 
     /// Prints to standard output. A closed pipe ends the output quietly.
     pub fn print(&self, text: &str) -> Result<()> {
+        if !self.ranks.is_first() {
+            return Ok(());
+        }
         let mut out = std::io::stdout().lock();
         match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -105,32 +122,39 @@ impl Context {
     /// A remark on stderr, unless quiet.
     pub fn note(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(&format!("note: {}", one_line(text)));
+            self.to_stderr(&format!("note: {}", one_line(text)));
         }
     }
 
     /// A warning on stderr, unless quiet.
     pub fn warn(&self, text: &str) {
         if !self.common.quiet {
-            to_stderr(&format!("warning: {}", one_line(text)));
+            self.to_stderr(&format!("warning: {}", one_line(text)));
         }
     }
 
     /// Why a check failed, on stderr, always: the exit code alone does not tell.
     pub fn complain(&self, text: &str) {
-        to_stderr(&format!("warning: {text}"));
+        self.to_stderr(&format!("warning: {text}"));
     }
 
     /// A remark on stderr for those who asked for more with `-v`.
     pub fn detail(&self, text: &str) {
         if self.common.verbose > 0 {
-            to_stderr(&one_line(text));
+            self.to_stderr(&one_line(text));
         }
     }
 
     /// An error on stderr, always.
     pub fn error(&self, error: &Error) {
-        to_stderr(&format!("error: {error}"));
+        self.to_stderr(&format!("error: {error}"));
+    }
+
+    fn to_stderr(&self, text: &str) {
+        if self.ranks.is_first() {
+            // Nobody is left to tell when stderr is gone.
+            let _ = writeln!(std::io::stderr(), "{text}");
+        }
     }
 }
 
@@ -144,9 +168,4 @@ fn seen(json: &str) -> String {
         }
     }
     seen
-}
-
-fn to_stderr(text: &str) {
-    // Nobody is left to tell when stderr is gone.
-    let _ = writeln!(std::io::stderr(), "{text}");
 }

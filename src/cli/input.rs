@@ -79,6 +79,18 @@ impl Context {
     }
 }
 
+/// Meshes that several ranks share.
+impl Context {
+    /// Of the mesh that `read` gives on the first rank each rank gets its part.
+    pub fn share(&self, read: impl FnOnce() -> Result<Mesh>) -> Result<Mesh> {
+        let of_first = match self.ranks.is_first() {
+            true => read(),
+            false => Ok(Mesh::default()),
+        };
+        Mesh::shared(of_first, &self.ranks)
+    }
+}
+
 /// One input, opened.
 pub struct Input {
     path: PathBuf,
@@ -94,6 +106,8 @@ enum Meshes {
     },
     /// A list of files with a time each.
     Listed(Vec<Listed>),
+    /// What another rank has opened, with its times.
+    Elsewhere(Option<Vec<f64>>),
 }
 
 impl Input {
@@ -124,6 +138,24 @@ impl Input {
             path: path.to_path_buf(),
             meshes,
         })
+    }
+
+    /// As [`open`](Self::open), on the first rank alone: the others learn what it holds.
+    pub fn open_shared(
+        path: &Path,
+        format: Option<&'static dyn Format>,
+        context: &Context,
+    ) -> Result<Self> {
+        let opened = match context.ranks.is_first() {
+            true => Some(Self::open(path, format, context)).transpose(),
+            false => Ok(None),
+        };
+        let opened = context.ranks.agree(opened)?;
+        let times = context.ranks.broadcast(opened.as_ref().map(Self::times));
+        Ok(opened.unwrap_or_else(|| Self {
+            path: path.to_path_buf(),
+            meshes: Meshes::Elsewhere(times),
+        }))
     }
 
     /// The sequence of a folder; says how to go on with a run that is not finished.
@@ -166,7 +198,7 @@ impl Input {
     /// Refuses a list of files of which one is not there.
     pub fn check_files(&self) -> Result<()> {
         match &self.meshes {
-            Meshes::File { .. } => Ok(()),
+            Meshes::File { .. } | Meshes::Elsewhere(_) => Ok(()),
             Meshes::Listed(list) => list.iter().try_for_each(|entry| self.check_file(entry)),
         }
     }
@@ -212,7 +244,7 @@ impl Input {
     /// The file with the mesh of a step.
     pub fn path_of(&self, step: usize) -> &Path {
         match &self.meshes {
-            Meshes::File { .. } => &self.path,
+            Meshes::File { .. } | Meshes::Elsewhere(_) => &self.path,
             Meshes::Listed(list) => list.get(step).map_or(&self.path, |entry| &entry.path),
         }
     }
@@ -223,7 +255,7 @@ impl Input {
             Meshes::File {
                 location, format, ..
             } => Some(format.title_of(location.bytes())),
-            Meshes::Listed(_) => None,
+            Meshes::Listed(_) | Meshes::Elsewhere(_) => None,
         }
     }
 
@@ -233,7 +265,7 @@ impl Input {
             Meshes::File {
                 location, format, ..
             } => format.version(location.bytes()),
-            Meshes::Listed(_) => None,
+            Meshes::Listed(_) | Meshes::Elsewhere(_) => None,
         }
     }
 
@@ -242,6 +274,7 @@ impl Input {
         match &self.meshes {
             Meshes::File { times, .. } => (times.len() > 1).then(|| times.clone()),
             Meshes::Listed(list) => Some(list.iter().map(|entry| entry.time).collect()),
+            Meshes::Elsewhere(times) => times.clone(),
         }
     }
 
@@ -298,6 +331,7 @@ impl Input {
                     self.check_file(entry)?;
                     formats::read(&context.open(&entry.path)?, &options)
                 }
+                Meshes::Elsewhere(_) => Err(Error::system("another rank reads this file")),
             }
         })
     }

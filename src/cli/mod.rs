@@ -28,6 +28,9 @@ mod unfinished;
 pub use context::Context;
 
 use crate::error::{ErrorKind, Result};
+#[cfg(feature = "mpi")]
+use crate::ranks;
+use crate::ranks::Ranks;
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
@@ -103,6 +106,16 @@ enum Command {
     Man(man::ManArgs),
 }
 
+impl Command {
+    /// Whether all ranks run the command alike; else the first runs it, and the others do what it orders.
+    fn is_shared(&self) -> bool {
+        match self {
+            Self::Quality(args) => args.is_shared(),
+            _ => false,
+        }
+    }
+}
+
 /// What a command that did its work found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
@@ -117,19 +130,60 @@ pub fn main() -> ExitCode {
     ExitCode::from(run_with(std::env::args_os()))
 }
 
-/// As [`main`], with these arguments, the first of which is the program's name. Arguments that are wrong, `--help` and
-/// `--version` end the process.
+/// As [`main`], with these arguments, the first of which is the program's name. Where MPI has started several processes, one
+/// of them prints.
 pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     heap::end_where_threads_fail();
-    let cli = Cli::parse_from(arguments);
+    #[cfg(feature = "mpi")]
+    let session = ranks::start();
+    #[cfg(feature = "mpi")]
+    let (ranks, n_on_node) = session.as_ref().map_or((Ranks::alone(), 1), |session| {
+        (session.ranks().clone(), session.n_on_node())
+    });
+    #[cfg(not(feature = "mpi"))]
+    let (ranks, n_on_node) = (Ranks::alone(), 1);
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            if ranks.is_first() {
+                // Nobody is left to tell when stderr is gone.
+                let _ = error.print();
+            }
+            return u8::try_from(error.exit_code()).unwrap_or(u8::MAX);
+        }
+    };
     #[cfg(unix)]
     signals::outlive_file_limits();
     if let Some(limit) = cli.common.max_memory {
         heap::allow(limit);
     }
-    let context = Context::new(cli.common);
-    let result =
-        listen(&cli.command).and_then(|()| context.with_threads(|| run(cli.command, &context)));
+    let context = Context::of_ranks(cli.common, ranks.clone(), n_on_node);
+    let code = match (cli.command.is_shared(), ranks.is_first()) {
+        (true, _) => execute(cli.command, &context),
+        (false, true) => {
+            let code = execute(cli.command, &context);
+            crate::deform::dismiss(&ranks);
+            code
+        }
+        (false, false) => serve(&context),
+    };
+    ranks.broadcast(ranks.is_first().then_some(code))
+}
+
+/// Does what the first rank orders; it tells of errors.
+fn serve(context: &Context) -> u8 {
+    #[cfg(unix)]
+    signals::ignore();
+    let served = context.with_threads(|| {
+        crate::deform::serve(&context.ranks);
+        Ok(0)
+    });
+    served.unwrap_or(SYSTEM_FAILED)
+}
+
+/// Runs a command, prints its error and gives the exit code.
+fn execute(command: Command, context: &Context) -> u8 {
+    let result = listen(&command).and_then(|()| context.with_threads(|| run(command, context)));
     match result {
         Ok(Outcome::Fine) => 0,
         Ok(Outcome::CheckFailed) => 1,

@@ -56,6 +56,14 @@ pub(super) fn end(message: &'static str) -> Result<()> {
     after_first(move |signal, _| end_with(signal, message))
 }
 
+/// From here on SIGINT, SIGTERM and SIGHUP do nothing: another rank hears them, and tells this one when to end.
+pub(super) fn ignore() {
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        // Where the signal cannot be caught it ends the program as it would have.
+        let _ = signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)));
+    }
+}
+
 fn end_with(signal: i32, message: &str) {
     end_staged();
     // Nobody is left to tell when stderr is gone.

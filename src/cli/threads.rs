@@ -17,6 +17,7 @@ const GRANTS: [&str; 6] = [
 const ASKED: &str = "--threads";
 const RAYON: &str = "RAYON_NUM_THREADS";
 const MACHINE: &str = "machine";
+const SHARED: &str = "machine, shared by ranks";
 
 /// A number of threads and where it comes from.
 #[derive(Debug, PartialEq, Eq)]
@@ -30,11 +31,18 @@ pub struct Threads {
 impl Threads {
     /// `asked` where given; else `RAYON_NUM_THREADS`; else what the batch system grants, if that is
     /// less than what the machine does: processors that the process may run on (affinity), within
-    /// the quota of its control group.
-    pub fn granted(asked: Option<NonZeroUsize>) -> Self {
+    /// the quota of its control group. Ranks that are not bound to processors of their own share those of the machine.
+    pub fn granted(asked: Option<NonZeroUsize>, n_ranks: usize) -> Self {
         let machine = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         let variable = |name: &str| std::env::var(name).ok();
-        Self::decide(asked, machine, variable)
+        let found = Self::decide(asked, machine, variable);
+        match found.by == MACHINE && n_ranks > 1 && machine >= n_processors() {
+            true => Self {
+                n: (machine / n_ranks).max(1),
+                by: SHARED,
+            },
+            false => found,
+        }
     }
 
     fn decide(
@@ -66,6 +74,13 @@ impl Threads {
             },
         }
     }
+}
+
+/// Processors of the machine, bound or not.
+fn n_processors() -> usize {
+    // SAFETY: the call reads a number and touches no memory of this process.
+    let n = unsafe { libc::sysconf(libc::_SC_NPROCESSORS_ONLN) };
+    usize::try_from(n).unwrap_or(1)
 }
 
 /// Reads `--threads`.

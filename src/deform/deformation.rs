@@ -10,6 +10,7 @@ use super::plan::Plan;
 use super::positions::{Positions, Stepper};
 use super::repair::Repair;
 use super::step_memory::{Rounding, StepMemory};
+use super::team::Team;
 use super::tolerance::{BaseOrigin, check_tolerance};
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
@@ -17,6 +18,7 @@ use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
 use crate::progress::{Progress, Silent, Stop};
 use crate::quality::{Assessment, Quality};
+use crate::ranks::Ranks;
 use crate::rbf::select::Selection;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -84,6 +86,7 @@ pub struct DeformationBuilder {
     base: Option<BasePoints>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
+    ranks: Ranks,
 }
 
 impl DeformationBuilder {
@@ -108,6 +111,14 @@ impl DeformationBuilder {
         self
     }
 
+    /// Shares the work with other ranks, which serve this one, the first.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn ranks(mut self, ranks: &Ranks) -> Self {
+        self.ranks = ranks.clone();
+        self
+    }
+
     /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
     ///
     /// # Errors
@@ -129,8 +140,10 @@ impl DeformationBuilder {
     /// are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
+        let mut plan = Plan::new(self.mesh, self.schedule)?;
+        plan.team = Team::of(&self.ranks);
         Ok(Deformation {
-            plan: Arc::new(Plan::new(self.mesh, self.schedule)?),
+            plan: Arc::new(plan),
             measures: OnceLock::new(),
             base: self.base,
             current: Mutex::new(None),
@@ -160,6 +173,7 @@ impl Deformation {
             base: None,
             progress: Arc::new(Silent),
             stop: Arc::default(),
+            ranks: Ranks::alone(),
         }
     }
 

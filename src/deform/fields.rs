@@ -2,12 +2,14 @@
 //! that makes the surface exact.
 
 use super::layer::{Layer, LayerKind};
+use super::team::{SharedFields, Team};
 use crate::geometry::vector::{Vector, add};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR};
 use crate::rbf::field::{BLOCK, Field};
 use crate::rbf::select::Selection;
+use std::sync::Arc;
 
 /// The state of the mesh that is deformed: the reference mesh, or the result of a substep.
 #[derive(Debug, Clone, Copy)]
@@ -43,22 +45,36 @@ pub struct Narrow {
 }
 
 /// Fields of all layers.
-#[derive(Debug, Clone)]
 pub struct Fields {
-    fields: Vec<Field>,
+    way: Way,
     /// The narrowest gap between two surfaces within twice the fade radius.
     pub narrow: Option<Narrow>,
 }
 
+/// Where fields lie.
+enum Way {
+    /// All with this rank.
+    Here(Vec<Field>),
+    /// With all ranks, a slab each.
+    Shared(SharedFields),
+}
+
 impl Fields {
-    /// Evaluates every layer at the nodes that deform; with `correct` the surface is made exact.
-    pub fn new(
+    /// Evaluates every layer at the nodes that deform, with the `team` where there is one; with `correct` the surface is
+    /// made exact.
+    pub(crate) fn new(
         state: MeshState<'_>,
         layers: &[Layer],
         chosen: &[Chosen<'_>],
         correct: bool,
         progress: &dyn Progress,
+        team: Option<&Arc<Team>>,
     ) -> Self {
+        if let Some(team) = team {
+            let (shared, narrow) = team.evaluate(state, layers, chosen, correct, progress);
+            let way = Way::Shared(shared);
+            return Self { way, narrow };
+        }
         let report = |n: usize| progress.advance(n as u64);
         let mut narrow: Option<Narrow> = None;
         let fields = layers
@@ -76,10 +92,28 @@ impl Fields {
                 field
             })
             .collect();
-        Self { fields, narrow }
+        let way = Way::Here(fields);
+        Self { way, narrow }
     }
 
-    /// Writes the positions at a step of the layers to `out`.
+    /// Writes by how much the nodes move at a step of layers of displacements.
+    pub fn vectors(&self, layers: &[Layer], step: usize, out: &mut [Vector]) {
+        match &self.way {
+            Way::Shared(shared) => shared.move_to(step, None, out),
+            Way::Here(_) => {
+                let still = vec![[0.0; 3]; out.len()];
+                let state = MeshState {
+                    nodes: &still,
+                    deforming: None,
+                    surface: &[],
+                    facets: &[],
+                };
+                self.displace(layers, step, state, out);
+            }
+        }
+    }
+
+    /// Writes the positions at a step of the layers to `out`; `state` is what the fields were evaluated for.
     pub fn displace(
         &self,
         layers: &[Layer],
@@ -87,15 +121,19 @@ impl Fields {
         state: MeshState<'_>,
         out: &mut [Vector],
     ) {
+        let fields = match &self.way {
+            Way::Here(fields) => fields,
+            Way::Shared(shared) => return shared.move_to(step, Some(state.nodes), out),
+        };
         let translation = layers
             .iter()
-            .zip(&self.fields)
+            .zip(fields)
             .find(|(layer, _)| layer.kind == LayerKind::Displacement);
         match translation {
             Some((layer, field)) => field.displace(layer.modes.at_step(step), state.nodes, out),
             None => out.copy_from_slice(state.nodes),
         }
-        for (layer, field) in layers.iter().zip(&self.fields) {
+        for (layer, field) in layers.iter().zip(fields) {
             if layer.kind != LayerKind::Displacement && layer.modes.n_modes > 0 {
                 rotate(layer, field, step, state, out);
             }

@@ -117,7 +117,14 @@ impl Interval {
         let n_nodes = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(state, &plan.layers, &chosen, correct, progress);
+        let fields = Fields::new(
+            state,
+            &plan.layers,
+            &chosen,
+            correct,
+            progress,
+            plan.team.as_ref(),
+        );
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
             let velocities = Velocities::new(plan, layer, state, chosen, &self.steps)?;
@@ -141,7 +148,7 @@ impl Interval {
     /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them.
     pub fn velocities_at(&self, step: &Step, points: &[Vector]) -> Option<Vec<Vector>> {
         let velocities = self.velocities.as_ref()?;
-        Some(velocities.at(&self.plan, step, self.reference(), points))
+        Some(velocities.at(&self.plan, step, points))
     }
 
     pub(super) fn reference(&self) -> MeshState<'_> {

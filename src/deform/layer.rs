@@ -18,6 +18,8 @@ use crate::modes::{Form, Modes, RigidSurface};
 use crate::motion::CentreLine;
 use crate::rbf::criterion::Criterion;
 use crate::rbf::space::Space;
+use crate::rbf::{Basis, Kernel};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// The part of an axis across a normal that counts as none.
@@ -86,7 +88,7 @@ pub struct Layer {
 }
 
 /// What a layer's values are.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum LayerKind {
     /// Displacements.
     Displacement,
@@ -95,7 +97,7 @@ pub enum LayerKind {
 }
 
 /// The rotation of one body among the modes of a layer.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Turning {
     /// What it turns about.
     pub centre: Centre,
@@ -108,7 +110,7 @@ pub struct Turning {
 }
 
 /// What a body turns about.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Centre {
     /// One point.
     Point(Vector),
@@ -354,6 +356,27 @@ impl Layer {
             tolerance,
             rest: None,
         })
+    }
+
+    /// A layer whose data at the surface lie with another rank: for what is done with its values at nodes.
+    pub(super) fn elsewhere(kind: LayerKind, n_modes: usize, coefficients: Vec<f64>) -> Self {
+        let basis = Basis {
+            kernel: Kernel::WendlandC2,
+            radius: 1.0,
+        };
+        Self {
+            kind,
+            space: Space::radial(basis),
+            modes: Modes {
+                n_modes,
+                coefficients,
+                ..Modes::default()
+            },
+            criterion: Criterion::default(),
+            lever_arms: Vec::new(),
+            tolerance: 0.0,
+            rest: None,
+        }
     }
 
     /// What is to be interpolated (N, r), by rows.

@@ -1,56 +1,84 @@
 //! Measures the quality of deformed meshes against the reference mesh.
 
 use super::plan::Plan;
+use super::team::Team;
 use super::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Adjacency, DataArray};
+use crate::mesh::{Adjacency, DataArray, Mesh};
 use crate::quality::{Assessment, Judge, Quality, Reference, Summary};
+use std::sync::{Arc, OnceLock};
 
 /// Data of the reference mesh that the quality of every step is measured with.
 pub(crate) struct Measures {
-    judge: Judge,
+    mesh: Arc<Mesh>,
+    /// Of the whole mesh; where ranks share it, made when it is needed.
+    judge: OnceLock<Judge>,
     walls: WallAngles,
+    team: Option<Arc<Team>>,
 }
 
 impl Measures {
     /// For the reference mesh of a plan.
     pub fn new(plan: &Plan) -> Self {
-        let judge = Judge::new(&plan.mesh);
-        Self {
-            walls: WallAngles::find(&plan.mesh, &judge.adjacency, &plan.moving_faces),
-            judge,
+        let mut measures = Self {
+            mesh: Arc::clone(&plan.mesh),
+            judge: OnceLock::new(),
+            walls: WallAngles::default(),
+            team: plan.team.clone(),
+        };
+        match &measures.team {
+            Some(team) => team.share(&plan.mesh, &plan.moving_faces),
+            None => {
+                let adjacency = &measures.judge().adjacency;
+                measures.walls = WallAngles::find(&plan.mesh, adjacency, &plan.moving_faces);
+            }
         }
+        measures
+    }
+
+    fn judge(&self) -> &Judge {
+        self.judge.get_or_init(|| Judge::new(&self.mesh))
     }
 
     /// Orientation of the cells in the reference mesh.
     pub fn orientation(&self) -> &Reference {
-        &self.judge.reference
+        &self.judge().reference
     }
 
     /// Which cells share each face.
     pub fn adjacency(&self) -> &Adjacency {
-        &self.judge.adjacency
+        &self.judge().adjacency
     }
 
     /// The quality of the cells with their nodes at `points`.
     pub fn cells(&self, plan: &Plan, points: &[Vector]) -> Summary {
-        self.judge.cells(&plan.mesh, points)
+        match &self.team {
+            Some(team) => team.cells(points),
+            None => self.judge().cells(&plan.mesh, points),
+        }
     }
 
     /// The whole assessment, from that of the cells.
     pub fn complete(&self, plan: &Plan, cells: Summary, points: &[Vector]) -> Assessment {
-        self.judge.complete(cells, &plan.mesh, points)
+        let faces = match &self.team {
+            Some(team) => team.faces(points),
+            None => self.judge().faces(&plan.mesh, points),
+        };
+        Assessment { cells, faces }
     }
 
     /// Largest change of the angle between a moving wall and its first cell, in degrees.
     pub fn normal_change(&self, plan: &Plan, points: &[Vector]) -> Option<f64> {
         let before = &plan.mesh.points;
-        self.walls.largest_change(&plan.mesh, points, before)
+        match &self.team {
+            Some(team) => team.normal_change(points),
+            None => self.walls.largest_change(&plan.mesh, points, before),
+        }
     }
 
     /// Every metric as a cell array.
     pub fn arrays(&self, plan: &Plan, points: &[Vector]) -> Vec<DataArray> {
-        self.judge.arrays(&plan.mesh, points)
+        self.judge().arrays(&plan.mesh, points)
     }
 
     /// The quality in plain numbers.

@@ -31,6 +31,7 @@ mod step_memory;
 mod substeps;
 mod surface;
 mod surface_displacements;
+mod team;
 mod tolerance;
 mod untangle;
 mod velocity;
@@ -49,6 +50,7 @@ pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use plan::Plan;
 pub(crate) use repair::Repair;
 pub(crate) use step_memory::Rounding;
+pub use team::{dismiss, serve};
 pub(crate) use tolerance::missed_at_step;
 pub use tolerance::{BaseOrigin, check_tolerance, missed, missed_layers};
 

@@ -5,6 +5,7 @@ use super::first_cells::FirstCells;
 use super::layer::{Layer, Method};
 use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
+use super::team::Team;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
@@ -53,6 +54,8 @@ pub struct Plan {
     pub tolerance: f64,
     /// What was chosen where the schedule says nothing.
     pub choices: Vec<Diagnostic>,
+    /// The ranks that share the work; none where this one is alone.
+    pub(crate) team: Option<Arc<Team>>,
 }
 
 impl Plan {

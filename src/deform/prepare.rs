@@ -94,6 +94,7 @@ impl Plan {
             periodic,
             tolerance,
             choices,
+            team: None,
         };
         let path = plan.schedule.path.clone();
         plan.find_layers().map_err(|error| error.file(&path))?;

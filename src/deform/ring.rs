@@ -14,6 +14,7 @@ use super::layer::Turning;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
 use crate::modes::{Modes, RigidSurface};
 use crate::parallel;
+use serde::{Deserialize, Serialize};
 
 /// A ring has at least this ratio of its radii.
 const LEAST_RATIO: f64 = 1.5;
@@ -23,7 +24,7 @@ const PARALLEL: f64 = 1e-9;
 const WALL: f64 = 0.99;
 
 /// The ring of a body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ring {
     /// The axis: a point of it, and its direction.
     centre: Vector,

@@ -105,7 +105,8 @@ impl Interval {
             ..self.reference()
         };
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(state, &layers, &chosen, correct, &Silent);
+        let team = plan.team.as_ref();
+        let fields = Fields::new(state, &layers, &chosen, correct, &Silent, team);
         fields.displace(&layers, 0, state, out);
         self.place_surface_nodes(step, to, state, out);
         Ok(selections.iter().map(|selection| selection.error).sum())

@@ -87,26 +87,16 @@ impl Velocities {
         }];
         let layers = std::slice::from_ref(layer);
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(state, layers, &chosen, correct, &Silent);
+        let team = plan.team.as_ref();
+        let fields = Fields::new(state, layers, &chosen, correct, &Silent, team);
         Ok(Self { fields, warning })
     }
 
     /// Velocities at a step in mesh units a second; `points` are the nodes at that step.
-    pub fn at(
-        &self,
-        plan: &Plan,
-        step: &Step,
-        state: MeshState<'_>,
-        points: &[Vector],
-    ) -> Vec<Vector> {
-        let still = vec![[0.0; 3]; points.len()];
-        let mut out = still.clone();
+    pub fn at(&self, plan: &Plan, step: &Step, points: &[Vector]) -> Vec<Vector> {
+        let mut out = vec![[0.0; 3]; points.len()];
         let layers = plan.velocity.as_slice();
-        let at_rest = MeshState {
-            nodes: &still,
-            ..state
-        };
-        self.fields.displace(layers, step.index, at_rest, &mut out);
+        self.fields.vectors(layers, step.index, &mut out);
         if plan.schedule.selection.correction {
             set_surface_velocities(plan, step, &mut out);
         }

@@ -1,9 +1,10 @@
 //! Data arrays of a mesh: at nodes, at cells, or field arrays.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Values of one array, in the type of the file. See [`DataArray`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the names say it
 pub enum Values {
     I8(Vec<i8>),
@@ -47,7 +48,7 @@ pub(crate) use with_numbers;
 /// let force = DataArray::tuples("force", 3, Values::F64(vec![0.0, 0.0, 1.0, 0.0, 0.0, 2.0]));
 /// assert_eq!(force.n_tuples(), 2);
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DataArray {
     /// Name of the array.
     pub name: String,

@@ -7,6 +7,7 @@ use super::kind::CellKind;
 pub use super::streams::face_stream;
 use super::streams::{Listed, distinct_nodes};
 use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 
 /// Cells in order, run-length encoded by kind and node count. Nodes are in VTK's order.
 ///
@@ -18,14 +19,14 @@ use crate::error::{Error, Result};
 /// cells.push(CellKind::Quadrilateral, &[1, 3, 4, 2]);
 /// assert_eq!(cells.len(), 2);
 /// ```
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cells {
     runs: Vec<Run>,
     connectivity: Vec<u32>,
     polyhedra: Polyhedra,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Run {
     kind: CellKind,
     n_nodes: u32,
@@ -35,7 +36,7 @@ struct Run {
 }
 
 /// Faces of the polyhedra, in the order of the polyhedra among the cells.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 struct Polyhedra {
     /// Cell index of each polyhedron, ascending.
     cells: Vec<u32>,

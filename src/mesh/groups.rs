@@ -1,5 +1,6 @@
 //! Named groups of cells: boundary tags, zones, and groups of lower dimension.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A named set of cells of one dimension. One below the mesh's dimension it is a boundary tag, of
@@ -13,7 +14,7 @@ use std::ops::Range;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Group {
     /// Topological dimension of its cells.
     pub dimension: u8,
@@ -46,7 +47,7 @@ pub(super) fn zones(groups: &[Group], dimension: u8) -> impl Iterator<Item = &Gr
 
 /// A set of cell indices, kept as ascending disjoint ranges: boundaries and zones are mostly
 /// contiguous, so a set of millions takes a few bytes.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellSet {
     ranges: Vec<Range<u32>>,
     len: usize,

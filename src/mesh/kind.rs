@@ -8,7 +8,7 @@
 /// assert_eq!(CellKind::Wedge as u8, 13);
 /// assert_eq!(CellKind::Wedge.dimension(), 3);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[repr(u8)]
 #[allow(missing_docs)] // the names say it
 pub enum CellKind {
@@ -58,6 +58,7 @@ pub enum CellKind {
 }
 
 use CellKind::*;
+use serde::{Deserialize, Serialize};
 
 impl CellKind {
     /// Every kind, in the order of VTK's numbers.

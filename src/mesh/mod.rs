@@ -23,6 +23,7 @@ mod nodes;
 mod one_layer;
 mod origin;
 mod outward;
+mod part;
 mod reorder;
 pub mod repeated;
 pub mod sides;
@@ -45,6 +46,7 @@ pub(crate) use nodes::for_each_shared_place;
 pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
 pub(crate) use outward::turn_outward;
+pub use part::Part;
 pub use reorder::Reordering;
 pub use skin::Skin;
 pub use split::SplitCounts;
@@ -53,6 +55,8 @@ pub use view::MeshView;
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::parallel::map_blocks;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// An unstructured mesh.
 ///
@@ -72,7 +76,7 @@ use crate::parallel::map_blocks;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Node coordinates, in the mesh's own unit. In 2D the third is zero unless the file says
     /// otherwise.
@@ -92,7 +96,12 @@ pub struct Mesh {
     /// volume cells.
     pub space: Option<u8>,
     /// What its reader left for a writer of the same format.
+    #[serde(skip)]
     pub origin: Origin,
+    /// What it knows of the whole mesh, where it is a part of one.
+    #[doc(hidden)]
+    #[serde(skip)]
+    pub part: Option<Arc<Part>>,
 }
 
 impl Mesh {

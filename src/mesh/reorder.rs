@@ -162,6 +162,7 @@ impl MeshView<'_> {
             cell_arrays: self.cell_arrays.iter().map(array).collect(),
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
             space: self.space,
+            part: None,
             origin: Origin::default(),
         }
     }

@@ -146,6 +146,7 @@ impl MeshView<'_> {
             point_arrays: self.point_arrays.iter().copied().cloned().collect(),
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
             cells,
+            part: None,
             space: self.space.or((self.dimension() == 3).then_some(3)),
             origin: Origin::default(),
         };

@@ -8,6 +8,7 @@ use super::table::{Column, History, Interpolation, Key};
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, cross, dot, scale, unit};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 const ROTOR: &[&str] = &[
@@ -28,7 +29,7 @@ const ROTOR: &[&str] = &[
 const PARALLEL: f64 = 1e-6;
 
 /// In which frame the mesh is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Frame {
     /// Turning with the rotor: the mesh only pitches, flaps and lags.
     Rotating,
@@ -37,7 +38,7 @@ pub enum Frame {
 }
 
 /// Factors of 1 or -1 for other conventions; each multiplies its own angle alone.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Signs {
     /// Of the azimuth: -1 turns clockwise seen from the thrust side.
     pub azimuth: f64,
@@ -296,7 +297,7 @@ setters! { Rotor {
 } }
 
 /// The rotor's axes at zero azimuth: right-handed and orthonormal.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RotorAxes {
     /// Hub centre `O`.
     pub hub: Vector,

@@ -73,7 +73,7 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
             }
         });
     });
-    for cell in validity::assess(mesh, points, reference).inside {
+    for cell in validity::assess(mesh, points, reference, 0..mesh.cells.len()).inside {
         all.inverted[cell as usize] = true;
     }
     all

@@ -69,7 +69,8 @@ impl Judge {
     /// The part of [`Judge::assess`] that tells of inverted cells.
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
         let mut cells = assess(mesh, points, &self.reference, &self.sizes);
-        cells.take_validity(&validity::assess(mesh, points, &self.reference));
+        let validity = validity::assess(mesh, points, &self.reference, mesh.own_cells());
+        cells.take_validity(&validity, mesh);
         cells
     }
 

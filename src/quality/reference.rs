@@ -45,7 +45,6 @@ impl Reference {
         let judge = |chunk, (signs, sizes): (&mut [i8], &mut [f64])| {
             let range = block(n_cells, CHUNK, chunk);
             let first = range.start;
-            let (mut n_inverted, mut n_reversed) = (0, 0);
             visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
                 for i in 0..block.n {
                     let valid = block.get(i).orientation();
@@ -55,24 +54,32 @@ impl Reference {
                     if valid != 0 {
                         sizes[start + i - first] = block.size[i];
                     }
-                    let is_reversed = solid && valid < 0;
-                    n_inverted += usize::from(valid == 0 || is_reversed);
-                    n_reversed += usize::from(is_reversed);
                 }
             });
-            [n_inverted, n_reversed]
         };
         let chunks = signs.chunks_mut(CHUNK).zip(sizes.chunks_mut(CHUNK));
-        let counts = parallel::map_items(chunks, &judge);
-        let sum = |of: usize| counts.iter().map(|counts| counts[of]).sum();
+        parallel::for_items(chunks, &judge);
+        let own = &signs[mesh.own_cells()];
+        let count = |of: &(dyn Fn(i8) -> bool + Sync)| {
+            let counts = parallel::map_blocks(own.len(), CHUNK, &|range| {
+                own[range].iter().filter(|&&sign| of(sign)).count()
+            });
+            counts.into_iter().sum::<usize>()
+        };
+        let n_reversed = if solid { count(&|sign| sign == -1) } else { 0 };
+        let n_invalid = count(&|sign| sign.abs() == INVALID);
+        let [n_invalid, n_reversed] = mesh.ranks().fold([0; 2], |sum| {
+            *sum = [sum[0] + n_invalid, sum[1] + n_reversed];
+        });
         let mut reference = Self {
             signs,
             facing,
-            n_inverted: sum(0),
-            n_reversed: sum(1),
+            n_inverted: n_invalid + n_reversed,
+            n_reversed,
             doubtful: Vec::new(),
         };
-        let validity = validity::assess(mesh, &mesh.points, &reference);
+        let all = 0..n_cells;
+        let validity = validity::assess(mesh, &mesh.points, &reference, all);
         reference.doubtful = [validity.inside, validity.unproven].concat();
         reference.doubtful.sort_unstable();
         (reference, ReferenceSizes(sizes))
@@ -159,9 +166,18 @@ impl Reference {
     }
 }
 
+/// Whether all nodes have the same z.
+fn has_one_height(mesh: &Mesh) -> bool {
+    let first = mesh.points.first().map(|point| point[2]);
+    let is_here = mesh.points.iter().all(|point| Some(point[2]) == first);
+    let all = mesh.ranks().all((is_here, first));
+    let mut heights = all.iter().filter_map(|(_, first)| *first);
+    let first = heights.next();
+    all.iter().all(|(is_there, _)| *is_there) && heights.all(|height| Some(height) == first)
+}
+
 pub(super) fn facing(mesh: &Mesh) -> Facing {
-    let flat = mesh.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
-    if mesh.dimension() != 2 || flat {
+    if mesh.dimension() != 2 || has_one_height(mesh) {
         return Facing::Z;
     }
     let mut normals = vec![[0.0f32; 3]; mesh.cells.len()];

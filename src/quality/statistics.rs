@@ -7,6 +7,7 @@ use super::visit::CHUNK;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use serde::{Deserialize, Serialize};
 
 /// Names of the metrics that the summary has as well, before the further ones.
 const FIRST: [&str; 4] = ["volume", "scaled_jacobian", "edge_ratio", "equiangle_skew"];
@@ -35,8 +36,8 @@ pub struct Statistic {
 /// # Panics
 /// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
 pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<Statistic> {
-    let n_cells = mesh.cells.len();
-    let chunks = parallel::map_blocks(n_cells, CHUNK, &|range| {
+    let offset = mesh.own_offset();
+    let chunks = parallel::map_blocks_in(mesh.own_cells(), CHUNK, &|range| {
         let mut tallies = [Tally::EMPTY; N_METRICS];
         detail::each(mesh, points, reference, range, |cell, metrics, detail| {
             let sign = reference.sign(cell);
@@ -48,15 +49,19 @@ pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<
             ];
             let values = first.into_iter().chain(detail.values());
             for (tally, value) in tallies.iter_mut().zip(values) {
-                tally.add(value, cell);
+                tally.add(value, cell + offset);
             }
         });
         tallies
     });
-    let mut whole = [Tally::EMPTY; N_METRICS];
-    for (tally, next) in chunks.iter().flat_map(|chunk| (0..N_METRICS).zip(chunk)) {
-        whole[tally].append(next);
-    }
+    let nothing = vec![Tally::EMPTY; N_METRICS];
+    let whole = mesh.ranks().fold(nothing, |whole| {
+        for chunk in &chunks {
+            for (tally, next) in whole.iter_mut().zip(chunk) {
+                tally.append(next);
+            }
+        }
+    });
     let further = detail::NAMES.iter().map(|(name, _)| *name);
     let names = FIRST.into_iter().chain(further);
     names
@@ -66,7 +71,7 @@ pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<
 }
 
 /// What one metric of some cells adds up to.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Tally {
     n_cells: usize,
     n_finite: usize,

@@ -12,12 +12,13 @@ use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::parallel::{self, Scratch};
+use serde::{Deserialize, Serialize};
 
 /// Inverted cells that are kept by index; all are counted.
 const N_NAMED: usize = 20;
 
 /// An extreme value and the cell that has it; of several the one with the lowest index.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Extreme {
     /// The value.
     pub value: f64,
@@ -59,13 +60,19 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts the cells that are not proven to be valid between their corners.
-    pub(super) fn take_validity(&mut self, validity: &Validity) {
-        self.unproven = validity.unproven.len();
-        self.inverted += validity.inside.len();
-        let inside = validity.inside.iter().take(N_NAMED);
-        self.inverted_cells
-            .extend(inside.map(|&cell| cell as usize));
+    /// Counts the own cells of a mesh that are not proven to be valid between their corners.
+    pub(super) fn take_validity(&mut self, validity: &Validity, mesh: &Mesh) {
+        let nothing = (0, 0, Vec::new());
+        let (unproven, inside, named) = mesh.ranks().fold(nothing, |(unproven, inside, named)| {
+            *unproven += validity.unproven.len();
+            *inside += validity.inside.len();
+            let own = validity.inside.iter().take(N_NAMED);
+            named.extend(own.map(|&cell| cell as usize + mesh.own_offset()));
+            named.truncate(N_NAMED);
+        });
+        self.unproven = unproven;
+        self.inverted += inside;
+        self.inverted_cells.extend(named);
         self.inverted_cells.sort_unstable();
         self.inverted_cells.truncate(N_NAMED);
     }
@@ -101,6 +108,7 @@ pub fn assess(
     sizes: &ReferenceSizes,
 ) -> Summary {
     let histograms = Scratch::new(Histogram::new);
+    let offset = mesh.own_offset();
     let of_chunk = |range, histogram: &mut Histogram| {
         let (mut part, mut folded) = (CellTotals::new(), Folded::EMPTY);
         visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
@@ -110,25 +118,27 @@ pub fn assess(
                 sizes.from(first),
                 &mut folded,
             );
-            part.take(first, block, &folded, histogram);
+            part.take(first + offset, block, &folded, histogram);
         });
         part
     };
-    let parts = parallel::map_blocks(mesh.cells.len(), CHUNK, &|range| {
+    let parts = parallel::map_blocks_in(mesh.own_cells(), CHUNK, &|range| {
         histograms.with(|histogram| of_chunk(range, histogram))
     });
-    let mut histogram = Histogram::new();
-    for counts in histograms.into_all() {
-        histogram.merge(&counts);
-    }
-    let mut whole = CellTotals::new();
-    for part in &parts {
-        whole.append(part);
-    }
+    let nothing = (CellTotals::new(), Histogram::new());
+    let (whole, histogram) = mesh.ranks().fold(nothing, |(whole, histogram)| {
+        for part in &parts {
+            whole.append(part);
+        }
+        for counts in histograms.into_all() {
+            histogram.merge(&counts);
+        }
+    });
     whole.finish(reference, &histogram)
 }
 
 /// Sums and extremes over a chunk of cells.
+#[derive(Serialize, Deserialize)]
 struct CellTotals {
     n_cells: usize,
     n_scaled: usize,
@@ -140,10 +150,16 @@ struct CellTotals {
     min_scaled: Option<Extreme>,
     max_edge_ratio_squared: Option<Extreme>,
     max_skew: Option<Extreme>,
+    /// Of the chunk alone.
+    #[serde(skip, default = "no_angles")]
     angles: Angles,
     n_size_skew: usize,
     size_skew_sum: f64,
     min_size_skew: Option<Extreme>,
+}
+
+fn no_angles() -> Angles {
+    Angles::NONE
 }
 
 impl CellTotals {

@@ -5,10 +5,11 @@ use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
 /// A cell that may be among the worst.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// Index of the cell among all cells of the mesh.
     pub cell: usize,
@@ -28,7 +29,8 @@ impl Candidate {
     }
 }
 
-/// The `n` worst volume cells, the worst first; of equal ones those with the lowest index.
+/// The `n` worst volume cells, the worst first; of equal ones those with the lowest index. Of a part of a mesh those of
+/// the whole, by their numbers there.
 ///
 /// One parallel pass that keeps `n` cells of each chunk at the most.
 ///
@@ -38,15 +40,15 @@ pub fn worst(mesh: &Mesh, points: &[Vector], reference: &Reference, n: usize) ->
     if n == 0 {
         return Vec::new();
     }
-    let n_cells = mesh.cells.len();
-    let mut found = parallel::concat_blocks(n_cells, CHUNK, &|range| {
+    let offset = mesh.own_offset();
+    let found = parallel::map_blocks_in(mesh.own_cells(), CHUNK, &|range| {
         let mut found = Vec::new();
         visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
             for i in 0..block.n {
                 let (cell, metrics) = (first + i, block.get(i));
                 let sign = reference.sign(cell);
                 found.push(Candidate {
-                    cell,
+                    cell: cell + offset,
                     scaled_jacobian: metrics.scaled_jacobian(sign),
                     volume: metrics.volume(sign),
                 });
@@ -55,6 +57,9 @@ pub fn worst(mesh: &Mesh, points: &[Vector], reference: &Reference, n: usize) ->
         keep(&mut found, n);
         found
     });
+    let mut found = found.concat();
+    keep(&mut found, n);
+    let mut found = mesh.ranks().all(found).concat();
     keep(&mut found, n);
     found
 }

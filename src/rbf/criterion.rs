@@ -19,7 +19,7 @@ const SAMPLED: usize = 24;
 const MEAN_CHUNK: usize = 4096;
 
 /// Coefficients of the modes at every step, and bounds on them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Criterion {
     n_modes: usize,
     n_steps: usize,

@@ -48,7 +48,7 @@ impl WeightedBase<'_> {
     /// out(i) += sum_j phi(|x_i - b_j| / R) w_j
     /// ```
     ///
-    /// On all threads. `N n` kernel evaluations; base points beyond the support radius of a block's bounding box
+    /// On all threads. What is added at a point does not depend on the other points. `N n` kernel evaluations; base points beyond the support radius of a block's bounding box
     /// are skipped, which pays when neighbours in memory are neighbours in space.
     pub fn add_at(&self, points: &[Vector], out: &mut [f64]) {
         self.add_at_with(Arch::new(), points, out);
@@ -113,8 +113,22 @@ impl WeightedBase<'_> {
         n_columns: usize,
         out: &mut [f64],
     ) {
-        let weights = nearby.weights.chunks(TILE * n_columns);
-        for (base, weights) in nearby.points.chunks(TILE).zip(weights) {
+        if points.len() < BLOCK {
+            // A product of few rows may be added up in another order.
+            let last = points[points.len() - 1];
+            let mut full = points.to_vec();
+            full.resize(BLOCK, last);
+            let mut rows = out.to_vec();
+            rows.resize(BLOCK * n_columns, 0.0);
+            self.add_tiles::<K>(arch, nearby, &full, n_columns, &mut rows);
+            out.copy_from_slice(&rows[..out.len()]);
+            return;
+        }
+        let mut start = 0;
+        for &end in &nearby.tile_ends {
+            let base = &nearby.points[start..end];
+            let weights = &nearby.weights[start * n_columns..end * n_columns];
+            start = end;
             nearby.tile.resize(points.len() * base.len(), 0.0);
             arch.dispatch(Tile::<K> {
                 points,
@@ -134,6 +148,9 @@ impl WeightedBase<'_> {
 struct NearbyBase {
     points: Vec<Vector>,
     weights: Vec<f64>,
+    /// Where those of each `TILE` base points end, of which any is near: what is added up in one go does not depend on
+    /// how many are near.
+    tile_ends: Vec<usize>,
     tile: Vec<f64>,
 }
 
@@ -145,10 +162,17 @@ impl NearbyBase {
         let r = base.n_columns;
         self.points.clear();
         self.weights.clear();
-        for (j, point) in base.points.iter().enumerate() {
-            if bounds.distance_squared(point) < squared {
-                self.points.push(scale(*point, inverse));
-                self.weights.extend_from_slice(&base.weights[j * r..][..r]);
+        self.tile_ends.clear();
+        for (tile, points) in base.points.chunks(TILE).enumerate() {
+            let n_before = self.points.len();
+            for (j, point) in (tile * TILE..).zip(points) {
+                if bounds.distance_squared(point) < squared {
+                    self.points.push(scale(*point, inverse));
+                    self.weights.extend_from_slice(&base.weights[j * r..][..r]);
+                }
+            }
+            if self.points.len() > n_before {
+                self.tile_ends.push(self.points.len());
             }
         }
         let n_filled = self.points.len().next_multiple_of(DEPTH);
@@ -253,7 +277,7 @@ impl<K: Radial, const R: usize> Fused<'_, K, R> {
             pipeline.distance(simd, &x, base);
         }
         for (group, out) in self.out.chunks_mut(S::F64_LANES * R).enumerate() {
-            let mut sums = [zero; R];
+            let mut sums = load_rows::<S, R>(simd, out);
             for (base, weights) in later.iter().zip(early) {
                 let xi = pipeline.distance(simd, &x, base);
                 add_row(simd, K::value(simd, xi), weights, &mut sums);
@@ -264,7 +288,7 @@ impl<K: Radial, const R: usize> Fused<'_, K, R> {
                 let xi = pipeline.distance(simd, &x, base);
                 add_row(simd, K::value(simd, xi), weights, &mut sums);
             }
-            add_to_rows(simd, &sums, out);
+            store_rows(simd, &sums, out);
         }
     }
 }
@@ -283,14 +307,28 @@ fn add_row<S: Simd, const R: usize>(
     }
 }
 
-/// Adds each lane of the sums to its row of `out`.
+/// The rows of `out`, one a lane: sums go on where the base points before left them.
 #[inline(always)]
-fn add_to_rows<S: Simd, const R: usize>(simd: S, sums: &[S::f64s; R], out: &mut [f64]) {
+fn load_rows<S: Simd, const R: usize>(simd: S, out: &[f64]) -> [S::f64s; R] {
+    let mut sums = [simd.splat_f64s(0.0); R];
+    for column in 0..R {
+        let mut lanes = [0.0; MOST_LANES];
+        for (row, lane) in out.chunks_exact(R).zip(&mut lanes) {
+            *lane = row[column];
+        }
+        sums[column] = simd.partial_load_f64s(&lanes[..S::F64_LANES]);
+    }
+    sums
+}
+
+/// Writes each lane of the sums to its row of `out`.
+#[inline(always)]
+fn store_rows<S: Simd, const R: usize>(simd: S, sums: &[S::f64s; R], out: &mut [f64]) {
     for column in 0..R {
         let mut lanes = [0.0; MOST_LANES];
         simd.partial_store_f64s(&mut lanes[..S::F64_LANES], sums[column]);
         for (row, sum) in out.chunks_exact_mut(R).zip(lanes) {
-            row[column] += sum;
+            row[column] = sum;
         }
     }
 }
@@ -363,6 +401,36 @@ mod tests {
                             .map(|(j, b)| basis.between(x, b) * weights[j * r + column])
                             .sum();
                         assert!((out[i * r + column] - sum).abs() < 1e-12, "{kernel:?} {r}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_point_gets_does_not_depend_on_the_others() {
+        let (points, base) = (cloud(3000, 0.1), cloud(2 * NEAR + 3, 0.7));
+        for r in [1, 3, 6, 8, 9, 12, 30] {
+            let weights: Vec<f64> = (0..base.len() * r).map(|i| (i as f64).cos()).collect();
+            for radius in [0.7, 2.5, 50.0] {
+                let weighted = WeightedBase {
+                    basis: Basis {
+                        kernel: Kernel::WendlandC2,
+                        radius,
+                    },
+                    points: &base,
+                    weights: &weights,
+                    n_columns: r,
+                };
+                let mut all = vec![0.0; points.len() * r];
+                weighted.add_at(&points, &mut all);
+                for (every, first) in [(1, 1300), (2, 0), (7, 3), (300, 11), (700, 5), (5000, 2)] {
+                    let rows: Vec<usize> = (first..points.len()).step_by(every).collect();
+                    let some: Vec<Vector> = rows.iter().map(|&row| points[row]).collect();
+                    let mut found = vec![0.0; some.len() * r];
+                    weighted.add_at(&some, &mut found);
+                    for (row, found) in rows.iter().zip(found.chunks(r)) {
+                        assert_eq!(found, &all[row * r..][..r], "{r} {radius} {every}");
                     }
                 }
             }

@@ -9,12 +9,13 @@ use super::evaluate::WeightedBase;
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, scale, sub};
 use crate::parallel;
+use serde::{Deserialize, Serialize};
 
 /// Terms of a linear polynomial.
 pub const LINEAR: usize = 4;
 
 /// Base points with the weights of each, `r` columns, ready to be evaluated anywhere.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Interpolant {
     /// Kernel and support radius.
     pub basis: Basis,
@@ -29,7 +30,7 @@ pub struct Interpolant {
 }
 
 /// A linear polynomial of each column.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Polynomial {
     /// Where its terms are centred and by what they are scaled.
     pub frame: PolynomialFrame,
@@ -38,7 +39,7 @@ pub struct Polynomial {
 }
 
 /// The place and size that make the terms of a polynomial of order one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PolynomialFrame {
     centre: Vector,
     size: f64,

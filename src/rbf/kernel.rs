@@ -4,9 +4,10 @@
 //! Approximation, 2005. All are normalised to `phi(0) = 1` and strictly positive definite in space.
 
 use pulp::Simd;
+use serde::{Deserialize, Serialize};
 
 /// A compactly supported radial basis function.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the names say it
 pub enum Kernel {
     WendlandC0,

@@ -2,6 +2,8 @@
 //!
 //! Knows surface nodes, mode values and distances; nothing of rotors, schedules or files.
 
+use serde::{Deserialize, Serialize};
+
 pub mod constrained;
 pub mod constraint;
 pub mod correct;
@@ -23,7 +25,7 @@ pub mod transposed;
 pub use kernel::Kernel;
 
 /// A kernel with its support radius, in mesh units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
     /// The function of the scaled distance.
     pub kernel: Kernel,

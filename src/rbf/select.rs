@@ -76,6 +76,22 @@ pub struct Selection {
     pub skipped: usize,
 }
 
+impl Selection {
+    /// One that was made by another rank: for the values of its interpolant and its residuals.
+    pub fn elsewhere(interpolant: Interpolant, residuals: Vec<f64>) -> Self {
+        Self {
+            base: Vec::new(),
+            interpolant,
+            residuals,
+            error: 0.0,
+            measured: 0.0,
+            history: Vec::new(),
+            picked: Vec::new(),
+            skipped: 0,
+        }
+    }
+}
+
 /// Chooses base points until the error is at or below the tolerance, `max_points` is reached or
 /// nothing is left to add; `Selection::measured` is the error reached.
 ///

@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["modes", "formats", "record"],
     &["mesh"],
     &["linear", "geometry"],
-    &["diagnostic", "parallel", "progress"],
+    &["diagnostic", "parallel", "progress", "ranks"],
     &["error"],
 ];
 

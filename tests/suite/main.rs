@@ -33,6 +33,7 @@ mod periodic;
 #[cfg(unix)]
 mod pipelines;
 mod plot3d;
+mod ranks;
 mod real_meshes;
 mod real_msh_su2;
 mod records;

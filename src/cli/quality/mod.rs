@@ -9,10 +9,11 @@ use super::{Context, Outcome};
 use crate::diagnostic::with_verb;
 use crate::error::{Error, Result};
 use crate::formats::Format;
-use crate::mesh::{Cells, Mesh};
+use crate::mesh::{Cells, Mesh, Part};
 use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, statistics};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use worst::WorstCells;
 
 /// Steps that are named in a sentence.
@@ -82,7 +83,7 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
         criterion.check_of_meshes()?;
     }
     let format = Formats::of(args, context)?;
-    let input = Input::open(&args.mesh, format.input, context)?;
+    let input = Input::open_shared(&args.mesh, format.input, context)?;
     let findings = match input.times() {
         Some(_) if args.output.is_some() => {
             let message = "this is a sequence, and -o writes one mesh: give one of its files, or set \
@@ -110,6 +111,13 @@ struct Formats {
     input: Option<&'static dyn Format>,
     /// Of the mesh that is written.
     output: Option<&'static dyn Format>,
+}
+
+impl QualityArgs {
+    /// Whether several ranks share the work: where no mesh is written.
+    pub fn is_shared(&self) -> bool {
+        self.output.is_none()
+    }
 }
 
 impl Formats {
@@ -144,7 +152,7 @@ fn judge_mesh<'a>(
     drop(input);
     let given = given_reference(args, context, format)?;
     if let Some(given) = &given {
-        given.check(&mesh, &args.mesh)?;
+        context.ranks.agree(given.check(&mesh, &args.mesh))?;
     }
     let judge = match given {
         Some(given) => given.judge,
@@ -196,7 +204,9 @@ fn judge_sequence<'a>(
     for (index, &time) in times.iter().enumerate() {
         let mesh = read(input, Some(index), context, &mut told)?;
         let given = given.get_or_insert_with(|| Given::new(&mesh));
-        given.check(&mesh, input.path_of(index))?;
+        context
+            .ranks
+            .agree(given.check(&mesh, input.path_of(index)))?;
         let step = Some(Step { index, time });
         findings.take(step, &mesh, &given.judge, context)?;
     }
@@ -210,20 +220,23 @@ fn read(
     context: &Context,
     told: &mut BTreeSet<String>,
 ) -> Result<Mesh> {
-    let loaded = input.read(step, context)?;
-    for note in loaded.notes.iter() {
-        let note = format!("{}: {note}", input.path().display());
-        if told.insert(note.clone()) {
-            context.note(&note);
+    context.share(|| {
+        let loaded = input.read(step, context)?;
+        for note in loaded.notes.iter() {
+            let note = format!("{}: {note}", input.path().display());
+            if told.insert(note.clone()) {
+                context.note(&note);
+            }
         }
-    }
-    Ok(loaded.mesh)
+        Ok(loaded.mesh)
+    })
 }
 
 /// A reference for several meshes.
 struct Given {
     judge: Judge,
     cells: Cells,
+    part: Option<Arc<Part>>,
 }
 
 fn given_reference(
@@ -234,10 +247,10 @@ fn given_reference(
     let Some(path) = &args.reference else {
         return Ok(None);
     };
-    let mesh = match format.input {
-        Some(_) => context.read_mesh(path)?,
-        None => context.read_any(path)?,
-    };
+    let mesh = context.share(|| match format.input {
+        Some(_) => context.read_mesh(path),
+        None => context.read_any(path),
+    })?;
     Ok(Some(Given::new(&mesh)))
 }
 
@@ -246,12 +259,13 @@ impl Given {
         Self {
             judge: Judge::new(mesh),
             cells: mesh.cells.clone(),
+            part: mesh.part.clone(),
         }
     }
 
     /// Refuses a mesh with other cells.
     fn check(&self, mesh: &Mesh, path: &Path) -> Result<()> {
-        if self.cells != mesh.cells {
+        if self.cells != mesh.cells || self.part != mesh.part {
             let message = "its cells are not those of the reference mesh, which must have the same cells in \
                            the same order";
             return Err(Error::input(message).file(path));

@@ -3,8 +3,9 @@
 use super::Step;
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, add, scale};
-use crate::mesh::{Mesh, facets::facets};
+use crate::mesh::{CellKind, CellRef, Mesh, facets::facets};
 use crate::quality::{Candidate, Reference, worst};
+use serde::{Deserialize, Serialize};
 
 /// The worst cells of the meshes that were considered, the worst first.
 pub(super) struct WorstCells {
@@ -48,31 +49,69 @@ impl WorstCells {
     }
 }
 
+/// What the rank of a cell knows of it.
+#[derive(Serialize, Deserialize)]
+struct Seen {
+    kind: CellKind,
+    position: Vector,
+    tags: Vec<String>,
+}
+
 fn described(step: Option<Step>, mesh: &Mesh, candidates: &[Candidate]) -> Vec<WorstCell> {
     if candidates.is_empty() {
         return Vec::new();
     }
-    let touching = touching_tags(mesh, candidates);
+    let mut of_ranks = mesh.ranks().all(seen_here(mesh, candidates));
+    let of_any = |i: usize| of_ranks.iter_mut().find_map(|of_rank| of_rank[i].take());
+    let seen: Vec<Seen> = (0..candidates.len()).filter_map(of_any).collect();
     let tagged = TaggedSurface::new(mesh);
     let surface = ClosestSurface::new(&mesh.points[..], &tagged.facets);
-    let describe = |(found, tags): (&Candidate, Vec<String>)| {
-        let cell = mesh.cells.get(found.cell);
-        let sum = cell
-            .nodes
-            .iter()
-            .fold([0.0; 3], |sum, &node| add(sum, mesh.points[node as usize]));
-        let position = scale(sum, 1.0 / cell.nodes.len() as f64);
-        let foot = surface.nearest(&position, f64::INFINITY);
-        WorstCell {
-            step,
-            found: *found,
-            kind: cell.kind.name(),
-            position,
-            tags,
-            nearest: foot.map(|foot| (tagged.name(foot.facet), foot.distance_squared.sqrt())),
-        }
+    let nearest_here = seen.iter().map(|seen| {
+        let foot = surface.nearest(&seen.position, f64::INFINITY)?;
+        Some((foot.distance_squared, tagged.tag(foot.facet)))
+    });
+    let is_nearer =
+        |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).is_lt();
+    let nearest = mesh.ranks().all(nearest_here.collect::<Vec<_>>());
+    let nearest = |i: usize| {
+        let of_ranks = nearest.iter().filter_map(|of_rank| of_rank[i]);
+        of_ranks.reduce(|a, b| if is_nearer(&b, &a) { b } else { a })
     };
-    candidates.iter().zip(touching).map(describe).collect()
+    let describe = |(i, (found, seen)): (usize, (&Candidate, Seen))| WorstCell {
+        step,
+        found: *found,
+        kind: seen.kind.name(),
+        position: seen.position,
+        tags: seen.tags,
+        nearest: nearest(i).map(|(squared, tag)| (tagged.tags[tag].0.to_owned(), squared.sqrt())),
+    };
+    candidates
+        .iter()
+        .zip(seen)
+        .enumerate()
+        .map(describe)
+        .collect()
+}
+
+/// The candidates that are cells of this rank, each with its place among all.
+fn seen_here(mesh: &Mesh, candidates: &[Candidate]) -> Vec<Option<Seen>> {
+    let (own, offset) = (mesh.own_cells(), mesh.own_offset());
+    let here = |found: &Candidate| {
+        let cell = found.cell.checked_sub(offset)?;
+        own.contains(&cell).then(|| mesh.cells.get(cell))
+    };
+    let cells: Vec<_> = candidates.iter().map(here).collect();
+    let touching = touching_tags(mesh, &cells);
+    let see = |(cell, tags): (Option<CellRef<'_>>, Vec<String>)| {
+        let cell = cell?;
+        let places = cell.nodes.iter().map(|&node| mesh.points[node as usize]);
+        Some(Seen {
+            kind: cell.kind,
+            position: scale(places.fold([0.0; 3], add), 1.0 / cell.nodes.len() as f64),
+            tags,
+        })
+    };
+    cells.into_iter().zip(touching).map(see).collect()
 }
 
 /// The tagged boundary faces as triangles, or as edges in 2D.
@@ -99,21 +138,22 @@ impl<'a> TaggedSurface<'a> {
         Self { facets: all, tags }
     }
 
-    fn name(&self, facet: usize) -> String {
-        let after = self.tags.partition_point(|(_, end)| *end <= facet);
-        self.tags[after].0.to_owned()
+    /// The tag that has a facet.
+    fn tag(&self, facet: usize) -> usize {
+        self.tags.partition_point(|(_, end)| *end <= facet)
     }
 }
 
-fn touching_tags(mesh: &Mesh, candidates: &[Candidate]) -> Vec<Vec<String>> {
-    let mut found = vec![Vec::new(); candidates.len()];
+/// For each cell that is here the tags that hold a face with one of its nodes.
+fn touching_tags(mesh: &Mesh, cells: &[Option<CellRef<'_>>]) -> Vec<Vec<String>> {
+    let mut found = vec![Vec::new(); cells.len()];
     for tag in mesh.boundary_tags() {
         let mut on_tag = vec![false; mesh.points.len()];
         for node in tag.cells.iter().flat_map(|face| mesh.cells.get(face).nodes) {
             on_tag[*node as usize] = true;
         }
-        for (candidate, tags) in candidates.iter().zip(&mut found) {
-            let nodes = mesh.cells.get(candidate.cell).nodes;
+        for (cell, tags) in cells.iter().zip(&mut found) {
+            let nodes = cell.map_or(&[][..], |cell| cell.nodes);
             if nodes.iter().any(|&node| on_tag[node as usize]) {
                 tags.push(tag.name.clone());
             }

@@ -18,7 +18,47 @@ pub struct Adjacency {
     chunks: Vec<Chunk>,
     n_inner: usize,
     n_outer: usize,
+    cuts: Cuts,
+    own_chunks: Range<usize>,
+}
+
+/// How the cells of a mesh are cut into chunks: a chunk begins where the own cells of a part begin.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Cuts {
+    /// Cells of the first chunk where it is no whole one.
+    lead: usize,
     n_cells: usize,
+}
+
+impl Cuts {
+    fn new(n_cells: usize, own_start: usize) -> Self {
+        let lead = own_start % CHUNK;
+        Self { lead, n_cells }
+    }
+
+    fn n(self) -> usize {
+        usize::from(self.lead > 0) + (self.n_cells - self.lead).div_ceil(CHUNK)
+    }
+
+    fn range(self, chunk: usize) -> Range<usize> {
+        let start = |chunk: usize| match self.lead {
+            0 => chunk * CHUNK,
+            _ if chunk == 0 => 0,
+            lead => lead + (chunk - 1) * CHUNK,
+        };
+        start(chunk)..start(chunk + 1).min(self.n_cells)
+    }
+
+    /// The chunks of consecutive cells, which begin where a chunk does.
+    fn chunks(self, cells: &Range<usize>) -> Range<usize> {
+        let chunks = (0..self.n()).filter(|&chunk| {
+            let range = self.range(chunk);
+            cells.start <= range.start && range.start < cells.end
+        });
+        let mut chunks = chunks.peekable();
+        let first = chunks.peek().copied().unwrap_or(0);
+        first..first + chunks.count()
+    }
 }
 
 /// The neighbour across a side of a cell.
@@ -99,42 +139,49 @@ impl Adjacency {
     /// has an outer face. Time and memory grow with the number of cells: in addition to what is kept,
     /// 17 bytes for each side whose other cell is more than 32,768 cells away.
     pub fn of(mesh: &Mesh) -> Self {
-        Self::of_cells(&mesh.cells, mesh.dimension())
+        Self::with_own(&mesh.cells, mesh.dimension(), &mesh.own_cells())
     }
 
     /// [`Adjacency::of`] the cells of a mesh of this dimension.
     pub fn of_cells(cells: &Cells, dimension: u8) -> Self {
-        let n_cells = cells.len();
+        Self::with_own(cells, dimension, &(0..cells.len()))
+    }
+
+    fn with_own(cells: &Cells, dimension: u8, own: &Range<usize>) -> Self {
+        let cuts = Cuts::new(cells.len(), own.start);
         if dimension < 2 {
             return Self {
-                n_cells,
+                cuts,
                 ..Self::default()
             };
         }
-        let chunks = pair::chunks(cells, dimension);
+        let chunks = pair::chunks(cells, dimension, cuts);
+        let own_chunks = cuts.chunks(own);
+        let own = &chunks[own_chunks.clone()];
         let count = |wanted: u8| {
             let of = |chunk: &Chunk| {
                 (0..4 * chunk.codes.len())
                     .filter(|&i| code_at(&chunk.codes, i) == wanted)
                     .count()
             };
-            map(chunks.len(), &|i| of(&chunks[i])).into_iter().sum()
+            map(own.len(), &|i| of(&own[i])).into_iter().sum()
         };
         let n_inner = count(INNER);
         Self {
-            n_outer: chunks.iter().map(|chunk| chunk.across.len()).sum::<usize>() - n_inner,
+            n_outer: own.iter().map(|chunk| chunk.across.len()).sum::<usize>() - n_inner,
             n_inner,
             chunks,
-            n_cells,
+            cuts,
+            own_chunks,
         }
     }
 
-    /// Faces between two cells.
+    /// Faces between two cells, of which the first is an own one.
     pub fn n_inner(&self) -> usize {
         self.n_inner
     }
 
-    /// Faces of one cell.
+    /// Faces of one cell, which is an own one.
     pub fn n_outer(&self) -> usize {
         self.n_outer
     }
@@ -142,6 +189,11 @@ impl Adjacency {
     /// Number of chunks: the cells are passed over chunk by chunk.
     pub fn n_chunks(&self) -> usize {
         self.chunks.len()
+    }
+
+    /// The chunks of the cells that this rank answers for.
+    pub fn own_chunks(&self) -> Range<usize> {
+        self.own_chunks.clone()
     }
 
     /// The cells of a chunk, and the sides of those that have the mesh's dimension.
@@ -152,7 +204,7 @@ impl Adjacency {
             across: across.iter(),
             at: 0,
         };
-        (range(chunk, self.n_cells), sides)
+        (self.cuts.range(chunk), sides)
     }
 
     /// Bytes that those of a mesh will hold, before it is made: outer faces count as half.
@@ -180,10 +232,6 @@ impl Adjacency {
         let of = |chunk: &Chunk| chunk.codes.len() + 4 * chunk.across.len();
         self.chunks.iter().map(of).sum()
     }
-}
-
-fn range(chunk: usize, n_cells: usize) -> Range<usize> {
-    chunk * CHUNK..((chunk + 1) * CHUNK).min(n_cells)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 use super::super::Cells;
 use super::super::faces::{self, BOUNDARY, Entry, all_corners};
 use super::super::sides::{for_each_side, side_corners};
-use super::{CHUNK, Chunk, ELSEWHERE, INNER, NONE, OUTER, code_at, range};
+use super::{Chunk, Cuts, ELSEWHERE, INNER, NONE, OUTER, code_at};
 use crate::parallel::{Scratch, map, map_blocks, map_items};
 use std::ops::Range;
 
@@ -15,12 +15,11 @@ const OPEN: u8 = 3;
 const PARTS: usize = 64;
 
 /// The paired sides of all cells of the mesh's dimension, which is 2 or 3.
-pub(super) fn chunks(cells: &Cells, dimension: u8) -> Vec<Chunk> {
-    let n_cells = cells.len();
+pub(super) fn chunks(cells: &Cells, dimension: u8, cuts: Cuts) -> Vec<Chunk> {
     let n_nodes = n_nodes(cells);
     let desks = Scratch::new(Desk::default);
-    let drafts = map(n_cells.div_ceil(CHUNK), &|chunk| {
-        desks.with(|desk| desk.draft(cells, dimension, range(chunk, n_cells), n_nodes))
+    let drafts = map(cuts.n(), &|chunk| {
+        desks.with(|desk| desk.draft(cells, dimension, cuts.range(chunk), n_nodes))
     });
     let boundary = Open::new(&faces::boundary_cells(cells, dimension), n_nodes);
     let settled = map(PARTS, &|part| {

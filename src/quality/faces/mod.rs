@@ -19,6 +19,7 @@ use block::Measured;
 use centres::Centres;
 use geometry::Centre;
 pub use per_cell::per_cell;
+use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, PoisonError};
 
 /// Quality of the faces between the volume cells of a mesh. `None` where there are none. An extreme
@@ -94,22 +95,28 @@ pub fn assess(
     workspace: &Workspace,
 ) -> FaceSummary {
     let centres = Centres::new(mesh, points, reference, workspace.take());
-    let parts = parallel::map(adjacency.n_chunks(), &|chunk| {
+    let own = adjacency.own_chunks();
+    let parts = parallel::map(own.len(), &|i| {
         let mut part = FaceTotals::default();
-        walk::faces_of(&centres, adjacency, chunk, &mut part);
-        part
+        walk::faces_of(&centres, adjacency, own.start + i, &mut part);
+        part.numbered(mesh.own_offset())
     });
-    let mut whole = FaceTotals::default();
-    for part in &parts {
-        whole.append(part);
-    }
+    let whole = mesh.ranks().fold(FaceTotals::default(), |whole| {
+        whole.n_inner += adjacency.n_inner();
+        whole.n_outer += adjacency.n_outer();
+        for part in &parts {
+            whole.append(part);
+        }
+    });
     workspace.keep(centres.stored);
-    whole.finish(adjacency)
+    whole.finish()
 }
 
 /// Sums and extremes over the faces of a chunk.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 struct FaceTotals {
+    n_inner: usize,
+    n_outer: usize,
     cosine_sum: f64,
     min_cosine: Least,
     max_skewness: Least,
@@ -118,7 +125,7 @@ struct FaceTotals {
 }
 
 /// A least value and the cell that has it; of several the one with the lowest index.
-#[derive(Default, Clone, Copy)]
+#[derive(Default, Clone, Copy, Serialize, Deserialize)]
 struct Least(Option<(f64, u32)>);
 
 impl Least {
@@ -177,6 +184,20 @@ impl walk::Sink for FaceTotals {
 }
 
 impl FaceTotals {
+    /// With the numbers of cells increased.
+    fn numbered(mut self, by: usize) -> Self {
+        let all = [
+            &mut self.min_cosine,
+            &mut self.max_skewness,
+            &mut self.min_volume_ratio,
+            &mut self.min_weight,
+        ];
+        for (_, cell) in all.into_iter().filter_map(|least| least.0.as_mut()) {
+            *cell += by as u32;
+        }
+        self
+    }
+
     fn append(&mut self, next: &Self) {
         self.cosine_sum += next.cosine_sum;
         self.min_cosine.merge(next.min_cosine);
@@ -185,11 +206,11 @@ impl FaceTotals {
         self.min_weight.merge(next.min_weight);
     }
 
-    fn finish(self, adjacency: &Adjacency) -> FaceSummary {
-        let n_inner = adjacency.n_inner();
+    fn finish(self) -> FaceSummary {
+        let n_inner = self.n_inner;
         FaceSummary {
             n_inner,
-            n_outer: adjacency.n_outer(),
+            n_outer: self.n_outer,
             max_non_orthogonality: self.min_cosine.as_extreme(angle_deg),
             mean_non_orthogonality: (n_inner > 0)
                 .then(|| angle_deg(self.cosine_sum / n_inner as f64)),

@@ -23,6 +23,7 @@ use super::visit::{self, CHUNK};
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, CellRef, CellRun, Mesh};
 use crate::parallel;
+use std::ops::Range;
 
 /// What is known of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,24 +48,31 @@ pub struct Validity {
     pub unproven: Vec<u32>,
 }
 
-/// Looks between the corners of all cells of the mesh's dimension that are valid in the reference, and that were
+/// Looks between the corners of those of some cells that have the mesh's dimension, are valid in the reference, and were
 /// proven there. One parallel pass.
-pub fn assess(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Validity {
+pub fn assess(
+    mesh: &Mesh,
+    points: &[Vector],
+    reference: &Reference,
+    cells: Range<usize>,
+) -> Validity {
     let judged = |cell: usize| reference.is_valid(cell) && !reference.is_doubtful(cell);
-    find(mesh, points, &|cell| reference.sign(cell), &judged)
+    let sign = |cell: usize| reference.sign(cell);
+    find(mesh, points, cells, &sign, &judged)
 }
 
 /// [`assess`] for cells with the orientations `sign`, of which those are judged for which `judged` holds.
 pub(super) fn find(
     mesh: &Mesh,
     points: &[Vector],
+    cells: Range<usize>,
     sign: &(dyn Fn(usize) -> i8 + Sync),
     judged: &(dyn Fn(usize) -> bool + Sync),
 ) -> Validity {
     if mesh.dimension() < 3 {
         return Validity::default();
     }
-    let parts = parallel::map_blocks(mesh.cells.len(), CHUNK, &|range| {
+    let parts = parallel::map_blocks_in(cells, CHUNK, &|range| {
         let mut found = Validity::default();
         for run in mesh.volume_runs_in(range) {
             doubtful(mesh, &run, points, &mut |cell| {
@@ -169,7 +177,7 @@ pub fn invalid(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<(u3
         });
         found
     });
-    let between = assess(mesh, points, reference);
+    let between = assess(mesh, points, reference, 0..mesh.cells.len());
     let mut all = corners;
     all.extend(between.inside.into_iter().map(|cell| (cell, Proof::Inside)));
     all.extend(

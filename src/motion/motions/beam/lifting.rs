@@ -10,6 +10,7 @@ use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance, dot, sub};
 use crate::motion::motions::OnMesh;
 use crate::motion::table::Table;
+use serde::{Deserialize, Serialize};
 
 /// A rounded end of a blade reaches inside by this part of the chord, which is half of what is a thick
 /// section, ...
@@ -31,7 +32,7 @@ pub(super) struct BladeEdges {
 
 /// Points in the frame of the blade, from the hub, over increasing stations. Past its ends it goes on
 /// parallel to the span.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct LiftingLine {
     stations: Vec<f64>,
     points: Vec<Vector>,

@@ -24,6 +24,7 @@ use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHisto
 use coverage::check_span;
 use lifting::{BladeEdges, LiftingLine};
 use sections::Sections;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Elastic motion of a blade from a structural code: translations and rotations of its sections about a
@@ -292,7 +293,7 @@ impl ResolvedMotion for BendingBlade {
 }
 
 /// The lifting line of a blade in the reference mesh, its ends held.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CentreLine {
     line: LiftingLine,
     blade: RotorAxes,

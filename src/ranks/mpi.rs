@@ -1,0 +1,110 @@
+//! Ranks as MPI starts them, by the MPI of the system.
+
+use super::{Network, Ranks};
+use mpi::environment::Universe;
+use mpi::point_to_point::{Destination, Source};
+use mpi::topology::{Communicator, SimpleCommunicator};
+
+/// Variables that launchers set for the processes that they start: Open MPI, PMIx, MPICH and others with PMI.
+const LAUNCHED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"];
+/// Bytes of a message at the most: MPI counts to 2^31. Longer ones go in pieces, of which the last is shorter.
+const PIECE: usize = 1 << 30;
+
+/// MPI as long as it is used; it ends where this is dropped.
+pub struct Session {
+    _universe: Universe,
+    ranks: Ranks,
+    n_on_node: usize,
+}
+
+impl Session {
+    /// This rank.
+    pub fn ranks(&self) -> &Ranks {
+        &self.ranks
+    }
+
+    /// Ranks that share this machine.
+    pub fn n_on_node(&self) -> usize {
+        self.n_on_node
+    }
+}
+
+/// Joins the other ranks where a launcher of MPI has started this process.
+///
+/// # Panics
+/// Where MPI cannot be started.
+pub fn start() -> Option<Session> {
+    if LAUNCHED.iter().all(|name| std::env::var_os(name).is_none()) {
+        return None;
+    }
+    // Calls come from one thread at a time, whichever that is.
+    let (universe, _) =
+        mpi::initialize_with_threading(mpi::Threading::Serialized).expect("MPI is started once");
+    let world = universe.world();
+    let node = world.split_shared(world.rank());
+    Some(Session {
+        n_on_node: node.size() as usize,
+        ranks: match world.size() {
+            1 => Ranks::alone(),
+            n => Ranks::new(World {
+                rank: world.rank() as usize,
+                n_ranks: n as usize,
+            }),
+        },
+        _universe: universe,
+    })
+}
+
+/// All ranks. The communicator is not kept: a thread may not hand it to another.
+struct World {
+    rank: usize,
+    n_ranks: usize,
+}
+
+/// The pieces of a message: all but the last have `PIECE` bytes, the last has fewer.
+fn pieces(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let n = bytes.len() / PIECE;
+    (0..=n).map(move |i| &bytes[i * PIECE..bytes.len().min((i + 1) * PIECE)])
+}
+
+impl Network for World {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn n_ranks(&self) -> usize {
+        self.n_ranks
+    }
+
+    fn send(&self, to: usize, bytes: &[u8]) {
+        let world = SimpleCommunicator::world();
+        let to = world.process_at_rank(to as i32);
+        pieces(bytes).for_each(|piece| to.send(piece));
+    }
+
+    fn receive(&self, from: usize) -> Vec<u8> {
+        let world = SimpleCommunicator::world();
+        let from = world.process_at_rank(from as i32);
+        let (mut all, _) = from.receive_vec::<u8>();
+        let mut last = all.len();
+        while last == PIECE {
+            let (piece, _) = from.receive_vec::<u8>();
+            last = piece.len();
+            all.extend(piece);
+        }
+        all
+    }
+
+    fn send_and_receive(&self, to: usize, bytes: &[u8], from: usize) -> Vec<u8> {
+        let world = SimpleCommunicator::world();
+        let to = world.process_at_rank(to as i32);
+        mpi::request::multiple_scope(bytes.len() / PIECE + 1, |scope, requests| {
+            for piece in pieces(bytes) {
+                requests.add(to.immediate_send(scope, piece));
+            }
+            let received = self.receive(from);
+            requests.wait_all(&mut Vec::new());
+            received
+        })
+    }
+}

@@ -1,0 +1,244 @@
+//! Parts of a mesh that several ranks hold are judged as the whole mesh is: to the last bit, and cell by cell.
+
+use azimesh::deform::{dismiss, serve};
+use azimesh::mesh::{CellKind, Cells, Mesh};
+use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
+use azimesh::ranks::{Ranks, on_threads};
+use azimesh::sample::{BladeOptions, CellShape, SizeOptions, blade};
+use azimesh::{Deformation, Schedule, Step};
+use std::path::Path;
+
+/// Everything that is told of a mesh, judged by the mesh at rest.
+fn judged(mesh: &Mesh, moved: &[[f64; 3]]) -> (Assessment, Vec<Statistic>, String) {
+    let judge = Judge::new(mesh);
+    let found = judge.assess(mesh, moved);
+    let all = statistics(mesh, moved, &judge.reference);
+    let bad = worst(mesh, moved, &judge.reference, 50);
+    let bad = format!("{bad:?} {}", judge.reference.n_reversed());
+    (found, all, bad)
+}
+
+/// Nodes moved so that some cells fold.
+fn moved([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let shift = 0.02 * (40.0 * x + 70.0 * z).sin() * (90.0 * y).cos();
+    [x + shift, y - shift, z * (1.0 + shift)]
+}
+
+fn same_on_any_number_of_ranks(mesh: &Mesh) {
+    let places: Vec<_> = mesh.points.iter().map(|&point| moved(point)).collect();
+    let whole = judged(mesh, &places);
+    assert!(whole.0.cells.n_cells > 3 << 15, "more than three slabs");
+    assert!(whole.0.cells.inverted > 0, "{:?}", whole.0);
+    for n in [2, 3, 4, 7] {
+        let found = on_threads(n, |ranks| {
+            let of_first = if ranks.is_first() {
+                mesh.clone()
+            } else {
+                Mesh::default()
+            };
+            let part = Mesh::shared(Ok(of_first), &ranks).expect("rank 0 has it");
+            part.validate().expect("a part is a mesh");
+            assert!(part.cells.len() < mesh.cells.len());
+            let places: Vec<_> = part.points.iter().map(|&point| moved(point)).collect();
+            judged(&part, &places)
+        });
+        for (rank, found) in found.iter().enumerate() {
+            assert_eq!(
+                format!("{:?}", found),
+                format!("{:?}", whole),
+                "rank {rank} of {n}"
+            );
+        }
+    }
+}
+
+#[test]
+fn hexahedra_and_their_boundary_faces() {
+    let size = SizeOptions {
+        nodes: Some(140_000),
+        surface_nodes: Some(6_000),
+        ..SizeOptions::default()
+    };
+    let mesh = blade(&BladeOptions {
+        size,
+        ..BladeOptions::default()
+    })
+    .expect("a sample")
+    .mesh;
+    same_on_any_number_of_ranks(&mesh);
+}
+
+#[test]
+fn tetrahedra() {
+    let size = SizeOptions {
+        nodes: Some(30_000),
+        surface_nodes: Some(3_000),
+        ..SizeOptions::default()
+    };
+    let options = BladeOptions {
+        size,
+        cells: CellShape::Tet,
+        ..BladeOptions::default()
+    };
+    same_on_any_number_of_ranks(&blade(&options).expect("a sample").mesh);
+}
+
+/// Hexahedra, of which some are two wedges, six pyramids without their common point, or polyhedra.
+#[test]
+fn many_kinds_of_cells_in_no_order() {
+    let size = SizeOptions {
+        nodes: Some(110_000),
+        surface_nodes: Some(5_000),
+        ..SizeOptions::default()
+    };
+    let mut mesh = blade(&BladeOptions {
+        size,
+        ..BladeOptions::default()
+    })
+    .expect("a sample")
+    .mesh;
+    let mut cells = Cells::new();
+    for cell in mesh.cells.iter() {
+        let n = cell.nodes;
+        match (cell.kind, cell.index % 11) {
+            (CellKind::Hexahedron, 3) => {
+                cells.push(CellKind::Wedge, &[n[0], n[1], n[2], n[4], n[5], n[6]]);
+                cells.push(CellKind::Wedge, &[n[0], n[2], n[3], n[4], n[6], n[7]]);
+            }
+            (CellKind::Hexahedron, 5) => {
+                let faces = [
+                    [0, 3, 2, 1],
+                    [4, 5, 6, 7],
+                    [0, 1, 5, 4],
+                    [1, 2, 6, 5],
+                    [2, 3, 7, 6],
+                    [3, 0, 4, 7],
+                ];
+                let mut stream = vec![6];
+                for face in faces {
+                    stream.push(4);
+                    stream.extend(face.map(|i: usize| n[i]));
+                }
+                cells.push_polyhedron(&stream).expect("a good stream");
+            }
+            (CellKind::Hexahedron, 7) => cells.push(CellKind::Pyramid, &n[..5]),
+            (CellKind::Hexahedron, 8) => cells.push(CellKind::Tetrahedron, &n[1..5]),
+            _ => cells.push(cell.kind, n),
+        }
+    }
+    mesh.groups.clear();
+    mesh.cells = cells;
+    same_on_any_number_of_ranks(&mesh);
+}
+
+/// A sheet of quadrilaterals and triangles, in a plane and bent.
+#[test]
+fn plane_and_curved_surfaces() {
+    let n = 330;
+    let at = |i: u32, j: u32| i * n + j;
+    let mut mesh = Mesh::default();
+    for i in 0..n {
+        for j in 0..n {
+            mesh.points
+                .push([f64::from(i) / 300.0, f64::from(j) / 300.0, 1.0]);
+        }
+    }
+    for i in 0..n - 1 {
+        for j in 0..n - 1 {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if (i + j) % 7 == 0 {
+                mesh.cells.push(CellKind::Triangle, &[a, b, c]);
+                mesh.cells.push(CellKind::Triangle, &[a, c, d]);
+            } else {
+                mesh.cells.push(CellKind::Quadrilateral, &[a, b, c, d]);
+            }
+        }
+    }
+    same_on_any_number_of_ranks(&mesh);
+    for point in &mut mesh.points {
+        point[2] = (3.0 * point[0]).sin();
+    }
+    same_on_any_number_of_ranks(&mesh);
+}
+
+/// Positions, velocities and quality at every step of a schedule in `testdata`.
+fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata");
+    let mesh = schedule.replace("_sliding", "").replace(".toml", ".vtu");
+    let mesh = Mesh::read(folder.join(mesh)).expect("a mesh");
+    let mut text = std::fs::read_to_string(folder.join(schedule)).expect("a schedule");
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from} is not in {schedule}");
+        text = text.replace(from, to);
+    }
+    let scratch = tempfile::tempdir().expect("a folder");
+    for table in ["hart_ii_beam.csv"] {
+        std::fs::copy(folder.join(table), scratch.path().join(table)).expect("a copy");
+    }
+    let path = scratch.path().join(schedule);
+    std::fs::write(&path, text).expect("it can be written");
+    let schedule = Schedule::read(&path).expect("a good schedule");
+    let deformation = Deformation::builder(mesh, schedule).ranks(ranks).build();
+    let deformation = deformation.expect("base points");
+    let at = |step: &Step| {
+        let points = deformation.points_at(step).expect("positions");
+        let quality = deformation.quality_of(&points).expect("its own points");
+        let velocities = deformation.velocities_at(step).ok();
+        format!("{step}: {quality:?} {points:?} {velocities:?}")
+    };
+    deformation.steps().iter().take(5).map(at).collect()
+}
+
+fn deforms_alike(schedule: &str, changes: &[(&str, &str)]) {
+    let alone = deformed(schedule, changes, &Ranks::alone());
+    for n in [2, 3, 7] {
+        let found = on_threads(n, |ranks| {
+            if !ranks.is_first() {
+                serve(&ranks);
+                return None;
+            }
+            let found = deformed(schedule, changes, &ranks);
+            dismiss(&ranks);
+            Some(found)
+        });
+        let found = found[0].as_ref().expect("the first rank has all");
+        assert_eq!(found.len(), alone.len());
+        for (found, alone) in found.iter().zip(&alone) {
+            assert!(found == alone, "{n} ranks: {:.300} {:.300}", found, alone);
+        }
+    }
+}
+
+#[test]
+fn every_motion_and_boundary_gives_the_same_nodes_on_any_number_of_ranks() {
+    for schedule in [
+        "naca0012.toml",
+        "block.toml",
+        "block_sliding.toml",
+        "body_in_duct.toml",
+        "hart_ii.toml",
+        "rotor_sector.toml",
+        "rotor_sector_sliding.toml",
+        "wing_on_plane.toml",
+    ] {
+        deforms_alike(schedule, &[]);
+    }
+}
+
+#[test]
+fn substeps_twist_repairs_and_velocities_give_the_same_nodes_on_any_number_of_ranks() {
+    let radius = ("support_radius = 10.0 ", "support_radius = 1.5 ");
+    deforms_alike("naca0012.toml", &[radius]);
+    let substeps = ("[rbf]", "[rbf]\nsubsteps = 3\npolynomial = \"linear\"");
+    deforms_alike("naca0012.toml", &[substeps]);
+    let folds = [
+        ("angle = 60.0", "angle = 170.0"),
+        ("stop = 60.0", "stop = 40.0"),
+    ];
+    deforms_alike("block.toml", &folds);
+    let twist = (
+        "[rbf]",
+        "[output]\nvelocity = true\n[rbf]\ninterpolate = \"twist\"",
+    );
+    deforms_alike("hart_ii.toml", &[twist]);
+}
