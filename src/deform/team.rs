@@ -20,6 +20,7 @@ use crate::progress::{Progress, Silent};
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
 use crate::ranks::Ranks;
+use crate::ranks::raw;
 use crate::rbf::interpolant::Interpolant;
 use crate::rbf::select::Selection;
 use serde::{Deserialize, Serialize};
@@ -29,6 +30,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Slabs of nodes begin at multiples of this.
 const SLAB: usize = 4096;
+const EVALUATED: &str = "fields are evaluated before nodes are moved by them";
+const SHARED: &str = "the mesh is shared before it is judged";
 
 /// All ranks, as the first sees them.
 pub(crate) struct Team {
@@ -66,8 +69,12 @@ enum Order {
 /// Fields that are to be evaluated.
 #[derive(Serialize, Deserialize)]
 struct Task {
+    /// Nodes that deform.
+    n_rows: usize,
     layers: Vec<LayerTask>,
+    #[serde(with = "raw")]
     surface: Vec<Vector>,
+    #[serde(with = "raw")]
     facets: Vec<[u32; 3]>,
     correct: bool,
 }
@@ -77,8 +84,10 @@ struct Task {
 struct LayerTask {
     kind: LayerKind,
     n_modes: usize,
+    #[serde(with = "raw")]
     coefficients: Vec<f64>,
     interpolant: Interpolant,
+    #[serde(with = "raw")]
     residuals: Vec<f64>,
     error: f64,
 }
@@ -101,6 +110,8 @@ struct Slab {
     layers: Vec<Layer>,
     fields: Fields,
     nodes: Vec<Vector>,
+    /// Where they were at the last step: memory that is used again.
+    moved: Vec<Vector>,
 }
 
 /// A part of the mesh, and where its nodes are.
@@ -148,7 +159,9 @@ impl Team {
         let id = work.n_fields;
         work.n_fields += 1;
         let layers = layers.iter().zip(chosen).map(LayerTask::of).collect();
+        let n_rows = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         let task = Box::new(Task {
+            n_rows,
             layers,
             surface: state.surface.to_vec(),
             facets: state.facets.to_vec(),
@@ -158,17 +171,15 @@ impl Team {
         let Order::Evaluate { task, .. } = order else {
             unreachable!("a broadcast gives what it got")
         };
-        let n_rows = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         let place =
             |row: usize| state.nodes[state.deforming.map_or(row, |nodes| nodes[row] as usize)];
-        let slab = |rank| {
-            let rows = rows(n_rows, rank, self.ranks.n());
-            let places = parallel::collect(rows.len(), |i| place(rows.start + i));
-            bytemuck::cast_slice(&places).to_vec()
+        let lengths = slabs(n_rows, self.ranks.n());
+        let slab = |rank: usize, places: &mut [Vector]| {
+            let start = rows(n_rows, rank, self.ranks.n()).start;
+            parallel::update(places, |i, x| *x = place(start + i));
         };
-        let own = self.ranks.scatter_bytes(&slab);
-        let narrow = work.evaluate(id, *task, &own, progress);
-        let elsewhere = n_rows - rows(n_rows, 0, self.ranks.n()).len();
+        let narrow = work.evaluate(id, *task, &lengths, &slab, (&self.ranks, progress));
+        let elsewhere = n_rows - lengths[0];
         progress.advance((elsewhere * layers_of(&work, id)) as u64);
         let fields = SharedFields {
             team: Arc::clone(self),
@@ -220,13 +231,15 @@ impl Team {
             return work;
         }
         self.ranks.broadcast(Some(Order::Place));
-        let of_rank = |rank: usize| {
-            let nodes = &work.nodes[rank];
-            let places = parallel::collect(nodes.len(), |i| points[nodes[i] as usize]);
-            bytemuck::cast_slice(&places).to_vec()
+        let Work { part, nodes, .. } = &mut *work;
+        let of_rank = |rank: usize, places: &mut [Vector]| {
+            let nodes = &nodes[rank];
+            parallel::update(places, |i, x| *x = points[nodes[i] as usize]);
         };
-        let own = self.ranks.scatter_bytes(&of_rank);
-        work.place(&own);
+        let lengths: Vec<usize> = nodes.iter().map(Vec::len).collect();
+        let part = part.as_mut().expect(SHARED);
+        self.ranks
+            .scatter_into(&of_rank, &mut part.points, &lengths);
         work.places = Some(hash);
         work
     }
@@ -242,27 +255,34 @@ pub fn dismiss(ranks: &Ranks) {
 /// Does what the first rank orders, until there is no more to do.
 pub fn serve(ranks: &Ranks) {
     let mut work = Work::default();
-    let nothing = |_| Vec::new();
+    let nothing = |_: usize, _: &mut [Vector]| {};
     loop {
         match ranks.broadcast::<Order>(None) {
             Order::Evaluate { id, task } => {
-                let slab = ranks.scatter_bytes(&nothing);
-                work.evaluate(id, *task, &slab, &Silent);
+                let lengths = slabs(task.n_rows, ranks.n());
+                work.evaluate(id, *task, &lengths, &nothing, (ranks, &Silent));
             }
             Order::Move {
                 id,
                 step,
                 from_zero,
             } => {
-                let moved = work.slabs[&id].moved(step, from_zero);
-                ranks.gather_bytes(bytemuck::cast_slice(&moved), &mut |_, _| {});
+                let slab = work.slabs.get_mut(&id).expect(EVALUATED);
+                let mut moved = std::mem::take(&mut slab.moved);
+                moved.resize(slab.nodes.len(), [0.0; 3]);
+                slab.move_to(step, from_zero, &mut moved);
+                ranks.send_part(&moved);
+                slab.moved = moved;
             }
             Order::Forget { id } => drop(work.slabs.remove(&id)),
             Order::Share { moving_faces } => {
                 let (part, _) = Mesh::shared_of(None, ranks);
                 work.take_part(part, &moving_faces);
             }
-            Order::Place => work.place(&ranks.scatter_bytes(&nothing)),
+            Order::Place => {
+                let part = work.part.as_mut().expect(SHARED);
+                ranks.scatter_into(&nothing, &mut part.points, &[]);
+            }
             Order::Cells => drop(work.part().cells()),
             Order::Faces => drop(work.part().faces()),
             Order::Walls => drop(work.part().normal_change()),
@@ -281,8 +301,11 @@ fn layers_of(work: &Work, id: usize) -> usize {
     work.slabs[&id].layers.len()
 }
 
-fn vectors(bytes: &[u8]) -> Vec<Vector> {
-    bytemuck::pod_collect_to_vec(bytes)
+/// How many rows each rank has.
+fn slabs(n: usize, n_ranks: usize) -> Vec<usize> {
+    (0..n_ranks)
+        .map(|rank| rows(n, rank, n_ranks).len())
+        .collect()
 }
 
 impl LayerTask {
@@ -303,10 +326,12 @@ impl Work {
         &mut self,
         id: usize,
         task: Task,
-        slab: &[u8],
-        progress: &dyn Progress,
+        lengths: &[usize],
+        slab: &dyn Fn(usize, &mut [Vector]),
+        (ranks, progress): (&Ranks, &dyn Progress),
     ) -> Option<Narrow> {
-        let nodes = vectors(slab);
+        let mut nodes = vec![[0.0; 3]; lengths[ranks.rank()]];
+        ranks.scatter_into(slab, &mut nodes, lengths);
         let state = MeshState {
             nodes: &nodes,
             deforming: None,
@@ -330,6 +355,7 @@ impl Work {
             layers,
             fields,
             nodes,
+            moved: Vec::new(),
         };
         self.slabs.insert(id, slab);
         narrow
@@ -351,22 +377,14 @@ impl Work {
     }
 
     fn part(&self) -> &Part {
-        let part = self.part.as_ref();
-        part.expect("the mesh is shared before it is judged")
-    }
-
-    fn place(&mut self, places: &[u8]) {
-        let part = self.part.as_mut();
-        let part = part.expect("the mesh is shared before its nodes are placed");
-        bytemuck::cast_slice_mut(&mut part.points).copy_from_slice(places);
+        self.part.as_ref().expect(SHARED)
     }
 }
 
 impl Slab {
-    fn moved(&self, step: usize, from_zero: bool) -> Vec<Vector> {
-        let mut moved = vec![[0.0; 3]; self.nodes.len()];
+    fn move_to(&self, step: usize, from_zero: bool, moved: &mut [Vector]) {
         match from_zero {
-            true => self.fields.vectors(&self.layers, step, &mut moved),
+            true => self.fields.vectors(&self.layers, step, moved),
             false => {
                 let state = MeshState {
                     nodes: &self.nodes,
@@ -374,10 +392,9 @@ impl Slab {
                     surface: &[],
                     facets: &[],
                 };
-                self.fields.displace(&self.layers, step, state, &mut moved);
+                self.fields.displace(&self.layers, step, state, moved);
             }
         }
-        moved
     }
 }
 
@@ -410,25 +427,29 @@ impl SharedFields {
             step,
             from_zero,
         }));
-        let own = work.slabs[&id].moved(step, from_zero);
-        if self.nodes.is_some() {
-            match nodes {
-                Some(nodes) => out.copy_from_slice(nodes),
-                None => out.fill([0.0; 3]),
+        let gather = |rows: &mut [Vector]| {
+            let mut rest = rows;
+            let mut parts = Vec::new();
+            for length in slabs(rest.len(), ranks.n()) {
+                let (part, others) = rest.split_at_mut(length);
+                parts.push(part);
+                rest = others;
             }
+            work.slabs[&id].move_to(step, from_zero, parts[0]);
+            ranks.receive_parts(&mut parts);
+        };
+        let Some(deforming) = &self.nodes else {
+            return gather(out);
+        };
+        match nodes {
+            Some(nodes) => out.copy_from_slice(nodes),
+            None => out.fill([0.0; 3]),
         }
-        let n_rows = self.nodes.as_ref().map_or(out.len(), Vec::len);
-        ranks.gather_bytes(bytemuck::cast_slice(&own), &mut |rank, bytes| {
-            let rows = rows(n_rows, rank, ranks.n());
-            match &self.nodes {
-                None => bytemuck::cast_slice_mut(&mut out[rows]).copy_from_slice(bytes),
-                Some(nodes) => {
-                    for (&node, place) in nodes[rows].iter().zip(vectors(bytes)) {
-                        out[node as usize] = place;
-                    }
-                }
-            }
-        });
+        let mut moved = vec![[0.0; 3]; deforming.len()];
+        gather(&mut moved);
+        for (&node, place) in deforming.iter().zip(moved) {
+            out[node as usize] = place;
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use super::kind::CellKind;
 pub use super::streams::face_stream;
 use super::streams::{Listed, distinct_nodes};
 use crate::error::{Error, Result};
+use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 
 /// Cells in order, run-length encoded by kind and node count. Nodes are in VTK's order.
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cells {
     runs: Vec<Run>,
+    #[serde(with = "raw")]
     connectivity: Vec<u32>,
     polyhedra: Polyhedra,
 }
@@ -39,10 +41,13 @@ struct Run {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 struct Polyhedra {
     /// Cell index of each polyhedron, ascending.
+    #[serde(with = "raw")]
     cells: Vec<u32>,
     /// Start of each polyhedron in `stream`.
+    #[serde(with = "raw")]
     starts: Vec<usize>,
     /// `n_faces, (n_nodes, node...)...` for each.
+    #[serde(with = "raw")]
     stream: Vec<u32>,
 }
 

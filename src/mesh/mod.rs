@@ -55,6 +55,7 @@ pub use view::MeshView;
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::parallel::map_blocks;
+use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -80,6 +81,7 @@ use std::sync::Arc;
 pub struct Mesh {
     /// Node coordinates, in the mesh's own unit. In 2D the third is zero unless the file says
     /// otherwise.
+    #[serde(with = "raw")]
     pub points: Vec<[f64; 3]>,
     /// Cells of every dimension, in file order.
     pub cells: Cells,

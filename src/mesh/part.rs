@@ -5,10 +5,11 @@
 //! message. Nodes and cells of a part are in the order of the whole mesh: what comes first there comes first here, and ties
 //! that go to the lowest index go the same way.
 
-use super::{CellSet, Cells, Group, Mesh, Origin};
+use super::{CellSet, Group, Mesh, Origin};
 use crate::error::Result;
 use crate::parallel;
 use crate::ranks::Ranks;
+use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::ops::Range;
@@ -28,8 +29,10 @@ pub struct Part {
     /// Cells of the whole mesh.
     pub n_cells: usize,
     /// For each node here its number in the whole mesh, ascending.
+    #[serde(with = "raw")]
     pub nodes: Vec<u32>,
     /// For each cell here its number in the whole mesh, ascending.
+    #[serde(with = "raw")]
     pub cells: Vec<u32>,
     /// The own cells among those here.
     pub own_cells: Range<usize>,
@@ -109,8 +112,12 @@ impl Mesh {
         let own = slab(self.cells.len(), rank, n);
         let cells = self.cells_of_part(&own);
         let mut is_here = vec![false; self.points.len()];
-        for &cell in &cells {
-            for &node in self.cells.get(cell).nodes {
+        let runs: Vec<Range<usize>> = cells
+            .chunk_by(|a, b| a + 1 == *b)
+            .map(|run| run[0]..run[run.len() - 1] + 1)
+            .collect();
+        for run in runs.iter().flat_map(|run| self.cells.runs_in(run.clone())) {
+            for &node in run.connectivity {
                 is_here[node as usize] = true;
             }
         }
@@ -119,7 +126,7 @@ impl Mesh {
         for (new, &old) in (0..).zip(&nodes) {
             new_index[old] = new;
         }
-        let mut own_cells: Cells = self.cells.select(cells.iter().copied());
+        let mut own_cells = self.cells.select_runs(&runs);
         own_cells.renumber_nodes(&new_index);
         let place = |cell: usize| cells.partition_point(|&here| here < cell);
         let group = |group: &Group| Group {

@@ -4,6 +4,7 @@ use super::{CellKind, Cells, DataArray, Group, Mesh, MeshView, Origin};
 use crate::geometry::curve;
 use crate::parallel::{collect, sort};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Another order of the nodes and cells of a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,6 +120,23 @@ impl Mesh {
 }
 
 impl Cells {
+    /// The cells of these ranges, in this order.
+    pub(super) fn select_runs(&self, ranges: &[Range<usize>]) -> Self {
+        let mut cells = Self::new();
+        for range in ranges {
+            for run in self.runs_in(range.clone()) {
+                match run.kind {
+                    CellKind::Polyhedron => {
+                        let polyhedra = run.first_cell..run.first_cell + run.n_cells();
+                        cells.append(&self.select(polyhedra));
+                    }
+                    kind => cells.push_run(kind, run.n_nodes, run.connectivity),
+                }
+            }
+        }
+        cells
+    }
+
     /// These cells, in this order.
     ///
     /// # Panics

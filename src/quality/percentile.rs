@@ -1,5 +1,6 @@
 //! A percentile of values in [-1, 1] from counts, in memory that does not grow with the mesh.
 
+use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 
 const N_BINS: usize = 1 << 16;
@@ -7,6 +8,7 @@ const N_BINS: usize = 1 << 16;
 /// Counts of values in equal bins over [-1, 1]; values outside count in the outermost bins.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Histogram {
+    #[serde(with = "raw")]
     counts: Vec<u32>,
 }
 

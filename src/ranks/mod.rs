@@ -6,6 +6,7 @@
 
 #[cfg(feature = "mpi")]
 mod mpi;
+pub mod raw;
 #[cfg(any(test, feature = "internals"))]
 mod threads;
 
@@ -15,6 +16,7 @@ pub use mpi::start;
 pub use threads::on_threads;
 
 use crate::error::Result;
+use bytemuck::Pod;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt;
@@ -31,6 +33,8 @@ pub trait Network: Send + Sync {
     fn send(&self, to: usize, bytes: &[u8]);
     /// Waits for the next bytes of another rank.
     fn receive(&self, from: usize) -> Vec<u8>;
+    /// Waits for the next bytes of another rank, of which there are as many as `bytes` takes.
+    fn receive_into(&self, from: usize, bytes: &mut [u8]);
     /// Sends to one rank and receives from one, without waiting for either first.
     fn send_and_receive(&self, to: usize, bytes: &[u8], from: usize) -> Vec<u8>;
 }
@@ -210,25 +214,37 @@ impl Ranks {
         for_rank(0).expect(ALL)
     }
 
-    /// As [`scatter`](Self::scatter), of plain bytes.
-    pub fn scatter_bytes(&self, for_rank: &dyn Fn(usize) -> Vec<u8>) -> Vec<u8> {
+    /// Gives each rank the numbers that rank 0 has for it; `for_rank` is asked there alone. `own` takes them.
+    pub fn scatter_into<T: Pod>(
+        &self,
+        for_rank: &dyn Fn(usize, &mut [T]),
+        own: &mut [T],
+        lengths: &[usize],
+    ) {
         if !self.is_first() {
-            return self.receive(0);
+            return self
+                .network()
+                .receive_into(0, bytemuck::cast_slice_mut(own));
         }
-        for rank in 1..self.n() {
-            self.send(rank, &for_rank(rank));
+        let mut values = Vec::new();
+        for (rank, &length) in lengths.iter().enumerate().skip(1) {
+            values.resize(length, T::zeroed());
+            for_rank(rank, &mut values);
+            self.send(rank, bytemuck::cast_slice(&values));
         }
-        for_rank(0)
+        for_rank(0, own);
     }
 
-    /// Gives rank 0 the bytes of each rank, one rank after the other; `take` is called there alone.
-    pub fn gather_bytes(&self, own: &[u8], take: &mut dyn FnMut(usize, &[u8])) {
-        if !self.is_first() {
-            return self.send(0, own);
-        }
-        take(0, own);
-        for rank in 1..self.n() {
-            take(rank, &self.receive(rank));
+    /// Gives rank 0 the numbers of this one, which it takes by [`receive_parts`](Self::receive_parts).
+    pub fn send_part<T: Pod>(&self, own: &[T]) {
+        self.send(0, bytemuck::cast_slice(own));
+    }
+
+    /// Takes the numbers of each other rank on rank 0; `parts` has as much room as each has numbers.
+    pub fn receive_parts<T: Pod>(&self, parts: &mut [&mut [T]]) {
+        for (rank, part) in parts.iter_mut().enumerate().skip(1) {
+            let bytes = bytemuck::cast_slice_mut(part);
+            self.network().receive_into(rank, bytes);
         }
     }
 

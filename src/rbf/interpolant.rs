@@ -9,6 +9,7 @@ use super::evaluate::WeightedBase;
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, scale, sub};
 use crate::parallel;
+use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 
 /// Terms of a linear polynomial.
@@ -20,8 +21,10 @@ pub struct Interpolant {
     /// Kernel and support radius.
     pub basis: Basis,
     /// Base points, with their periodic images where there are any.
+    #[serde(with = "raw")]
     pub points: Vec<Vector>,
     /// Weights (n, r), by rows.
+    #[serde(with = "raw")]
     pub weights: Vec<f64>,
     /// Number of columns, r.
     pub n_columns: usize,

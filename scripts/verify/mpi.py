@@ -1,0 +1,181 @@
+"""The program with the feature `mpi` under mpirun: any number of ranks gives what one process gives, to the byte; errors are
+told once; what is left of a run whose rank was killed is resumed by another number of ranks.
+
+    AZIMESH_MPI    the program built with --features mpi (target/azimesh-mpi)
+    KILLS          how often a rank is killed (4)
+"""
+
+import csv
+import os
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+from program import AZIMESH, TESTDATA, azimesh, report, scratch
+
+PROGRAM = os.environ.get("AZIMESH_MPI", "target/azimesh-mpi")
+KILLS = int(os.environ.get("KILLS", "4"))
+SEED = 20261123
+# Open MPI refuses root and more ranks than processors unless it is told otherwise.
+ALLOWED = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+}
+# Mesh, schedule and changes of the schedule: every sort of motion and boundary.
+CASES = [
+    ("naca0012", "naca0012", {"[rbf]": "[output]\nquality = \"cells\"\ndisplacement = true\n[rbf]"}),
+    ("naca0012", "naca0012", {"support_radius = 10.0": "support_radius = 1.5", "[rbf]": "[output]\nformat = \"vtkhdf\"\n[rbf]"}),
+    ("naca0012", "naca0012", {"[rbf]": "[output]\nformat = \"cgns\"\n[rbf]\nsubsteps = 2"}),
+    ("block", "block", {"angle = 60.0": "angle = 170.0"}),
+    ("block", "block_sliding", {}),
+    ("body_in_duct", "body_in_duct", {}),
+    ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[output]\nvelocity = true\n[rbf]"}),
+    ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[rbf]\ninterpolate = \"twist\""}),
+    ("rotor_sector", "rotor_sector", {}),
+    ("rotor_sector", "rotor_sector_sliding", {}),
+    ("wing_on_plane", "wing_on_plane", {}),
+]
+
+
+def command(n, *arguments):
+    """The command of so many ranks."""
+    return ["mpirun", "-n", str(n), PROGRAM, *map(str, arguments)]
+
+
+def ranks(n, *arguments, expect=0):
+    """Runs so many ranks to their end."""
+    done = subprocess.run(command(n, *arguments), capture_output=True, text=True, env=os.environ | ALLOWED)
+    said = f"{n} ranks, {arguments}: exit code {done.returncode}, expected {expect}\n{done.stderr}"
+    assert done.returncode == expect, said
+    return done
+
+
+def content(folder):
+    """What the files of a run hold, but for times and the record of the run."""
+    found = {}
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        name = str(path.relative_to(folder))
+        if name == "run.json":
+            continue
+        if name == "steps.csv":
+            rows = csv.DictReader(path.open())
+            found[name] = [{key: value for key, value in row.items() if key != "seconds"} for row in rows]
+        else:
+            found[name] = path.read_bytes()
+    return found
+
+
+def same(found, wanted, what):
+    """Names the first file that differs."""
+    assert found.keys() == wanted.keys(), f"{what}: {found.keys() ^ wanted.keys()}"
+    for name, bytes_of in wanted.items():
+        assert found[name] == bytes_of, f"{what}: {name} differs"
+    return len(wanted)
+
+
+def schedule_of(folder, name, changes):
+    """A schedule of the test data, changed."""
+    text = (TESTDATA / f"{name}.toml").read_text()
+    for old, new in changes.items():
+        assert old in text, f"{old} is not in {name}.toml"
+        text = text.replace(old, new)
+    path = folder / f"{name}.toml"
+    path.write_text(text)
+    (folder / "hart_ii_beam.csv").write_bytes((TESTDATA / "hart_ii_beam.csv").read_bytes())
+    return path
+
+
+def check_cases(folder):
+    """Every sort of motion with 1, 3 and 7 ranks."""
+    n_files = 0
+    for number, (mesh, schedule, changes) in enumerate(CASES):
+        schedule = schedule_of(folder, schedule, changes)
+        arguments = ["-q", "deform", TESTDATA / f"{mesh}.vtu", schedule, "-o"]
+        alone = folder / f"{number}_alone"
+        azimesh(*arguments[1:], alone)
+        for n in (1, 3, 7):
+            out = folder / f"{number}_{n}"
+            ranks(n, *arguments, out)
+            n_files += same(content(out), content(alone), f"{schedule.name} with {n} ranks")
+    report("mpi: cases", n_files, 0, "files")
+
+
+def check_large(folder):
+    """A mesh of several slabs: quality and deformation with 2 to 5 ranks."""
+    mesh, schedule = folder / "b.vtu", folder / "b.toml"
+    azimesh("sample", "blade", "--nodes", 40_000, "--cells", "tet", "-o", mesh)
+    schedule.write_text(schedule.read_text().replace("step = 10.0", "step = 130.0"))
+    judged = subprocess.run([AZIMESH, "quality", mesh, "--worst", "7"], capture_output=True, text=True, check=True)
+    azimesh("deform", mesh, schedule, "-o", folder / "alone")
+    for n in (2, 4, 5):
+        assert ranks(n, "quality", mesh, "--worst", 7).stdout == judged.stdout, f"quality with {n} ranks"
+        ranks(n, "-q", "deform", mesh, schedule, "-o", folder / f"large_{n}")
+        same(content(folder / f"large_{n}"), content(folder / "alone"), f"a blade with {n} ranks")
+    report("mpi: several slabs", 3, 0, "numbers of ranks")
+
+
+def check_errors(folder):
+    """One message of the program, and an exit code that is not zero."""
+    for arguments, code, words in [
+        (["quality", folder / "none.vtu"], 2, "there is no such file"),
+        (["deform", TESTDATA / "naca0012.vtu", folder / "none.toml", "-o", folder / "e"], 2, "there is no such file"),
+        (["quality"], 2, "the following required arguments"),
+        (["quality", TESTDATA / "naca0012.vtu", "--fail-on", "min_volume<1"], 1, "min_volume<1 holds"),
+    ]:
+        done = ranks(3, *arguments, expect=code)
+        assert done.stderr.count(words) == 1, done.stderr
+    assert ranks(3, "--version").stdout.count("azimesh") == 1
+    report("mpi: errors", 5, 0, "commands")
+
+
+def kill_one(process, delay, chance):
+    """Kills one of the ranks after a while; gives the seconds until the launcher has ended."""
+    time.sleep(delay)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    if not children:
+        process.wait()
+        return None
+    try:
+        os.kill(int(chance.choice(children)), signal.SIGKILL)
+    except ProcessLookupError:
+        process.wait()
+        return None
+    started = time.monotonic()
+    process.wait(timeout=60)
+    return time.monotonic() - started
+
+
+def check_kills(folder):
+    """A rank killed at any moment ends all; the run is resumed by another number of ranks."""
+    chance = random.Random(SEED)
+    mesh, schedule = folder / "b.vtu", folder / "b.toml"
+    schedule.write_text(schedule.read_text().replace("step = 130.0", "step = 30.0"))
+    started = time.monotonic()
+    azimesh("deform", mesh, schedule, "-o", folder / "whole")
+    length = 3 * (time.monotonic() - started)
+    wanted, longest, n_killed = content(folder / "whole"), 0.0, 0
+    for kill in range(KILLS):
+        out = folder / f"killed_{kill}"
+        run = command(3, "-q", "deform", mesh, schedule, "-o", out)
+        process = subprocess.Popen(run, stderr=subprocess.PIPE, env=os.environ | ALLOWED)
+        seconds = kill_one(process, chance.uniform(0.1, length), chance)
+        told = process.stderr.read().decode()
+        if seconds is not None:
+            n_killed += 1
+            longest = max(longest, seconds)
+            assert process.returncode != 0, "a launcher whose rank was killed tells that it failed"
+            assert told.count("error: ") <= 1 and seconds < 10, told
+        again = ["--resume"] if (out / "run.json").exists() else []
+        ranks(chance.choice([1, 2, 4]), "-q", "deform", mesh, schedule, "-o", out, *again)
+        same(content(out), wanted, f"resumed after kill {kill}")
+    report("mpi: kills", n_killed, 0, "ranks killed", f"all ended within {longest:.1f} s, every run resumed to the same bytes")
+
+
+def main():
+    with scratch() as folder:
+        check_cases(folder)
+        check_large(folder)
+        check_errors(folder)
+        check_kills(folder)
