@@ -56,11 +56,28 @@ pub struct Error {
     /// What the failure means to the caller.
     pub kind: ErrorKind,
     /// The file it is about, once known.
+    #[serde(with = "shown_path")]
     pub path: Option<PathBuf>,
     /// Where in that file, where it is known.
     pub position: Option<Position>,
     /// What was found, and what would be right.
     pub message: String,
+}
+
+/// A path as it is shown: its name may hold bytes that are no text.
+mod shown_path {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::path::PathBuf;
+
+    pub fn serialize<S: Serializer>(path: &Option<PathBuf>, to: S) -> Result<S::Ok, S::Error> {
+        let shown = path.as_ref().map(|path| path.to_string_lossy());
+        shown.serialize(to)
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<Option<PathBuf>, D::Error> {
+        let shown = Option::<String>::deserialize(from)?;
+        Ok(shown.map(PathBuf::from))
+    }
 }
 
 impl Error {

@@ -6,4 +6,5 @@
 #SBATCH --cpus-per-task=32
 #SBATCH --signal=TERM@60
 set -u
-exec srun --cpus-per-task="$SLURM_CPUS_PER_TASK" azimesh deform "$1" "$2" -o "$3" --resume
+# Without --mpi the processes of some sites do not find each other; `srun --mpi=list` names what there is.
+exec srun --mpi=pmix --cpus-per-task="$SLURM_CPUS_PER_TASK" azimesh deform "$1" "$2" -o "$3" --resume

@@ -127,7 +127,28 @@ def check_errors(folder):
         done = ranks(3, *arguments, expect=code)
         assert done.stderr.count(words) == 1, done.stderr
     assert ranks(3, "--version").stdout.count("azimesh") == 1
-    report("mpi: errors", 5, 0, "commands")
+    out = [folder / "alone.vtu", folder / "ranks.vtu"]
+    azimesh("quality", TESTDATA / "naca0012.vtu", "-o", out[0])
+    ranks(3, "-q", "quality", TESTDATA / "naca0012.vtu", "-o", out[1])
+    assert out[0].read_bytes() == out[1].read_bytes(), "a command of one rank"
+    report("mpi: errors", 6, 0, "commands")
+
+
+def check_script(folder):
+    """docs/examples/slurm_mpi.sh, with Slurm's launcher imitated."""
+    programs = folder / "programs"
+    programs.mkdir()
+    (programs / "azimesh").symlink_to(Path(PROGRAM).resolve())
+    (programs / "srun").write_text('#!/bin/bash\nwhile [[ $1 == --* ]]; do shift; done\nexec mpirun -n 4 "$@"\n')
+    (programs / "srun").chmod(0o755)
+    mesh, schedule = TESTDATA / "naca0012.vtu", TESTDATA / "naca0012.toml"
+    script = ["bash", "docs/examples/slurm_mpi.sh", mesh, schedule, folder / "script"]
+    variables = {"PATH": f"{programs}:{os.environ['PATH']}", "SLURM_CPUS_PER_TASK": "1"}
+    for _ in range(2):
+        subprocess.run(script, check=True, capture_output=True, env=os.environ | ALLOWED | variables)
+    azimesh("deform", mesh, schedule, "-o", folder / "no_script")
+    n_files = same(content(folder / "script"), content(folder / "no_script"), "slurm_mpi.sh")
+    report("mpi: script", n_files, 0, "files")
 
 
 def kill_one(process, delay, chance):
@@ -154,7 +175,7 @@ def check_kills(folder):
     schedule.write_text(schedule.read_text().replace("step = 130.0", "step = 30.0"))
     started = time.monotonic()
     azimesh("deform", mesh, schedule, "-o", folder / "whole")
-    length = 3 * (time.monotonic() - started)
+    length = 2 * (time.monotonic() - started)
     wanted, longest, n_killed = content(folder / "whole"), 0.0, 0
     for kill in range(KILLS):
         out = folder / f"killed_{kill}"
@@ -170,6 +191,7 @@ def check_kills(folder):
         again = ["--resume"] if (out / "run.json").exists() else []
         ranks(chance.choice([1, 2, 4]), "-q", "deform", mesh, schedule, "-o", out, *again)
         same(content(out), wanted, f"resumed after kill {kill}")
+    assert n_killed > 0, "no rank was killed in time"
     report("mpi: kills", n_killed, 0, "ranks killed", f"all ended within {longest:.1f} s, every run resumed to the same bytes")
 
 
@@ -178,4 +200,5 @@ def main():
         check_cases(folder)
         check_large(folder)
         check_errors(folder)
+        check_script(folder)
         check_kills(folder)

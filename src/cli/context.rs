@@ -15,8 +15,10 @@ use std::time::Instant;
 pub struct Context {
     /// The common options as given.
     pub common: Common,
-    /// The ranks that run the command; the first prints for all.
+    /// The ranks that run the command alike; the first prints for all.
     pub ranks: Ranks,
+    /// Ranks that do what this one orders.
+    pub team: Ranks,
     /// Ranks on this machine, which share its processors.
     n_on_node: usize,
 }
@@ -24,28 +26,42 @@ pub struct Context {
 impl Context {
     /// From the common options, for one process.
     pub fn new(common: Common) -> Self {
-        Self::of_ranks(common, Ranks::alone(), 1)
-    }
-
-    /// From the common options, for one of several ranks.
-    pub fn of_ranks(common: Common, ranks: Ranks, n_on_node: usize) -> Self {
         Self {
             common,
-            ranks,
-            n_on_node,
+            ranks: Ranks::alone(),
+            team: Ranks::alone(),
+            n_on_node: 1,
         }
     }
 
-    /// Runs `work` on as many threads as are asked for or granted.
-    pub fn with_threads<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    /// For one of several ranks, of which `n_on_node` are on this machine, that run the command alike.
+    pub fn alike(self, ranks: &Ranks, n_on_node: usize) -> Self {
+        Self {
+            ranks: ranks.clone(),
+            n_on_node,
+            ..self
+        }
+    }
+
+    /// For the first rank, which runs the command alone, and orders others.
+    pub fn with_team(self, team: &Ranks, n_on_node: usize) -> Self {
+        Self {
+            team: team.clone(),
+            n_on_node,
+            ..self
+        }
+    }
+
+    /// Starts as many threads as are asked for or granted.
+    pub fn start_threads(&self) -> Result<()> {
         let Threads { n, by } = Threads::granted(self.common.threads, self.n_on_node);
         self.detail(&format!("threads: {n} ({by})"));
-        parallel::start(n)?;
-        work()
+        parallel::start(n)
     }
 
     /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.
     pub fn stage<T>(&self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        self.ranks.is_for(name);
         let progress = self.progress();
         progress.start(name, None);
         let start = Instant::now();

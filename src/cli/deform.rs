@@ -87,7 +87,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(&stop))
-        .ranks(&context.ranks)
+        .ranks(&context.team)
         .plan()
         .map_err(|error| error.file(&args.mesh))?;
     let plan = deformation.plan();

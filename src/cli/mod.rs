@@ -27,7 +27,8 @@ mod unfinished;
 
 pub use context::Context;
 
-use crate::error::{ErrorKind, Result};
+use crate::diagnostic::amount;
+use crate::error::{Error, ErrorKind, Result, counted};
 #[cfg(feature = "mpi")]
 use crate::ranks;
 use crate::ranks::Ranks;
@@ -49,7 +50,7 @@ pub struct Cli {
 const SYSTEM_FAILED: u8 = 3;
 
 /// Options common to all commands.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct Common {
     /// Number of threads [default: all that the machine, its control group or the batch system grants]
     #[arg(long, global = true, value_name = "N", value_parser = threads::parse)]
@@ -135,7 +136,13 @@ pub fn main() -> ExitCode {
 pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     heap::end_where_threads_fail();
     #[cfg(feature = "mpi")]
-    let session = ranks::start();
+    let session = match ranks::start() {
+        Ok(session) => session,
+        Err(error) => {
+            Context::new(Common::default()).error(&error);
+            return SYSTEM_FAILED;
+        }
+    };
     #[cfg(feature = "mpi")]
     let (ranks, n_on_node) = session.as_ref().map_or((Ranks::alone(), 1), |session| {
         (session.ranks().clone(), session.n_on_node())
@@ -157,46 +164,61 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     if let Some(limit) = cli.common.max_memory {
         heap::allow(limit);
     }
-    let context = Context::of_ranks(cli.common, ranks.clone(), n_on_node);
-    let code = match (cli.command.is_shared(), ranks.is_first()) {
-        (true, _) => execute(cli.command, &context),
-        (false, true) => {
-            let code = execute(cli.command, &context);
-            crate::deform::dismiss(&ranks);
-            code
-        }
-        (false, false) => serve(&context),
+    let context = Context::new(cli.common);
+    let is_alike = cli.command.is_shared();
+    let context = match is_alike || !ranks.is_first() {
+        true => context.alike(&ranks, n_on_node),
+        false => context.with_team(&ranks, n_on_node),
     };
+    let heard = match ranks.is_first() {
+        true => listen(&cli.command),
+        false => ignore(),
+    };
+    let ready = ranks.agree(heard.and_then(|()| context.start_threads()));
+    let code = match (ready, is_alike || ranks.is_first()) {
+        (Err(error), _) => failed(&error, &context),
+        (Ok(()), true) => execute(cli.command, &context),
+        (Ok(()), false) => {
+            crate::deform::serve(&ranks);
+            0
+        }
+    };
+    crate::deform::dismiss(&context.team);
+    tell_of_messages(&ranks, &context);
     ranks.broadcast(ranks.is_first().then_some(code))
 }
 
-/// Does what the first rank orders; it tells of errors.
-fn serve(context: &Context) -> u8 {
-    #[cfg(unix)]
-    signals::ignore();
-    let served = context.with_threads(|| {
-        crate::deform::serve(&context.ranks);
-        Ok(0)
-    });
-    served.unwrap_or(SYSTEM_FAILED)
+/// Tells with `-v` what ranks have sent each other.
+fn tell_of_messages(ranks: &Ranks, context: &Context) {
+    for sent in ranks.sent_by_all() {
+        context.detail(&format!(
+            "{}: {} sent, {}; at most {} by one rank",
+            sent.what,
+            counted(sent.messages as usize, "message"),
+            amount(sent.bytes),
+            amount(sent.most)
+        ));
+    }
 }
 
 /// Runs a command, prints its error and gives the exit code.
 fn execute(command: Command, context: &Context) -> u8 {
-    let result = listen(&command).and_then(|()| context.with_threads(|| run(command, context)));
-    match result {
+    match run(command, context) {
         Ok(Outcome::Fine) => 0,
         Ok(Outcome::CheckFailed) => 1,
-        Err(error) => {
-            context.error(&error);
-            match error.kind {
-                ErrorKind::Check => 1,
-                ErrorKind::Input => 2,
-                ErrorKind::System => SYSTEM_FAILED,
-                // What a shell reports of a program that a signal ended.
-                ErrorKind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
-            }
-        }
+        Err(error) => failed(&error, context),
+    }
+}
+
+/// Prints an error and gives its exit code.
+fn failed(error: &Error, context: &Context) -> u8 {
+    context.error(error);
+    match error.kind {
+        ErrorKind::Check => 1,
+        ErrorKind::Input => 2,
+        ErrorKind::System => SYSTEM_FAILED,
+        // What a shell reports of a program that a signal ended.
+        ErrorKind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
     }
 }
 
@@ -208,6 +230,17 @@ fn listen(command: &Command) -> Result<()> {
         Command::Info(_) | Command::Check(_) | Command::Diff(_) => signals::end("interrupted"),
         _ => signals::end("interrupted; files that are complete are kept"),
     }
+}
+
+/// From here on signals are for the first rank.
+#[cfg(unix)]
+fn ignore() -> Result<()> {
+    signals::ignore()
+}
+
+#[cfg(not(unix))]
+fn ignore() -> Result<()> {
+    Ok(())
 }
 
 #[cfg(not(unix))]

@@ -17,7 +17,7 @@ impl Context {
     /// Bars on a terminal, nothing when quiet; elsewhere nothing is drawn.
     pub fn progress(&self) -> Box<dyn Progress> {
         Box::new(Bars {
-            is_quiet: self.common.quiet,
+            is_quiet: self.common.quiet || !self.ranks.is_first(),
             ..Bars::default()
         })
     }

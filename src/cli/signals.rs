@@ -57,11 +57,16 @@ pub(super) fn end(message: &'static str) -> Result<()> {
 }
 
 /// From here on SIGINT, SIGTERM and SIGHUP do nothing: another rank hears them, and tells this one when to end.
-pub(super) fn ignore() {
+pub(super) fn ignore() -> Result<()> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
-        // Where the signal cannot be caught it ends the program as it would have.
-        let _ = signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)));
+        let ignored = signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)));
+        ignored.map_err(cannot_listen)?;
     }
+    Ok(())
+}
+
+fn cannot_listen(error: std::io::Error) -> Error {
+    Error::system(format!("cannot listen to signals: {error}"))
 }
 
 fn end_with(signal: i32, message: &str) {
@@ -73,11 +78,9 @@ fn end_with(signal: i32, message: &str) {
 
 /// Does `then` on a thread of its own when the first signal is there.
 fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<()> {
-    let failed =
-        |error: std::io::Error| Error::system(format!("cannot listen to signals: {error}"));
     let heard = [SIGINT, SIGTERM].into_iter();
     let heard = heard.chain((!is_ignored(SIGHUP)).then_some(SIGHUP));
-    let mut signals = Signals::new(heard).map_err(failed)?;
+    let mut signals = Signals::new(heard).map_err(cannot_listen)?;
     let wait = move || {
         let first = signals.forever().next();
         if let Some(signal) = first {
@@ -85,7 +88,7 @@ fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<
         }
     };
     let thread = std::thread::Builder::new().name("signals".to_owned());
-    thread.spawn(wait).map(|_| ()).map_err(failed)
+    thread.spawn(wait).map(|_| ()).map_err(cannot_listen)
 }
 
 /// Whether whoever started the program has it ignore a signal.

@@ -35,13 +35,17 @@ impl Threads {
     pub fn granted(asked: Option<NonZeroUsize>, n_ranks: usize) -> Self {
         let machine = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         let variable = |name: &str| std::env::var(name).ok();
-        let found = Self::decide(asked, machine, variable);
-        match found.by == MACHINE && n_ranks > 1 && machine >= n_processors() {
+        Self::decide(asked, machine, variable).shared(n_ranks, is_bound())
+    }
+
+    /// What one of some ranks on a machine gets of it: all, where it is bound to processors of its own.
+    fn shared(self, n_ranks: usize, is_bound: bool) -> Self {
+        match self.by == MACHINE && n_ranks > 1 && !is_bound {
             true => Self {
-                n: (machine / n_ranks).max(1),
+                n: (self.n / n_ranks).max(1),
                 by: SHARED,
             },
-            false => found,
+            false => self,
         }
     }
 
@@ -76,11 +80,22 @@ impl Threads {
     }
 }
 
-/// Processors of the machine, bound or not.
-fn n_processors() -> usize {
-    // SAFETY: the call reads a number and touches no memory of this process.
-    let n = unsafe { libc::sysconf(libc::_SC_NPROCESSORS_ONLN) };
-    usize::try_from(n).unwrap_or(1)
+/// Whether this process may run on some processors of the machine only.
+#[cfg(target_os = "linux")]
+fn is_bound() -> bool {
+    // SAFETY: the set is plain numbers, for which zeros are good, and the calls write to it alone.
+    let (n, n_allowed) = unsafe {
+        let mut set: libc::cpu_set_t = std::mem::zeroed();
+        let found = libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &raw mut set);
+        let n_allowed = if found == 0 { libc::CPU_COUNT(&set) } else { 0 };
+        (libc::sysconf(libc::_SC_NPROCESSORS_ONLN), n_allowed)
+    };
+    n_allowed > 0 && i64::from(n_allowed) < n
+}
+
+#[cfg(not(target_os = "linux"))]
+fn is_bound() -> bool {
+    false
 }
 
 /// Reads `--threads`.
@@ -125,6 +140,21 @@ mod tests {
         );
         let both = [("SLURM_CPUS_ON_NODE", "3"), ("NCPUS", "1")];
         assert_eq!(decide(0, 4, &both), (3, "SLURM_CPUS_ON_NODE"));
+    }
+
+    #[test]
+    fn ranks_that_are_not_bound_share_the_machine() {
+        let shared = |n_ranks, is_bound| {
+            let machine = Threads { n: 8, by: MACHINE };
+            machine.shared(n_ranks, is_bound).n
+        };
+        assert_eq!(
+            [shared(1, false), shared(3, false), shared(9, false)],
+            [8, 2, 1]
+        );
+        assert_eq!(shared(3, true), 8);
+        let asked = Threads { n: 8, by: ASKED };
+        assert_eq!(asked.shared(4, false).n, 8);
     }
 
     #[test]

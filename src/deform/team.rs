@@ -29,7 +29,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Slabs of nodes begin at multiples of this.
-const SLAB: usize = 4096;
+const SLAB: usize = 256;
 const EVALUATED: &str = "fields are evaluated before nodes are moved by them";
 const SHARED: &str = "the mesh is shared before it is judged";
 
@@ -90,6 +90,19 @@ struct LayerTask {
     #[serde(with = "raw")]
     residuals: Vec<f64>,
     error: f64,
+}
+
+impl Order {
+    /// What messages after it are for.
+    fn what(&self) -> &'static str {
+        match self {
+            Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
+            Self::Move { .. } => "positions",
+            Self::Share { .. } => "parts",
+            Self::Place => "places",
+            Self::Cells | Self::Faces | Self::Walls => "quality",
+        }
+    }
 }
 
 /// What a rank has of the work.
@@ -158,6 +171,7 @@ impl Team {
         let mut work = self.work();
         let id = work.n_fields;
         work.n_fields += 1;
+        let n_layers = layers.len();
         let layers = layers.iter().zip(chosen).map(LayerTask::of).collect();
         let n_rows = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         let task = Box::new(Task {
@@ -167,8 +181,8 @@ impl Team {
             facets: state.facets.to_vec(),
             correct,
         });
-        let order = self.ranks.broadcast(Some(Order::Evaluate { id, task }));
-        let Order::Evaluate { task, .. } = order else {
+        let given = order(&self.ranks, Order::Evaluate { id, task });
+        let Order::Evaluate { task, .. } = given else {
             unreachable!("a broadcast gives what it got")
         };
         let place =
@@ -180,7 +194,7 @@ impl Team {
         };
         let narrow = work.evaluate(id, *task, &lengths, &slab, (&self.ranks, progress));
         let elsewhere = n_rows - lengths[0];
-        progress.advance((elsewhere * layers_of(&work, id)) as u64);
+        progress.advance((elsewhere * n_layers) as u64);
         let fields = SharedFields {
             team: Arc::clone(self),
             id,
@@ -193,9 +207,12 @@ impl Team {
     pub fn share(&self, mesh: &Mesh, moving_faces: &[u32]) {
         let mut work = self.work();
         let moving_faces = moving_faces.to_vec();
-        self.ranks.broadcast(Some(Order::Share {
-            moving_faces: moving_faces.clone(),
-        }));
+        order(
+            &self.ranks,
+            Order::Share {
+                moving_faces: moving_faces.clone(),
+            },
+        );
         let (part, nodes) = Mesh::shared_of(Some(mesh), &self.ranks);
         work.take_part(part, &moving_faces);
         (work.nodes, work.places) = (nodes, None);
@@ -204,21 +221,21 @@ impl Team {
     /// The quality of the cells with all nodes at `points`.
     pub fn cells(&self, points: &[Vector]) -> Summary {
         let work = self.placed(points);
-        self.ranks.broadcast(Some(Order::Cells));
+        order(&self.ranks, Order::Cells);
         work.part().cells()
     }
 
     /// The quality of the faces.
     pub fn faces(&self, points: &[Vector]) -> FaceSummary {
         let work = self.placed(points);
-        self.ranks.broadcast(Some(Order::Faces));
+        order(&self.ranks, Order::Faces);
         work.part().faces()
     }
 
     /// The largest change of the angle between a moving wall and its first cell, in degrees.
     pub fn normal_change(&self, points: &[Vector]) -> Option<f64> {
         let work = self.placed(points);
-        self.ranks.broadcast(Some(Order::Walls));
+        order(&self.ranks, Order::Walls);
         work.part().normal_change()
     }
 
@@ -230,7 +247,7 @@ impl Team {
         if work.places == Some(hash) {
             return work;
         }
-        self.ranks.broadcast(Some(Order::Place));
+        order(&self.ranks, Order::Place);
         let Work { part, nodes, .. } = &mut *work;
         let of_rank = |rank: usize, places: &mut [Vector]| {
             let nodes = &nodes[rank];
@@ -245,10 +262,16 @@ impl Team {
     }
 }
 
+/// Gives an order to all ranks, and gives it back.
+fn order(ranks: &Ranks, order: Order) -> Order {
+    ranks.is_for(order.what());
+    ranks.broadcast(Some(order))
+}
+
 /// Sends the other ranks home.
 pub fn dismiss(ranks: &Ranks) {
     if ranks.n() > 1 {
-        ranks.broadcast(Some(Order::End));
+        order(ranks, Order::End);
     }
 }
 
@@ -257,7 +280,9 @@ pub fn serve(ranks: &Ranks) {
     let mut work = Work::default();
     let nothing = |_: usize, _: &mut [Vector]| {};
     loop {
-        match ranks.broadcast::<Order>(None) {
+        let order = ranks.broadcast::<Order>(None);
+        ranks.is_for(order.what());
+        match order {
             Order::Evaluate { id, task } => {
                 let lengths = slabs(task.n_rows, ranks.n());
                 work.evaluate(id, *task, &lengths, &nothing, (ranks, &Silent));
@@ -295,10 +320,6 @@ pub fn serve(ranks: &Ranks) {
 fn rows(n: usize, rank: usize, n_ranks: usize) -> Range<usize> {
     let start = |rank: usize| (rank * n.div_ceil(SLAB) / n_ranks * SLAB).min(n);
     start(rank)..start(rank + 1)
-}
-
-fn layers_of(work: &Work, id: usize) -> usize {
-    work.slabs[&id].layers.len()
 }
 
 /// How many rows each rank has.
@@ -422,11 +443,14 @@ impl SharedFields {
         let (team, work) = (&self.team, self.team.work());
         let (id, from_zero) = (self.id, nodes.is_none());
         let ranks = &team.ranks;
-        ranks.broadcast(Some(Order::Move {
-            id,
-            step,
-            from_zero,
-        }));
+        order(
+            ranks,
+            Order::Move {
+                id,
+                step,
+                from_zero,
+            },
+        );
         let gather = |rows: &mut [Vector]| {
             let mut rest = rows;
             let mut parts = Vec::new();
@@ -457,7 +481,7 @@ impl Drop for SharedFields {
     fn drop(&mut self) {
         let mut work = self.team.work();
         let id = self.id;
-        self.team.ranks.broadcast(Some(Order::Forget { id }));
+        order(&self.team.ranks, Order::Forget { id });
         work.slabs.remove(&id);
     }
 }

@@ -13,7 +13,7 @@ pub struct WallAngles {
 }
 
 impl WallAngles {
-    /// Finds the cells on the boundary faces `moving`, ascending.
+    /// Finds the own cells on the boundary faces `moving`, ascending.
     pub fn find(mesh: &Mesh, adjacency: &Adjacency, moving: &[u32]) -> Self {
         let dimension = mesh.dimension();
         let of_chunk = |chunk: usize| {
@@ -35,8 +35,9 @@ impl WallAngles {
             }
             found
         };
+        let own = adjacency.own_chunks();
         Self {
-            faces: parallel::map(adjacency.n_chunks(), &of_chunk).concat(),
+            faces: parallel::map(own.len(), &|i| of_chunk(own.start + i)).concat(),
         }
     }
 

@@ -1,5 +1,7 @@
 //! Cell kinds: VTK's numbers, names, dimensions, faces and edges, in VTK's node order.
 
+use serde::{Deserialize, Serialize};
+
 /// A kind of cell. The discriminant is VTK's cell type.
 ///
 /// ```
@@ -58,7 +60,6 @@ pub enum CellKind {
 }
 
 use CellKind::*;
-use serde::{Deserialize, Serialize};
 
 impl CellKind {
     /// Every kind, in the order of VTK's numbers.

@@ -11,7 +11,6 @@ use crate::parallel;
 use crate::ranks::Ranks;
 use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -24,10 +23,8 @@ pub struct Part {
     /// All ranks; each has a part.
     #[serde(skip)]
     pub ranks: Ranks,
-    /// Nodes of the whole mesh.
-    pub n_nodes: usize,
-    /// Cells of the whole mesh.
-    pub n_cells: usize,
+    /// Whether all nodes of the whole mesh have the same z.
+    pub is_level: bool,
     /// For each node here its number in the whole mesh, ascending.
     #[serde(with = "raw")]
     pub nodes: Vec<u32>,
@@ -40,8 +37,7 @@ pub struct Part {
 
 impl PartialEq for Part {
     fn eq(&self, other: &Self) -> bool {
-        let of = |part: &Self| (part.n_nodes, part.n_cells, part.own_cells.clone());
-        of(self) == of(other) && self.nodes == other.nodes && self.cells == other.cells
+        self.own_cells == other.own_cells && self.nodes == other.nodes && self.cells == other.cells
     }
 }
 
@@ -58,6 +54,14 @@ impl Mesh {
         self.part
             .as_ref()
             .map_or_else(Ranks::alone, |part| part.ranks.clone())
+    }
+
+    /// Whether all nodes have the same z; of a part whether those of the whole mesh have.
+    pub fn is_level(&self) -> bool {
+        let is_here = || self.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
+        self.part
+            .as_ref()
+            .map_or_else(is_here, |part| part.is_level)
     }
 
     /// The cells that this rank answers for: all, or those of its part.
@@ -95,16 +99,16 @@ impl Mesh {
 
     /// Gives each rank a part of the mesh that rank 0 has, without its arrays; rank 0 learns the nodes of each part.
     pub(crate) fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> (Self, Vec<Vec<u32>>) {
-        let nodes = RefCell::new(vec![Vec::new(); ranks.n()]);
-        let parcel = |rank: usize| {
+        let mut nodes = vec![Vec::new(); ranks.n()];
+        let mut parcel = |rank: usize| {
             let parcel = whole?.parcel(rank, ranks.n());
-            nodes.borrow_mut()[rank].clone_from(&parcel.part.nodes);
+            nodes[rank].clone_from(&parcel.part.nodes);
             Some(parcel)
         };
-        let Parcel { mut mesh, mut part } = ranks.scatter(&parcel);
+        let Parcel { mut mesh, mut part } = ranks.scatter(&mut parcel);
         part.ranks = ranks.clone();
         mesh.part = Some(Arc::new(part));
-        (mesh, nodes.into_inner())
+        (mesh, nodes)
     }
 
     /// The part of a rank.
@@ -139,8 +143,7 @@ impl Mesh {
         };
         let part = Part {
             ranks: Ranks::alone(),
-            n_nodes: self.points.len(),
-            n_cells: self.cells.len(),
+            is_level: self.is_level(),
             own_cells: place(own.start)..place(own.end),
             nodes: nodes.iter().map(|&node| node as u32).collect(),
             cells: cells.iter().map(|&cell| cell as u32).collect(),
@@ -174,7 +177,7 @@ impl Mesh {
             let mut found = Vec::new();
             for run in self.cells.runs_in(range) {
                 let wanted = match run.kind.dimension() {
-                    of if of == dimension => usize::from(dimension),
+                    of if of == dimension => usize::from(dimension).max(1),
                     of if of + 1 == dimension => 1,
                     _ => usize::MAX,
                 };

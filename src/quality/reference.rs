@@ -166,18 +166,8 @@ impl Reference {
     }
 }
 
-/// Whether all nodes have the same z.
-fn has_one_height(mesh: &Mesh) -> bool {
-    let first = mesh.points.first().map(|point| point[2]);
-    let is_here = mesh.points.iter().all(|point| Some(point[2]) == first);
-    let all = mesh.ranks().all((is_here, first));
-    let mut heights = all.iter().filter_map(|(_, first)| *first);
-    let first = heights.next();
-    all.iter().all(|(is_there, _)| *is_there) && heights.all(|height| Some(height) == first)
-}
-
 pub(super) fn facing(mesh: &Mesh) -> Facing {
-    if mesh.dimension() != 2 || has_one_height(mesh) {
+    if mesh.dimension() != 2 || mesh.is_level() {
         return Facing::Z;
     }
     let mut normals = vec![[0.0f32; 3]; mesh.cells.len()];

@@ -19,9 +19,9 @@ use crate::error::Result;
 use bytemuck::Pod;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
 use std::fmt;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What carries bytes from rank to rank, in the order in which they were sent.
 pub trait Network: Send + Sync {
@@ -35,15 +35,35 @@ pub trait Network: Send + Sync {
     fn receive(&self, from: usize) -> Vec<u8>;
     /// Waits for the next bytes of another rank, of which there are as many as `bytes` takes.
     fn receive_into(&self, from: usize, bytes: &mut [u8]);
-    /// Sends to one rank and receives from one, without waiting for either first.
-    fn send_and_receive(&self, to: usize, bytes: &[u8], from: usize) -> Vec<u8>;
 }
 
 /// This rank, and the way to the others. Copies share it.
 #[derive(Clone)]
 pub struct Ranks {
     network: Option<Arc<dyn Network>>,
-    sent: Arc<[AtomicU64; 2]>,
+    sent: Arc<Mutex<Log>>,
+}
+
+/// What a rank has sent.
+#[derive(Default)]
+struct Log {
+    /// What it sends at present.
+    what: String,
+    /// Messages, and bytes in them.
+    sent: BTreeMap<String, [u64; 2]>,
+}
+
+/// What all ranks have sent for one purpose.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Sent {
+    /// What for.
+    pub what: String,
+    /// Messages of all ranks.
+    pub messages: u64,
+    /// Bytes in them.
+    pub bytes: u64,
+    /// Bytes of the rank that sent most.
+    pub most: u64,
 }
 
 impl Default for Ranks {
@@ -90,9 +110,27 @@ impl Ranks {
         self.rank() == 0
     }
 
-    /// Messages that this rank has sent so far, and bytes in them.
-    pub fn sent(&self) -> [u64; 2] {
-        [0, 1].map(|i| self.sent[i].load(Ordering::Relaxed))
+    /// From here on what is sent counts as being for this.
+    pub fn is_for(&self, what: &str) {
+        self.log().what = what.to_owned();
+    }
+
+    /// What all ranks have sent each other, by what it was for.
+    pub fn sent_by_all(&self) -> Vec<Sent> {
+        let own = self.log().sent.clone();
+        let mut all: BTreeMap<String, Sent> = BTreeMap::new();
+        for (what, [messages, bytes]) in self.all(own).into_iter().flatten() {
+            let sent = all.entry(what.clone()).or_default();
+            sent.what = what;
+            sent.messages += messages;
+            sent.bytes += bytes;
+            sent.most = sent.most.max(bytes);
+        }
+        all.into_values().collect()
+    }
+
+    fn log(&self) -> MutexGuard<'_, Log> {
+        self.sent.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn network(&self) -> &dyn Network {
@@ -100,13 +138,13 @@ impl Ranks {
         &**network.expect("a rank that is alone sends nothing")
     }
 
-    fn count(&self, bytes: usize) {
-        self.sent[0].fetch_add(1, Ordering::Relaxed);
-        self.sent[1].fetch_add(bytes as u64, Ordering::Relaxed);
-    }
-
     fn send(&self, to: usize, bytes: &[u8]) {
-        self.count(bytes.len());
+        let mut log = self.log();
+        let what = log.what.clone();
+        let [messages, n_bytes] = log.sent.entry(what).or_default();
+        *messages += 1;
+        *n_bytes += bytes.len() as u64;
+        drop(log);
         self.network().send(to, bytes);
     }
 
@@ -120,8 +158,8 @@ impl Ranks {
             return of_first.expect("rank 0 has it");
         }
         let (rank, n) = (self.rank(), self.n());
-        let bytes = match of_first {
-            Some(value) if rank == 0 => pack(&value),
+        let bytes = match &of_first {
+            Some(value) if rank == 0 => pack(value),
             _ => self.receive(rank - (1 << rank.ilog2())),
         };
         let mut step = match rank {
@@ -132,7 +170,7 @@ impl Ranks {
             self.send(rank + step, &bytes);
             step *= 2;
         }
-        unpack(&bytes)
+        of_first.unwrap_or_else(|| unpack(&bytes))
     }
 
     /// What each rank has, in their order, on rank 0 alone: up the tree of [`broadcast`](Self::broadcast).
@@ -171,8 +209,8 @@ impl Ranks {
         }
     }
 
-    /// Adds up over all ranks in their order: `append` adds what this rank has to what those before it have, and to `start`
-    /// on rank 0. The sum goes from rank to rank, so it is added up as one process would do it.
+    /// Adds up over all ranks in their order: rank 0 begins with `start`, and `append` adds what a rank has to what those before
+    /// it have. The sum goes from rank to rank, so it is added up as one process would do it.
     pub fn fold<T: Serialize + DeserializeOwned>(
         &self,
         start: T,
@@ -202,7 +240,7 @@ impl Ranks {
     /// When rank 0 has nothing for a rank.
     pub fn scatter<T: Serialize + DeserializeOwned>(
         &self,
-        for_rank: &dyn Fn(usize) -> Option<T>,
+        for_rank: &mut dyn FnMut(usize) -> Option<T>,
     ) -> T {
         const ALL: &str = "rank 0 has something for every rank";
         if !self.is_first() {
@@ -246,25 +284,6 @@ impl Ranks {
             let bytes = bytemuck::cast_slice_mut(part);
             self.network().receive_into(rank, bytes);
         }
-    }
-
-    /// Gives each rank what the others have for it: `for_each[i]` goes to rank `i`. What comes is in the order of the ranks.
-    ///
-    /// # Panics
-    /// When there is not one for each rank.
-    pub fn exchange(&self, mut for_each: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
-        let (rank, n) = (self.rank(), self.n());
-        assert_eq!(for_each.len(), n, "one for each rank");
-        let own = std::mem::take(&mut for_each[rank]);
-        let mut received = vec![Vec::new(); n];
-        received[rank] = own;
-        for step in 1..n {
-            let (to, from) = ((rank + step) % n, (rank + n - step) % n);
-            self.count(for_each[to].len());
-            let bytes = std::mem::take(&mut for_each[to]);
-            received[from] = self.network().send_and_receive(to, &bytes, from);
-        }
-        received
     }
 
     /// What each rank made, where all of them succeeded; else the error of the first that failed, on all of them.
@@ -331,16 +350,36 @@ mod tests {
     }
 
     #[test]
-    fn what_is_for_another_rank_arrives_there_and_is_counted() {
-        let received = on_threads(4, |ranks| {
-            let rank = ranks.rank() as u8;
-            let for_each = (0..4).map(|to| vec![rank; to]).collect();
-            (ranks.exchange(for_each), ranks.sent())
+    fn numbers_go_from_the_first_rank_and_back_and_are_counted() {
+        let found = on_threads(4, |ranks| {
+            let lengths = [1, 2, 3, 4];
+            let own = lengths[ranks.rank()];
+            let mut numbers = vec![0u32; own];
+            ranks.is_for("there");
+            let fill = |rank: usize, numbers: &mut [u32]| numbers.fill(rank as u32);
+            ranks.scatter_into(&fill, &mut numbers, &lengths);
+            assert_eq!(numbers, vec![ranks.rank() as u32; own]);
+            ranks.is_for("back");
+            let mut all = [0u32; 10];
+            if ranks.is_first() {
+                let (first, rest) = all.split_at_mut(1);
+                let (second, rest) = rest.split_at_mut(2);
+                let (third, fourth) = rest.split_at_mut(3);
+                ranks.receive_parts(&mut [first, second, third, fourth]);
+            } else {
+                ranks.send_part(&numbers);
+            }
+            (all, ranks.sent_by_all())
         });
-        for (rank, (received, sent)) in received.into_iter().enumerate() {
-            let wanted: Vec<Vec<u8>> = (0..4).map(|from| vec![from; rank]).collect();
-            assert_eq!(received, wanted);
-            assert_eq!(sent, [3, (6 - rank) as u64]);
+        assert_eq!(found[0].0, [0, 1, 1, 2, 2, 2, 3, 3, 3, 3]);
+        let sent = |what: &str, most: u64| Sent {
+            what: what.to_owned(),
+            messages: 3,
+            bytes: 36,
+            most,
+        };
+        for (_, found) in found {
+            assert_eq!(found, [sent("back", 16), sent("there", 36)]);
         }
     }
 

@@ -1,20 +1,32 @@
 //! Ranks as MPI starts them, by the MPI of the system.
 
 use super::{Network, Ranks};
+use crate::error::{Error, Result};
+use mpi::Threading;
 use mpi::environment::Universe;
 use mpi::point_to_point::{Destination, Source};
 use mpi::topology::{Communicator, SimpleCommunicator};
 
 /// Variables that launchers set for the processes that they start: Open MPI, PMIx, MPICH and others with PMI.
 const LAUNCHED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"];
+/// Exit code of a Rust program that panics.
+const PANICKED: i32 = 101;
 /// Bytes of a message at the most: MPI counts to 2^31. Longer ones go in pieces, of which the last is shorter.
 const PIECE: usize = 1 << 30;
 
-/// MPI as long as it is used; it ends where this is dropped.
+/// MPI as long as it is used. Dropping it waits for all ranks to do so, but for one that panics: it ends them all.
 pub struct Session {
     _universe: Universe,
     ranks: Ranks,
     n_on_node: usize,
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            SimpleCommunicator::world().abort(PANICKED);
+        }
+    }
 }
 
 impl Session {
@@ -31,18 +43,24 @@ impl Session {
 
 /// Joins the other ranks where a launcher of MPI has started this process.
 ///
-/// # Panics
-/// Where MPI cannot be started.
-pub fn start() -> Option<Session> {
+/// # Errors
+/// Where MPI cannot be started, or takes calls from one thread only.
+pub fn start() -> Result<Option<Session>> {
     if LAUNCHED.iter().all(|name| std::env::var_os(name).is_none()) {
-        return None;
+        return Ok(None);
     }
     // Calls come from one thread at a time, whichever that is.
-    let (universe, _) =
-        mpi::initialize_with_threading(mpi::Threading::Serialized).expect("MPI is started once");
+    let started = mpi::initialize_with_threading(Threading::Serialized);
+    let (universe, threading) =
+        started.ok_or_else(|| Error::system("MPI is under way already, or cannot be started"))?;
+    if threading < Threading::Serialized {
+        return Err(Error::system(
+            "this MPI takes calls from one thread only; build azimesh with one that allows MPI_THREAD_SERIALIZED",
+        ));
+    }
     let world = universe.world();
     let node = world.split_shared(world.rank());
-    Some(Session {
+    Ok(Some(Session {
         n_on_node: node.size() as usize,
         ranks: match world.size() {
             1 => Ranks::alone(),
@@ -52,7 +70,7 @@ pub fn start() -> Option<Session> {
             }),
         },
         _universe: universe,
-    })
+    }))
 }
 
 /// All ranks. The communicator is not kept: a thread may not hand it to another.
@@ -104,18 +122,5 @@ impl Network for World {
             from.receive_into(piece);
         }
         from.receive_into(last);
-    }
-
-    fn send_and_receive(&self, to: usize, bytes: &[u8], from: usize) -> Vec<u8> {
-        let world = SimpleCommunicator::world();
-        let to = world.process_at_rank(to as i32);
-        mpi::request::multiple_scope(bytes.len() / PIECE + 1, |scope, requests| {
-            for piece in pieces(bytes) {
-                requests.add(to.immediate_send(scope, piece));
-            }
-            let received = self.receive(from);
-            requests.wait_all(&mut Vec::new());
-            received
-        })
     }
 }

@@ -34,11 +34,6 @@ impl Network for Channels {
     fn receive_into(&self, from: usize, bytes: &mut [u8]) {
         bytes.copy_from_slice(&self.receive(from));
     }
-
-    fn send_and_receive(&self, to: usize, bytes: &[u8], from: usize) -> Vec<u8> {
-        self.send(to, bytes);
-        self.receive(from)
-    }
 }
 
 /// What `work` gives on each of `n` ranks, each a thread.

@@ -21,6 +21,8 @@ const MOST_LANES: usize = 8;
 const MOST_FUSED: usize = 8;
 /// Base points in a tile of that matrix.
 const TILE: usize = 128;
+/// Fewer are filled up by points of weight zero: products over so few may be rounded in another way.
+const LEAST_TILE: usize = 3;
 /// Square roots under way or waiting for their kernel value.
 const ROOTS: usize = 8;
 /// Base points that have entered the pipeline when the first leaves it: two wait for their root.
@@ -172,6 +174,9 @@ impl NearbyBase {
                 }
             }
             if self.points.len() > n_before {
+                let n_filled = self.points.len().max(n_before + LEAST_TILE);
+                self.points.resize(n_filled, [0.0; 3]);
+                self.weights.resize(n_filled * r, 0.0);
                 self.tile_ends.push(self.points.len());
             }
         }

@@ -4,7 +4,7 @@ use azimesh::deform::{dismiss, serve};
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
 use azimesh::ranks::{Ranks, on_threads};
-use azimesh::sample::{BladeOptions, CellShape, SizeOptions, blade};
+use azimesh::sample::{BladeOptions, CellShape, Naca0012Options, SizeOptions, blade, naca0012};
 use azimesh::{Deformation, Schedule, Step};
 use std::path::Path;
 
@@ -155,10 +155,61 @@ fn plane_and_curved_surfaces() {
         }
     }
     same_on_any_number_of_ranks(&mesh);
+    // A node of no cell that is not in the plane.
+    mesh.points.push([0.0, 0.0, 5.0]);
+    same_on_any_number_of_ranks(&mesh);
     for point in &mut mesh.points {
         point[2] = (3.0 * point[0]).sin();
     }
     same_on_any_number_of_ranks(&mesh);
+}
+
+/// Edges that three sheets share, each of them in slabs of its own: the first two cells in the order of the mesh are
+/// neighbours there.
+#[test]
+fn sheets_that_meet_in_one_edge() {
+    let (n, m) = (500, 80);
+    let mut mesh = Mesh::default();
+    for sheet in 0..3 {
+        let (cos, sin) = (2.0 * f64::from(sheet)).sin_cos();
+        let at = |i: u32, j: u32| match j {
+            0 => i,
+            _ => n + (sheet as u32 * m + j - 1) * n + i,
+        };
+        for j in u32::from(sheet > 0)..=m {
+            let r = f64::from(j) / 300.0;
+            let row = (0..n).map(|i| [f64::from(i) / 300.0, r * cos, r * sin]);
+            mesh.points.extend(row);
+        }
+        for j in 0..m {
+            for i in 0..n - 1 {
+                let nodes = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                mesh.cells.push(CellKind::Quadrilateral, &nodes);
+            }
+        }
+    }
+    same_on_any_number_of_ranks(&mesh);
+}
+
+/// A mesh of several slabs that moves, so that fields and parts are cut.
+#[test]
+fn a_large_airfoil_moves_alike() {
+    let options = Naca0012Options {
+        size: SizeOptions {
+            nodes: Some(70_000),
+            ..SizeOptions::default()
+        },
+    };
+    let sample = naca0012(&options).expect("a sample");
+    let (mesh, text) = (sample.mesh, sample.schedule);
+    let scratch = tempfile::tempdir().expect("a folder");
+    let path = scratch.path().join("n.toml");
+    std::fs::write(&path, text.replace("step = 10.0", "step = 130.0")).expect("it can be written");
+    let of = |ranks: &Ranks| {
+        let schedule = Schedule::read(&path).expect("a good schedule");
+        told(mesh.clone(), schedule, ranks)
+    };
+    alike(&of);
 }
 
 /// Positions, velocities and quality at every step of a schedule in `testdata`.
@@ -177,6 +228,11 @@ fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Vec<Stri
     let path = scratch.path().join(schedule);
     std::fs::write(&path, text).expect("it can be written");
     let schedule = Schedule::read(&path).expect("a good schedule");
+    told(mesh, schedule, ranks)
+}
+
+/// Positions, velocities and quality at the first steps.
+fn told(mesh: Mesh, schedule: Schedule, ranks: &Ranks) -> Vec<String> {
     let deformation = Deformation::builder(mesh, schedule).ranks(ranks).build();
     let deformation = deformation.expect("base points");
     let at = |step: &Step| {
@@ -189,14 +245,18 @@ fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Vec<Stri
 }
 
 fn deforms_alike(schedule: &str, changes: &[(&str, &str)]) {
-    let alone = deformed(schedule, changes, &Ranks::alone());
+    alike(&|ranks| deformed(schedule, changes, ranks));
+}
+
+fn alike(of: &(dyn Fn(&Ranks) -> Vec<String> + Sync)) {
+    let alone = of(&Ranks::alone());
     for n in [2, 3, 7] {
         let found = on_threads(n, |ranks| {
             if !ranks.is_first() {
                 serve(&ranks);
                 return None;
             }
-            let found = deformed(schedule, changes, &ranks);
+            let found = of(&ranks);
             dismiss(&ranks);
             Some(found)
         });
@@ -235,9 +295,8 @@ fn substeps_twist_repairs_and_velocities_give_the_same_nodes_on_any_number_of_ra
         ("stop = 60.0", "stop = 40.0"),
     ];
     deforms_alike("block.toml", &folds);
-    let twist = (
-        "[rbf]",
-        "[output]\nvelocity = true\n[rbf]\ninterpolate = \"twist\"",
-    );
+    let twist = ("[rbf]", "[rbf]\ninterpolate = \"twist\"");
     deforms_alike("hart_ii.toml", &[twist]);
+    let velocity = ("[rbf]", "[output]\nvelocity = true\n[rbf]");
+    deforms_alike("hart_ii.toml", &[velocity]);
 }

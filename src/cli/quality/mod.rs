@@ -12,7 +12,7 @@ use crate::formats::Format;
 use crate::mesh::{Cells, Mesh, Part};
 use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, statistics};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use worst::WorstCells;
 
@@ -152,7 +152,8 @@ fn judge_mesh<'a>(
     drop(input);
     let given = given_reference(args, context, format)?;
     if let Some(given) = &given {
-        context.ranks.agree(given.check(&mesh, &args.mesh))?;
+        let checked = context.ranks.agree(given.check(&mesh));
+        checked.map_err(|error| error.file(&args.mesh))?;
     }
     let judge = match given {
         Some(given) => given.judge,
@@ -204,9 +205,8 @@ fn judge_sequence<'a>(
     for (index, &time) in times.iter().enumerate() {
         let mesh = read(input, Some(index), context, &mut told)?;
         let given = given.get_or_insert_with(|| Given::new(&mesh));
-        context
-            .ranks
-            .agree(given.check(&mesh, input.path_of(index)))?;
+        let checked = context.ranks.agree(given.check(&mesh));
+        checked.map_err(|error| error.file(input.path_of(index)))?;
         let step = Some(Step { index, time });
         findings.take(step, &mesh, &given.judge, context)?;
     }
@@ -264,11 +264,11 @@ impl Given {
     }
 
     /// Refuses a mesh with other cells.
-    fn check(&self, mesh: &Mesh, path: &Path) -> Result<()> {
+    fn check(&self, mesh: &Mesh) -> Result<()> {
         if self.cells != mesh.cells || self.part != mesh.part {
             let message = "its cells are not those of the reference mesh, which must have the same cells in \
                            the same order";
-            return Err(Error::input(message).file(path));
+            return Err(Error::input(message));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@
 
 mod pair;
 
-use super::{CellKind, CellRun, Cells, Mesh};
+use super::{CellKind, CellRun, Cells, Mesh, Part};
 use crate::parallel::map;
 use std::ops::Range;
 
@@ -22,42 +22,37 @@ pub struct Adjacency {
     own_chunks: Range<usize>,
 }
 
-/// How the cells of a mesh are cut into chunks: a chunk begins where the own cells of a part begin.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Cuts {
-    /// Cells of the first chunk where it is no whole one.
-    lead: usize,
-    n_cells: usize,
-}
+/// Where the chunks of the cells of a mesh begin, and the last ends. The cells of a part that lie in one chunk of the whole
+/// mesh make a chunk, so that sides find each other in the same order.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Cuts(Vec<usize>);
 
 impl Cuts {
-    fn new(n_cells: usize, own_start: usize) -> Self {
-        let lead = own_start % CHUNK;
-        Self { lead, n_cells }
-    }
-
-    fn n(self) -> usize {
-        usize::from(self.lead > 0) + (self.n_cells - self.lead).div_ceil(CHUNK)
-    }
-
-    fn range(self, chunk: usize) -> Range<usize> {
-        let start = |chunk: usize| match self.lead {
-            0 => chunk * CHUNK,
-            _ if chunk == 0 => 0,
-            lead => lead + (chunk - 1) * CHUNK,
+    fn new(n_cells: usize, part: Option<&Part>) -> Self {
+        let mut starts: Vec<usize> = match part {
+            None => (0..n_cells).step_by(CHUNK).collect(),
+            Some(part) => {
+                let chunk = |cell: usize| part.cells[cell] as usize / CHUNK;
+                let is_start = |&cell: &usize| cell == 0 || chunk(cell) != chunk(cell - 1);
+                (0..n_cells).filter(is_start).collect()
+            }
         };
-        start(chunk)..start(chunk + 1).min(self.n_cells)
+        starts.push(n_cells);
+        Self(starts)
     }
 
-    /// The chunks of consecutive cells, which begin where a chunk does.
-    fn chunks(self, cells: &Range<usize>) -> Range<usize> {
-        let chunks = (0..self.n()).filter(|&chunk| {
-            let range = self.range(chunk);
-            cells.start <= range.start && range.start < cells.end
-        });
-        let mut chunks = chunks.peekable();
-        let first = chunks.peek().copied().unwrap_or(0);
-        first..first + chunks.count()
+    fn n(&self) -> usize {
+        self.0.len().saturating_sub(1)
+    }
+
+    fn range(&self, chunk: usize) -> Range<usize> {
+        self.0[chunk]..self.0[chunk + 1]
+    }
+
+    /// The chunks of consecutive cells, which begin and end where chunks do.
+    fn chunks(&self, cells: &Range<usize>) -> Range<usize> {
+        let before = |cell: usize| self.0[..self.n()].partition_point(|&start| start < cell);
+        before(cells.start)..before(cells.end)
     }
 }
 
@@ -139,24 +134,25 @@ impl Adjacency {
     /// has an outer face. Time and memory grow with the number of cells: in addition to what is kept,
     /// 17 bytes for each side whose other cell is more than 32,768 cells away.
     pub fn of(mesh: &Mesh) -> Self {
-        Self::with_own(&mesh.cells, mesh.dimension(), &mesh.own_cells())
+        Self::with_own(&mesh.cells, mesh.dimension(), mesh.part.as_deref())
     }
 
     /// [`Adjacency::of`] the cells of a mesh of this dimension.
     pub fn of_cells(cells: &Cells, dimension: u8) -> Self {
-        Self::with_own(cells, dimension, &(0..cells.len()))
+        Self::with_own(cells, dimension, None)
     }
 
-    fn with_own(cells: &Cells, dimension: u8, own: &Range<usize>) -> Self {
-        let cuts = Cuts::new(cells.len(), own.start);
+    fn with_own(cells: &Cells, dimension: u8, part: Option<&Part>) -> Self {
+        let cuts = Cuts::new(cells.len(), part);
         if dimension < 2 {
             return Self {
                 cuts,
                 ..Self::default()
             };
         }
-        let chunks = pair::chunks(cells, dimension, cuts);
-        let own_chunks = cuts.chunks(own);
+        let chunks = pair::chunks(cells, dimension, &cuts);
+        let all = 0..cells.len();
+        let own_chunks = cuts.chunks(part.map_or(&all, |part| &part.own_cells));
         let own = &chunks[own_chunks.clone()];
         let count = |wanted: u8| {
             let of = |chunk: &Chunk| {

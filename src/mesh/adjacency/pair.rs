@@ -15,7 +15,7 @@ const OPEN: u8 = 3;
 const PARTS: usize = 64;
 
 /// The paired sides of all cells of the mesh's dimension, which is 2 or 3.
-pub(super) fn chunks(cells: &Cells, dimension: u8, cuts: Cuts) -> Vec<Chunk> {
+pub(super) fn chunks(cells: &Cells, dimension: u8, cuts: &Cuts) -> Vec<Chunk> {
     let n_nodes = n_nodes(cells);
     let desks = Scratch::new(Desk::default);
     let drafts = map(cuts.n(), &|chunk| {
