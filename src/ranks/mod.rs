@@ -45,12 +45,20 @@ pub struct Ranks {
 }
 
 /// What a rank has sent.
-#[derive(Default)]
 struct Log {
     /// What it sends at present.
     what: String,
     /// Messages, and bytes in them.
     sent: BTreeMap<String, [u64; 2]>,
+}
+
+impl Default for Log {
+    fn default() -> Self {
+        Self {
+            what: "start".to_owned(),
+            sent: BTreeMap::new(),
+        }
+    }
 }
 
 /// What all ranks have sent for one purpose.
