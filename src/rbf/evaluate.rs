@@ -150,8 +150,8 @@ impl WeightedBase<'_> {
 struct NearbyBase {
     points: Vec<Vector>,
     weights: Vec<f64>,
-    /// Where those of each `TILE` base points end, of which any is near: what is added up in one go does not depend on
-    /// how many are near.
+    /// For more columns than are fused: where those of each `TILE` base points end, of which any is near. What is added up
+    /// in one go does not depend on how many are near.
     tile_ends: Vec<usize>,
     tile: Vec<f64>,
 }
@@ -173,7 +173,7 @@ impl NearbyBase {
                     self.weights.extend_from_slice(&base.weights[j * r..][..r]);
                 }
             }
-            if self.points.len() > n_before {
+            if self.points.len() > n_before && r > MOST_FUSED {
                 let n_filled = self.points.len().max(n_before + LEAST_TILE);
                 self.points.resize(n_filled, [0.0; 3]);
                 self.weights.resize(n_filled * r, 0.0);

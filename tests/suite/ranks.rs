@@ -52,51 +52,35 @@ fn same_on_any_number_of_ranks(mesh: &Mesh) {
     }
 }
 
-#[test]
-fn hexahedra_and_their_boundary_faces() {
+/// A blade with so many nodes, of cells of one shape.
+fn blade_of(nodes: usize, surface_nodes: usize, cells: CellShape) -> Mesh {
     let size = SizeOptions {
-        nodes: Some(140_000),
-        surface_nodes: Some(6_000),
-        ..SizeOptions::default()
-    };
-    let mesh = blade(&BladeOptions {
-        size,
-        ..BladeOptions::default()
-    })
-    .expect("a sample")
-    .mesh;
-    same_on_any_number_of_ranks(&mesh);
-}
-
-#[test]
-fn tetrahedra() {
-    let size = SizeOptions {
-        nodes: Some(30_000),
-        surface_nodes: Some(3_000),
+        nodes: Some(nodes),
+        surface_nodes: Some(surface_nodes),
         ..SizeOptions::default()
     };
     let options = BladeOptions {
         size,
-        cells: CellShape::Tet,
+        cells,
         ..BladeOptions::default()
     };
-    same_on_any_number_of_ranks(&blade(&options).expect("a sample").mesh);
+    blade(&options).expect("a sample").mesh
+}
+
+#[test]
+fn hexahedra_and_their_boundary_faces() {
+    same_on_any_number_of_ranks(&blade_of(140_000, 6_000, CellShape::Hex));
+}
+
+#[test]
+fn tetrahedra() {
+    same_on_any_number_of_ranks(&blade_of(30_000, 3_000, CellShape::Tet));
 }
 
 /// Hexahedra, of which some are two wedges, six pyramids without their common point, or polyhedra.
 #[test]
 fn many_kinds_of_cells_in_no_order() {
-    let size = SizeOptions {
-        nodes: Some(110_000),
-        surface_nodes: Some(5_000),
-        ..SizeOptions::default()
-    };
-    let mut mesh = blade(&BladeOptions {
-        size,
-        ..BladeOptions::default()
-    })
-    .expect("a sample")
-    .mesh;
+    let mut mesh = blade_of(110_000, 5_000, CellShape::Hex);
     let mut cells = Cells::new();
     for cell in mesh.cells.iter() {
         let n = cell.nodes;
