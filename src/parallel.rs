@@ -29,7 +29,32 @@ pub fn start(n_threads: usize) -> Result<()> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(n_threads)
         .build_global()
-        .map_err(|error| Error::system(format!("cannot start {n_threads} threads: {error}")))
+        .map_err(|error| cannot_start(n_threads, &error))
+}
+
+/// Threads beside those of [`start`], for work that is to leave processors to others.
+pub struct Pool(rayon::ThreadPool);
+
+impl Pool {
+    /// So many threads.
+    ///
+    /// # Errors
+    /// Where the system does not start them.
+    pub fn new(n_threads: usize) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads);
+        let pool = pool.build();
+        pool.map(Self)
+            .map_err(|error| cannot_start(n_threads, &error))
+    }
+
+    /// Does `work`, whose loops run on these threads.
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.0.install(work)
+    }
+}
+
+fn cannot_start(n_threads: usize, error: &rayon::ThreadPoolBuildError) -> Error {
+    Error::system(format!("cannot start {n_threads} threads: {error}"))
 }
 
 /// Threads that loops run on.

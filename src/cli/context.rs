@@ -52,11 +52,16 @@ impl Context {
         }
     }
 
-    /// Starts as many threads as are asked for or granted.
-    pub fn start_threads(&self) -> Result<()> {
-        let Threads { n, by } = Threads::granted(self.common.threads, self.n_on_node);
+    /// Starts as many threads as are asked for or granted. The first rank has those of the machine for what it does while
+    /// others wait.
+    pub fn start_threads(&mut self) -> Result<()> {
+        let Threads { n, alone, by } = Threads::granted(self.common.threads, self.n_on_node);
         self.detail(&format!("threads: {n} ({by})"));
-        parallel::start(n)
+        if self.team.n() == 1 || alone == n {
+            return parallel::start(n);
+        }
+        self.team = self.team.with_threads(n)?;
+        parallel::start(alone)
     }
 
     /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.

@@ -166,7 +166,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     }
     let context = Context::new(cli.common);
     let is_alike = cli.command.is_shared();
-    let context = match is_alike || !ranks.is_first() {
+    let mut context = match is_alike || !ranks.is_first() {
         true => context.alike(&ranks, n_on_node),
         false => context.with_team(&ranks, n_on_node),
     };

@@ -24,6 +24,8 @@ const SHARED: &str = "machine, shared by ranks";
 pub struct Threads {
     /// The number.
     pub n: usize,
+    /// How many a rank may have while the others wait for it.
+    pub alone: usize,
     /// What decided it.
     pub by: &'static str,
 }
@@ -44,6 +46,7 @@ impl Threads {
             true => Self {
                 n: (self.n / n_ranks).max(1),
                 by: SHARED,
+                ..self
             },
             false => self,
         }
@@ -59,24 +62,22 @@ impl Threads {
             n.filter(|n| *n > 0)
         };
         if let Some(n) = asked {
-            return Self {
-                n: n.get(),
-                by: ASKED,
-            };
+            return Self::of(n.get(), ASKED);
         }
         if let Some(n) = number(RAYON) {
-            return Self { n, by: RAYON };
+            return Self::of(n, RAYON);
         }
         let granted = GRANTS
             .into_iter()
             .find_map(|name| Some((number(name)?, name)));
         match granted.filter(|(n, _)| *n < machine) {
-            Some((n, by)) => Self { n, by },
-            None => Self {
-                n: machine,
-                by: MACHINE,
-            },
+            Some((n, by)) => Self::of(n, by),
+            None => Self::of(machine, MACHINE),
         }
+    }
+
+    fn of(n: usize, by: &'static str) -> Self {
+        Self { n, alone: n, by }
     }
 }
 
@@ -145,15 +146,16 @@ mod tests {
     #[test]
     fn ranks_that_are_not_bound_share_the_machine() {
         let shared = |n_ranks, is_bound| {
-            let machine = Threads { n: 8, by: MACHINE };
-            machine.shared(n_ranks, is_bound).n
+            let shared = Threads::of(8, MACHINE).shared(n_ranks, is_bound);
+            assert_eq!(shared.alone, 8);
+            shared.n
         };
         assert_eq!(
             [shared(1, false), shared(3, false), shared(9, false)],
             [8, 2, 1]
         );
         assert_eq!(shared(3, true), 8);
-        let asked = Threads { n: 8, by: ASKED };
+        let asked = Threads::of(8, ASKED);
         assert_eq!(asked.shared(4, false).n, 8);
     }
 

@@ -13,7 +13,7 @@ use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
-use crate::motion::{BodyMap, Role, Step};
+use crate::motion::{BodyMap, QualityOutput, Role, Step};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::rbf::field::BLOCK;
@@ -117,6 +117,10 @@ impl Interval {
         let n_nodes = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
         let correct = plan.schedule.selection.correction;
+        if plan.schedule.output.quality != QualityOutput::None {
+            // Ranks evaluate fields where they judge cells.
+            plan.share();
+        }
         let fields = Fields::new(
             state,
             &plan.layers,
@@ -215,6 +219,9 @@ impl Interval {
     /// leaders, and keeps a plane mesh in its plane.
     fn finish_positions(&self, step: &Step, out: &mut [Vector]) {
         let plan = &*self.plan;
+        if let Some(team) = &plan.team {
+            team.finish(plan.motion.to_inertial(step), plan.motion.rotor.in_plane);
+        }
         if let Some(to_inertial) = plan.motion.to_inertial(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
             parallel::update(out, |node, x| {

@@ -27,7 +27,7 @@ impl Measures {
             team: plan.team.clone(),
         };
         match &measures.team {
-            Some(team) => team.share(&plan.mesh, &plan.moving_faces),
+            Some(_) => plan.share(),
             None => {
                 let adjacency = &measures.judge().adjacency;
                 measures.walls = WallAngles::find(&plan.mesh, adjacency, &plan.moving_faces);

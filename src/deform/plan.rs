@@ -124,6 +124,16 @@ impl Plan {
         })
     }
 
+    /// Gives each rank its part of the mesh, where there are several.
+    pub(super) fn share(&self) {
+        let Some(team) = &self.team else { return };
+        let followers = self.periodic.followers().iter().map(|of| of.node);
+        let surface = &self.motion.surface.nodes.nodes;
+        let mut apart: Vec<u32> = surface.iter().copied().chain(followers).collect();
+        apart.sort_unstable();
+        team.share(&self.mesh, &self.moving_faces, &apart);
+    }
+
     /// The nodes that deform, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
         let zone = self.motion.zone.as_ref().map(|zone| &zone.nodes);

@@ -330,14 +330,27 @@ impl Stepper<'_> {
     /// Where the motion puts the nodes; gives the largest error before the correction.
     fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
         let error = self.interval.points_at(step, points)?;
-        self.rounding.apply(points);
+        self.round(points);
         Ok(error)
     }
 
     fn through(&self, step: &Step, parts: Parts, points: &mut [Vector]) -> Result<f64> {
         let error = self.interval.points_through(step, parts, points)?;
-        self.rounding.apply(points);
+        self.round(points);
         Ok(error)
+    }
+
+    /// Rounds positions that fields gave, on all ranks.
+    fn round(&self, points: &mut [Vector]) {
+        self.rounding.apply(points);
+        if let Some(team) = self
+            .plan
+            .team
+            .as_ref()
+            .filter(|_| self.rounding == Rounding::Single)
+        {
+            team.round();
+        }
     }
 
     /// Where the repair of a step begins.

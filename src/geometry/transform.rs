@@ -1,12 +1,13 @@
 //! Rigid transforms: a rotation and a translation.
 
 use super::vector::{Vector, add, cross, dot, scale, sub, unit};
+use serde::{Deserialize, Serialize};
 
 /// Rows of a 3 by 3 matrix.
 pub type Matrix = [[f64; 3]; 3];
 
 /// `x' = rotation x + translation`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Transform {
     /// Rotation matrix, by rows.
     pub rotation: Matrix,

@@ -16,6 +16,7 @@ pub use mpi::start;
 pub use threads::on_threads;
 
 use crate::error::Result;
+use crate::parallel::Pool;
 use bytemuck::Pod;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -41,6 +42,8 @@ pub trait Network: Send + Sync {
 #[derive(Clone)]
 pub struct Ranks {
     network: Option<Arc<dyn Network>>,
+    /// Threads for work that all ranks do at once, where a rank that works alone has more.
+    pool: Option<Arc<Pool>>,
     sent: Arc<Mutex<Log>>,
 }
 
@@ -91,6 +94,7 @@ impl Ranks {
     pub fn alone() -> Self {
         Self {
             network: None,
+            pool: None,
             sent: Arc::default(),
         }
     }
@@ -100,6 +104,25 @@ impl Ranks {
         Self {
             network: Some(Arc::new(network)),
             ..Self::alone()
+        }
+    }
+
+    /// With so many threads for work that all ranks do at once.
+    ///
+    /// # Errors
+    /// Where the system does not start them.
+    pub fn with_threads(&self, n: usize) -> Result<Self> {
+        Ok(Self {
+            pool: Some(Arc::new(Pool::new(n)?)),
+            ..self.clone()
+        })
+    }
+
+    /// Does work that all ranks do at once.
+    pub fn together<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.pool {
+            Some(pool) => pool.run(work),
+            None => work(),
         }
     }
 

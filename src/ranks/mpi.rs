@@ -5,7 +5,8 @@ use crate::error::{Error, Result};
 use mpi::Threading;
 use mpi::environment::Universe;
 use mpi::point_to_point::{Destination, Source};
-use mpi::topology::{Communicator, SimpleCommunicator};
+use mpi::topology::{Communicator, Process, SimpleCommunicator};
+use std::time::{Duration, Instant};
 
 /// Variables that launchers set for the processes that they start: Open MPI, PMIx, MPICH and others with PMI.
 const LAUNCHED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"];
@@ -13,6 +14,10 @@ const LAUNCHED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "P
 const PANICKED: i32 = 101;
 /// Bytes of a message at the most: MPI counts to 2^31. Longer ones go in pieces, of which the last is shorter.
 const PIECE: usize = 1 << 30;
+/// How long a rank looks for a message without pause: an answer to what it has just sent comes within that.
+const SOON: Duration = Duration::from_micros(200);
+/// After that it looks for it this often. Waiting takes no processor, which another rank of the machine may have use for.
+const NAP: Duration = Duration::from_micros(100);
 
 /// MPI as long as it is used. Dropping it waits for all ranks to do so, but for one that panics: it ends them all.
 pub struct Session {
@@ -85,6 +90,16 @@ fn pieces(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     (0..=n).map(move |i| &bytes[i * PIECE..bytes.len().min((i + 1) * PIECE)])
 }
 
+/// Waits for a message.
+fn wait_for(from: &Process<'_>) {
+    let start = Instant::now();
+    while from.immediate_probe().is_none() {
+        if start.elapsed() > SOON {
+            std::thread::sleep(NAP);
+        }
+    }
+}
+
 impl Network for World {
     fn rank(&self) -> usize {
         self.rank
@@ -103,6 +118,7 @@ impl Network for World {
     fn receive(&self, from: usize) -> Vec<u8> {
         let world = SimpleCommunicator::world();
         let from = world.process_at_rank(from as i32);
+        wait_for(&from);
         let (mut all, _) = from.receive_vec::<u8>();
         let mut last = all.len();
         while last == PIECE {
@@ -116,6 +132,7 @@ impl Network for World {
     fn receive_into(&self, from: usize, bytes: &mut [u8]) {
         let world = SimpleCommunicator::world();
         let from = world.process_at_rank(from as i32);
+        wait_for(&from);
         let n = bytes.len() / PIECE;
         let (whole, last) = bytes.split_at_mut(n * PIECE);
         for piece in whole.chunks_exact_mut(PIECE) {

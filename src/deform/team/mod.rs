@@ -1,0 +1,373 @@
+//! Fields and quality that several ranks share. The first rank has the whole mesh and decides; the others do what it
+//! orders, each for some of the nodes and cells.
+//!
+//! ```text
+//! fields      a slab of the nodes that deform, and the nodes of the part; their values never leave the rank
+//! positions   each rank moves its nodes, the first gathers the slabs
+//! places      where the first puts a node elsewhere (on a wall, by a repair) it tells the ranks that have it
+//! quality     a part of the cells with those around it, where the rank itself has moved the nodes
+//! ```
+//!
+//! Every number is the one that a rank alone finds: a value at a node does not depend on the other nodes, and sums over
+//! cells are added up in the order of the whole mesh.
+
+mod order;
+mod work;
+
+use super::fields::{Chosen, MeshState, Narrow};
+use super::layer::Layer;
+use crate::geometry::Transform;
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::progress::{Progress, Silent};
+use crate::quality::Summary;
+use crate::quality::faces::FaceSummary;
+use crate::ranks::Ranks;
+use order::{Changed, Finish, LayerTask, Order, Rows, Task};
+use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use work::{BlockHash, Work, hashes, rows_by_node, rows_of};
+
+/// Slabs of nodes begin at multiples of this.
+const SLAB: usize = 256;
+
+/// All ranks, as the first sees them.
+pub(crate) struct Team {
+    ranks: Ranks,
+    state: Mutex<State>,
+}
+
+/// What the first rank has, and knows of the others.
+#[derive(Default)]
+struct State {
+    work: Work,
+    /// How many fields there have been.
+    n_fields: usize,
+    /// The nodes of the part of each rank.
+    nodes: Vec<Vec<u32>>,
+    /// Of these, by their place there, those that are placed one by one.
+    apart: Vec<Vec<u32>>,
+    /// The places that the parts have.
+    places: Option<blake3::Hash>,
+}
+
+/// Fields that lie with several ranks.
+pub(crate) struct SharedFields {
+    team: Arc<Team>,
+    id: usize,
+    /// The nodes that deform; `None` for all.
+    nodes: Option<Vec<u32>>,
+}
+
+impl Team {
+    /// The team of the first rank; none where it is alone.
+    pub fn of(ranks: &Ranks) -> Option<Arc<Self>> {
+        let has_others = ranks.is_first() && ranks.n() > 1;
+        has_others.then(|| {
+            Arc::new(Self {
+                ranks: ranks.clone(),
+                state: Mutex::default(),
+            })
+        })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn order(&self, order: Order) -> Order {
+        Order::give(Some(order), &self.ranks)
+    }
+
+    /// Has all ranks evaluate fields, as [`Fields::new`](super::fields::Fields::new) does.
+    pub fn evaluate(
+        self: &Arc<Self>,
+        at: MeshState<'_>,
+        layers: &[Layer],
+        chosen: &[Chosen<'_>],
+        correct: bool,
+        progress: &dyn Progress,
+    ) -> (SharedFields, Option<Narrow>) {
+        let mut state = self.state();
+        let id = state.n_fields;
+        state.n_fields += 1;
+        let task = Box::new(Task {
+            layers: layers.iter().zip(chosen).map(LayerTask::of).collect(),
+            surface: at.surface.to_vec(),
+            facets: at.facets.to_vec(),
+            correct,
+        });
+        let Order::Evaluate { task, .. } = self.order(Order::Evaluate { id, task }) else {
+            unreachable!("a broadcast gives what it got")
+        };
+        let n_rows = at.deforming.map_or(at.nodes.len(), <[u32]>::len);
+        let row_of = at
+            .deforming
+            .map(|nodes| rows_by_node(nodes, at.nodes.len()));
+        let rows = self.ranks.scatter(&mut |rank| {
+            let part = state.nodes.get(rank).map_or(&[][..], Vec::as_slice);
+            let slab = slab(n_rows, rank, self.ranks.n());
+            Some(nodes_of_rank(part, slab, at, row_of.as_deref()))
+        });
+        let elsewhere = n_rows.saturating_sub(rows.nodes.len());
+        let work = &mut state.work;
+        let narrow = self
+            .ranks
+            .together(|| work.evaluate(id, *task, rows, progress));
+        progress.advance((elsewhere * layers.len()) as u64);
+        let fields = SharedFields {
+            team: Arc::clone(self),
+            id,
+            nodes: at.deforming.map(<[u32]>::to_vec),
+        };
+        (fields, narrow)
+    }
+
+    /// Gives each rank a part of the mesh to judge, once; `moving_faces` are ascending. Nodes that are `apart` are mostly not
+    /// where fields move them.
+    pub fn share(&self, mesh: &Mesh, moving_faces: &[u32], apart: &[u32]) {
+        let mut state = self.state();
+        if !state.nodes.is_empty() {
+            return;
+        }
+        let moving_faces = moving_faces.to_vec();
+        let given = self.order(Order::Share { moving_faces });
+        let Order::Share { moving_faces } = given else {
+            unreachable!("a broadcast gives what it got")
+        };
+        let (part, nodes) = Mesh::shared_of(Some(mesh), &self.ranks);
+        let here = |nodes: &Vec<u32>| {
+            let nodes = (0..).zip(nodes);
+            let apart = nodes.filter(|(_, node)| apart.binary_search(node).is_ok());
+            apart.map(|(at, _)| at).collect::<Vec<u32>>()
+        };
+        state.apart = nodes.iter().map(here).collect();
+        let own = self
+            .ranks
+            .scatter(&mut |rank| Some(state.apart[rank].clone()));
+        let work = &mut state.work;
+        self.ranks
+            .together(|| work.take_part(part, &moving_faces, own));
+        (state.nodes, state.places) = (nodes, None);
+    }
+
+    /// Ends a step on all ranks as it is ended here.
+    pub fn finish(&self, to_inertial: Option<Transform>, in_plane: bool) {
+        let mut state = self.state();
+        let is_shared = state.work.part.is_some();
+        if is_shared && (to_inertial.is_some() || in_plane) {
+            let finish = Finish {
+                to_inertial,
+                in_plane,
+            };
+            state.places = None;
+            if let Order::Finish(finish) = self.order(Order::Finish(finish)) {
+                let work = &mut state.work;
+                self.ranks.together(|| work.finish(&finish));
+            }
+        }
+    }
+
+    /// Rounds places on all ranks as they are rounded here.
+    pub fn round(&self) {
+        let mut state = self.state();
+        if state.work.part.is_some() {
+            self.order(Order::Round);
+            state.places = None;
+            let part = state.work.part_mut();
+            self.ranks.together(|| part.round());
+        }
+    }
+
+    /// The quality of the cells with all nodes at `points`.
+    pub fn cells(&self, points: &[Vector]) -> Summary {
+        let state = self.placed(points);
+        self.order(Order::Cells);
+        let part = state.work.part();
+        self.ranks.together(|| part.cells())
+    }
+
+    /// The quality of the faces.
+    pub fn faces(&self, points: &[Vector]) -> FaceSummary {
+        let state = self.placed(points);
+        self.order(Order::Faces);
+        let part = state.work.part();
+        self.ranks.together(|| part.faces())
+    }
+
+    /// The largest change of the angle between a moving wall and its first cell, in degrees.
+    pub fn normal_change(&self, points: &[Vector]) -> Option<f64> {
+        let state = self.placed(points);
+        self.order(Order::Walls);
+        let part = state.work.part();
+        self.ranks.together(|| part.normal_change())
+    }
+
+    /// The state, once all parts have their nodes at `points`.
+    fn placed(&self, points: &[Vector]) -> MutexGuard<'_, State> {
+        let mut state = self.state();
+        let mut hasher = blake3::Hasher::new();
+        let hash = hasher.update_rayon(bytemuck::cast_slice(points)).finalize();
+        if state.places == Some(hash) {
+            return state;
+        }
+        self.order(Order::Place);
+        let State {
+            work, nodes, apart, ..
+        } = &mut *state;
+        let place_apart = |rank: usize, places: &mut [Vector]| {
+            let of_rank = apart[rank].iter().zip(places);
+            of_rank.for_each(|(&at, x)| *x = points[nodes[rank][at as usize] as usize]);
+        };
+        let lengths: Vec<usize> = apart.iter().map(Vec::len).collect();
+        let mut unused = vec![[0.0; 3]; lengths[0]];
+        self.ranks.scatter_into(&place_apart, &mut unused, &lengths);
+        let place = |rank: usize, at: usize| points[nodes[rank][at] as usize];
+        let wanted = |rank: usize| match rank {
+            0 => Vec::new(),
+            rank => hashes(nodes[rank].len(), |at| place(rank, at)),
+        };
+        let wanted: Vec<_> = (0..nodes.len()).map(wanted).collect();
+        let mut found = wanted.clone();
+        let mut rooms: Vec<&mut [BlockHash]> = found.iter_mut().map(Vec::as_mut_slice).collect();
+        self.ranks.receive_parts(&mut rooms);
+        self.ranks.scatter(&mut |rank| {
+            let hashes = wanted[rank].iter().zip(&found[rank]);
+            let place = |at: usize| place(rank, at);
+            Some(Changed::between(hashes, nodes[rank].len(), place))
+        });
+        let own = &nodes[0];
+        parallel::update(&mut work.part_mut().points, |at, x| {
+            *x = points[own[at] as usize];
+        });
+        state.places = Some(hash);
+        state
+    }
+}
+
+/// Sends the other ranks home.
+pub fn dismiss(ranks: &Ranks) {
+    if ranks.n() > 1 {
+        Order::give(Some(Order::End), ranks);
+    }
+}
+
+/// Does what the first rank orders, until there is no more to do.
+pub fn serve(ranks: &Ranks) {
+    let mut work = Work::default();
+    let nothing = |_: usize, _: &mut [Vector]| {};
+    loop {
+        match Order::give(None, ranks) {
+            Order::Evaluate { id, task } => {
+                let rows = ranks.scatter::<Rows>(&mut |_| None);
+                work.evaluate(id, *task, rows, &Silent);
+            }
+            Order::Move {
+                id,
+                step,
+                from_zero,
+            } => work.move_to((id, step, from_zero), |own| ranks.send_part(own)),
+            Order::Forget { id } => work.forget(id),
+            Order::Share { moving_faces } => {
+                let (part, _) = Mesh::shared_of(None, ranks);
+                let apart = ranks.scatter(&mut |_| None);
+                work.take_part(part, &moving_faces, apart);
+            }
+            Order::Finish(finish) => work.finish(&finish),
+            Order::Round => work.part_mut().round(),
+            Order::Place => {
+                let part = work.part_mut();
+                let mut places = vec![[0.0; 3]; part.apart.len()];
+                ranks.scatter_into(&nothing, &mut places, &[]);
+                ranks.send_part(&part.take_apart(&places));
+                part.correct(ranks.scatter(&mut |_| None));
+            }
+            Order::Cells => drop(work.part().cells()),
+            Order::Faces => drop(work.part().faces()),
+            Order::Walls => drop(work.part().normal_change()),
+            Order::End => return,
+        }
+    }
+}
+
+/// The nodes at which a rank evaluates fields: those of its slab, and those of its part.
+fn nodes_of_rank(
+    part: &[u32],
+    slab: Range<usize>,
+    at: MeshState<'_>,
+    row_of: Option<&[u32]>,
+) -> Rows {
+    let row = |node: u32| row_of.map_or(node, |of| of[node as usize]);
+    let of_part = parallel::collect(part.len(), |i| row(part[i]));
+    let (own, of_part, rows) = rows_of(slab, of_part);
+    let place = |row: u32| {
+        let node = at.deforming.map_or(row, |nodes| nodes[row as usize]);
+        at.nodes[node as usize]
+    };
+    Rows {
+        nodes: parallel::collect(rows.len(), |i| place(rows[i])),
+        own,
+        of_part,
+    }
+}
+
+/// The rows of a rank.
+fn slab(n: usize, rank: usize, n_ranks: usize) -> Range<usize> {
+    let start = |rank: usize| (rank * n.div_ceil(SLAB) / n_ranks * SLAB).min(n);
+    start(rank)..start(rank + 1)
+}
+
+impl SharedFields {
+    /// Writes the positions of the nodes at a step to `out`, from `nodes`, or with none by how much they move.
+    pub fn move_to(&self, step: usize, nodes: Option<&[Vector]>, out: &mut [Vector]) {
+        let (team, mut state) = (&self.team, self.team.state());
+        let (id, from_zero) = (self.id, nodes.is_none());
+        team.order(Order::Move {
+            id,
+            step,
+            from_zero,
+        });
+        let ranks = &team.ranks;
+        let n_ranks = ranks.n();
+        let mut gather = |rows: &mut [Vector]| {
+            let n_rows = rows.len();
+            let mut rest = rows;
+            let mut parts = Vec::new();
+            for rank in 0..n_ranks {
+                let (part, others) = rest.split_at_mut(slab(n_rows, rank, n_ranks).len());
+                parts.push(part);
+                rest = others;
+            }
+            if !from_zero {
+                state.places = None;
+            }
+            let own = &mut parts[0];
+            let work = &mut state.work;
+            let take = |moved: &[Vector]| own.copy_from_slice(moved);
+            ranks.together(|| work.move_to((id, step, from_zero), take));
+            ranks.receive_parts(&mut parts);
+        };
+        let Some(deforming) = &self.nodes else {
+            return gather(out);
+        };
+        match nodes {
+            Some(nodes) => out.copy_from_slice(nodes),
+            None => out.fill([0.0; 3]),
+        }
+        let mut moved = vec![[0.0; 3]; deforming.len()];
+        gather(&mut moved);
+        for (&node, place) in deforming.iter().zip(moved) {
+            out[node as usize] = place;
+        }
+    }
+}
+
+impl Drop for SharedFields {
+    fn drop(&mut self) {
+        let mut state = self.team.state();
+        let id = self.id;
+        self.team.order(Order::Forget { id });
+        state.work.forget(id);
+    }
+}

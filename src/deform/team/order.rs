@@ -1,0 +1,130 @@
+//! What the first rank tells the others.
+
+use super::super::fields::Chosen;
+use super::super::layer::{Layer, LayerKind};
+use crate::geometry::Transform;
+use crate::geometry::vector::Vector;
+use crate::ranks::{Ranks, raw};
+use crate::rbf::interpolant::Interpolant;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// What the first rank orders. What an order is about follows it.
+#[derive(Serialize, Deserialize)]
+pub(super) enum Order {
+    /// Evaluate fields at the nodes of a slab and of the part.
+    Evaluate { id: usize, task: Box<Task> },
+    /// Move these nodes to a step, and tell where those of the slab are; with `from_zero` by how much they move.
+    Move {
+        id: usize,
+        step: usize,
+        from_zero: bool,
+    },
+    /// Fields are not needed any more.
+    Forget { id: usize },
+    /// Take a part of the mesh and of its moving faces.
+    Share { moving_faces: Vec<u32> },
+    /// End a step for the nodes of the part.
+    Finish(Finish),
+    /// Round the places of the part to 32 bits.
+    Round,
+    /// Take the places that nodes of the part have on the first rank, where they are others.
+    Place,
+    /// Judge the cells of the part.
+    Cells,
+    /// Judge the faces of the part.
+    Faces,
+    /// Judge how walls lean.
+    Walls,
+    /// There is no more to do.
+    End,
+}
+
+/// Fields that are to be evaluated.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Task {
+    pub layers: Vec<LayerTask>,
+    #[serde(with = "raw")]
+    pub surface: Vec<Vector>,
+    #[serde(with = "raw")]
+    pub facets: Vec<[u32; 3]>,
+    pub correct: bool,
+}
+
+/// What a rank has to know of a layer.
+#[derive(Serialize, Deserialize)]
+pub(super) struct LayerTask {
+    pub kind: LayerKind,
+    pub n_modes: usize,
+    #[serde(with = "raw")]
+    pub coefficients: Vec<f64>,
+    pub interpolant: Interpolant,
+    #[serde(with = "raw")]
+    pub residuals: Vec<f64>,
+    pub error: f64,
+}
+
+/// The nodes of fields at a rank: some of those that deform, by ascending rows.
+#[derive(Default, Serialize, Deserialize)]
+pub(super) struct Rows {
+    #[serde(with = "raw")]
+    pub nodes: Vec<Vector>,
+    /// Those of the slab, which no other rank has in its own.
+    pub own: Range<usize>,
+    /// Where each node of the part is among them.
+    #[serde(with = "raw")]
+    pub of_part: Vec<u32>,
+}
+
+/// What ends a step once nodes have moved.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Finish {
+    /// Turns nodes that deform.
+    pub to_inertial: Option<Transform>,
+    /// Whether each node keeps its z.
+    pub in_plane: bool,
+}
+
+/// Blocks of nodes with other places than a rank has.
+#[derive(Default, Serialize, Deserialize)]
+pub(super) struct Changed {
+    pub blocks: Vec<u32>,
+    #[serde(with = "raw")]
+    pub places: Vec<Vector>,
+}
+
+impl Order {
+    /// What messages after it are for.
+    fn what(&self) -> &'static str {
+        match self {
+            Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
+            Self::Move { .. } => "positions",
+            Self::Share { .. } => "parts",
+            Self::Finish(_) | Self::Round | Self::Place => "places",
+            Self::Cells | Self::Faces | Self::Walls => "quality",
+        }
+    }
+
+    /// Gives an order to all ranks, and gives it back; on other ranks than the first it comes from there.
+    pub fn give(of_first: Option<Self>, ranks: &Ranks) -> Self {
+        if let Some(order) = &of_first {
+            ranks.is_for(order.what());
+        }
+        let order = ranks.broadcast(of_first);
+        ranks.is_for(order.what());
+        order
+    }
+}
+
+impl LayerTask {
+    pub fn of((layer, chosen): (&Layer, &Chosen<'_>)) -> Self {
+        Self {
+            kind: layer.kind.clone(),
+            n_modes: layer.modes.n_modes,
+            coefficients: layer.modes.coefficients.clone(),
+            interpolant: chosen.selection.interpolant.clone(),
+            residuals: chosen.selection.residuals.clone(),
+            error: chosen.error,
+        }
+    }
+}

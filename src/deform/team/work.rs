@@ -1,0 +1,303 @@
+//! What every rank has of the work: fields at its nodes, its part of the mesh and where the nodes of that are.
+
+use super::order::{Changed, Finish, Rows, Task};
+use crate::deform::fields::{Chosen, Fields, MeshState, Narrow};
+use crate::deform::layer::Layer;
+use crate::deform::step_memory::Rounding;
+use crate::deform::wall_angles::WallAngles;
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::progress::Progress;
+use crate::quality::faces::FaceSummary;
+use crate::quality::{Judge, Summary};
+use crate::rbf::select::Selection;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Nodes whose places are compared at once.
+const BLOCK: usize = 256;
+/// The row of a node that does not deform.
+const NO_ROW: u32 = u32::MAX;
+const EVALUATED: &str = "fields are evaluated before nodes are moved by them";
+const SHARED: &str = "the mesh is shared before it is judged";
+
+/// The hash of the places of a block.
+pub(super) type BlockHash = [u8; 16];
+
+/// What a rank has of the work.
+#[derive(Default)]
+pub(super) struct Work {
+    slabs: BTreeMap<usize, Slab>,
+    pub part: Option<Part>,
+}
+
+/// Some nodes with the fields there.
+struct Slab {
+    layers: Vec<Layer>,
+    fields: Fields,
+    rows: Rows,
+    /// Where they were at the last step: memory that is used again.
+    moved: Vec<Vector>,
+}
+
+/// A part of the mesh, and where its nodes are.
+pub(super) struct Part {
+    pub mesh: Mesh,
+    judge: Judge,
+    walls: WallAngles,
+    /// The places.
+    pub points: Vec<Vector>,
+    /// Nodes that the first rank places one by one, ascending.
+    pub apart: Vec<u32>,
+    /// The fields that moved its nodes last.
+    moved_by: Option<usize>,
+}
+
+impl Work {
+    /// Evaluates fields at nodes of this rank.
+    pub fn evaluate(
+        &mut self,
+        id: usize,
+        task: Task,
+        rows: Rows,
+        progress: &dyn Progress,
+    ) -> Option<Narrow> {
+        let state = MeshState {
+            nodes: &rows.nodes,
+            deforming: None,
+            surface: &task.surface,
+            facets: &task.facets,
+        };
+        let mut layers = Vec::new();
+        let mut selections = Vec::new();
+        for of in task.layers {
+            layers.push(Layer::elsewhere(of.kind, of.n_modes, of.coefficients));
+            selections.push((Selection::elsewhere(of.interpolant, of.residuals), of.error));
+        }
+        let chosen = selections.iter().map(|(selection, error)| Chosen {
+            selection,
+            error: *error,
+        });
+        let chosen: Vec<_> = chosen.collect();
+        let fields = Fields::new(state, &layers, &chosen, task.correct, progress, None);
+        let narrow = fields.narrow;
+        let slab = Slab {
+            layers,
+            fields,
+            rows,
+            moved: Vec::new(),
+        };
+        self.slabs.insert(id, slab);
+        narrow
+    }
+
+    /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones.
+    pub fn move_to(
+        &mut self,
+        (id, step, from_zero): (usize, usize, bool),
+        take: impl FnOnce(&[Vector]),
+    ) {
+        let slab = self.slabs.get_mut(&id).expect(EVALUATED);
+        let mut moved = std::mem::take(&mut slab.moved);
+        moved.resize(slab.rows.nodes.len(), [0.0; 3]);
+        slab.move_to(step, from_zero, &mut moved);
+        take(&moved[slab.rows.own.clone()]);
+        if let Some(part) = self.part.as_mut().filter(|_| !from_zero) {
+            part.move_to(&slab.rows.of_part, &moved);
+            part.moved_by = Some(id);
+        }
+        slab.moved = moved;
+    }
+
+    pub fn forget(&mut self, id: usize) {
+        self.slabs.remove(&id);
+    }
+
+    /// Takes a part of the mesh, with the faces of moving walls by their number in the whole mesh.
+    pub fn take_part(&mut self, mesh: Mesh, moving_faces: &[u32], apart: Vec<u32>) {
+        let judge = Judge::new(&mesh);
+        let numbers = mesh.part.as_ref().map_or(&[][..], |part| &part.cells);
+        let here = moving_faces
+            .iter()
+            .filter_map(|face| numbers.binary_search(face).ok());
+        let here: Vec<u32> = here.map(|face| face as u32).collect();
+        self.part = Some(Part {
+            walls: WallAngles::find(&mesh, &judge.adjacency, &here),
+            points: mesh.points.clone(),
+            moved_by: None,
+            judge,
+            mesh,
+            apart,
+        });
+    }
+
+    /// Does to the nodes of the part what ends every step, as the first rank does to all of them.
+    pub fn finish(&mut self, finish: &Finish) {
+        let Some(part) = &mut self.part else { return };
+        let slab = part.moved_by.and_then(|id| self.slabs.get(&id));
+        let rows = slab.map_or(&[][..], |slab| &slab.rows.of_part);
+        let rest = &part.mesh.points;
+        parallel::update(&mut part.points, |node, x| {
+            if let Some(to_inertial) = &finish.to_inertial
+                && rows.get(node).is_some_and(|&row| row != NO_ROW)
+            {
+                *x = to_inertial.apply(*x);
+            }
+            if finish.in_plane {
+                x[2] = rest[node][2];
+            }
+        });
+    }
+
+    pub fn part(&self) -> &Part {
+        self.part.as_ref().expect(SHARED)
+    }
+
+    pub fn part_mut(&mut self) -> &mut Part {
+        self.part.as_mut().expect(SHARED)
+    }
+}
+
+impl Slab {
+    fn move_to(&self, step: usize, from_zero: bool, moved: &mut [Vector]) {
+        match from_zero {
+            true => self.fields.vectors(&self.layers, step, moved),
+            false => {
+                let state = MeshState {
+                    nodes: &self.rows.nodes,
+                    deforming: None,
+                    surface: &[],
+                    facets: &[],
+                };
+                self.fields.displace(&self.layers, step, state, moved);
+            }
+        }
+    }
+}
+
+impl Part {
+    fn move_to(&mut self, rows: &[u32], moved: &[Vector]) {
+        let rest = &self.mesh.points;
+        parallel::update(&mut self.points, |node, x| {
+            let row = rows.get(node).copied().unwrap_or(NO_ROW);
+            *x = moved.get(row as usize).copied().unwrap_or(rest[node]);
+        });
+    }
+
+    pub fn round(&mut self) {
+        Rounding::Single.apply(&mut self.points);
+    }
+
+    /// Takes the places of the nodes that are placed one by one, and gives the hashes of all places.
+    pub fn take_apart(&mut self, places: &[Vector]) -> Vec<BlockHash> {
+        for (&node, &place) in self.apart.iter().zip(places) {
+            self.points[node as usize] = place;
+        }
+        hashes(self.points.len(), |node| self.points[node])
+    }
+
+    /// Takes places that were others on the first rank.
+    pub fn correct(&mut self, changed: Changed) {
+        let n = self.points.len();
+        let nodes = changed.blocks.iter().flat_map(|&block| nodes_of(block, n));
+        for (node, place) in nodes.zip(changed.places) {
+            self.points[node] = place;
+        }
+    }
+
+    pub fn cells(&self) -> Summary {
+        self.judge.cells(&self.mesh, &self.points)
+    }
+
+    pub fn faces(&self) -> FaceSummary {
+        self.judge.faces(&self.mesh, &self.points)
+    }
+
+    pub fn normal_change(&self) -> Option<f64> {
+        let own = self
+            .walls
+            .largest_change(&self.mesh, &self.points, &self.mesh.points);
+        let all = self.mesh.ranks().all(own);
+        all.into_iter().flatten().max_by(f64::total_cmp)
+    }
+}
+
+/// The hashes of the places of `n` nodes, block by block.
+pub(super) fn hashes(n: usize, place: impl Fn(usize) -> Vector + Sync) -> Vec<BlockHash> {
+    parallel::collect(n.div_ceil(BLOCK), |block| {
+        let mut places = [[0.0; 3]; BLOCK];
+        let nodes = nodes_of(block as u32, n);
+        let n_here = nodes.len();
+        for (x, node) in places.iter_mut().zip(nodes) {
+            *x = place(node);
+        }
+        let hash = blake3::hash(bytemuck::cast_slice(&places[..n_here]));
+        let mut short = BlockHash::default();
+        short.copy_from_slice(&hash.as_bytes()[..16]);
+        short
+    })
+}
+
+/// The nodes of a block, of `n`.
+fn nodes_of(block: u32, n: usize) -> Range<usize> {
+    let start = block as usize * BLOCK;
+    start..(start + BLOCK).min(n)
+}
+
+impl Changed {
+    /// What a rank has to learn that has `n` nodes, from pairs of wanted and found hashes and from places that are wanted.
+    pub fn between<'a>(
+        hashes: impl Iterator<Item = (&'a BlockHash, &'a BlockHash)>,
+        n: usize,
+        place: impl Fn(usize) -> Vector,
+    ) -> Self {
+        let differ = (0..)
+            .zip(hashes)
+            .filter(|(_, (wanted, found))| wanted != found);
+        let blocks: Vec<u32> = differ.map(|(block, _)| block).collect();
+        let nodes = blocks.iter().flat_map(|&block| nodes_of(block, n));
+        Self {
+            places: nodes.map(place).collect(),
+            blocks,
+        }
+    }
+}
+
+/// For each of `n` nodes its row, where those in `nodes` are the ones that deform.
+pub(super) fn rows_by_node(nodes: &[u32], n: usize) -> Vec<u32> {
+    let mut row_of = vec![NO_ROW; n];
+    for (row, &node) in (0..).zip(nodes) {
+        row_of[node as usize] = row;
+    }
+    row_of
+}
+
+/// The rows of a rank, ascending: its slab, and those of its part, of which each node has one or deforms not. Gives which of
+/// them are the slab, where each node of the part is among them, and them.
+pub(super) fn rows_of(
+    slab: Range<usize>,
+    mut of_part: Vec<u32>,
+) -> (Range<usize>, Vec<u32>, Vec<u32>) {
+    let slab = (slab.start as u32)..(slab.end as u32);
+    let of = |wanted: &dyn Fn(u32) -> bool| -> Vec<u32> {
+        let rows = of_part.iter().copied();
+        rows.filter(|&row| row != NO_ROW && wanted(row)).collect()
+    };
+    let mut rows = of(&|row| row < slab.start);
+    let above = of(&|row| row >= slab.end);
+    let own = rows.len()..rows.len() + slab.len();
+    let mut outside = [0, own.end as u32];
+    for row in of_part.iter_mut().filter(|row| **row != NO_ROW) {
+        *row = if slab.contains(row) {
+            own.start as u32 + (*row - slab.start)
+        } else {
+            let next = &mut outside[usize::from(*row >= slab.end)];
+            *next += 1;
+            *next - 1
+        };
+    }
+    rows.extend(slab);
+    rows.extend(above);
+    (own, of_part, rows)
+}
