@@ -48,6 +48,12 @@ fn slab(n_cells: usize, rank: usize, n: usize) -> Range<usize> {
     start(rank)..start(rank + 1)
 }
 
+/// The rank that a cell belongs to.
+fn rank_of(n_cells: usize, cell: usize, n: usize) -> u32 {
+    let is_before = |rank: &usize| slab(n_cells, *rank, n).end <= cell;
+    (0..n).take_while(is_before).count() as u32
+}
+
 impl Mesh {
     /// The ranks that hold the mesh: this one alone, unless it is a part.
     pub fn ranks(&self) -> Ranks {
@@ -100,8 +106,9 @@ impl Mesh {
     /// Gives each rank a part of the mesh that rank 0 has, without its arrays; rank 0 learns the nodes of each part.
     pub(crate) fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> (Self, Vec<Vec<u32>>) {
         let mut nodes = vec![Vec::new(); ranks.n()];
+        let mut cut = whole.map(|whole| Cut::new(whole, ranks.n()));
         let mut parcel = |rank: usize| {
-            let parcel = whole?.parcel(rank, ranks.n());
+            let parcel = cut.as_mut()?.parcel(rank);
             nodes[rank].clone_from(&parcel.part.nodes);
             Some(parcel)
         };
@@ -110,29 +117,77 @@ impl Mesh {
         mesh.part = Some(Arc::new(part));
         (mesh, nodes)
     }
+}
 
-    /// The part of a rank.
-    fn parcel(&self, rank: usize, n: usize) -> Parcel {
-        let own = slab(self.cells.len(), rank, n);
-        let cells = self.cells_of_part(&own);
-        let mut is_here = vec![false; self.points.len()];
+/// No rank, and the number of a node that is not in a part.
+const NONE: u32 = u32::MAX;
+
+/// A mesh that is being cut into parts, in a time that does not grow with their number.
+struct Cut<'a> {
+    mesh: &'a Mesh,
+    n_ranks: usize,
+    is_level: bool,
+    /// For each rank, ascending, the cells of others that it needs.
+    halos: Vec<Vec<u32>>,
+    /// For each node its number in the part that is being made; between two parts `NONE`.
+    numbers: Vec<u32>,
+}
+
+impl<'a> Cut<'a> {
+    fn new(mesh: &'a Mesh, n_ranks: usize) -> Self {
+        let touching = Touching::new(mesh, n_ranks);
+        let dimension = mesh.dimension();
+        let needed = parallel::concat_blocks(mesh.cells.len(), SLAB, &|range| {
+            let mut found = Vec::new();
+            let own = rank_of(mesh.cells.len(), range.start, n_ranks);
+            for run in mesh.cells.runs_in(range) {
+                // As many nodes as a face has, or one of a boundary face.
+                let wanted = match run.kind.dimension() {
+                    of if of == dimension => u32::from(dimension).max(1),
+                    of if of + 1 == dimension => 1,
+                    _ => continue,
+                };
+                for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
+                    let ranks = touching.ranks_that_share(wanted, nodes, own);
+                    found.extend(ranks.map(|rank| (rank, cell as u32)));
+                }
+            }
+            found
+        });
+        let mut halos = vec![Vec::new(); n_ranks];
+        for (rank, cell) in needed {
+            halos[rank as usize].push(cell);
+        }
+        Self {
+            mesh,
+            n_ranks,
+            is_level: mesh.is_level(),
+            halos,
+            numbers: vec![NONE; mesh.points.len()],
+        }
+    }
+
+    /// The part of a rank; each is asked for once.
+    fn parcel(&mut self, rank: usize) -> Parcel {
+        let mesh = self.mesh;
+        let own = slab(mesh.cells.len(), rank, self.n_ranks);
+        let halo = std::mem::take(&mut self.halos[rank]);
+        let (before, after) =
+            halo.split_at(halo.partition_point(|&cell| (cell as usize) < own.start));
+        let own_cells = (own.start as u32)..(own.end as u32);
+        let cells: Vec<u32> = before.iter().copied().chain(own_cells).collect();
+        let cells = [&cells[..], after].concat();
         let runs: Vec<Range<usize>> = cells
             .chunk_by(|a, b| a + 1 == *b)
-            .map(|run| run[0]..run[run.len() - 1] + 1)
+            .map(|run| run[0] as usize..run[run.len() - 1] as usize + 1)
             .collect();
-        for run in runs.iter().flat_map(|run| self.cells.runs_in(run.clone())) {
-            for &node in run.connectivity {
-                is_here[node as usize] = true;
-            }
-        }
-        let nodes = parallel::filter_map(is_here.len(), |node| is_here[node].then_some(node));
-        let mut new_index = vec![u32::MAX; self.points.len()];
-        for (new, &old) in (0..).zip(&nodes) {
-            new_index[old] = new;
-        }
-        let mut own_cells = self.cells.select_runs(&runs);
-        own_cells.renumber_nodes(&new_index);
-        let place = |cell: usize| cells.partition_point(|&here| here < cell);
+        let nodes = self.number(&runs);
+        let mut cells_here = mesh.cells.select_runs(&runs);
+        cells_here.renumber_nodes(&self.numbers);
+        nodes
+            .iter()
+            .for_each(|&node| self.numbers[node as usize] = NONE);
+        let place = |cell: usize| cells.partition_point(|&here| (here as usize) < cell);
         let group = |group: &Group| Group {
             cells: group
                 .cells
@@ -141,53 +196,112 @@ impl Mesh {
                 .collect::<CellSet>(),
             ..group.clone()
         };
-        let part = Part {
-            ranks: Ranks::alone(),
-            is_level: self.is_level(),
-            own_cells: place(own.start)..place(own.end),
-            nodes: nodes.iter().map(|&node| node as u32).collect(),
-            cells: cells.iter().map(|&cell| cell as u32).collect(),
-        };
-        let mesh = Self {
-            points: parallel::collect(nodes.len(), |i| self.points[nodes[i]]),
-            groups: self.groups.iter().map(group).collect(),
+        let here = Mesh {
+            points: parallel::collect(nodes.len(), |i| mesh.points[nodes[i] as usize]),
+            groups: mesh.groups.iter().map(group).collect(),
             point_arrays: Vec::new(),
             cell_arrays: Vec::new(),
             field_arrays: Vec::new(),
             // A rank without cells of that dimension knows it from here.
-            space: (self.dimension() > 0).then(|| self.dimension()),
+            space: (mesh.dimension() > 0).then(|| mesh.dimension()),
             origin: Origin::default(),
             part: None,
-            cells: own_cells,
+            cells: cells_here,
         };
-        Parcel { mesh, part }
+        let part = Part {
+            ranks: Ranks::alone(),
+            is_level: self.is_level,
+            own_cells: before.len()..before.len() + own.len(),
+            nodes,
+            cells,
+        };
+        Parcel { mesh: here, part }
     }
 
-    /// Own cells, cells that have as many nodes of them as a face has, and boundary faces that have one; ascending.
-    fn cells_of_part(&self, own: &Range<usize>) -> Vec<usize> {
-        let mut is_near = vec![false; self.points.len()];
-        let dimension = self.dimension();
-        for run in self.cells.runs_in(own.clone()) {
+    /// Numbers the nodes of some cells in their order, and gives them.
+    fn number(&mut self, runs: &[Range<usize>]) -> Vec<u32> {
+        let mut nodes = Vec::new();
+        for run in runs
+            .iter()
+            .flat_map(|run| self.mesh.cells.runs_in(run.clone()))
+        {
             for &node in run.connectivity {
-                is_near[node as usize] = true;
+                let number = &mut self.numbers[node as usize];
+                if *number == NONE {
+                    *number = 0;
+                    nodes.push(node);
+                }
             }
         }
-        let n_near = |nodes: &[u32]| nodes.iter().filter(|&&node| is_near[node as usize]).count();
-        parallel::concat_blocks(self.cells.len(), SLAB, &|range| {
-            let mut found = Vec::new();
-            for run in self.cells.runs_in(range) {
-                let wanted = match run.kind.dimension() {
-                    of if of == dimension => usize::from(dimension).max(1),
-                    of if of + 1 == dimension => 1,
-                    _ => usize::MAX,
-                };
-                let cells = (run.first_cell..).zip(run.cells());
-                let near =
-                    cells.filter(|(cell, nodes)| own.contains(cell) || n_near(nodes) >= wanted);
-                found.extend(near.map(|(cell, _)| cell));
+        parallel::sort(&mut nodes);
+        for (number, &node) in (0..).zip(&nodes) {
+            self.numbers[node as usize] = number;
+        }
+        nodes
+    }
+}
+
+/// Which ranks have own cells at each node.
+struct Touching {
+    /// The first of them.
+    first: Vec<u32>,
+    /// Whether there are others.
+    is_shared: Vec<bool>,
+    /// Each other, with its node; ascending.
+    others: Vec<(u32, u32)>,
+}
+
+impl Touching {
+    fn new(mesh: &Mesh, n_ranks: usize) -> Self {
+        let n = mesh.points.len();
+        let mut found = Self {
+            first: vec![NONE; n],
+            is_shared: vec![false; n],
+            others: Vec::new(),
+        };
+        let mut last = vec![NONE; n];
+        for rank in 0..n_ranks {
+            let own = slab(mesh.cells.len(), rank, n_ranks);
+            let rank = rank as u32;
+            for &node in mesh.cells.runs_in(own).flat_map(|run| run.connectivity) {
+                let at = node as usize;
+                if std::mem::replace(&mut last[at], rank) == rank {
+                    continue;
+                }
+                if found.first[at] == NONE {
+                    found.first[at] = rank;
+                } else {
+                    found.is_shared[at] = true;
+                    found.others.push((node, rank));
+                }
             }
-            found
-        })
+        }
+        parallel::sort(&mut found.others);
+        found
+    }
+
+    /// The ranks but `own` that have own cells at so many of these nodes or more.
+    fn ranks_that_share(&self, wanted: u32, nodes: &[u32], own: u32) -> impl Iterator<Item = u32> {
+        let mut counts: Vec<(u32, u32)> = Vec::new();
+        let mut count = |rank: u32| match counts.iter_mut().find(|of| of.0 == rank) {
+            _ if rank == own => {}
+            Some((_, n)) => *n += 1,
+            None => counts.push((rank, 1)),
+        };
+        for &node in nodes {
+            count(self.first[node as usize]);
+            if self.is_shared[node as usize] {
+                let start = self.others.partition_point(|other| other.0 < node);
+                let others = self.others[start..].iter();
+                others
+                    .take_while(|other| other.0 == node)
+                    .for_each(|other| count(other.1));
+            }
+        }
+        counts
+            .into_iter()
+            .filter(move |of| of.1 >= wanted)
+            .map(|of| of.0)
     }
 }
 

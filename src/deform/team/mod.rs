@@ -300,7 +300,7 @@ fn nodes_of_rank(
 ) -> Rows {
     let row = |node: u32| row_of.map_or(node, |of| of[node as usize]);
     let of_part = parallel::collect(part.len(), |i| row(part[i]));
-    let (own, of_part, rows) = rows_of(slab, of_part);
+    let (own, of_part, rows) = rows_of(slab, &of_part);
     let place = |row: u32| {
         let node = at.deforming.map_or(row, |nodes| nodes[row as usize]);
         at.nodes[node as usize]

@@ -275,29 +275,24 @@ pub(super) fn rows_by_node(nodes: &[u32], n: usize) -> Vec<u32> {
 
 /// The rows of a rank, ascending: its slab, and those of its part, of which each node has one or deforms not. Gives which of
 /// them are the slab, where each node of the part is among them, and them.
-pub(super) fn rows_of(
-    slab: Range<usize>,
-    mut of_part: Vec<u32>,
-) -> (Range<usize>, Vec<u32>, Vec<u32>) {
+pub(super) fn rows_of(slab: Range<usize>, of_part: &[u32]) -> (Range<usize>, Vec<u32>, Vec<u32>) {
     let slab = (slab.start as u32)..(slab.end as u32);
-    let of = |wanted: &dyn Fn(u32) -> bool| -> Vec<u32> {
-        let rows = of_part.iter().copied();
-        rows.filter(|&row| row != NO_ROW && wanted(row)).collect()
+    let outside = |i: usize| Some(of_part[i]).filter(|row| *row != NO_ROW && !slab.contains(row));
+    let outside = parallel::filter_map(of_part.len(), outside);
+    let n_below = outside.partition_point(|&row| row < slab.start);
+    let (below, above) = outside.split_at(n_below);
+    let own = n_below..n_below + slab.len();
+    let place = |row: u32| match row {
+        NO_ROW => NO_ROW,
+        row if slab.contains(&row) => n_below as u32 + (row - slab.start),
+        row => {
+            let at = outside.partition_point(|&other| other < row);
+            let slab_before = if at < n_below { 0 } else { slab.len() };
+            (at + slab_before) as u32
+        }
     };
-    let mut rows = of(&|row| row < slab.start);
-    let above = of(&|row| row >= slab.end);
-    let own = rows.len()..rows.len() + slab.len();
-    let mut outside = [0, own.end as u32];
-    for row in of_part.iter_mut().filter(|row| **row != NO_ROW) {
-        *row = if slab.contains(row) {
-            own.start as u32 + (*row - slab.start)
-        } else {
-            let next = &mut outside[usize::from(*row >= slab.end)];
-            *next += 1;
-            *next - 1
-        };
-    }
-    rows.extend(slab);
-    rows.extend(above);
-    (own, of_part, rows)
+    let of_part = parallel::collect(of_part.len(), |i| place(of_part[i]));
+    let below = below.iter().copied();
+    let rows = below.chain(slab.clone()).chain(above.iter().copied());
+    (own, of_part, rows.collect())
 }
