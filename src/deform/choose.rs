@@ -201,12 +201,20 @@ fn in_rounds(
     progress: &dyn Progress,
 ) -> Result<Selection> {
     let limits = limits(plan, layer);
-    select::select(&layer.space, targets, limits, &mut |n, error| {
+    let space = &layer.space;
+    let mut say = |n: usize, error: f64| {
         progress.say(&format!(
             "{n} base points, error {error:.2e} (tolerance {:.2e})",
             plan.tolerance
         ));
-    })
+    };
+    match &plan.team {
+        Some(team) if space.constraints.is_none() && targets.criterion.n_modes() > 0 => {
+            let mut sweeps = team.sweeps(&targets, space.basis, limits.candidates);
+            select::select_by(&mut sweeps, space, targets, limits, &mut say)
+        }
+        _ => select::select(space, targets, limits, &mut say),
+    }
 }
 
 /// Algorithm 2: base points that reproduce one vector on all that moves, zero elsewhere; then the

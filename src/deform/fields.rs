@@ -6,7 +6,7 @@ use super::team::{SharedFields, Team};
 use crate::geometry::vector::{Vector, add};
 use crate::parallel;
 use crate::progress::Progress;
-use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR};
+use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use crate::rbf::field::{BLOCK, Field};
 use crate::rbf::select::Selection;
 use std::sync::Arc;
@@ -75,25 +75,38 @@ impl Fields {
             let way = Way::Shared(shared);
             return Self { way, narrow };
         }
-        let report = |n: usize| progress.advance(n as u64);
         let mut narrow: Option<Narrow> = None;
-        let fields = layers
-            .iter()
-            .zip(chosen)
-            .map(|(layer, chosen)| {
-                let mut field = evaluate(state, layer, chosen, &report);
-                if correct && layer.modes.n_modes > 0 {
-                    let found = add_correction(state, layer, chosen, &mut field);
-                    narrow = narrow
-                        .into_iter()
-                        .chain(found)
-                        .min_by(|a, b| a.width.total_cmp(&b.width));
-                }
-                field
-            })
-            .collect();
+        let mut fields = evaluate_all(state, layers, chosen, progress);
+        for ((field, layer), chosen) in fields.iter_mut().zip(layers).zip(chosen) {
+            if correct && layer.modes.n_modes > 0 {
+                let fading = fading(state, chosen);
+                narrow = narrowest(narrow, chosen, &fading);
+                let residuals = &chosen.selection.residuals;
+                let correction = Correction::fading(fading, residuals, layer.modes.n_modes);
+                correction.add_to(field, state.nodes);
+            }
+        }
         let way = Way::Here(fields);
         Self { way, narrow }
+    }
+
+    /// Evaluates every layer at the nodes of a rank, to which `add_correction` adds what makes the surface exact: it is
+    /// given the number of the layer.
+    pub(super) fn at_rank(
+        state: MeshState<'_>,
+        layers: &[Layer],
+        chosen: &[Chosen<'_>],
+        progress: &dyn Progress,
+        add_correction: &dyn Fn(usize, &mut Field),
+    ) -> Self {
+        let mut fields = evaluate_all(state, layers, chosen, progress);
+        for (i, field) in fields.iter_mut().enumerate() {
+            add_correction(i, field);
+        }
+        Self {
+            way: Way::Here(fields),
+            narrow: None,
+        }
     }
 
     /// Writes by how much the nodes move at a step of layers of displacements.
@@ -165,26 +178,38 @@ fn evaluate(
     field
 }
 
-fn add_correction(
+fn evaluate_all(
     state: MeshState<'_>,
-    layer: &Layer,
+    layers: &[Layer],
+    chosen: &[Chosen<'_>],
+    progress: &dyn Progress,
+) -> Vec<Field> {
+    let report = |n: usize| progress.advance(n as u64);
+    let layers = layers.iter().zip(chosen);
+    layers
+        .map(|(layer, chosen)| evaluate(state, layer, chosen, &report))
+        .collect()
+}
+
+/// Where the correction of a layer fades out.
+pub(super) fn fading<'a>(state: MeshState<'a>, chosen: &Chosen<'_>) -> Fading<'a> {
+    let fade_radius = vec![FADE_RADIUS_PER_ERROR * chosen.error; state.surface.len()];
+    Fading::new(state.surface, state.facets, fade_radius)
+}
+
+/// The narrower of a gap and that of another layer.
+pub(super) fn narrowest(
+    before: Option<Narrow>,
     chosen: &Chosen<'_>,
-    field: &mut Field,
+    fading: &Fading<'_>,
 ) -> Option<Narrow> {
-    let correction = Correction::new(
-        state.surface,
-        state.facets,
-        &chosen.selection.residuals,
-        layer.modes.n_modes,
-        chosen.error,
-    );
-    correction.add_to(field, state.nodes);
-    let gap = correction.narrowest_gap()?;
-    Some(Narrow {
+    let found = fading.narrowest_gap.map(|gap| Narrow {
         point: gap.node,
         width: gap.width,
         fade_radius: FADE_RADIUS_PER_ERROR * chosen.error,
-    })
+    });
+    let both = before.into_iter().chain(found);
+    both.min_by(|a, b| a.width.total_cmp(&b.width))
 }
 
 /// Adds what the rotations of a layer do at a step.

@@ -44,6 +44,11 @@ impl Bounds {
         self
     }
 
+    /// Whether both boxes have a point.
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
+    }
+
     /// The box with `margin` more on every side.
     #[must_use]
     pub fn grown(&self, margin: f64) -> Self {

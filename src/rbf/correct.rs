@@ -37,7 +37,8 @@ pub struct Fading<'a> {
     surface: ClosestSurface<'a>,
     /// `rho` at each surface node.
     pub fade_radius: Vec<f64>,
-    largest_fade_radius: f64,
+    /// The largest of them.
+    pub largest_fade_radius: f64,
     /// Smallest gap between two surfaces that was found within twice the fade radius.
     pub narrowest_gap: Option<Gap>,
 }
@@ -79,6 +80,22 @@ impl<'a> Fading<'a> {
                 .min_by(|a, b| a.width.total_cmp(&b.width)),
             largest_fade_radius: fade_radius.iter().copied().fold(0.0, f64::max),
             surface,
+            fade_radius,
+        }
+    }
+
+    /// Some of the facets of a surface, in their order: at points that are nearer to them than `largest_fade_radius` and to no
+    /// other facet it gives what the whole surface does, whose fade radii these are.
+    pub fn of_some(
+        points: &'a [Vector],
+        facets: &[[u32; 3]],
+        fade_radius: Vec<f64>,
+        largest_fade_radius: f64,
+    ) -> Self {
+        Self {
+            surface: ClosestSurface::new(points, facets),
+            narrowest_gap: None,
+            largest_fade_radius,
             fade_radius,
         }
     }
@@ -145,8 +162,13 @@ impl<'a> Correction<'a> {
         error: f64,
     ) -> Self {
         let fade_radius = vec![FADE_RADIUS_PER_ERROR * error; points.len()];
+        Self::fading(Fading::new(points, facets, fade_radius), residuals, n_modes)
+    }
+
+    /// Residuals (N_s, r) at the nodes of a surface where they fade out.
+    pub fn fading(fading: Fading<'a>, residuals: &'a [f64], n_modes: usize) -> Self {
         Self {
-            fading: Fading::new(points, facets, fade_radius),
+            fading,
             residuals,
             n_modes,
         }

@@ -11,6 +11,7 @@
 use crate::error::Result;
 use crate::linear::{Matrix, svd};
 use crate::parallel;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Steps sampled where an estimate is enough; errors vary smoothly over most schedules.
@@ -19,7 +20,7 @@ const SAMPLED: usize = 24;
 const MEAN_CHUNK: usize = 4096;
 
 /// Coefficients of the modes at every step, and bounds on them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Criterion {
     n_modes: usize,
     n_steps: usize,

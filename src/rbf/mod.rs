@@ -18,6 +18,7 @@ pub mod power;
 pub mod select;
 pub mod slide;
 pub mod space;
+pub mod sweeps;
 pub mod system;
 pub mod targets;
 pub mod transposed;

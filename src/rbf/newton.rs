@@ -60,7 +60,7 @@ struct NewPoint {
 }
 
 impl<'a> Candidates<'a> {
-    /// Candidates at `nodes`, with the base points that are chosen already.
+    /// Candidates at `nodes`, where the residuals (m, r) are these, with the base points that are chosen already.
     pub fn new(
         space: &'a Space,
         targets: Targets<'a>,
@@ -72,12 +72,8 @@ impl<'a> Candidates<'a> {
         let r = criterion.n_modes();
         let base: Vec<Vector> = chosen.base.iter().map(|&i| targets.points[i]).collect();
         let chunks = parallel::map_blocks(nodes.len(), CHUNK, &|range| {
+            let residuals = residuals[range.start * r..range.end * r].to_vec();
             let nodes = &nodes[range];
-            let residuals = nodes
-                .iter()
-                .flat_map(|&i| &residuals[i * r..(i + 1) * r])
-                .copied()
-                .collect();
             let mut chunk = Chunk::new(space, nodes, &targets, residuals);
             chunk.start(space, &base, &chosen.factor);
             chunk.find_worst(criterion);

@@ -13,9 +13,9 @@ use super::criterion::Criterion;
 use super::interpolant::Interpolant;
 use super::newton::Candidates;
 use super::space::Space;
+use super::sweeps::{Here, Over, Sweeps};
 use super::targets::{Chosen, Targets};
 use crate::error::Result;
-use crate::parallel::{self, BLOCK};
 
 /// Which error has to come below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,12 +77,12 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// One that was made by another rank: for the values of its interpolant and its residuals.
-    pub fn elsewhere(interpolant: Interpolant, residuals: Vec<f64>) -> Self {
+    /// One that was made by another rank: for the values of its interpolant.
+    pub fn elsewhere(interpolant: Interpolant) -> Self {
         Self {
             base: Vec::new(),
             interpolant,
-            residuals,
+            residuals: Vec::new(),
             error: 0.0,
             measured: 0.0,
             history: Vec::new(),
@@ -103,7 +103,20 @@ pub fn select(
     limits: Limits,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<Selection> {
-    grow(space, targets, limits, Chosen::default(), progress)
+    let mut sweeps = Here::new(space, targets, limits.candidates);
+    select_by(&mut sweeps, space, targets, limits, progress)
+}
+
+/// As [`select`], with sweeps that are made elsewhere.
+pub fn select_by(
+    sweeps: &mut dyn Sweeps,
+    space: &Space,
+    targets: Targets<'_>,
+    limits: Limits,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<Selection> {
+    let chosen = Chosen::default();
+    grow(sweeps, space, targets, limits, chosen, progress)
 }
 
 /// Chooses further base points, after those in `base`, as [`select`] does.
@@ -116,10 +129,12 @@ pub fn extend(
     limits: Limits,
 ) -> Result<Selection> {
     let chosen = Chosen::of_base(space, targets.points, base);
-    grow(space, targets, limits, chosen, &mut |_, _| {})
+    let mut sweeps = Here::new(space, targets, limits.candidates);
+    grow(&mut sweeps, space, targets, limits, chosen, &mut |_, _| {})
 }
 
 fn grow(
+    sweeps: &mut dyn Sweeps,
     space: &Space,
     targets: Targets<'_>,
     limits: Limits,
@@ -127,7 +142,7 @@ fn grow(
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<Selection> {
     if targets.criterion.n_modes() == 0 {
-        return chosen.finish(space, targets, limits.measure);
+        return chosen.finish(sweeps, space, targets, limits.measure);
     }
     // The sample of steps grows where it misses the worst one.
     let mut criterion = targets.criterion.clone();
@@ -141,8 +156,8 @@ fn grow(
         } else {
             chosen.interpolant(space, &seen)?
         };
-        let residuals = residuals(space, &interpolant, seen);
-        let (largest, measured) = errors(&seen, &residuals, &limits);
+        sweeps.sweep(&interpolant);
+        let (largest, measured) = errors(sweeps, &seen, &limits);
         chosen.history.push((chosen.base.len(), largest));
         progress(chosen.base.len(), measured);
         let before = chosen.base.len();
@@ -152,13 +167,13 @@ fn grow(
             let stop = (largest * limits.fall).max(enough);
             nearly_done = largest * limits.fall <= enough;
             while !pick(
+                sweeps,
                 space,
                 targets.seen_by(&criterion),
-                &residuals,
                 (limits, stop),
                 &mut chosen,
             ) {
-                let by_step = criterion.largest_by_step(&residuals, targets.lever_arms);
+                let by_step = criterion.largest_by_step(sweeps.residuals(), targets.lever_arms);
                 if !criterion.sample_more(&by_step, stop) {
                     break;
                 }
@@ -166,9 +181,9 @@ fn grow(
         }
         if chosen.base.len() == before {
             return if is_final {
-                Ok(chosen.end(targets, limits.measure, interpolant, residuals))
+                Ok(chosen.end(sweeps, targets, limits.measure, interpolant))
             } else {
-                chosen.finish(space, targets, limits.measure)
+                chosen.finish(sweeps, space, targets, limits.measure)
             };
         }
     }
@@ -177,15 +192,15 @@ fn grow(
 /// A round: the worst nodes are candidates, and the exact greedy picks among them down to `stop`.
 /// Whether one was above that.
 fn pick(
+    sweeps: &mut dyn Sweeps,
     space: &Space,
     targets: Targets<'_>,
-    residuals: &[f64],
     (limits, stop): (Limits, f64),
     chosen: &mut Chosen,
 ) -> bool {
     let before = chosen.base.len();
-    let nodes = worst_of_runs(&targets, residuals, limits.candidates);
-    let mut round = Candidates::new(space, targets, chosen, residuals, &nodes);
+    let (nodes, residuals) = sweeps.worst(targets.criterion);
+    let mut round = Candidates::new(space, targets, chosen, &residuals, &nodes);
     round.pick(stop, limits.max_points, chosen);
     chosen.skipped += round.skipped();
     chosen.base.len() > before || round.skipped() > 0
@@ -202,25 +217,33 @@ pub fn from_base(
         base,
         ..Chosen::default()
     };
-    chosen.finish(space, targets, measure)
+    let mut sweeps = Here::new(space, targets, targets.points.len());
+    chosen.finish(&mut sweeps, space, targets, measure)
 }
 
 impl Chosen {
     /// The selection with its final weights.
-    fn finish(self, space: &Space, targets: Targets<'_>, measure: Measure) -> Result<Selection> {
+    fn finish(
+        self,
+        sweeps: &mut dyn Sweeps,
+        space: &Space,
+        targets: Targets<'_>,
+        measure: Measure,
+    ) -> Result<Selection> {
         let interpolant = self.final_interpolant(space, &targets)?;
-        let residuals = residuals(space, &interpolant, targets);
-        Ok(self.end(targets, measure, interpolant, residuals))
+        sweeps.sweep(&interpolant);
+        Ok(self.end(sweeps, targets, measure, interpolant))
     }
 
     fn end(
         self,
+        sweeps: &mut dyn Sweeps,
         targets: Targets<'_>,
         measure: Measure,
         interpolant: Interpolant,
-        residuals: Vec<f64>,
     ) -> Selection {
-        let error = largest_error(&targets, &residuals, 0.0);
+        let error = largest_error(sweeps, targets.criterion, 0.0);
+        let residuals = sweeps.take_residuals();
         let measured = match measure {
             Measure::Max => error,
             Measure::Mean => targets
@@ -240,86 +263,27 @@ impl Chosen {
     }
 }
 
-/// `U - Phi W` at every node (N, r); at sliding nodes the part along their normals.
-fn residuals(space: &Space, interpolant: &Interpolant, targets: Targets<'_>) -> Vec<f64> {
-    let mut residuals = targets.values.to_vec();
-    if interpolant.n_columns > 0 {
-        interpolant.negated().add_at(targets.points, &mut residuals);
-    }
-    let r = targets.criterion.n_modes();
-    if space.constraints.is_some() && r > 0 {
-        parallel::for_blocks(&mut residuals, BLOCK * r, &|first, rows| {
-            for (i, residual) in rows.chunks_exact_mut(r).enumerate() {
-                space.project(first / r + i, residual);
-            }
-        });
-    }
-    residuals
-}
-
 /// The largest error and the one that is measured.
-fn errors(targets: &Targets<'_>, residuals: &[f64], limits: &Limits) -> (f64, f64) {
+fn errors(sweeps: &mut dyn Sweeps, targets: &Targets<'_>, limits: &Limits) -> (f64, f64) {
+    let criterion = targets.criterion;
     match limits.measure {
         Measure::Max => {
-            let largest = largest_error(targets, residuals, limits.tolerance);
+            let largest = largest_error(sweeps, criterion, limits.tolerance);
             (largest, largest)
         }
         Measure::Mean => (
-            largest_error(targets, residuals, 0.0),
-            targets
-                .criterion
-                .largest_mean(residuals, targets.lever_arms),
+            largest_error(sweeps, criterion, 0.0),
+            criterion.largest_mean(sweeps.residuals(), targets.lever_arms),
         ),
     }
 }
 
 /// The largest error over all nodes and steps. Above `tolerance` an estimate over a sample of the
 /// steps serves; at or below it the value is exact.
-fn largest_error(targets: &Targets<'_>, residuals: &[f64], tolerance: f64) -> f64 {
-    const NODES: usize = 1024;
-    let criterion = targets.criterion;
-    let r = criterion.n_modes().max(1);
-    let largest = |error: fn(&Criterion, &[f64], &[f64]) -> f64, floor: f64| {
-        let blocks = parallel::map_blocks(residuals.len() / r, NODES, &|nodes| {
-            nodes.fold(floor, |worst, node| {
-                let e = &residuals[node * r..][..r];
-                let lever_arms = criterion.arms_of(node, targets.lever_arms);
-                if criterion.bound(e, lever_arms) <= worst {
-                    worst
-                } else {
-                    f64::max(worst, error(criterion, e, lever_arms))
-                }
-            })
-        });
-        blocks.into_iter().fold(floor, f64::max)
-    };
-    let estimate = largest(Criterion::sampled, 0.0);
+fn largest_error(sweeps: &mut dyn Sweeps, criterion: &Criterion, tolerance: f64) -> f64 {
+    let estimate = sweeps.largest(criterion, Over::Sample, 0.0);
     if estimate > tolerance && tolerance > 0.0 {
         return estimate;
     }
-    largest(Criterion::exact, estimate)
-}
-
-/// The worst node of each of about `runs` equal runs of nodes; ties to the lowest index.
-fn worst_of_runs(targets: &Targets<'_>, residuals: &[f64], runs: usize) -> Vec<usize> {
-    let criterion = targets.criterion;
-    let r = criterion.n_modes();
-    let n = residuals.len() / r;
-    let length = n.div_ceil(runs).max(1);
-    let worst = parallel::map_blocks(n, length, &|nodes| {
-        let mut worst = (usize::MAX, -1.0);
-        for node in nodes {
-            let e = &residuals[node * r..][..r];
-            let image = !targets.images.is_empty() && targets.images[node];
-            let lever_arms = criterion.arms_of(node, targets.lever_arms);
-            if !image && criterion.bound(e, lever_arms) > worst.1 {
-                let error = criterion.sampled(e, lever_arms);
-                if error > worst.1 {
-                    worst = (node, error);
-                }
-            }
-        }
-        (worst.1 >= 0.0).then_some(worst.0)
-    });
-    worst.into_iter().flatten().collect()
+    sweeps.largest(criterion, Over::Steps, estimate)
 }

@@ -2,6 +2,7 @@
 //! orders, each for some of the nodes and cells.
 //!
 //! ```text
+//! selection   a slab of the surface, swept by each rank; the first picks among the worst points
 //! fields      a slab of the nodes that deform, and the nodes of the part; their values never leave the rank
 //! positions   each rank moves its nodes, the first gathers the slabs
 //! places      where the first puts a node elsewhere (on a wall, by a repair) it tells the ranks that have it
@@ -11,7 +12,9 @@
 //! Every number is the one that a rank alone finds: a value at a node does not depend on the other nodes, and sums over
 //! cells are added up in the order of the whole mesh.
 
+mod near_surface;
 mod order;
+mod sweeps;
 mod work;
 
 use super::fields::{Chosen, MeshState, Narrow};
@@ -24,6 +27,7 @@ use crate::progress::{Progress, Silent};
 use crate::quality::Summary;
 use crate::quality::faces::FaceSummary;
 use crate::ranks::Ranks;
+use near_surface::WholeSurface;
 use order::{Changed, Finish, LayerTask, Order, Rows, Task};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -92,11 +96,9 @@ impl Team {
         let mut state = self.state();
         let id = state.n_fields;
         state.n_fields += 1;
+        let whole = WholeSurface::new(at, layers, chosen, correct);
         let task = Box::new(Task {
             layers: layers.iter().zip(chosen).map(LayerTask::of).collect(),
-            surface: at.surface.to_vec(),
-            facets: at.facets.to_vec(),
-            correct,
         });
         let Order::Evaluate { task, .. } = self.order(Order::Evaluate { id, task }) else {
             unreachable!("a broadcast gives what it got")
@@ -105,16 +107,19 @@ impl Team {
         let row_of = at
             .deforming
             .map(|nodes| rows_by_node(nodes, at.nodes.len()));
-        let rows = self.ranks.scatter(&mut |rank| {
+        let nodes = self.ranks.scatter(&mut |rank| {
             let part = state.nodes.get(rank).map_or(&[][..], Vec::as_slice);
             let slab = slab(n_rows, rank, self.ranks.n());
-            Some(nodes_of_rank(part, slab, at, row_of.as_deref()))
+            let rows = nodes_of_rank(part, slab, at, row_of.as_deref());
+            let surface = whole.near(&rows.nodes);
+            Some((rows, surface))
         });
-        let elsewhere = n_rows.saturating_sub(rows.nodes.len());
+        let narrow = whole.narrow;
+        drop(whole);
+        let elsewhere = n_rows.saturating_sub(nodes.0.nodes.len());
         let work = &mut state.work;
-        let narrow = self
-            .ranks
-            .together(|| work.evaluate(id, *task, rows, progress));
+        self.ranks
+            .together(|| work.evaluate(id, *task, nodes, progress));
         progress.advance((elsewhere * layers.len()) as u64);
         let fields = SharedFields {
             team: Arc::clone(self),
@@ -256,12 +261,14 @@ pub fn dismiss(ranks: &Ranks) {
 /// Does what the first rank orders, until there is no more to do.
 pub fn serve(ranks: &Ranks) {
     let mut work = Work::default();
+    let mut surface = None;
     let nothing = |_: usize, _: &mut [Vector]| {};
     loop {
         match Order::give(None, ranks) {
+            Order::Select(order) => sweeps::serve(&mut surface, &order, ranks),
             Order::Evaluate { id, task } => {
-                let rows = ranks.scatter::<Rows>(&mut |_| None);
-                work.evaluate(id, *task, rows, &Silent);
+                let nodes = ranks.scatter(&mut |_| None);
+                work.evaluate(id, *task, nodes, &Silent);
             }
             Order::Move {
                 id,

@@ -1,7 +1,8 @@
 //! What the first rank tells the others.
 
-use super::super::fields::Chosen;
-use super::super::layer::{Layer, LayerKind};
+use super::sweeps::SweepOrder;
+use crate::deform::fields::Chosen;
+use crate::deform::layer::{Layer, LayerKind};
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use crate::ranks::{Ranks, raw};
@@ -12,6 +13,8 @@ use std::ops::Range;
 /// What the first rank orders. What an order is about follows it.
 #[derive(Serialize, Deserialize)]
 pub(super) enum Order {
+    /// Choose base points: sweep over a slab of the surface.
+    Select(SweepOrder),
     /// Evaluate fields at the nodes of a slab and of the part.
     Evaluate { id: usize, task: Box<Task> },
     /// Move these nodes to a step, and tell where those of the slab are; with `from_zero` by how much they move.
@@ -44,11 +47,6 @@ pub(super) enum Order {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Task {
     pub layers: Vec<LayerTask>,
-    #[serde(with = "raw")]
-    pub surface: Vec<Vector>,
-    #[serde(with = "raw")]
-    pub facets: Vec<[u32; 3]>,
-    pub correct: bool,
 }
 
 /// What a rank has to know of a layer.
@@ -59,9 +57,6 @@ pub(super) struct LayerTask {
     #[serde(with = "raw")]
     pub coefficients: Vec<f64>,
     pub interpolant: Interpolant,
-    #[serde(with = "raw")]
-    pub residuals: Vec<f64>,
-    pub error: f64,
 }
 
 /// The nodes of fields at a rank: some of those that deform, by ascending rows.
@@ -97,6 +92,7 @@ impl Order {
     /// What messages after it are for.
     fn what(&self) -> &'static str {
         match self {
+            Self::Select(_) => "selection",
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
             Self::Move { .. } => "positions",
             Self::Share { .. } => "parts",
@@ -123,8 +119,6 @@ impl LayerTask {
             n_modes: layer.modes.n_modes,
             coefficients: layer.modes.coefficients.clone(),
             interpolant: chosen.selection.interpolant.clone(),
-            residuals: chosen.selection.residuals.clone(),
-            error: chosen.error,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! What every rank has of the work: fields at its nodes, its part of the mesh and where the nodes of that are.
 
+use super::near_surface::NearSurface;
 use super::order::{Changed, Finish, Rows, Task};
-use crate::deform::fields::{Chosen, Fields, MeshState, Narrow};
+use crate::deform::fields::{Chosen, Fields, MeshState};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
 use crate::deform::wall_angles::WallAngles;
@@ -11,6 +12,7 @@ use crate::parallel;
 use crate::progress::Progress;
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
+use crate::rbf::field::Field;
 use crate::rbf::select::Selection;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -55,33 +57,33 @@ pub(super) struct Part {
 }
 
 impl Work {
-    /// Evaluates fields at nodes of this rank.
+    /// Evaluates fields at nodes of this rank, and corrects them by the surface near those.
     pub fn evaluate(
         &mut self,
         id: usize,
         task: Task,
-        rows: Rows,
+        (rows, surface): (Rows, NearSurface),
         progress: &dyn Progress,
-    ) -> Option<Narrow> {
+    ) {
         let state = MeshState {
             nodes: &rows.nodes,
             deforming: None,
-            surface: &task.surface,
-            facets: &task.facets,
+            surface: &[],
+            facets: &[],
         };
         let mut layers = Vec::new();
         let mut selections = Vec::new();
         for of in task.layers {
             layers.push(Layer::elsewhere(of.kind, of.n_modes, of.coefficients));
-            selections.push((Selection::elsewhere(of.interpolant, of.residuals), of.error));
+            selections.push(Selection::elsewhere(of.interpolant));
         }
-        let chosen = selections.iter().map(|(selection, error)| Chosen {
+        let chosen = selections.iter().map(|selection| Chosen {
             selection,
-            error: *error,
+            error: 0.0,
         });
         let chosen: Vec<_> = chosen.collect();
-        let fields = Fields::new(state, &layers, &chosen, task.correct, progress, None);
-        let narrow = fields.narrow;
+        let correct = |layer: usize, field: &mut Field| surface.correct(layer, field, &rows.nodes);
+        let fields = Fields::at_rank(state, &layers, &chosen, progress, &correct);
         let slab = Slab {
             layers,
             fields,
@@ -89,7 +91,6 @@ impl Work {
             moved: Vec::new(),
         };
         self.slabs.insert(id, slab);
-        narrow
     }
 
     /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones.
