@@ -102,6 +102,27 @@ def check_cases(folder):
     report("mpi: cases", n_files, 0, "files")
 
 
+def check_rotors(folder):
+    """A zone that turns against the rest, and several bodies around a hub, carried round; coordinates of 32 bits."""
+    n_files = 0
+    small = ["--layers", 4, "--first-cell", 0.01, "--surface-nodes", 1500]
+    inertial = ('frame = "rotating"', 'frame = "inertial"')
+    for name, options, change, output in [
+        ("zone", small, inertial, 'format = "cgns"'),
+        ("bodies", ["--blades", 3, "--nodes", 20_000], inertial, 'format = "vtkhdf"\nprecision = "f32"'),
+    ]:
+        mesh, schedule = folder / f"{name}.vtu", folder / f"{name}.toml"
+        azimesh("sample", "rotor", *options, "-o", mesh)
+        text = schedule.read_text().replace("step = 10.0", "step = 130.0").replace(*change)
+        assert change[1] in text
+        schedule.write_text(text.replace("[rbf]", f"[output]\n{output}\n[rbf]"))
+        azimesh("deform", mesh, schedule, "-o", folder / f"{name}_alone")
+        for n in (2, 3, 7):
+            ranks(n, "-q", "deform", mesh, schedule, "-o", folder / f"{name}_{n}")
+            n_files += same(content(folder / f"{name}_{n}"), content(folder / f"{name}_alone"), f"{name} with {n} ranks")
+    report("mpi: rotors", n_files, 0, "files")
+
+
 def check_large(folder):
     """A mesh of several slabs: quality and deformation with 2 to 5 ranks."""
     mesh, schedule = folder / "b.vtu", folder / "b.toml"
@@ -198,6 +219,7 @@ def check_kills(folder):
 def main():
     with scratch() as folder:
         check_cases(folder)
+        check_rotors(folder)
         check_large(folder)
         check_errors(folder)
         check_script(folder)

@@ -31,6 +31,7 @@ use near_surface::WholeSurface;
 use order::{Changed, Finish, LayerTask, Order, Rows, Task};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use twox_hash::XxHash3_128;
 use work::{BlockHash, Work, hashes, rows_by_node, rows_of};
 
 /// Slabs of nodes begin at multiples of this.
@@ -52,8 +53,8 @@ struct State {
     nodes: Vec<Vec<u32>>,
     /// Of these, by their place there, those that are placed one by one.
     apart: Vec<Vec<u32>>,
-    /// The places that the parts have.
-    places: Option<blake3::Hash>,
+    /// A hash of the places that the parts have.
+    places: Option<BlockHash>,
 }
 
 /// Fields that lie with several ranks.
@@ -212,9 +213,9 @@ impl Team {
     /// The state, once all parts have their nodes at `points`.
     fn placed(&self, points: &[Vector]) -> MutexGuard<'_, State> {
         let mut state = self.state();
-        let mut hasher = blake3::Hasher::new();
-        let hash = hasher.update_rayon(bytemuck::cast_slice(points)).finalize();
-        if state.places == Some(hash) {
+        let all = hashes(points.len(), |node| points[node]);
+        let all = XxHash3_128::oneshot(bytemuck::cast_slice(&all));
+        if state.places == Some(all) {
             return state;
         }
         self.order(Order::Place);
@@ -246,7 +247,7 @@ impl Team {
         parallel::update(&mut work.part_mut().points, |at, x| {
             *x = points[own[at] as usize];
         });
-        state.places = Some(hash);
+        state.places = Some(all);
         state
     }
 }

@@ -8,7 +8,7 @@ use crate::deform::step_memory::Rounding;
 use crate::deform::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
-use crate::parallel;
+use crate::parallel::{self, SMALL_BLOCK};
 use crate::progress::Progress;
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
@@ -16,6 +16,7 @@ use crate::rbf::field::Field;
 use crate::rbf::select::Selection;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use twox_hash::XxHash3_128;
 
 /// Nodes whose places are compared at once.
 const BLOCK: usize = 256;
@@ -25,7 +26,7 @@ const EVALUATED: &str = "fields are evaluated before nodes are moved by them";
 const SHARED: &str = "the mesh is shared before it is judged";
 
 /// The hash of the places of a block.
-pub(super) type BlockHash = [u8; 16];
+pub(super) type BlockHash = u128;
 
 /// What a rank has of the work.
 #[derive(Default)]
@@ -226,17 +227,14 @@ impl Part {
 
 /// The hashes of the places of `n` nodes, block by block.
 pub(super) fn hashes(n: usize, place: impl Fn(usize) -> Vector + Sync) -> Vec<BlockHash> {
-    parallel::collect(n.div_ceil(BLOCK), |block| {
+    parallel::collect_in_blocks(n.div_ceil(BLOCK), SMALL_BLOCK, |block| {
         let mut places = [[0.0; 3]; BLOCK];
         let nodes = nodes_of(block as u32, n);
         let n_here = nodes.len();
         for (x, node) in places.iter_mut().zip(nodes) {
             *x = place(node);
         }
-        let hash = blake3::hash(bytemuck::cast_slice(&places[..n_here]));
-        let mut short = BlockHash::default();
-        short.copy_from_slice(&hash.as_bytes()[..16]);
-        short
+        XxHash3_128::oneshot(bytemuck::cast_slice(&places[..n_here]))
     })
 }
 
