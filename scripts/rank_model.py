@@ -103,8 +103,8 @@ def off(measured, predicted):
 def named(run):
     """A run in a few words."""
     nodes, ranks, threads, steps, quality, correction = run["case"]
-    without = "" if quality == "summary" else ", no quality" if correction else ", plain"
-    return f"{nodes // 1_000_000}M, {ranks} x {threads}, K = {steps}{without}"
+    without = "" if quality == "summary" else ", unjudged" if correction else ", plain"
+    return f"{nodes // 1_000_000}M, {ranks} x {threads}, K={steps}{without}"
 
 
 def table_of_rates(rates, serial):
