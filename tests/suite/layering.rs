@@ -13,8 +13,8 @@ const FLOORS: &[&[&str]] = &[
     &["motion", "rbf", "quality", "sample"],
     &["modes", "formats", "record"],
     &["mesh"],
-    &["linear", "geometry"],
-    &["diagnostic", "parallel", "progress", "ranks"],
+    &["linear", "geometry", "ranks"],
+    &["diagnostic", "parallel", "progress"],
     &["error"],
 ];
 
