@@ -70,6 +70,13 @@ pub struct DeformArgs {
     fail_on: Vec<Criterion>,
 }
 
+impl DeformArgs {
+    /// Has large arrays lie in files beside the output where `--max-memory` leaves them no room; tells whether they can.
+    pub fn keep_in_files(&self, context: &Context) -> bool {
+        context.keep_in_files(&self.output)
+    }
+}
+
 pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcome> {
     let stop = Arc::new(Stop::default());
     #[cfg(unix)]
@@ -81,7 +88,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
             .to_owned();
         schedule.output.format_given = true;
     }
-    let with_files = context.keep_in_files(&args.output);
+    let with_files = args.keep_in_files(context);
     let mut mesh = context.read_any(&args.mesh)?;
     set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
     let deformation = Deformation::builder(mesh, schedule)

@@ -179,6 +179,9 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         (Err(error), _) => failed(&error, &context),
         (Ok(()), true) => execute(cli.command, &context),
         (Ok(()), false) => {
+            if let Command::Deform(args) = &cli.command {
+                args.keep_in_files(&context);
+            }
             crate::deform::serve(&ranks);
             0
         }
