@@ -389,11 +389,12 @@ impl Deformation {
         let found = stepper.at(step, judges, points)?;
         let velocities = stepper.velocities(step, found.repair.is_some(), points)?;
         let measures = found.cells.is_some().then(|| self.measures());
+        let by_fields = found.repair.is_none().then_some(step.index);
         Ok(Evaluated {
             quality: measures
                 .zip(found.cells)
-                .map(|(by, cells)| by.complete(plan, cells, points)),
-            normal_change: measures.and_then(|by| by.normal_change(plan, points)),
+                .map(|(by, cells)| by.complete(plan, cells, points, by_fields)),
+            normal_change: measures.and_then(|by| by.normal_change(plan, points, by_fields)),
             first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.mesh.points),
             selection_error: found.selection_error,
             surface_error: interval.surface_error(step, points),

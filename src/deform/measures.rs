@@ -50,28 +50,39 @@ impl Measures {
         &self.judge().adjacency
     }
 
-    /// The quality of the cells with their nodes at `points`.
-    pub fn cells(&self, plan: &Plan, points: &[Vector]) -> Summary {
+    /// The quality of the cells with their nodes at `points`, which are those of a step `by_fields` alone where that says so.
+    pub fn cells(&self, plan: &Plan, points: &[Vector], by_fields: Option<usize>) -> Summary {
         match &self.team {
-            Some(team) => team.cells(points),
+            Some(team) => team.cells(points, by_fields),
             None => self.judge().cells(&plan.mesh, points),
         }
     }
 
     /// The whole assessment, from that of the cells.
-    pub fn complete(&self, plan: &Plan, cells: Summary, points: &[Vector]) -> Assessment {
+    pub fn complete(
+        &self,
+        plan: &Plan,
+        cells: Summary,
+        points: &[Vector],
+        by_fields: Option<usize>,
+    ) -> Assessment {
         let faces = match &self.team {
-            Some(team) => team.faces(points),
+            Some(team) => team.faces(points, by_fields),
             None => self.judge().faces(&plan.mesh, points),
         };
         Assessment { cells, faces }
     }
 
     /// Largest change of the angle between a moving wall and its first cell, in degrees.
-    pub fn normal_change(&self, plan: &Plan, points: &[Vector]) -> Option<f64> {
+    pub fn normal_change(
+        &self,
+        plan: &Plan,
+        points: &[Vector],
+        by_fields: Option<usize>,
+    ) -> Option<f64> {
         let before = &plan.mesh.points;
         match &self.team {
-            Some(team) => team.normal_change(points),
+            Some(team) => team.normal_change(points, by_fields),
             None => self.walls.largest_change(&plan.mesh, points, before),
         }
     }
@@ -83,9 +94,9 @@ impl Measures {
 
     /// The quality in plain numbers.
     pub fn quality(&self, plan: &Plan, points: &[Vector]) -> Quality {
-        let all = self.complete(plan, self.cells(plan, points), points);
+        let all = self.complete(plan, self.cells(plan, points, None), points, None);
         let first_cells = plan.first_cells.smallest_ratio(points, &plan.mesh.points);
-        let normal_change = self.normal_change(plan, points);
+        let normal_change = self.normal_change(plan, points, None);
         Quality {
             min_first_cell_ratio: first_cells.unwrap_or(f64::NAN),
             max_normal_change_deg: normal_change.unwrap_or(f64::NAN),

@@ -134,6 +134,13 @@ impl Plan {
         team.share(&self.mesh, &self.moving_faces, &apart);
     }
 
+    /// Whether all nodes that are not on the surface and follow none are where fields move them: of one layer half of them are
+    /// placed by the others, and what is left to do on curved boundaries where nodes slide fades out in the mesh.
+    pub(super) fn moves_by_fields(&self) -> bool {
+        let sliding = self.surface.sliding.as_ref();
+        self.one_layer.is_none() && !sliding.is_some_and(|sliding| sliding.has_curved())
+    }
+
     /// The nodes that deform, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
         let zone = self.motion.zone.as_ref().map(|zone| &zone.nodes);

@@ -54,7 +54,7 @@ impl Stepper<'_> {
             return self.in_windows(step, points);
         }
         let selection_error = self.plain(step, points)?;
-        let cells = judges.then(|| self.judge(points));
+        let cells = judges.then(|| self.judge_plain(step, points));
         let mut found = Positions {
             selection_error,
             cells,
@@ -91,7 +91,7 @@ impl Stepper<'_> {
     ) -> Result<Repair> {
         repair::try_substeps(self.plan, points, cells, error, |parts, points| {
             let error = self.through(step, parts, points)?;
-            Ok((error, self.judge(points)))
+            Ok((error, self.judge_plain(step, points)))
         })
     }
 
@@ -104,7 +104,7 @@ impl Stepper<'_> {
         let selection_error = self.plain(step, points)?;
         let cells = match self.memory.verdict(step.index) {
             Some(cells) => cells,
-            None => self.judge(points),
+            None => self.judge_plain(step, points),
         };
         let mut found = Positions {
             selection_error,
@@ -136,8 +136,9 @@ impl Stepper<'_> {
                 return Ok(n > 0);
             }
             self.stop.check()?;
-            self.plain(&self.plan.motion.steps[step], points)?;
-            let cells = self.judge(points);
+            let at = &self.plan.motion.steps[step];
+            self.plain(at, points)?;
+            let cells = self.judge_plain(at, points);
             self.memory.keep_verdict(step, &cells);
             Ok(n_not_valid(&cells) > 0)
         })?;
@@ -161,7 +162,7 @@ impl Stepper<'_> {
             .max_by_key(|&step| n_folded(step));
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
-        let mut cells = self.judge(points);
+        let mut cells = self.judge_plain(worst, points);
         let substeps = self
             .try_substeps(worst, points, &mut cells, &mut error)?
             .substeps;
@@ -330,26 +331,22 @@ impl Stepper<'_> {
     /// Where the motion puts the nodes; gives the largest error before the correction.
     fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
         let error = self.interval.points_at(step, points)?;
-        self.round(points);
+        self.end_move(step, points);
         Ok(error)
     }
 
     fn through(&self, step: &Step, parts: Parts, points: &mut [Vector]) -> Result<f64> {
         let error = self.interval.points_through(step, parts, points)?;
-        self.round(points);
+        self.end_move(step, points);
         Ok(error)
     }
 
     /// Rounds positions that fields gave, on all ranks.
-    fn round(&self, points: &mut [Vector]) {
+    fn end_move(&self, step: &Step, points: &mut [Vector]) {
         self.rounding.apply(points);
-        if let Some(team) = self
-            .plan
-            .team
-            .as_ref()
-            .filter(|_| self.rounding == Rounding::Single)
-        {
-            team.round();
+        let team = self.plan.team.as_ref();
+        if let Some(team) = team.filter(|_| self.plan.moves_by_fields()) {
+            team.end_move(step.index, self.rounding);
         }
     }
 
@@ -375,7 +372,12 @@ impl Stepper<'_> {
     }
 
     fn judge(&self, points: &[Vector]) -> Summary {
-        (self.measures)().cells(self.plan, points)
+        (self.measures)().cells(self.plan, points, None)
+    }
+
+    /// The same of positions that [`plain`](Self::plain) or [`through`](Self::through) has just given.
+    fn judge_plain(&self, step: &Step, points: &[Vector]) -> Summary {
+        (self.measures)().cells(self.plan, points, Some(step.index))
     }
 }
 

@@ -19,6 +19,7 @@ mod work;
 
 use super::fields::{Chosen, MeshState, Narrow};
 use super::layer::Layer;
+use super::step_memory::Rounding;
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -31,8 +32,7 @@ use near_surface::WholeSurface;
 use order::{Changed, Finish, LayerTask, Order, Rows, Task};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use twox_hash::XxHash3_128;
-use work::{BlockHash, Work, hashes, rows_by_node, rows_of};
+use work::{BlockHash, Work, hash, hashes, rows_by_node, rows_of};
 
 /// Slabs of nodes begin at multiples of this.
 const SLAB: usize = 256;
@@ -53,8 +53,19 @@ struct State {
     nodes: Vec<Vec<u32>>,
     /// Of these, by their place there, those that are placed one by one.
     apart: Vec<Vec<u32>>,
-    /// A hash of the places that the parts have.
-    places: Option<BlockHash>,
+    /// The step that the nodes of all parts have moved to by fields.
+    moved_to: Option<usize>,
+    /// The places that the parts have.
+    placed: Option<Placed>,
+}
+
+/// Which places parts have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Placed {
+    /// Those of a step by fields.
+    ByFields(usize),
+    /// Those with this hash.
+    At(BlockHash),
 }
 
 /// Fields that lie with several ranks.
@@ -155,7 +166,8 @@ impl Team {
         let work = &mut state.work;
         self.ranks
             .together(|| work.take_part(part, &moving_faces, own));
-        (state.nodes, state.places) = (nodes, None);
+        state.nodes = nodes;
+        state.moves();
     }
 
     /// Ends a step on all ranks as it is ended here.
@@ -167,7 +179,6 @@ impl Team {
                 to_inertial,
                 in_plane,
             };
-            state.places = None;
             if let Order::Finish(finish) = self.order(Order::Finish(finish)) {
                 let work = &mut state.work;
                 self.ranks.together(|| work.finish(&finish));
@@ -175,62 +186,88 @@ impl Team {
         }
     }
 
-    /// Rounds places on all ranks as they are rounded here.
-    pub fn round(&self) {
+    /// Ends the move to a step on all ranks, with places rounded as they are here.
+    pub fn end_move(&self, step: usize, rounding: Rounding) {
         let mut state = self.state();
-        if state.work.part.is_some() {
+        if state.work.part.is_none() {
+            return;
+        }
+        if rounding == Rounding::Single {
             self.order(Order::Round);
-            state.places = None;
             let part = state.work.part_mut();
             self.ranks.together(|| part.round());
         }
+        state.moved_to = Some(step);
     }
 
-    /// The quality of the cells with all nodes at `points`.
-    pub fn cells(&self, points: &[Vector]) -> Summary {
-        let state = self.placed(points);
+    /// The quality of the cells with all nodes at `points`, which are those of a step `by_fields` where that says so: then
+    /// all but the nodes that are apart are where ranks have moved them.
+    pub fn cells(&self, points: &[Vector], by_fields: Option<usize>) -> Summary {
+        let state = self.placed(points, by_fields);
         self.order(Order::Cells);
         let part = state.work.part();
         self.ranks.together(|| part.cells())
     }
 
     /// The quality of the faces.
-    pub fn faces(&self, points: &[Vector]) -> FaceSummary {
-        let state = self.placed(points);
+    pub fn faces(&self, points: &[Vector], by_fields: Option<usize>) -> FaceSummary {
+        let state = self.placed(points, by_fields);
         self.order(Order::Faces);
         let part = state.work.part();
         self.ranks.together(|| part.faces())
     }
 
     /// The largest change of the angle between a moving wall and its first cell, in degrees.
-    pub fn normal_change(&self, points: &[Vector]) -> Option<f64> {
-        let state = self.placed(points);
+    pub fn normal_change(&self, points: &[Vector], by_fields: Option<usize>) -> Option<f64> {
+        let state = self.placed(points, by_fields);
         self.order(Order::Walls);
         let part = state.work.part();
         self.ranks.together(|| part.normal_change())
     }
 
     /// The state, once all parts have their nodes at `points`.
-    fn placed(&self, points: &[Vector]) -> MutexGuard<'_, State> {
+    fn placed(&self, points: &[Vector], by_fields: Option<usize>) -> MutexGuard<'_, State> {
         let mut state = self.state();
-        let all = hashes(points.len(), |node| points[node]);
-        let all = XxHash3_128::oneshot(bytemuck::cast_slice(&all));
-        if state.places == Some(all) {
+        let step = by_fields.filter(|_| state.moved_to == by_fields);
+        let wanted = step.map_or_else(|| Placed::At(hash(points)), Placed::ByFields);
+        if state.placed == Some(wanted) {
             return state;
         }
-        self.order(Order::Place);
+        self.place_apart(&mut state, points);
+        if step.is_none() || cfg!(debug_assertions) {
+            let n_changed = self.place_rest(&mut state, points);
+            debug_assert!(
+                step.is_none() || n_changed == 0,
+                "fields move all other nodes"
+            );
+        }
+        state.placed = Some(wanted);
+        state
+    }
+
+    /// Tells each rank where nodes are that are placed one by one.
+    fn place_apart(&self, state: &mut State, points: &[Vector]) {
+        self.order(Order::PlaceApart);
         let State {
             work, nodes, apart, ..
-        } = &mut *state;
+        } = state;
         let place_apart = |rank: usize, places: &mut [Vector]| {
             let of_rank = apart[rank].iter().zip(places);
             of_rank.for_each(|(&at, x)| *x = points[nodes[rank][at as usize] as usize]);
         };
         let lengths: Vec<usize> = apart.iter().map(Vec::len).collect();
-        let mut unused = vec![[0.0; 3]; lengths[0]];
-        self.ranks.scatter_into(&place_apart, &mut unused, &lengths);
+        let mut own = vec![[0.0; 3]; lengths[0]];
+        self.ranks.scatter_into(&place_apart, &mut own, &lengths);
+        work.part_mut().take_apart(&own);
+    }
+
+    /// Tells each rank where nodes are that it has elsewhere. Gives how many blocks of them other ranks had.
+    fn place_rest(&self, state: &mut State, points: &[Vector]) -> usize {
+        self.order(Order::PlaceRest);
+        let State { work, nodes, .. } = state;
         let place = |rank: usize, at: usize| points[nodes[rank][at] as usize];
         let wanted = |rank: usize| match rank {
+            // The first rank takes its own from where they are.
             0 => Vec::new(),
             rank => hashes(nodes[rank].len(), |at| place(rank, at)),
         };
@@ -238,17 +275,26 @@ impl Team {
         let mut found = wanted.clone();
         let mut rooms: Vec<&mut [BlockHash]> = found.iter_mut().map(Vec::as_mut_slice).collect();
         self.ranks.receive_parts(&mut rooms);
+        let mut n_changed = 0;
         self.ranks.scatter(&mut |rank| {
             let hashes = wanted[rank].iter().zip(&found[rank]);
             let place = |at: usize| place(rank, at);
-            Some(Changed::between(hashes, nodes[rank].len(), place))
+            let changed = Changed::between(hashes, nodes[rank].len(), place);
+            n_changed += changed.blocks.len();
+            Some(changed)
         });
         let own = &nodes[0];
         parallel::update(&mut work.part_mut().points, |at, x| {
             *x = points[own[at] as usize];
         });
-        state.places = Some(all);
-        state
+        n_changed
+    }
+}
+
+impl State {
+    /// Nodes of parts move: they are nowhere known until they are placed.
+    fn moves(&mut self) {
+        (self.moved_to, self.placed) = (None, None);
     }
 }
 
@@ -284,11 +330,15 @@ pub fn serve(ranks: &Ranks) {
             }
             Order::Finish(finish) => work.finish(&finish),
             Order::Round => work.part_mut().round(),
-            Order::Place => {
+            Order::PlaceApart => {
                 let part = work.part_mut();
                 let mut places = vec![[0.0; 3]; part.apart.len()];
                 ranks.scatter_into(&nothing, &mut places, &[]);
-                ranks.send_part(&part.take_apart(&places));
+                part.take_apart(&places);
+            }
+            Order::PlaceRest => {
+                let part = work.part_mut();
+                ranks.send_part(&part.hashes());
                 part.correct(ranks.scatter(&mut |_| None));
             }
             Order::Cells => drop(work.part().cells()),
@@ -348,7 +398,7 @@ impl SharedFields {
                 rest = others;
             }
             if !from_zero {
-                state.places = None;
+                state.moves();
             }
             let own = &mut parts[0];
             let work = &mut state.work;

@@ -31,8 +31,10 @@ pub(super) enum Order {
     Finish(Finish),
     /// Round the places of the part to 32 bits.
     Round,
-    /// Take the places that nodes of the part have on the first rank, where they are others.
-    Place,
+    /// Take the places of nodes of the part that are placed one by one.
+    PlaceApart,
+    /// Take the places that other nodes of the part have on the first rank, where they are others.
+    PlaceRest,
     /// Judge the cells of the part.
     Cells,
     /// Judge the faces of the part.
@@ -96,7 +98,7 @@ impl Order {
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
             Self::Move { .. } => "positions",
             Self::Share { .. } => "parts",
-            Self::Finish(_) | Self::Round | Self::Place => "places",
+            Self::Finish(_) | Self::Round | Self::PlaceApart | Self::PlaceRest => "places",
             Self::Cells | Self::Faces | Self::Walls => "quality",
         }
     }

@@ -191,11 +191,15 @@ impl Part {
         Rounding::Single.apply(&mut self.points);
     }
 
-    /// Takes the places of the nodes that are placed one by one, and gives the hashes of all places.
-    pub fn take_apart(&mut self, places: &[Vector]) -> Vec<BlockHash> {
+    /// Takes the places of the nodes that are placed one by one.
+    pub fn take_apart(&mut self, places: &[Vector]) {
         for (&node, &place) in self.apart.iter().zip(places) {
             self.points[node as usize] = place;
         }
+    }
+
+    /// The hashes of all places.
+    pub fn hashes(&self) -> Vec<BlockHash> {
         hashes(self.points.len(), |node| self.points[node])
     }
 
@@ -223,6 +227,12 @@ impl Part {
         let all = self.mesh.ranks().all(own);
         all.into_iter().flatten().max_by(f64::total_cmp)
     }
+}
+
+/// The hash of places.
+pub(super) fn hash(places: &[Vector]) -> BlockHash {
+    let of_blocks = hashes(places.len(), |node| places[node]);
+    XxHash3_128::oneshot(bytemuck::cast_slice(&of_blocks))
 }
 
 /// The hashes of the places of `n` nodes, block by block.
