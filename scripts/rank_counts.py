@@ -217,7 +217,8 @@ def memory(c):
         if c.P == 1:
             held, steps = mesh + surface, 48 * c.N + (judge + centres) * c.judges
         else:
-            own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + judge
+            # As much as faces and sizes take stays with the allocator: short arrays that finding them has freed.
+            own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge
             lists = 4 * sum(other.nodes for other in c.parts)
             held = own * c.judges + places + 4 * of.nodes + (0 if rank else mesh + surface + lists)
             steps = places + centres + (0 if rank else 48 * c.N)
