@@ -18,52 +18,64 @@ def counted(run, cores=math.inf):
     c = SimpleNamespace(N=run["nodes"], C=run["cells"], S=run["surface_points"], B=run["base_points"], R=run["modes"])
     c.judges, c.corrects, c.compact = quality != "none", correction, run.get("compact", False)
     # Written, looked at for folds (five more), and moved: a step that is looked at is moved again to be written.
-    c.K, c.J = steps, min(steps + 5, run["steps"]) if c.judges else 0
-    c.M, c.P, c.T = c.K + c.J, ranks, threads
-    c.swept = c.S * sum(run["sweeps"])
+    c.K, c.J, c.scheduled = steps, min(steps + 5, run["steps"]) if c.judges else 0, run["steps"]
+    # Threads: of each rank where all work, and of the first while the others wait.
+    c.M, c.P, c.T, c.alone = c.K + c.J, ranks, threads, run["alone"]
+    c.sweeps = run["sweeps"]
+    c.swept = c.S * sum(c.sweeps) / min(c.P, cores)
     c.candidates = min(max(c.S // 16, 512), 2048)
     c.F = run["bytes_read"]
     c.written = c.F + 24 * c.N * (c.K - 1)  # one file: the mesh once, and positions
     c.L = c.S / 2  # of a layer
     c.parts = [part(c, rank) for rank in range(c.P)]
-    for key in ("rows", "own", "hexes"):
+    for key in ("rows", "own", "hexes", "near_wall"):
         of_ranks = [getattr(of, key) for of in c.parts]
         setattr(c, key, max([*of_ranks, sum(of_ranks) / cores]))
-    c.near_wall = min(c.rows, NEAR_WALL * c.N) * c.corrects
     c.placed = c.N + sum(of.nodes for of in c.parts[1:])
     return c
 
 
+OF_RANK = ("slab", "rows", "nodes", "hexes", "own", "faces", "near", "near_wall")
+
+
 def part(c, rank):
-    """What a rank has: its slab of nodes, nodes with fields, nodes and cells of its part, its own cells, faces."""
-    whole = (c.N / c.P, c.N / c.P, 0, 0, 0, 0)
+    """What a rank has: its slab of nodes, nodes with fields, nodes and cells of its part, its own cells, faces, and
+    points of the surface near its nodes, and nodes with fields that are near the wall."""
     if c.P == 1:
-        whole = (c.N, c.N, c.N, c.C - c.S, c.C - c.S, c.S)
-    elif c.judges:
-        whole = cube(c) if c.compact else layers(c, rank)
-    return SimpleNamespace(**dict(zip(("slab", "rows", "nodes", "hexes", "own", "faces"), whole)))
+        has = (c.N, c.N, c.N, c.C - c.S, c.C - c.S, c.S, c.S, NEAR_WALL * c.N)
+    else:
+        has = cube(c) if c.compact else layers(c, rank)
+    return SimpleNamespace(**dict(zip(OF_RANK, has)))
 
 
 def cube(c):
-    """Of a mesh whose numbering keeps neighbours together: a cube of cells with one layer around it."""
+    """Of a mesh whose numbering keeps neighbours together: a cube of cells with one layer around it. Of the surface it
+    gets its own and as much again to each side."""
     side = (c.N / c.P) ** (1 / 3)
-    return c.N / c.P, (side + 3) ** 3, (side + 3) ** 3, (side + 2) ** 3, c.N / c.P, c.S / c.P
+    nodes = (side + 3) ** 3
+    return c.N / c.P, nodes, nodes, (side + 2) ** 3, c.N / c.P, c.S / c.P, min(c.S, 9 * c.S / c.P), nodes
 
 
 def layers(c, rank):
     """Of the sample, whose nodes and cells lie layer by layer from the wall outwards, then the faces of the wall and of
-    the outside: a part goes on for a layer at each seam, and who has the faces of the wall has its first cells."""
+    the outside: a part goes on for a layer at each seam, and who has the faces of the wall has its first cells. Every
+    layer is around the wall, the last at the outside too."""
     n, L, slabs = c.N / c.L, c.L, math.ceil(c.C / CHUNK)
     first, last = (min(at * slabs // c.P * CHUNK, c.C) / L for at in (rank, rank + 1))
-    has_faces = last > n - 1 and rank > 0
     start, end = min(first, n - 1), min(last, n - 1)
-    low, high = max(start - 1, 0), min(end + 2, n)
+    low, high, has_faces = max(start - 1, 0), min(end + 2, n), last > n - 1 and rank > 0
     wall = min(low, 2) if has_faces else 0
-    own_low, own_high = rank * n / c.P, (rank + 1) * n / c.P
-    rows = high - low + wall + max(0, low - own_low) + max(0, own_high - high)
-    hexes = min(end + 1, n - 1) - low + wall / 2
+    nodes, hexes = high - low + wall, min(end + 1, n - 1) - low + wall / 2
     faces = (low < 1 or has_faces) + (high >= n)
-    return tuple(L * of for of in (n / c.P, rows, high - low + wall, hexes, end - start, faces))
+    row, end_row = rank * n / c.P, (rank + 1) * n / c.P
+    if c.judges:
+        row, end_row = min(row, low), max(end_row, high)
+    else:
+        nodes = hexes = faces = wall = 0
+    near = 1 + (end_row >= n)
+    near_wall = max(0, min(end_row, NEAR_WALL * n) - row) + wall
+    of_rank = (n / c.P, end_row - row + wall, nodes, hexes, (end - start) * c.judges, faces, near, near_wall)
+    return tuple(L * of for of in of_rank)
 
 
 # ---------------------------------------------------------------- messages
@@ -92,8 +104,11 @@ class Messages:
         self.send([size] * (2 * self.ranks - 1))
 
     def all(self, size):
-        """Up a tree and down again."""
-        self.send([size] * (2 * (self.ranks - 1)))
+        """Up a tree, in which a rank gives what those below it have, and down again."""
+        n = self.ranks - 1
+        depths = sum(rank.bit_count() for rank in range(self.ranks))
+        self.send([size * depths / n] * n)
+        self.send([size * self.ranks] * n)
 
 
 def varint(number):
@@ -101,9 +116,24 @@ def varint(number):
     return max(1, math.ceil(int(number).bit_length() / 7))
 
 
-def task_bytes(c):
-    """What each rank gets to evaluate fields: the surface with its residuals, and the base points."""
-    return c.S * (24 + 24 + 8 * c.R) + c.B * (24 + 8 * c.R)
+def index(n):
+    """Bytes of a whole number below `n`, on average."""
+    return 1 + sum(max(0, 1 - 128**digits / n) for digits in range(1, 5))
+
+
+def interpolant(c, base_points):
+    """Bytes of base points with their weights."""
+    return base_points * (24 + 8 * c.R)
+
+
+def task(c):
+    """Bytes of what each rank gets to evaluate fields: the interpolant, and coefficients of the modes at all steps."""
+    return interpolant(c, c.B) + 24 * c.R * c.scheduled
+
+
+def near_surface(c, points):
+    """Bytes of a surface: points, two triangles for each, residuals and fade radii."""
+    return points * (24 + 24 + (8 * c.R + 8) * c.corrects) * c.corrects
 
 
 def messages(c):
@@ -112,13 +142,14 @@ def messages(c):
     others = c.parts[1:]
     if not others:
         return {}
+    selection(sent, c)
     if c.judges:
         sent.order("parts", c.S / 2 * varint(c.C))
         sent.send([28 * of.nodes + 36 * of.hexes + 20 * of.faces for of in others])
         sent.send([of.faces * varint(of.nodes) for of in others])
         sent.fold(2)
-    sent.order("fields", task_bytes(c))
-    sent.send([24 * of.rows + 4 * of.nodes for of in others])
+    sent.order("fields", task(c))
+    sent.send([24 * of.rows + 4 * of.nodes + near_surface(c, of.near) for of in others])
     for move in range(c.M):
         sent.order("positions", 4)
         sent.send([24 * of.slab for of in others])
@@ -131,6 +162,32 @@ def messages(c):
     sent.order("fields", 2)
     sent.order("fields", 1)
     return sent.sent
+
+
+def selection(sent, c):
+    """Sweeps over the surface, of which each rank has a slab of points and values. The largest error is looked for
+    over a sample of the steps, and at the end over all of them."""
+    slab = [c.S / c.P] * (c.P - 1)
+    criterion = 8 * (3 * c.R + 1) * c.scheduled
+    worst = math.ceil(c.S / math.ceil(c.S / c.candidates)) / c.P
+
+    def look(size):
+        sent.order("selection", criterion)
+        sent.all(size)
+
+    sent.order("selection", 2)
+    sent.send([points * (24 + 8 * c.R) for points in slab])
+    for base_points in c.sweeps:
+        sent.order("selection", interpolant(c, base_points))
+        look(9)
+    look(9)
+    for _ in c.sweeps[1:]:
+        look(worst * (index(c.S) + 8 * c.R))
+    look(9)
+    look(9)
+    sent.order("selection", 2)
+    sent.send([points * 8 * c.R for points in slab])
+    sent.order("selection", 2)
 
 
 def judged(sent, is_look):
@@ -150,23 +207,23 @@ def judged(sent, is_look):
 
 def memory(c):
     """MB at the peak of each rank: arrays that live at the same time (ARCHITECTURE.md, Memory)."""
-    surface, program = (80 + 8 * c.R) * c.S, 20e6
+    surface, program = (80 + 8 * c.R) * c.S, 20e6 if c.P == 1 else 30e6
     mesh = 24 * c.N + 32 * (c.C - c.S) + 16 * c.S
     found = []
     for rank, of in enumerate(c.parts):
-        judge = (9 + 13.5) * of.hexes
-        centres, tree, order = 32 * of.hexes, 220 * c.S * c.corrects, 12 * of.rows
+        judge, centres = (9 + 13.5) * of.hexes, 32 * of.hexes
         fields, places = 8 * c.R * of.rows, 24 * of.rows
+        evaluation = 12 * of.rows + (220 * of.near + 8 * c.R * of.near) * c.corrects
         if c.P == 1:
-            held, steps = mesh + surface, fields + 48 * c.N + (judge + centres) * c.judges
-            evaluation = fields + order + tree + 8 * c.R * c.S
+            held, steps = mesh + surface, 48 * c.N + (judge + centres) * c.judges
         else:
-            own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + judge
+            # As much as faces and sizes take stays with the allocator: short arrays that finding them has freed.
+            own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge
             lists = 4 * sum(other.nodes for other in c.parts)
-            held = own * c.judges + fields + places + 4 * of.nodes + (0 if rank else mesh + surface + lists)
+            held = own * c.judges + places + 4 * of.nodes + (0 if rank else mesh + surface + lists)
             steps = places + centres + (0 if rank else 48 * c.N)
-            evaluation = order + tree + task_bytes(c) * (1 if rank else 2)
-        found.append((program + held + max(steps, evaluation)) / 1e6)
+            evaluation += near_surface(c, of.near)
+        found.append((program + held + fields + max(steps, evaluation)) / 1e6)
     return found
 
 
@@ -174,14 +231,15 @@ def memory(c):
 
 
 def passed_on(c):
-    """Bytes of the fields' order that others than the first rank send, down the tree."""
-    return (c.P - 1 - (c.P - 1).bit_length()) * task_bytes(c)
+    """Bytes of orders that others than the first rank send, down the tree."""
+    orders = sum(interpolant(c, n) for n in c.sweeps) + task(c)
+    return (c.P - 1 - (c.P - 1).bit_length()) * orders
 
 
 def shared_bytes(c):
-    """Bytes that the first rank sends before the first step."""
+    """Bytes of parts and of fields."""
     sent = messages(c)
-    return sum(sent[what][1] for what in ("parts", "fields") if what in sent) - passed_on(c) if c.P > 1 else 0
+    return sum(sent[what][1] for what in ("parts", "fields") if what in sent)
 
 
 def reference(c):
@@ -194,30 +252,35 @@ def apart(c):
     return reference(c) * min(1, c.L / CHUNK)
 
 
-# What takes time: {what: [(stage, how much of it in a run)]}. Work of ranks is that of the one with most.
+# Who works: each rank with its threads; the first with all of its machine while the others wait, or with one thread.
+ALL, FIRST, ONE = "ranks", "first rank", "one thread"
+# What takes time: {what: (who, [(stage, how much of it in a run)])}. Work of ranks is that of the one with most.
 TERMS = {
-    "byte of the mesh": [("reading", lambda c: c.F)],
-    "surface node x base point of each sweep": [("selection", lambda c: c.swept)],
-    "candidate x base point^2, base point^3 / 3": [("selection", lambda c: c.candidates * c.B**2 + c.B**3 / 3)],
-    "node x base point": [("modes", lambda c: c.rows * c.B)],
-    "node near the wall": [("modes", lambda c: c.near_wall)],
-    "byte of parts and fields": [("modes", shared_bytes)],
-    "cell of the reference": [
-        ("modes", lambda c: reference(c) * (c.P > 1)),
-        ("rest", lambda c: reference(c) * (c.P == 1)),
-    ],
-    "the same, with a neighbour in another chunk": [
-        ("modes", lambda c: apart(c) * (c.P > 1)),
-        ("rest", lambda c: apart(c) * (c.P == 1)),
-    ],
-    "node moved": [("steps", lambda c: c.M * c.rows)],
-    "place compared": [("steps", lambda c: c.M * c.placed * c.judges * (c.P > 1))],
-    "cell looked at": [("steps", lambda c: c.J * c.own)],
-    "cell whose faces are judged": [("steps", lambda c: c.K * c.own * c.judges)],
-    "byte written": [("writing", lambda c: c.written)],
-    "node of the plan": [("rest", lambda c: c.N)],
-    "start of the program": [("rest", lambda c: 1)],
-    "start of ranks": [("rest", lambda c: c.P > 1)],
+    "byte of the mesh": (FIRST, [("reading", lambda c: c.F)]),
+    "surface node x base point of each sweep": (ALL, [("selection", lambda c: c.swept)]),
+    "candidate x base point^2, base point^3 / 3": (
+        FIRST,
+        [("selection", lambda c: c.candidates * c.B**2 + c.B**3 / 3)],
+    ),
+    "node x base point": (ALL, [("modes", lambda c: c.rows * c.B)]),
+    "node near the wall": (ALL, [("modes", lambda c: c.near_wall * c.corrects)]),
+    "cell that is cut": (ONE, [("modes", lambda c: c.C * c.judges * (c.P > 1))]),
+    "byte of parts and fields": (ONE, [("modes", shared_bytes)]),
+    "cell of the reference": (
+        ALL,
+        [("modes", lambda c: reference(c) * (c.P > 1)), ("rest", lambda c: reference(c) * (c.P == 1))],
+    ),
+    "the same, with a neighbour in another chunk": (
+        ALL,
+        [("modes", lambda c: apart(c) * (c.P > 1)), ("rest", lambda c: apart(c) * (c.P == 1))],
+    ),
+    "node moved": (ALL, [("steps", lambda c: c.M * c.rows)]),
+    "node received": (ONE, [("steps", lambda c: c.M * c.N * (1 - 1 / c.P))]),
+    "place compared": (FIRST, [("steps", lambda c: c.M * c.placed * c.judges * (c.P > 1))]),
+    "cell looked at": (ALL, [("steps", lambda c: c.J * c.own)]),
+    "cell whose faces are judged": (ALL, [("steps", lambda c: c.K * c.own * c.judges)]),
+    "byte written": (FIRST, [("writing", lambda c: c.written)]),
+    "node of the plan": (FIRST, [("rest", lambda c: c.N)]),
+    "start of the program": (ONE, [("rest", lambda c: 1)]),
+    "start of ranks": (ONE, [("rest", lambda c: c.P > 1)]),
 }
-# What the first rank does alone, however many there are.
-BY_FIRST = {"reading", "selection", "writing", "rest"}

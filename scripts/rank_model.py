@@ -3,7 +3,8 @@ on 1 and 8 million nodes; memory and messages are counted alone. Prints tables: 
 the outlook to 1e9 nodes.
 
     .venv/bin/python scripts/rank_model.py --measure [--rounds 3] [--azimesh PROGRAM]
-    .venv/bin/python scripts/rank_model.py --check 60000000 --ranks 2 [--threads 1] [--mesh MESH]
+    .venv/bin/python scripts/rank_model.py --check 60000000 --ranks 2 [--mesh MESH]
+    .venv/bin/python scripts/rank_model.py --check 60000000 --ranks 1 --threads 2 [--mesh MESH]
     .venv/bin/python scripts/rank_model.py [--outlook-ranks 64 --outlook-threads 16 --network 10 --disk 2]
 
 PROGRAM is one with the feature `mpi`. Runs are kept in target/rank_model.json: those of --measure give the
@@ -13,15 +14,14 @@ back; meshes are read from the page cache.
 
 import argparse
 import math
-import os
 import statistics
 from pathlib import Path
 
 from measure import significant
-from rank_counts import BY_FIRST, TERMS, counted, memory, messages, passed_on
-from rank_runs import FITTED, KEPT, QUIET, STAGES, THREADED, check, kept, measure
+from rank_counts import ALL, FIRST, TERMS, counted, memory, messages, passed_on
+from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, check, kept, measure, threads_of
 
-PURPOSES = ["fields", "parts", "places", "positions", "quality"]
+PURPOSES = ["selection", "parts", "fields", "positions", "places", "quality"]
 
 
 def medians(runs):
@@ -41,48 +41,56 @@ def medians(runs):
 # ---------------------------------------------------------------- rates
 
 
-def units(c, stage):
-    """How many units of each term a stage has."""
-    return [sum(of(c) for name, of in places if name == stage) for places in TERMS.values()]
+def units(c, stage, serial):
+    """How many units of each term a stage has, for one thread: by Amdahl's law a part of each is not faster by more."""
+    found = {}
+    for what, (who, places) in TERMS.items():
+        threads = {ALL: c.T, FIRST: c.alone}.get(who, 1)
+        factor = serial[stage] + (1 - serial[stage]) / threads
+        found[what] = factor * sum(of(c) for name, of in places if name == stage)
+    return found
 
 
-def fit(runs):
+def fit(runs, serial):
     """Seconds a unit of each term: none below zero, least squares of relative errors."""
     import numpy as np
     from scipy.optimize import nnls
 
     rows, wanted = [], []
     for run in runs:
+        c = counted(run, CORES)
         for stage in STAGES:
             # What takes less than 0.2 s matters less.
             weight = 1 / max(run["seconds"][stage], 0.2)
-            rows.append([weight * n for n in units(counted(run), stage)])
+            rows.append([weight * n for n in units(c, stage, serial).values()])
             wanted.append(weight * run["seconds"][stage])
     matrix = np.array(rows, float)
     scale = matrix.max(axis=0)
-    return list(nnls(matrix / scale, np.array(wanted))[0] / scale)
+    return dict(zip(TERMS, nnls(matrix / scale, np.array(wanted))[0] / scale))
 
 
-def one_threaded(c, rates):
-    """Seconds of each stage with one thread and a processor for each rank."""
-    return {stage: sum(rate * n for rate, n in zip(rates, units(c, stage))) for stage in STAGES}
+def stages(c, rates, serial):
+    """Seconds of each stage."""
+    return {stage: sum(rates[what] * n for what, n in units(c, stage, serial).items()) for stage in STAGES}
 
 
-def serial_parts(run, rates):
-    """By Amdahl's law the part of each stage that more threads do not make faster, from a run with several."""
-    alone, n = one_threaded(counted(run), rates), run["case"][2]
-    ratio = {stage: run["seconds"][stage] / alone[stage] for stage in STAGES}
-    return {stage: min(1, max(0, (n * ratio[stage] - 1) / (n - 1))) for stage in STAGES}
+def fitted_model(runs, threaded):
+    """Rates, and the part of each stage that more threads do not make faster, from one process with several. The first
+    rank of several has more threads too, so each follows from the other."""
+    serial, n = dict.fromkeys(STAGES, 0.5), threaded["case"][2]
+    for _ in range(20):
+        rates = fit(runs, serial)
+        alone = stages(counted(threaded), rates, dict.fromkeys(STAGES, 1))
+        ratio = {stage: threaded["seconds"][stage] / alone[stage] for stage in STAGES}
+        serial = {stage: min(1, max(0, (n * ratio[stage] - 1) / (n - 1))) for stage in STAGES}
+    return rates, serial
 
 
-def seconds(c, rates, serial, cores):
-    """Seconds of each stage; threads beyond the cores that a rank has bring nothing."""
-    found = one_threaded(c, rates)
-    for stage in STAGES:
-        threads = max(1, min(c.T, cores / (1 if stage in BY_FIRST else c.P)))
-        found[stage] *= serial[stage] + (1 - serial[stage]) / threads
+def seconds(c, rates, serial):
+    """Seconds of each stage, and of the run."""
+    found = stages(c, rates, serial)
     found["total"] = sum(found.values())
-    if c.T > 1:  # a step is written while the next is computed
+    if c.alone > 1:  # a step is written while the next is computed
         found["total"] -= min(found["steps"], found["writing"]) * (c.K - 1) / c.K
     return found
 
@@ -92,7 +100,9 @@ def seconds(c, rates, serial, cores):
 
 def table(head, rows):
     """In markdown."""
-    return "\n".join(f"| {' | '.join(map(str, cells))} |" for cells in [head, ["---"] * len(head), *rows])
+    lines = [f"| {' | '.join(map(str, cells))} |" for cells in [head, *rows]]
+    lines.insert(1, "|" + "---|" * len(head))
+    return "\n".join(lines).replace("|  |", "| |").replace("|  |", "| |")
 
 
 def off(measured, predicted):
@@ -109,42 +119,47 @@ def named(run):
 
 def table_of_rates(rates, serial):
     """What was fitted."""
-    stages = [" or ".join(stage for stage, _ in places) for places in TERMS.values()]
-    times = [f"{significant(rate * 1e9)} ns" if rate < 1e-3 else f"{significant(rate)} s" for rate in rates]
+    who = [who for who, _ in TERMS.values()]
+    where = [" or ".join(stage for stage, _ in places) for _, places in TERMS.values()]
+    times = [f"{significant(rate * 1e9)} ns" if rate < 1e-3 else f"{significant(rate)} s" for rate in rates.values()]
     parts = ", ".join(f"{stage} {100 * part:.0f}%" for stage, part in serial.items())
-    return f"{table(['unit', 'stage', 'time'], zip(TERMS, stages, times))}\n\nNot faster by threads: {parts}."
+    return f"{table(['unit', 'stage', 'by', 'time'], zip(TERMS, where, who, times))}\n\nNot faster by threads: {parts}."
 
 
-def table_of_times(runs, model):
-    """Seconds of the stages, ranks x threads."""
-    rows = []
-    for run in runs:
-        found = seconds(counted(run, model[2]), *model)
-        rows.append([named(run), *(off(run["seconds"][key], found[key]) for key in [*STAGES, "total"])])
-    return table(["s", *STAGES, "total"], rows)
+def times(run, model):
+    """Seconds of the stages."""
+    found = seconds(counted(run, CORES), *model)
+    return {f"{stage}, s": off(run["seconds"][stage], found[stage]) for stage in [*STAGES, "total"]}
 
 
-def table_of_memory(runs):
-    """Peaks of ranks."""
-    rows = []
-    for run in runs:
-        (first, *others), (own, *rest) = run["megabytes"], memory(counted(run))
-        rows.append([named(run), off(first, own), off(max(others), max(rest)) if others else ""])
-    return table(["MB", "first rank", "largest of the others"], rows)
+def peaks(run, _):
+    """Peaks of memory of ranks."""
+    (first, *others), (own, *rest) = run["megabytes"], memory(counted(run))
+    names = ("first rank, MB", "largest of the others, MB")
+    return dict(zip(names, (off(first, own), off(max(others), max(rest)) if others else "")))
 
 
-def table_of_messages(runs):
+def traffic(run, _):
     """MB and numbers of messages, and by how much the count is off where it is."""
-    rows = []
-    for run in (run for run in runs if run["messages"]):
-        found, cells = messages(counted(run)), []
-        for what in PURPOSES:
-            (n, of), (counts, size) = (sent.get(what, [0, 0]) for sent in (run["messages"], found))
-            more, percent = round(counts - n), round(100 * (size / of - 1)) if of else 0
-            wrong = (f" {percent:+d}%" if percent else "", f" {more:+d}" if more else "")
-            cells.append(f"{significant(of / 1e6)}{wrong[0]} ({n:.0f}{wrong[1]})" if n else "")
-        rows.append([named(run), *cells])
-    return table(["MB (messages)", *PURPOSES], rows)
+    counts, cells = messages(counted(run)), {}
+    for what in PURPOSES:
+        (n, of), (wanted, size) = (sent.get(what, [0, 0]) for sent in (run["messages"], counts))
+        more, percent = round(wanted - n), round(100 * (size / of - 1)) if of else 0
+        wrong = (f" {percent:+d}%" if percent else "", f" {more:+d}" if more else "")
+        cells[f"{what}, MB (messages)"] = f"{significant(of / 1e6)}{wrong[0]} ({n:.0f}{wrong[1]})" if n else ""
+    return cells
+
+
+def beside(runs, of, model):
+    """What runs took beside what is counted, a run a line."""
+    found = [of(run, model) for run in runs]
+    return table(["", *found[0]], [[named(run), *cells.values()] for run, cells in zip(runs, found)])
+
+
+def table_of_checks(runs, model):
+    """The same of runs that rates do not come from, a run a column."""
+    found = [{**times(run, model), **peaks(run, model), **traffic(run, model)} for run in runs]
+    return table(["", *map(named, runs)], [[key, *(of[key] for of in found)] for key in found[0]])
 
 
 def prospect(like, surface, compact, model, options):
@@ -153,11 +168,12 @@ def prospect(like, surface, compact, model, options):
     cells = nodes + surface // 2
     size = {"nodes": nodes, "cells": cells, "surface_points": surface, "bytes_read": 24 * nodes + 41 * cells}
     case = [nodes, ranks, options.outlook_threads, steps, "summary", True]
-    c = counted({**like, **size, "case": case, "steps": steps, "compact": compact})
-    found, sent = seconds(c, *model[:2], math.inf), messages(c)
+    c = counted({**like, **size, "case": case, "alone": options.outlook_threads, "compact": compact})
+    # Nodes come over the network.
+    rates, serial = {**model[0], "node received": 0}, model[1]
+    found, sent = seconds(c, rates, serial), messages(c)
     # The first rank alone does this for all of them.
-    compared = list(TERMS).index("place compared")
-    share = model[0][compared] * units(c, "steps")[compared] / one_threaded(c, model[0])["steps"]
+    places = rates["place compared"] * units(c, "steps", serial)["place compared"]
     disk, network = options.disk * 1e9, options.network * 1e9
     # All else goes to the first rank, or comes from it.
     found["network"] = (sum(size for _, size in sent.values()) - passed_on(c)) / network
@@ -168,7 +184,7 @@ def prospect(like, surface, compact, model, options):
     first, *others = memory(c)
     return {
         **{f"{stage}, s": found[stage] for stage in [*STAGES, "network"]},
-        "of the steps, places compared, s": share * found["steps"],
+        "of the steps, places compared, s": places,
         "whole, s (steps and network beside writing)": whole,
         "nodes that a rank evaluates, of 1 / P": c.rows * c.P / c.N,
         **{f"{what}, GB": sent[what][1] / 1e9 for what in PURPOSES},
@@ -185,20 +201,25 @@ def outlook(like, model, options):
     return table(["", *names], [[key, *(significant(of[key]) for of in columns)] for key in columns[0]])
 
 
-def report(options):
+def tables(options):
     """All tables."""
     runs, checks = medians(kept()["runs"]), kept()["checks"]
     fitted = [run for run in runs if tuple(run["case"]) in FITTED]
     threaded = next(run for run in runs if tuple(run["case"]) == THREADED)
-    rates = fit(fitted)
-    model = (rates, serial_parts(threaded, rates), len(os.sched_getaffinity(0)))
-    both = [*fitted, threaded, *checks]
-    print(f"{kept()['machine']}\n\n{table_of_rates(*model[:2])}\n\n{table_of_times(both, model)}\n")
-    print(f"{table_of_memory(both)}\n\n{table_of_messages(both)}\n")
-    print(outlook(max(both, key=lambda run: run["nodes"]), model, options))
+    model, both = fitted_model(fitted, threaded), [*fitted, threaded]
+    found = {
+        "machine": kept()["machine"],
+        "times": beside(both, times, model),
+        "memory": beside(both, peaks, model),
+        "messages": beside([run for run in both if run["messages"]], traffic, model),
+        "checks": table_of_checks(checks, model) if checks else "",
+        "rates": table_of_rates(*model),
+    }
+    largest = max([*both, *checks], key=lambda run: run["nodes"])
+    return {**found, "outlook": outlook(largest, model, options)}
 
 
-def arguments():
+def arguments(words=None):
     """What the command line says."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--azimesh", default="target/release/azimesh")
@@ -207,14 +228,14 @@ def arguments():
     parser.add_argument("--check", type=int, metavar="NODES")
     parser.add_argument("--mesh", help="the mesh of --check, with its schedule beside it; else it is made")
     parser.add_argument("--ranks", type=int, default=2)
-    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=1, help="of one process; ranks share the cores")
     parser.add_argument("--steps", type=int, default=2)
     parser.add_argument("--outlook-ranks", type=int, default=64)
     parser.add_argument("--outlook-threads", type=int, default=16, help="of each rank")
     parser.add_argument("--outlook-steps", type=int, default=37)
     parser.add_argument("--network", type=float, default=10, help="GB/s at the first rank")
     parser.add_argument("--disk", type=float, default=2, help="GB/s")
-    return parser.parse_args()
+    return parser.parse_args(words)
 
 
 def main():
@@ -225,8 +246,10 @@ def main():
     if options.measure:
         measure(program, options.rounds)
     if options.check:
-        check(program, options.mesh, (options.check, options.ranks, options.threads, options.steps, "summary", True))
-    report(options)
+        threads = threads_of(options.ranks) if options.ranks > 1 else options.threads
+        check(program, options.mesh, (options.check, options.ranks, threads, options.steps, "summary", True))
+    if kept()["runs"]:
+        print("\n\n".join(filter(None, tables(options).values())))
 
 
 if __name__ == "__main__":

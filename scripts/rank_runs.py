@@ -20,14 +20,23 @@ ALLOWED = {
 }
 # Layers of nodes around the blade: as many in every mesh, so that surface nodes grow as nodes do.
 LAYERS = 60
+CORES = len(os.sched_getaffinity(0))
+
+
+def threads_of(ranks):
+    """Threads of each of some ranks that are not bound to cores. The first has all cores while the others wait."""
+    return max(1, CORES // ranks) if ranks > 1 else 1
+
+
 # (nodes, ranks, threads of each, steps, quality, correction): each rate counts for more in one than in another.
 FITTED = [
-    *((1_000_000, ranks, 1, steps, "summary", True) for ranks in (1, 2) for steps in (2, 6)),
-    *((1_000_000, ranks, 1, 2, "none", True) for ranks in (1, 2)),
+    *((1_000_000, ranks, threads_of(ranks), steps, "summary", True) for ranks in (1, 2) for steps in (2, 6)),
+    *((1_000_000, ranks, threads_of(ranks), 2, "none", True) for ranks in (1, 2)),
     (1_000_000, 1, 1, 2, "none", False),
-    *((8_000_000, ranks, 1, 2, "summary", True) for ranks in (1, 2)),
+    (1_000_000, 4, threads_of(4), 2, "summary", True),
+    *((8_000_000, ranks, threads_of(ranks), 2, "summary", True) for ranks in (1, 2)),
 ]
-THREADED = (8_000_000, 1, 2, 2, "summary", True)
+THREADED = (8_000_000, 1, CORES, 2, "summary", True)
 SCHEDULE = """
 [output]
 format = "vtkhdf"
@@ -88,9 +97,10 @@ def deform(program, folder, mesh, case):
     cached(mesh)
     os.sync()
     wait_for_quiet()
-    command = [program, "deform", mesh, toml, "--steps", f"0..{steps}", "-o", out, "-v", "--threads", threads]
-    launcher = ["mpirun", "-n", ranks] if ranks > 1 else []
+    command = [program, "deform", mesh, toml, "--steps", f"0..{steps}", "-o", out, "-v"]
+    launcher = ["mpirun", "--bind-to", "none", "-n", ranks] if ranks > 1 else []
     words = [*launcher, sys.executable, __file__, folder / "rank", *command]
+    words += ["--threads", threads] if ranks == 1 else []
     before, started = busy(), time.monotonic()
     with said.open("w") as file:
         subprocess.run([*map(str, words)], stdout=file, stderr=file, check=True, env={**os.environ, **ALLOWED})
@@ -110,6 +120,7 @@ def figures(case, mesh, out, said, whole):
     seconds["rest"] = whole - sum(seconds[stage] for stage in STAGES[:-1])
     return {
         "case": list(case),
+        "alone": CORES if case[1] > 1 else case[2],
         **{key: record[key] for key in ("nodes", "cells", "surface_points", "modes", "steps")},
         "base_points": layer["base_points"],
         "sweeps": [n for n, _ in layer["history"]],
