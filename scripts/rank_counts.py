@@ -31,7 +31,6 @@ def counted(run, cores=math.inf):
     for key in ("rows", "own", "hexes", "near_wall"):
         of_ranks = [getattr(of, key) for of in c.parts]
         setattr(c, key, max([*of_ranks, sum(of_ranks) / cores]))
-    c.placed = c.N + sum(of.nodes for of in c.parts[1:])
     return c
 
 
@@ -156,8 +155,6 @@ def messages(c):
         if c.judges:
             sent.order("places", 1)
             sent.send([24 * of.faces for of in others])
-            sent.send([of.nodes / 16 for of in others])  # a hash of 16 bytes for 256 nodes
-            sent.send([2] * len(others))
             judged(sent, is_look=move < c.J)
     sent.order("fields", 2)
     sent.order("fields", 1)
@@ -276,7 +273,6 @@ TERMS = {
     ),
     "node moved": (ALL, [("steps", lambda c: c.M * c.rows)]),
     "node received": (ONE, [("steps", lambda c: c.M * c.N * (1 - 1 / c.P))]),
-    "place compared": (FIRST, [("steps", lambda c: c.M * c.placed * c.judges * (c.P > 1))]),
     "cell looked at": (ALL, [("steps", lambda c: c.J * c.own)]),
     "cell whose faces are judged": (ALL, [("steps", lambda c: c.K * c.own * c.judges)]),
     "byte written": (FIRST, [("writing", lambda c: c.written)]),

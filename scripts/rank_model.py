@@ -172,8 +172,6 @@ def prospect(like, surface, compact, model, options):
     # Nodes come over the network.
     rates, serial = {**model[0], "node received": 0}, model[1]
     found, sent = seconds(c, rates, serial), messages(c)
-    # The first rank alone does this for all of them.
-    places = rates["place compared"] * units(c, "steps", serial)["place compared"]
     disk, network = options.disk * 1e9, options.network * 1e9
     # All else goes to the first rank, or comes from it.
     found["network"] = (sum(size for _, size in sent.values()) - passed_on(c)) / network
@@ -184,7 +182,6 @@ def prospect(like, surface, compact, model, options):
     first, *others = memory(c)
     return {
         **{f"{stage}, s": found[stage] for stage in [*STAGES, "network"]},
-        "of the steps, places compared, s": places,
         "whole, s (steps and network beside writing)": whole,
         "nodes that a rank evaluates, of 1 / P": c.rows * c.P / c.N,
         **{f"{what}, GB": sent[what][1] / 1e9 for what in PURPOSES},
