@@ -234,6 +234,8 @@ impl Team {
             return state;
         }
         self.place_apart(&mut state, points);
+        // Once they are told of others, ranks are not where fields move them any more.
+        state.moved_to = step;
         if step.is_none() || cfg!(debug_assertions) {
             let n_changed = self.place_rest(&mut state, points);
             debug_assert!(
