@@ -10,7 +10,7 @@ use super::plan::Plan;
 use super::positions::{Positions, Stepper};
 use super::repair::Repair;
 use super::step_memory::{Rounding, StepMemory};
-use super::team::Team;
+use super::team::{KeptPoints, Team};
 use super::tolerance::{BaseOrigin, check_tolerance};
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
@@ -60,6 +60,8 @@ pub struct Deformation {
     current: Mutex<Option<Arc<Interval>>>,
     /// What is known of the steps, without rounding of coordinates and with it.
     known: [StepMemory; 2],
+    /// The nodes whose positions are wanted here, once others stay with their ranks; none where all are.
+    divided: OnceLock<Option<Vec<u32>>>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
 }
@@ -148,6 +150,7 @@ impl DeformationBuilder {
             base: self.base,
             current: Mutex::new(None),
             known: Default::default(),
+            divided: OnceLock::new(),
             progress: self.progress,
             stop: self.stop,
         })
@@ -355,6 +358,7 @@ impl Deformation {
             measures,
             memory: &self.known[usize::from(rounding == Rounding::Single)],
             rounding,
+            known: None,
             stop: &self.stop,
         }
     }
@@ -374,17 +378,22 @@ impl Deformation {
         stepper.at(step, judges, points)
     }
 
-    /// Everything about a step but its arrays at cells; positions go to `points`.
+    /// Everything about a step but its arrays at cells; positions go to `points`. Those of most nodes may stay `apart`, with
+    /// the ranks that move them: [`keep`](Self::keep) gives them.
     pub(crate) fn evaluate(
         &self,
         interval: &Interval,
         step: &Step,
         rounding: Rounding,
+        apart: bool,
         points: &mut [Vector],
     ) -> Result<Evaluated> {
         let plan = self.plan();
         let measures = || self.measures();
-        let stepper = self.stepper(interval, rounding, &measures);
+        let mut stepper = self.stepper(interval, rounding, &measures);
+        if apart {
+            stepper.known = self.divided.get_or_init(|| plan.divide()).as_deref();
+        }
         let judges = plan.schedule.output.quality != QualityOutput::None;
         let found = stepper.at(step, judges, points)?;
         let velocities = stepper.velocities(step, found.repair.is_some(), points)?;
@@ -402,7 +411,16 @@ impl Deformation {
             velocities,
             n_base: interval.n_base,
             repair: found.repair,
+            is_apart: found.is_apart,
         })
+    }
+}
+
+impl Deformation {
+    /// The positions of the step that was evaluated last, which are apart; with `sync` what is written of them goes to the disk.
+    pub(crate) fn keep(&self, points: &[Vector], sync: bool) -> Option<KeptPoints> {
+        let team = self.plan.team.as_ref()?;
+        Some(team.keep(points, sync))
     }
 }
 
@@ -427,6 +445,8 @@ pub(crate) struct Evaluated {
     pub n_base: usize,
     /// What was done about folded cells, where something was.
     pub repair: Option<Repair>,
+    /// Whether most positions are with the ranks that moved them.
+    pub is_apart: bool,
 }
 
 impl Evaluated {

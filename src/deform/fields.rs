@@ -126,6 +126,17 @@ impl Fields {
         }
     }
 
+    /// Moves all nodes to a step, and writes to `out` where those are that are `known`: the others stay with their ranks.
+    ///
+    /// # Panics
+    /// Where there are no other ranks.
+    pub(super) fn displace_apart(&self, step: usize, known: &[u32], out: &mut [Vector]) {
+        match &self.way {
+            Way::Shared(shared) => shared.move_known(step, known, out),
+            Way::Here(_) => panic!("nodes stay with ranks where there are several"),
+        }
+    }
+
     /// Writes the positions at a step of the layers to `out`; `state` is what the fields were evaluated for.
     pub fn displace(
         &self,

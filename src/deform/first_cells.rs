@@ -61,6 +61,11 @@ impl FirstCells {
         &self.edges
     }
 
+    /// The nodes of the edges.
+    pub fn nodes(&self) -> impl Iterator<Item = u32> {
+        self.edges.iter().flat_map(|&(on, off)| [on, off])
+    }
+
     /// The smallest first-cell height, in mesh units.
     pub fn smallest(&self) -> Option<f64> {
         self.smallest

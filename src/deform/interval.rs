@@ -183,10 +183,23 @@ impl Interval {
     /// Writes the node positions at a step to `out`; gives the largest displacement error before the
     /// correction.
     pub fn points_at(&self, step: &Step, out: &mut [Vector]) -> Result<f64> {
+        self.known_points_at(step, None, out)
+    }
+
+    /// The same; where some nodes are `known`, of these alone: the others stay with the ranks that move them.
+    pub(super) fn known_points_at(
+        &self,
+        step: &Step,
+        known: Option<&[u32]>,
+        out: &mut [Vector],
+    ) -> Result<f64> {
         let plan = &*self.plan;
         let error = match &self.way {
             Way::AtOnce { fields, errors } => {
-                fields.displace(&plan.layers, step.index, self.reference(), out);
+                match known {
+                    Some(known) => fields.displace_apart(step.index, known, out),
+                    None => fields.displace(&plan.layers, step.index, self.reference(), out),
+                }
                 self.place_surface_nodes(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
@@ -198,7 +211,7 @@ impl Interval {
                 self.through_substeps(step, parts, out)?
             }
         };
-        self.finish_positions(step, out);
+        self.finish_positions(step, known, out);
         Ok(error)
     }
 
@@ -211,24 +224,30 @@ impl Interval {
         out: &mut [Vector],
     ) -> Result<f64> {
         let error = self.through_substeps(step, parts, out)?;
-        self.finish_positions(step, out);
+        self.finish_positions(step, None, out);
         Ok(error)
     }
 
     /// The last part of a step: rotates it to the inertial frame, places periodic followers by their
     /// leaders, and keeps a plane mesh in its plane.
-    fn finish_positions(&self, step: &Step, out: &mut [Vector]) {
+    fn finish_positions(&self, step: &Step, known: Option<&[u32]>, out: &mut [Vector]) {
         let plan = &*self.plan;
         if let Some(team) = &plan.team {
             team.finish(plan.motion.to_inertial(step), plan.motion.rotor.in_plane);
         }
         if let Some(to_inertial) = plan.motion.to_inertial(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
-            parallel::update(out, |node, x| {
+            let turn = |node: usize, x: &mut Vector| {
                 if inside.is_none_or(|inside| inside[node]) {
                     *x = to_inertial.apply(*x);
                 }
-            });
+            };
+            match known {
+                Some(known) => {
+                    (known.iter()).for_each(|&node| turn(node as usize, &mut out[node as usize]))
+                }
+                None => parallel::update(out, turn),
+            }
             if plan.schedule.selection.correction {
                 place_moving_nodes(plan, &plan.poses_at(step), out);
             }

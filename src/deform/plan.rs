@@ -126,12 +126,39 @@ impl Plan {
 
     /// Gives each rank its part of the mesh, where there are several.
     pub(super) fn share(&self) {
-        let Some(team) = &self.team else { return };
+        if let Some(team) = &self.team {
+            team.share(&self.mesh, &self.moving_faces, &self.nodes_apart());
+        }
+    }
+
+    /// The nodes that fields move to a place where they do not stay, ascending: those on the surface, and followers.
+    fn nodes_apart(&self) -> Vec<u32> {
         let followers = self.periodic.followers().iter().map(|of| of.node);
         let surface = &self.motion.surface.nodes.nodes;
         let mut apart: Vec<u32> = surface.iter().copied().chain(followers).collect();
         apart.sort_unstable();
-        team.share(&self.mesh, &self.moving_faces, &apart);
+        apart.dedup();
+        apart
+    }
+
+    /// The nodes whose places this rank has to know at a step whose positions stay with the ranks that moved them, ascending;
+    /// none where it has to know all. Tells the ranks which these are.
+    pub(super) fn divide(&self) -> Option<Vec<u32>> {
+        let team = self.team.as_ref()?;
+        let moves_all = self.motion.zone.is_none() && self.schedule.rbf.substeps == 1;
+        let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
+        if !(moves_all && is_solid && self.moves_by_fields() && self.velocity.is_none()) {
+            return None;
+        }
+        let apart = self.nodes_apart();
+        let followers = self.periodic.followers().iter();
+        let mut known = apart.clone();
+        known.extend(followers.map(|of| of.leader));
+        known.extend(self.first_cells.nodes());
+        known.sort_unstable();
+        known.dedup();
+        team.divide(self.mesh.points.len(), &apart, &known);
+        Some(known)
     }
 
     /// Whether all nodes that are not on the surface and follow none are where fields move them: of one layer half of them are

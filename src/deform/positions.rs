@@ -32,6 +32,8 @@ pub(super) struct Positions {
     pub selection_error: f64,
     pub cells: Option<Summary>,
     pub repair: Option<Repair>,
+    /// Whether the positions are with the ranks, but for those that are known here.
+    pub is_apart: bool,
 }
 
 /// Gives positions at the steps of an interval.
@@ -43,6 +45,8 @@ pub(super) struct Stepper<'a> {
     pub measures: &'a dyn Fn() -> &'a Measures,
     pub memory: &'a StepMemory,
     pub rounding: Rounding,
+    /// The nodes whose positions are wanted here, where the others may stay with the ranks that move them.
+    pub known: Option<&'a [u32]>,
     pub stop: &'a Stop,
 }
 
@@ -59,6 +63,7 @@ impl Stepper<'_> {
             selection_error,
             cells,
             repair: None,
+            is_apart: self.known.is_some(),
         };
         self.alone(step, points, &mut found)?;
         Ok(found)
@@ -72,6 +77,8 @@ impl Stepper<'_> {
         if !repair::wants_repair(self.plan, cells) {
             return Ok(());
         }
+        self.make_whole(points);
+        found.is_apart = false;
         let mut done = self.try_substeps(step, points, cells, &mut found.selection_error)?;
         if self.plan.schedule.output.on_inverted == OnInverted::Repair && n_not_valid(cells) > 0 {
             let freedom = StepFreedom::of(self.plan, (self.measures)(), step);
@@ -110,7 +117,11 @@ impl Stepper<'_> {
             selection_error,
             cells: Some(cells),
             repair: None,
+            is_apart: self.known.is_some() && window.is_none(),
         };
+        if window.is_some() {
+            self.make_whole(points);
+        }
         // Where nothing has moved there is nothing to take part in.
         let window = window.filter(|_| *points != self.plan.mesh.points[..]);
         if let Some(window) = window {
@@ -163,6 +174,7 @@ impl Stepper<'_> {
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.judge_plain(worst, points);
+        self.make_whole(points);
         let substeps = self
             .try_substeps(worst, points, &mut cells, &mut error)?
             .substeps;
@@ -330,30 +342,44 @@ impl Stepper<'_> {
 
     /// Where the motion puts the nodes; gives the largest error before the correction.
     fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
-        let error = self.interval.points_at(step, points)?;
-        self.end_move(step, points);
+        let error = (self.interval).known_points_at(step, self.known, points)?;
+        self.end_move(step, self.known, points);
         Ok(error)
     }
 
     fn through(&self, step: &Step, parts: Parts, points: &mut [Vector]) -> Result<f64> {
         let error = self.interval.points_through(step, parts, points)?;
-        self.end_move(step, points);
+        self.end_move(step, None, points);
         Ok(error)
     }
 
     /// Rounds positions that fields gave, on all ranks.
-    fn end_move(&self, step: &Step, points: &mut [Vector]) {
-        self.rounding.apply(points);
+    fn end_move(&self, step: &Step, known: Option<&[u32]>, points: &mut [Vector]) {
+        match known {
+            Some(known) => self.rounding.apply_to(known, points),
+            None => self.rounding.apply(points),
+        }
         let team = self.plan.team.as_ref();
         if let Some(team) = team.filter(|_| self.plan.moves_by_fields()) {
             team.end_move(step.index, self.rounding);
         }
     }
 
+    /// Takes the positions of a plain step that are with other ranks.
+    fn make_whole(&self, points: &mut [Vector]) {
+        if let (Some(_), Some(team)) = (self.known, &self.plan.team) {
+            team.collect(points);
+        }
+    }
+
     /// Where the repair of a step begins.
     fn start(&self, step: &Step, substeps: Option<Parts>, points: &mut [Vector]) -> Result<f64> {
         match substeps {
-            None => self.plain(step, points),
+            None => {
+                let error = self.plain(step, points)?;
+                self.make_whole(points);
+                Ok(error)
+            }
             Some(parts) => self.through(step, parts, points),
         }
     }

@@ -31,9 +31,21 @@ impl Rounding {
     /// Makes coordinates what they will be.
     pub fn apply(self, points: &mut [Vector]) {
         if self == Self::Single {
-            parallel::update(points, |_, x| *x = x.map(|x| f64::from(x as f32)));
+            parallel::update(points, |_, x| *x = in_32_bits(*x));
         }
     }
+
+    /// The same for some of the nodes.
+    pub fn apply_to(self, nodes: &[u32], points: &mut [Vector]) {
+        if self == Self::Single {
+            let round = |x: &mut Vector| *x = in_32_bits(*x);
+            (nodes.iter()).for_each(|&node| round(&mut points[node as usize]));
+        }
+    }
+}
+
+fn in_32_bits(x: Vector) -> Vector {
+    x.map(|x| f64::from(x as f32))
 }
 
 /// A repaired step.

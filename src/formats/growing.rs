@@ -34,6 +34,12 @@ impl GrowingFile {
         })
     }
 
+    /// Where the file is at present.
+    pub fn path(&self) -> &Path {
+        let staged = self.temporary.as_ref().map(Temporary::path);
+        staged.unwrap_or(&self.path)
+    }
+
     /// The existing file of this name.
     pub fn reopen(path: &Path, sync: bool) -> Result<Self> {
         let opened = OpenOptions::new().read(true).write(true).open(path);

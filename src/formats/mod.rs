@@ -31,6 +31,7 @@ mod netcdf;
 mod notes;
 pub mod openfoam;
 mod options;
+mod out;
 mod output_set;
 pub mod plot3d;
 mod portable;
@@ -69,6 +70,7 @@ pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
+pub use out::Out;
 pub use output_set::{Output, OutputSet};
 pub use reserve::Reserve;
 pub use save::{Staged, save_text, stage_bytes};
@@ -87,7 +89,6 @@ use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshView};
 pub use decompress::without_compression;
 pub use portable::make_portable;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 pub use su2::{n_zones as n_su2_zones, write_surface as write_su2_surface};
 
@@ -226,11 +227,15 @@ pub trait Format: Sync {
         Ok(notes)
     }
     /// Writes the mesh front to back, for formats of one file.
-    fn write_file(&self, _: &MeshView, _: &mut dyn Write, _: &WriteOptions) -> Result<Notes> {
+    fn write_file(&self, _: &MeshView, _: &mut dyn Out, _: &WriteOptions) -> Result<Notes> {
         Err(match self.is_written() {
             true => Error::input(format!("{} is not written as a single file", self.title())),
             false => read_only(self.title()),
         })
+    }
+    /// Whether ranks that have coordinates can write them into the file.
+    fn takes_points_apart(&self, _: &WriteOptions) -> bool {
+        false
     }
     /// Small files that belong next to a mesh written to `path`, with their content, which does not depend on the
     /// positions of the nodes.

@@ -1,9 +1,8 @@
 //! Options of readers and writers.
 
 use super::Format;
-use crate::diagnostic::point;
-use crate::error::{Error, Result};
-use crate::mesh::MeshView;
+use crate::error::Result;
+use crate::mesh::{MeshView, check_in_32_bits};
 use std::num::NonZeroUsize;
 
 /// Options of readers.
@@ -74,17 +73,11 @@ impl WriteOptions {
 
     /// Refuses coordinates that the wanted precision cannot hold.
     pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<()> {
-        if self.precision == Precision::F64 {
+        // Other ranks look at what they write.
+        if self.precision == Precision::F64 || mesh.apart.is_some() {
             return Ok(());
         }
-        let too_large = |point: &[f64; 3]| point.iter().any(|x| x.abs() > f64::from(f32::MAX));
-        match mesh.points.iter().position(too_large) {
-            Some(node) => Err(Error::input(format!(
-                "node {node} is at {}, too large for 32 bits; write 64 bits",
-                point(&mesh.points[node])
-            ))),
-            None => Ok(()),
-        }
+        check_in_32_bits(mesh.points, 0)
     }
 }
 

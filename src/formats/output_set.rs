@@ -1,11 +1,14 @@
 //! The output of one mesh: a file, a file with companion files, or a folder. All files are complete before any gets
 //! its name.
 
+use super::out::Out;
 use super::save::{PIECE, Staged, stage_bytes, stage_whole};
 use super::staged::{Commit, folder_of};
 use super::staged_folder::Folder;
 use crate::error::{Error, Result};
+use crate::mesh::NumbersApart;
 use crate::parallel::with_own_thread;
+use crate::ranks::hash::{HashedBytes, TreeHasher};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
@@ -92,7 +95,7 @@ impl<'a> OutputSet<'a> {
     }
 
     /// Writes the main file, front to back.
-    pub fn main<T>(&mut self, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
+    pub fn main<T>(&mut self, write: impl FnOnce(&mut dyn Out) -> Result<T>) -> Result<T> {
         let Some(commit) = self.commit else {
             let (written, hash) = self.tally.count(&mut io::sink(), write)?;
             self.tally.main = hash;
@@ -106,7 +109,7 @@ impl<'a> OutputSet<'a> {
             return Ok(written);
         }
         let tally = &mut self.tally;
-        let counted = |out: &mut dyn Write| tally.count(out, write);
+        let counted = |out: &mut dyn Out| tally.count(out, write);
         let ((written, hash), file) = stage_whole(self.path, commit, counted)?;
         self.tally.main = hash;
         self.main = Some(file);
@@ -137,7 +140,7 @@ impl<'a> OutputSet<'a> {
         &mut self,
         folder: &Path,
         name: &str,
-        write: impl FnOnce(&mut dyn Write) -> Result<T>,
+        write: impl FnOnce(&mut dyn Out) -> Result<T>,
     ) -> Result<T> {
         let Some(commit) = self.commit else {
             let (written, hash) = self.tally.count(&mut io::sink(), write)?;
@@ -155,7 +158,7 @@ impl<'a> OutputSet<'a> {
         let path = staged.temporary.path().join(name);
         fs::create_dir_all(folder_of(&path)).map_err(|error| Error::io(folder, &error))?;
         let tally = &mut self.tally;
-        let counted = |out: &mut dyn Write| tally.count(out, write);
+        let counted = |out: &mut dyn Out| tally.count(out, write);
         // It is synced when the folder is put in place.
         let replace = Commit {
             replace: true,
@@ -210,13 +213,13 @@ impl Tally {
     /// Lets `write` write to `out`; counts and hashes the bytes.
     fn count<T>(
         &mut self,
-        out: &mut dyn Write,
-        write: impl FnOnce(&mut dyn Write) -> Result<T>,
+        out: &mut dyn Out,
+        write: impl FnOnce(&mut dyn Out) -> Result<T>,
     ) -> Result<(T, Option<blake3::Hash>)> {
         let mut counting = Counting {
             out,
             n_bytes: 0,
-            hasher: self.is_hashed.then(blake3::Hasher::new),
+            hasher: self.is_hashed.then(TreeHasher::default),
         };
         let written = write(&mut counting)?;
         self.n_bytes += counting.n_bytes;
@@ -231,9 +234,21 @@ impl Tally {
 
 /// Counts and hashes the bytes that pass through.
 struct Counting<'a> {
-    out: &'a mut dyn Write,
+    out: &'a mut dyn Out,
     n_bytes: u64,
-    hasher: Option<blake3::Hasher>,
+    hasher: Option<TreeHasher>,
+}
+
+impl Out for Counting<'_> {
+    fn apart(&mut self, numbers: &NumbersApart, hash_from: u64) -> Result<Vec<HashedBytes>> {
+        let hash_from = self.hasher.as_ref().map_or(hash_from, TreeHasher::n_bytes);
+        let told = self.out.apart(numbers, hash_from)?;
+        if let Some(hasher) = &mut self.hasher {
+            told.iter().for_each(|part| hasher.take(part));
+        }
+        self.n_bytes += numbers.n_bytes();
+        Ok(told)
+    }
 }
 
 impl Write for Counting<'_> {
@@ -252,7 +267,9 @@ impl Write for Counting<'_> {
                 // A piece is hashed while it is in the cache.
                 for piece in bytes.chunks(PIECE) {
                     out.write_all(piece)?;
-                    hasher.as_mut().map(|hasher| hasher.update(piece));
+                    if let Some(hasher) = &mut hasher {
+                        hasher.update(piece);
+                    }
                 }
             }
         }

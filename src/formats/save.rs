@@ -1,11 +1,14 @@
 //! Writes a file completely or not at all: it is staged under a temporary name and renamed when it is complete.
 
+use super::out::Out;
 use super::sink::{Sink, name_of};
 use super::staged::{Commit, Temporary, folder_of, sync_folder};
 use crate::error::{Error, ErrorKind, Result, option};
+use crate::mesh::NumbersApart;
+use crate::ranks::hash::HashedBytes;
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Size of the write buffer and of the largest single write, in bytes: in writes of 4 MB and more Linux was measured
@@ -56,7 +59,7 @@ pub fn save_text(text: &str, path: &Path, commit: Commit) -> Result<()> {
 
 /// Stages a file with these bytes.
 pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Staged> {
-    let write = |out: &mut dyn Write| {
+    let write = |out: &mut dyn Out| {
         let written = out.write_all(bytes);
         written.map_err(|error| Error::io(path, &error))
     };
@@ -67,18 +70,23 @@ pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Staged> 
 pub(super) fn stage_whole<T>(
     path: &Path,
     commit: Commit,
-    write: impl FnOnce(&mut dyn Write) -> Result<T>,
+    write: impl FnOnce(&mut dyn Out) -> Result<T>,
 ) -> Result<(T, Staged)> {
     let target = match Sink::of(path, commit)? {
         Sink::Stream(stream) => {
-            let written = fill(stream, name_of(path), write)?;
+            let out = BufWriter::with_capacity(PIECE, Pieces(stream));
+            let written = fill(out, name_of(path), write)?;
             return Ok((written, Staged::new(|| Ok(None))));
         }
         Sink::File(target) => target,
     };
     let (file, temporary) =
         Temporary::file_for(&target).map_err(|error| Error::io(path, &error))?;
-    let written = fill(file, path, write)?;
+    let out = StagedFile {
+        out: BufWriter::with_capacity(PIECE, Pieces(file)),
+        path: temporary.path(),
+    };
+    let written = fill(out, path, write)?;
     Ok((written, staged(temporary, path, target, commit)))
 }
 
@@ -151,14 +159,42 @@ pub(super) fn exists(path: &Path) -> Error {
 }
 
 fn fill<T>(
-    sink: impl Write,
+    mut out: impl Out,
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> Result<T>,
+    write: impl FnOnce(&mut dyn Out) -> Result<T>,
 ) -> Result<T> {
-    let mut out = BufWriter::with_capacity(PIECE, Pieces(sink));
     let written = write(&mut out).map_err(|error| error.file(path))?;
     out.flush().map_err(|error| Error::io(path, &error))?;
     Ok(written)
+}
+
+/// A file under a temporary name.
+struct StagedFile<'a> {
+    out: BufWriter<Pieces<File>>,
+    path: &'a Path,
+}
+
+impl Out for StagedFile<'_> {
+    fn apart(&mut self, numbers: &NumbersApart, hash_from: u64) -> Result<Vec<HashedBytes>> {
+        let failed = |error: io::Error| Error::system(error.to_string());
+        self.out.flush().map_err(failed)?;
+        let at = self.out.get_mut().0.stream_position().map_err(failed)?;
+        let to = Some((self.path, at));
+        let told = numbers.points.write(to, numbers.numbers, hash_from)?;
+        let end = SeekFrom::Start(at + numbers.n_bytes());
+        self.out.get_mut().0.seek(end).map_err(failed)?;
+        Ok(told)
+    }
+}
+
+impl Write for StagedFile<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.out.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
 }
 
 /// Writes at most [`PIECE`] bytes at a time.

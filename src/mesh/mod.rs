@@ -4,6 +4,7 @@
 //! within a cell is VTK's; node and cell indices are zero-based.
 
 pub mod adjacency;
+mod apart;
 pub mod arrays;
 mod bounded;
 mod build;
@@ -34,6 +35,7 @@ mod subset;
 mod view;
 
 pub use adjacency::{Across, Adjacency};
+pub use apart::{Numbers, NumbersApart, PointsApart, check_in_32_bits};
 pub use arrays::{DataArray, Values};
 pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};
 pub use cells::{CellRef, CellRun, Cells};

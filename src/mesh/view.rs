@@ -1,6 +1,9 @@
 //! A borrowed view of a mesh for writers, whose node positions and arrays may differ from those of the mesh.
 
-use super::{CellRun, Cells, DataArray, Group, Mesh, Origin, groups, volume_dimension};
+use super::{
+    CellRun, Cells, DataArray, Group, Mesh, Numbers, NumbersApart, Origin, PointsApart, groups,
+    volume_dimension,
+};
 
 /// A mesh to write. Nothing of it is copied.
 ///
@@ -32,6 +35,8 @@ pub struct MeshView<'a> {
     pub space: Option<u8>,
     /// See [`Mesh::origin`].
     pub origin: &'a Origin,
+    /// Where the coordinates are, where `points` has only some of them.
+    pub(crate) apart: Option<&'a dyn PointsApart>,
 }
 
 impl Mesh {
@@ -46,6 +51,7 @@ impl Mesh {
             field_arrays: self.field_arrays.iter().collect(),
             space: self.space,
             origin: &self.origin,
+            apart: None,
         }
     }
 }
@@ -59,6 +65,22 @@ impl<'a> MeshView<'a> {
     pub fn with_points(self, points: &'a [[f64; 3]]) -> Self {
         assert_eq!(points.len(), self.points.len(), "one position a node");
         Self { points, ..self }
+    }
+
+    /// With the coordinates of most nodes elsewhere: for formats that take them from there
+    /// ([`Format::takes_points_apart`](crate::formats::Format::takes_points_apart)).
+    #[must_use]
+    pub(crate) fn with_points_apart(self, apart: Option<&'a dyn PointsApart>) -> Self {
+        Self { apart, ..self }
+    }
+
+    /// Coordinates that are elsewhere; none where they are here.
+    pub(crate) fn apart(&self, axis: Option<usize>, is_single: bool) -> Option<NumbersApart<'a>> {
+        Some(NumbersApart {
+            points: self.apart?,
+            numbers: Numbers { axis, is_single },
+            n_nodes: self.points.len(),
+        })
     }
 
     /// With an array at the nodes, in the place of that of the same name or after all.

@@ -4,6 +4,7 @@
 //! the same on every rank, whatever their number: values are put together in the order of the ranks, and nothing is added
 //! up by the network. A program that runs alone is rank 0 of 1, and sends nothing.
 
+pub mod hash;
 #[cfg(feature = "mpi")]
 mod mpi;
 pub mod raw;
@@ -205,7 +206,7 @@ impl Ranks {
     }
 
     /// What each rank has, in their order, on rank 0 alone: up the tree of [`broadcast`](Self::broadcast).
-    fn gather<T: Serialize + DeserializeOwned>(&self, own: T) -> Option<Vec<T>> {
+    pub fn gather<T: Serialize + DeserializeOwned>(&self, own: T) -> Option<Vec<T>> {
         let (rank, n) = (self.rank(), self.n());
         let mut all = vec![(rank, own)];
         let first = match rank {

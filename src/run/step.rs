@@ -19,10 +19,11 @@ pub(super) struct Computed {
     pub seconds: f64,
 }
 
-/// Positions and quality of one step; coordinates as they will be written.
+/// Positions and quality of one step; coordinates as they will be written. Most may stay `apart`, with the ranks that move them.
 pub(super) fn compute(
     base_points: &mut BasePointStore<'_>,
     step: &Step,
+    apart: bool,
     points: &mut [Vector],
 ) -> Result<Computed> {
     let interval = base_points.enter(step)?;
@@ -34,7 +35,7 @@ pub(super) fn compute(
     let clock = Clock::start();
     let rounding = rounding(deformation.plan())?;
     Ok(Computed {
-        found: deformation.evaluate(&interval, step, rounding, points)?,
+        found: deformation.evaluate(&interval, step, rounding, apart, points)?,
         seconds: clock.seconds(),
     })
 }

@@ -6,12 +6,12 @@ use super::finished::inverted;
 use super::run::{LoopEnd, Run};
 use super::step::{Computed, StepArrays, compute, recompute, row};
 use super::writer::Writer;
-use crate::deform::Evaluated;
+use crate::deform::{Evaluated, KeptPoints};
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
-use crate::mesh::MeshView;
+use crate::mesh::{MeshView, PointsApart};
 use crate::motion::{OnInverted, QualityOutput, Step};
 
 /// What is to be done for a step.
@@ -48,8 +48,8 @@ impl Run<'_> {
         }
         progress.start("steps", Some(todo.len() as u64));
         let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
-        let mut next = points.clone();
-        let mut computed = task.run(base_points, first, &mut next);
+        let mut next = vec![[0.0; 3]; points.len()];
+        let mut computed = task.run(base_points, first, self.may_be_apart(writer), &mut next);
         for (i, step) in todo.iter().enumerate() {
             self.check_stop()?;
             if task == Task::New {
@@ -64,14 +64,19 @@ impl Run<'_> {
                 .as_mut()
                 .map(|ready| self.arrays(&points, &mut ready.found));
             let arrays = arrays.unwrap_or_default();
+            let is_apart = ready.as_ref().is_some_and(|ready| ready.found.is_apart);
+            let kept = is_apart.then(|| self.deformation.keep(&points, self.names.commit.sync));
+            let kept = kept.flatten();
             let mesh = arrays.view(&self.plan.mesh, &points);
+            let mesh = mesh.with_points_apart(kept.as_ref().map(|kept| kept as &dyn PointsApart));
+            let may_be_apart = self.may_be_apart(writer);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
             let (written, then) = rayon::join(
-                || write(writer, &mesh, step, ready, task),
+                || write(writer, &mesh, step, ready, task, kept.clone()),
                 || {
                     let (step, task) = following?;
-                    Some(task.run(base_points, step, &mut next))
+                    Some(task.run(base_points, step, may_be_apart, &mut next))
                 },
             );
             let is_same = written?;
@@ -90,6 +95,17 @@ impl Run<'_> {
             }
         }
         Ok(LoopEnd::Done)
+    }
+
+    /// Whether positions may stay with other ranks, which write them: where nothing else is made of them here.
+    fn may_be_apart(&self, writer: &Writer<'_>) -> bool {
+        let output = &self.plan.schedule.output;
+        self.format.takes_points_apart(&output.write_options())
+            && !output.displacement
+            && output.quality != QualityOutput::Cells
+            && !writer.has_surfaces()
+            && !writer.is_resuming()
+            && self.names.in_case(0).is_none()
     }
 
     /// The arrays of a step that its format holds: it would say of each other one that it is left out, which is known
@@ -117,7 +133,7 @@ impl Run<'_> {
             && self.names.in_case(0).is_some_and(is_shared)
         {
             let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
-            compute(base_points, first, &mut points)?;
+            compute(base_points, first, false, &mut points)?;
             self.displaced_from = Some(points);
         }
         Ok(())
@@ -252,10 +268,12 @@ impl Task {
         self,
         base_points: &mut BasePointStore<'_>,
         step: &Step,
+        apart: bool,
         points: &mut [Vector],
     ) -> Result<Computed> {
         match self {
-            Task::New | Task::Verify => compute(base_points, step, points),
+            Task::New => compute(base_points, step, apart, points),
+            Task::Verify => compute(base_points, step, false, points),
             Task::Recompute => recompute(base_points, step, points),
             Task::ReadBack => Ok(Computed::default()),
         }
@@ -269,13 +287,14 @@ fn write(
     step: &Step,
     ready: Option<Computed>,
     task: Task,
+    kept: Option<KeptPoints>,
 ) -> Result<bool> {
     match (ready, task) {
         (None, _) => Ok(true),
         (Some(_), Task::Recompute | Task::Verify | Task::ReadBack) => writer.verify(mesh, step),
         (Some(computed), Task::New) => {
             let row = row(step, &computed.found);
-            writer.write(mesh, step, row, computed.seconds)?;
+            writer.write(mesh, step, row, computed.seconds, kept)?;
             Ok(true)
         }
     }

@@ -41,7 +41,7 @@ impl Run<'_> {
     /// Whether a step, computed again, gives the bytes of its row.
     fn is_same(&mut self, step: &Step, base_points: &mut BasePointStore<'_>) -> Result<bool> {
         let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
-        let computed = compute(base_points, step, &mut points)?;
+        let computed = compute(base_points, step, false, &mut points)?;
         let mut computed = self.judge(step, computed)?;
         let arrays = self.arrays(&points, &mut computed.found);
         let mesh = arrays.view(&self.plan.mesh, &points);

@@ -6,6 +6,7 @@ use super::names::Names;
 use super::record::Clock;
 use super::surface::SurfaceFiles;
 use super::table::Table;
+use crate::deform::KeptPoints;
 use crate::error::{Error, Result};
 use crate::formats::{Begin, Format, Notes, WriteOptions};
 use crate::mesh::MeshView;
@@ -50,7 +51,8 @@ impl<'a> Writer<'a> {
         })
     }
 
-    /// Writes a mesh, then its row, which lacks what writing tells; `seconds` is what it took before. Both
+    /// Writes a mesh, of which other ranks have `kept` the positions or none has, then its row, which lacks what writing tells;
+    /// `seconds` is what it took before. Both
     /// are on the disk when the next step is written, or after [`Writer::settle`].
     pub fn write(
         &mut self,
@@ -58,6 +60,7 @@ impl<'a> Writer<'a> {
         step: &Step,
         mut row: Row,
         seconds: f64,
+        kept: Option<KeptPoints>,
     ) -> Result<()> {
         let held = self.stop.hold();
         let clock = Clock::start();
@@ -73,6 +76,7 @@ impl<'a> Writer<'a> {
         let table = Arc::clone(&self.table);
         self.finish(move || {
             let _held = held;
+            kept.map_or(Ok(()), |kept| kept.settle())?;
             written.keep()?;
             lock(&table).add(row)
         })
@@ -119,6 +123,11 @@ impl<'a> Writer<'a> {
         let _held = self.stop.hold();
         self.settle()?;
         self.meshes.end()
+    }
+
+    /// Whether surfaces are written as well.
+    pub fn has_surfaces(&self) -> bool {
+        self.meshes.has_surfaces()
     }
 
     /// Where each mesh so far ends in the file of all steps.

@@ -4,7 +4,7 @@
 use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
 use assert_cmd::Command;
 use azimesh::ErrorKind as AzimeshErrorKind;
-use azimesh::formats::{Compression, Encoding, WriteOptions, written};
+use azimesh::formats::{Compression, Encoding, Out, WriteOptions, written};
 use azimesh::sample::{self, BlockOptions};
 use std::io::{Error, ErrorKind, Read, Write};
 use std::path::Path;
@@ -27,6 +27,8 @@ impl Write for Disk {
         Ok(())
     }
 }
+
+impl Out for Disk {}
 
 #[test]
 fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {

@@ -12,6 +12,7 @@
 //! Every number is the one that a rank alone finds: a value at a node does not depend on the other nodes, and sums over
 //! cells are added up in the order of the whole mesh.
 
+mod kept;
 mod near_surface;
 mod order;
 mod sweeps;
@@ -33,6 +34,8 @@ use order::{Changed, Finish, LayerTask, Order, Rows, Task};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use work::{BlockHash, Work, hash, hashes, rows_by_node, rows_of};
+
+pub(crate) use kept::KeptPoints;
 
 /// Slabs of nodes begin at multiples of this.
 const SLAB: usize = 256;
@@ -57,6 +60,10 @@ struct State {
     moved_to: Option<usize>,
     /// The places that the parts have.
     placed: Option<Placed>,
+    /// The nodes of each slab that are placed one by one, where slabs may stay with their ranks.
+    own_apart: Vec<Vec<u32>>,
+    /// Whether ranks know where these are at the step that they have moved to.
+    own_is_placed: bool,
 }
 
 /// Which places parts have.
@@ -173,8 +180,7 @@ impl Team {
     /// Ends a step on all ranks as it is ended here.
     pub fn finish(&self, to_inertial: Option<Transform>, in_plane: bool) {
         let mut state = self.state();
-        let is_shared = state.work.part.is_some();
-        if is_shared && (to_inertial.is_some() || in_plane) {
+        if state.work.has_places() && (to_inertial.is_some() || in_plane) {
             let finish = Finish {
                 to_inertial,
                 in_plane,
@@ -189,13 +195,13 @@ impl Team {
     /// Ends the move to a step on all ranks, with places rounded as they are here.
     pub fn end_move(&self, step: usize, rounding: Rounding) {
         let mut state = self.state();
-        if state.work.part.is_none() {
+        if !state.work.has_places() {
             return;
         }
         if rounding == Rounding::Single {
             self.order(Order::Round);
-            let part = state.work.part_mut();
-            self.ranks.together(|| part.round());
+            let work = &mut state.work;
+            self.ranks.together(|| work.round());
         }
         state.moved_to = Some(step);
     }
@@ -236,7 +242,8 @@ impl Team {
         self.place_apart(&mut state, points);
         // Once they are told of others, ranks are not where fields move them any more.
         state.moved_to = step;
-        if step.is_none() || cfg!(debug_assertions) {
+        let is_whole = state.work.stays_with.is_none();
+        if step.is_none() || (cfg!(debug_assertions) && is_whole) {
             let n_changed = self.place_rest(&mut state, points);
             debug_assert!(
                 step.is_none() || n_changed == 0,
@@ -250,17 +257,35 @@ impl Team {
     /// Tells each rank where nodes are that are placed one by one.
     fn place_apart(&self, state: &mut State, points: &[Vector]) {
         self.order(Order::PlaceApart);
+        state.own_is_placed = true;
         let State {
-            work, nodes, apart, ..
+            work,
+            nodes,
+            apart,
+            own_apart,
+            ..
         } = state;
-        let place_apart = |rank: usize, places: &mut [Vector]| {
-            let of_rank = apart[rank].iter().zip(places);
-            of_rank.for_each(|(&at, x)| *x = points[nodes[rank][at as usize] as usize]);
+        let own_apart = match work.stays_with {
+            Some(_) => &own_apart[..],
+            None => &[],
         };
-        let lengths: Vec<usize> = apart.iter().map(Vec::len).collect();
+        let (apart, nodes) = (&*apart, &*nodes);
+        let of_rank = |rank: usize| {
+            let part = apart.get(rank).into_iter().flatten();
+            let part = part.map(move |&at| nodes[rank][at as usize]);
+            let own = own_apart.get(rank).into_iter().flatten();
+            part.chain(own.copied())
+        };
+        let place_apart = |rank: usize, places: &mut [Vector]| {
+            let nodes = of_rank(rank).zip(places);
+            nodes.for_each(|(node, x)| *x = points[node as usize]);
+        };
+        let lengths: Vec<usize> = (0..self.ranks.n())
+            .map(|rank| of_rank(rank).count())
+            .collect();
         let mut own = vec![[0.0; 3]; lengths[0]];
         self.ranks.scatter_into(&place_apart, &mut own, &lengths);
-        work.part_mut().take_apart(&own);
+        work.take_apart(&own);
     }
 
     /// Tells each rank where nodes are that it has elsewhere. Gives how many blocks of them other ranks had.
@@ -297,6 +322,7 @@ impl State {
     /// Nodes of parts move: they are nowhere known until they are placed.
     fn moves(&mut self) {
         (self.moved_to, self.placed) = (None, None);
+        self.own_is_placed = false;
     }
 }
 
@@ -323,7 +349,8 @@ pub fn serve(ranks: &Ranks) {
                 id,
                 step,
                 from_zero,
-            } => work.move_to((id, step, from_zero), |own| ranks.send_part(own)),
+                stays,
+            } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
             Order::Forget { id } => work.forget(id),
             Order::Share { moving_faces } => {
                 let (part, _) = Mesh::shared_of(None, ranks);
@@ -331,18 +358,22 @@ pub fn serve(ranks: &Ranks) {
                 work.take_part(part, &moving_faces, apart);
             }
             Order::Finish(finish) => work.finish(&finish),
-            Order::Round => work.part_mut().round(),
+            Order::Round => work.round(),
             Order::PlaceApart => {
-                let part = work.part_mut();
-                let mut places = vec![[0.0; 3]; part.apart.len()];
+                let mut places = vec![[0.0; 3]; work.n_apart()];
                 ranks.scatter_into(&nothing, &mut places, &[]);
-                part.take_apart(&places);
+                work.take_apart(&places);
             }
             Order::PlaceRest => {
                 let part = work.part_mut();
                 ranks.send_part(&part.hashes());
                 part.correct(ranks.scatter(&mut |_| None));
             }
+            Order::Divide => work.own = ranks.scatter(&mut |_| None),
+            Order::Collect => ranks.send_part(work.own_points().unwrap_or_default()),
+            Order::Keep => work.keep(),
+            Order::Write(task) => drop(ranks.gather(work.write(&task, ranks))),
+            Order::Settle => drop(ranks.agree(work.settle(ranks))),
             Order::Cells => drop(work.part().cells()),
             Order::Faces => drop(work.part().faces()),
             Order::Walls => drop(work.part().normal_change()),
@@ -387,25 +418,19 @@ impl SharedFields {
             id,
             step,
             from_zero,
+            stays: false,
         });
         let ranks = &team.ranks;
         let n_ranks = ranks.n();
         let mut gather = |rows: &mut [Vector]| {
-            let n_rows = rows.len();
-            let mut rest = rows;
-            let mut parts = Vec::new();
-            for rank in 0..n_ranks {
-                let (part, others) = rest.split_at_mut(slab(n_rows, rank, n_ranks).len());
-                parts.push(part);
-                rest = others;
-            }
+            let mut parts = kept::split(rows, n_ranks);
             if !from_zero {
                 state.moves();
             }
             let own = &mut parts[0];
             let work = &mut state.work;
             let take = |moved: &[Vector]| own.copy_from_slice(moved);
-            ranks.together(|| work.move_to((id, step, from_zero), take));
+            ranks.together(|| work.move_to((id, step, from_zero), false, take));
             ranks.receive_parts(&mut parts);
         };
         let Some(deforming) = &self.nodes else {

@@ -1,5 +1,6 @@
 //! What the first rank tells the others.
 
+use super::kept::WriteTask;
 use super::sweeps::SweepOrder;
 use crate::deform::fields::Chosen;
 use crate::deform::layer::{Layer, LayerKind};
@@ -22,6 +23,8 @@ pub(super) enum Order {
         id: usize,
         step: usize,
         from_zero: bool,
+        /// Whether the nodes of the slab stay with the rank, which tells of those that the first has to know.
+        stays: bool,
     },
     /// Fields are not needed any more.
     Forget { id: usize },
@@ -35,6 +38,16 @@ pub(super) enum Order {
     PlaceApart,
     /// Take the places that other nodes of the part have on the first rank, where they are others.
     PlaceRest,
+    /// Take the slab of nodes that may stay with the rank.
+    Divide,
+    /// Tell where all nodes of the slab are.
+    Collect,
+    /// Keep where the nodes of the slab are, to write it.
+    Keep,
+    /// Write numbers of the nodes that are kept.
+    Write(WriteTask),
+    /// Wait until what was written is on the disk.
+    Settle,
     /// Judge the cells of the part.
     Cells,
     /// Judge the faces of the part.
@@ -96,9 +109,10 @@ impl Order {
         match self {
             Self::Select(_) => "selection",
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
-            Self::Move { .. } => "positions",
+            Self::Move { .. } | Self::Collect => "positions",
             Self::Share { .. } => "parts",
             Self::Finish(_) | Self::Round | Self::PlaceApart | Self::PlaceRest => "places",
+            Self::Divide | Self::Keep | Self::Write(_) | Self::Settle => "writing",
             Self::Cells | Self::Faces | Self::Walls => "quality",
         }
     }

@@ -212,7 +212,8 @@ impl Sweeps for SharedSweeps<'_> {
 
     fn residuals(&mut self) -> &[f64] {
         if self.residuals.is_empty() {
-            self.order(SweepOrder::Residuals);
+            let _alone = self.team.state();
+            self.team.order(Order::Select(SweepOrder::Residuals));
             let r = self.own.criterion.n_modes();
             let n = self.slabs.last().map_or(0, |slab| slab.end);
             let mut all = vec![0.0; n * r];

@@ -1,5 +1,6 @@
 //! What every rank has of the work: fields at its nodes, its part of the mesh and where the nodes of that are.
 
+use super::kept::{Kept, OwnNodes};
 use super::near_surface::NearSurface;
 use super::order::{Changed, Finish, Rows, Task};
 use crate::deform::fields::{Chosen, Fields, MeshState};
@@ -31,17 +32,22 @@ pub(super) type BlockHash = u128;
 /// What a rank has of the work.
 #[derive(Default)]
 pub(super) struct Work {
-    slabs: BTreeMap<usize, Slab>,
+    pub(super) slabs: BTreeMap<usize, Slab>,
     pub part: Option<Part>,
+    /// The nodes of the slab that may stay here.
+    pub own: OwnNodes,
+    /// The fields whose slab has the positions of a step, where they stay here.
+    pub(super) stays_with: Option<usize>,
+    pub(super) kept: Kept,
 }
 
 /// Some nodes with the fields there.
-struct Slab {
+pub(super) struct Slab {
     layers: Vec<Layer>,
     fields: Fields,
-    rows: Rows,
-    /// Where they were at the last step: memory that is used again.
-    moved: Vec<Vector>,
+    pub rows: Rows,
+    /// Where they are at a step.
+    pub moved: Vec<Vector>,
 }
 
 /// A part of the mesh, and where its nodes are.
@@ -94,17 +100,27 @@ impl Work {
         self.slabs.insert(id, slab);
     }
 
-    /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones.
+    /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones; where these `stay` only those
+    /// that the first rank has to know.
     pub fn move_to(
         &mut self,
         (id, step, from_zero): (usize, usize, bool),
+        stay: bool,
         take: impl FnOnce(&[Vector]),
     ) {
         let slab = self.slabs.get_mut(&id).expect(EVALUATED);
         let mut moved = std::mem::take(&mut slab.moved);
         moved.resize(slab.rows.nodes.len(), [0.0; 3]);
         slab.move_to(step, from_zero, &mut moved);
-        take(&moved[slab.rows.own.clone()]);
+        let own = &moved[slab.rows.own.clone()];
+        match stay {
+            false => take(own),
+            true => {
+                let known = self.own.known.iter();
+                take(&known.map(|&node| own[node as usize]).collect::<Vec<_>>());
+            }
+        }
+        self.stays_with = stay.then_some(id);
         if let Some(part) = self.part.as_mut().filter(|_| !from_zero) {
             part.move_to(&slab.rows.of_part, &moved);
             part.moved_by = Some(id);
@@ -134,8 +150,11 @@ impl Work {
         });
     }
 
-    /// Does to the nodes of the part what ends every step, as the first rank does to all of them.
+    /// Does to the nodes of the rank what ends every step, as the first rank does to those that it has.
     pub fn finish(&mut self, finish: &Finish) {
+        if let (Some(own), Some(to_inertial)) = (self.own_points(), &finish.to_inertial) {
+            parallel::update(own, |_, x| *x = to_inertial.apply(*x));
+        }
         let Some(part) = &mut self.part else { return };
         let slab = part.moved_by.and_then(|id| self.slabs.get(&id));
         let rows = slab.map_or(&[][..], |slab| &slab.rows.of_part);
@@ -150,6 +169,44 @@ impl Work {
                 x[2] = rest[node][2];
             }
         });
+    }
+
+    /// Whether the rank knows where nodes are that it has moved.
+    pub fn has_places(&self) -> bool {
+        self.part.is_some() || self.stays_with.is_some()
+    }
+
+    /// Rounds the places of all nodes of the rank.
+    pub fn round(&mut self) {
+        if let Some(part) = &mut self.part {
+            Rounding::Single.apply(&mut part.points);
+        }
+        Rounding::Single.apply(self.own_points().unwrap_or_default());
+    }
+
+    /// How many nodes the first rank places one by one.
+    pub fn n_apart(&self) -> usize {
+        let of_part = self.part.as_ref().map_or(0, |part| part.apart.len());
+        let own = self.stays_with.map_or(0, |_| self.own.apart.len());
+        of_part + own
+    }
+
+    /// Takes the places of these nodes: first of those of the part, then of those of the slab.
+    pub fn take_apart(&mut self, places: &[Vector]) {
+        let n = self.part.as_ref().map_or(0, |part| part.apart.len());
+        let (of_part, of_slab) = places.split_at(n);
+        if let Some(part) = &mut self.part {
+            for (&node, &place) in part.apart.iter().zip(of_part) {
+                part.points[node as usize] = place;
+            }
+        }
+        let apart = std::mem::take(&mut self.own.apart);
+        if let Some(own) = self.own_points() {
+            for (&node, &place) in apart.iter().zip(of_slab) {
+                own[node as usize] = place;
+            }
+        }
+        self.own.apart = apart;
     }
 
     pub fn part(&self) -> &Part {
@@ -185,17 +242,6 @@ impl Part {
             let row = rows.get(node).copied().unwrap_or(NO_ROW);
             *x = moved.get(row as usize).copied().unwrap_or(rest[node]);
         });
-    }
-
-    pub fn round(&mut self) {
-        Rounding::Single.apply(&mut self.points);
-    }
-
-    /// Takes the places of the nodes that are placed one by one.
-    pub fn take_apart(&mut self, places: &[Vector]) {
-        for (&node, &place) in self.apart.iter().zip(places) {
-            self.points[node as usize] = place;
-        }
     }
 
     /// The hashes of all places.

@@ -35,8 +35,8 @@ use super::{
     CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
-use std::io::Write;
 
 /// Name of the node that holds a name in full which is too long for CGNS.
 const FULL_NAME: &str = "FullName";
@@ -95,10 +95,14 @@ impl Format for Cgns {
         time::times(&node::Node::root(source)?.0).map_err(|error| error.file(source.path()))
     }
 
+    fn takes_points_apart(&self, _: &WriteOptions) -> bool {
+        true
+    }
+
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, options)

@@ -25,6 +25,7 @@ mod write_data;
 
 use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
 use std::io::Write;
 
@@ -84,7 +85,7 @@ impl Format for Msh {
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         (self.write)(mesh, out, options)

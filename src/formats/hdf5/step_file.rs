@@ -19,6 +19,8 @@ use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_valu
 use crate::error::Result;
 use crate::formats::Begin;
 use crate::formats::growing::GrowingFile;
+use crate::mesh::NumbersApart;
+use crate::ranks::hash::TreeHasher;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
@@ -27,6 +29,11 @@ const BUFFER: usize = 1 << 20;
 
 /// The file that an HDF5 file is written to, step by step.
 pub(in crate::formats) trait StepTarget: Write + Seek {
+    /// Where other ranks find it; none where they cannot.
+    fn path(&self) -> Option<&Path> {
+        None
+    }
+
     /// Syncs to the disk what was written, if that is wanted.
     fn sync(&mut self) -> std::io::Result<()> {
         Ok(())
@@ -55,6 +62,10 @@ pub(in crate::formats) trait StepTarget: Write + Seek {
 }
 
 impl StepTarget for GrowingFile {
+    fn path(&self) -> Option<&Path> {
+        Some(GrowingFile::path(self))
+    }
+
     fn sync(&mut self) -> std::io::Result<()> {
         GrowingFile::sync(self)
     }
@@ -89,7 +100,7 @@ impl StepTarget for GrowingFile {
 /// An HDF5 file that grows step by step.
 pub(in crate::formats) struct StepFile<F: StepTarget = GrowingFile> {
     out: Counted<Buffered<F>>,
-    hasher: blake3::Hasher,
+    hasher: TreeHasher,
     /// Whether all bytes so far equal those of an earlier run.
     is_resuming: bool,
     /// The superblock of the last step that was committed, and where that ends.
@@ -159,7 +170,7 @@ impl<F: StepTarget> StepFile<F> {
                 },
                 at,
             },
-            hasher: blake3::Hasher::new(),
+            hasher: TreeHasher::default(),
             is_resuming: false,
             finished: None,
             pending: None,
@@ -181,6 +192,13 @@ impl<F: StepTarget> StepFile<F> {
     pub fn store(&mut self, make: impl FnOnce(Sink) -> Result<()>) -> Result<Stored> {
         let address = self.align()?;
         make(&mut |bytes| self.append(bytes))?;
+        Ok(Stored { address })
+    }
+
+    /// Appends numbers that other ranks write.
+    pub fn store_apart(&mut self, numbers: &NumbersApart) -> Result<Stored> {
+        let address = self.align()?;
+        self.append_apart(numbers)?;
         Ok(Stored { address })
     }
 
@@ -232,7 +250,7 @@ impl<F: StepTarget> StepFile<F> {
         self.out.out.flush().map_err(failed)?;
         self.pending = Some((superblock, self.out.at));
         let hash = self.hasher.finalize();
-        self.hasher.reset();
+        self.hasher = TreeHasher::default();
         Ok(hash)
     }
 
@@ -295,6 +313,10 @@ impl<F: StepTarget> StepFile<F> {
                     .next_power_of_two()
                     .max(8);
                 let address = self.align_to(alignment)?;
+                if let Data::Apart(numbers) = &dataset.data {
+                    self.append_apart(numbers)?;
+                    return Ok(Storage::Contiguous(address));
+                }
                 write_values(dataset, address, &mut |bytes| self.append(bytes))?;
                 Ok(Storage::Contiguous(address))
             }
@@ -326,6 +348,22 @@ impl<F: StepTarget> StepFile<F> {
             false => 0,
         };
         self.out.write(&bytes[known..])
+    }
+
+    fn append_apart(&mut self, numbers: &NumbersApart) -> Result<()> {
+        assert!(
+            !self.is_resuming,
+            "what other ranks have is not compared with a file"
+        );
+        self.out.out.flush().map_err(failed)?;
+        let file = &mut self.out.out.file;
+        let to = file.path().map(|path| (path, self.out.at));
+        let (points, hash_from) = (numbers.points, self.hasher.n_bytes());
+        let told = points.write(to, numbers.numbers, hash_from)?;
+        told.iter().for_each(|part| self.hasher.take(part));
+        self.out.at += numbers.n_bytes();
+        file.seek(SeekFrom::Start(self.out.at)).map_err(failed)?;
+        Ok(())
     }
 
     /// Skips the bytes that the file has already; writing begins with the first that differs.

@@ -6,6 +6,7 @@ use super::element::{Element, Number};
 use super::index::Chunks;
 use super::links::Links;
 use crate::error::Result;
+use crate::mesh::NumbersApart;
 use std::borrow::Cow;
 
 /// Takes bytes as they are made.
@@ -26,6 +27,8 @@ pub(in crate::formats) enum Data<'a> {
     Bytes(Cow<'a, [u8]>),
     /// Bytes that are made as they are written: exactly as many as element and shape say.
     Stream(Box<dyn Fn(Sink) -> Result<()> + 'a>),
+    /// Coordinates that other ranks write.
+    Apart(NumbersApart<'a>),
     /// Strings, for [`Element::String`].
     Strings(Cow<'a, [String]>),
     /// Written to a growing file before.
@@ -51,11 +54,13 @@ impl Data<'_> {
         match self {
             Data::Bytes(bytes) => sink(bytes),
             Data::Stream(make) => make(sink),
-            Data::Strings(_) | Data::Stored(_) | Data::Chunks { .. } | Data::Column(_) => {
-                panic!(
-                    "strings have no bytes of their own, and what is stored is in its file alone"
-                )
-            }
+            Data::Apart(_)
+            | Data::Strings(_)
+            | Data::Stored(_)
+            | Data::Chunks { .. }
+            | Data::Column(_) => panic!(
+                "strings have no bytes of their own, and what is stored or with other ranks is not here"
+            ),
         }
     }
 }

@@ -4,6 +4,7 @@ use super::address::{NOWHERE, Storage};
 use super::header::{self, SUPERBLOCK};
 use super::tree::{Data, Dataset, Tree};
 use crate::error::{Error, Result};
+use crate::formats::Out;
 use std::io::Write;
 
 /// Values start at multiples of this.
@@ -14,7 +15,7 @@ impl Tree<'_> {
     ///
     /// # Panics
     /// When a dataset is one that only a growing file can hold.
-    pub fn write(&self, out: &mut dyn Write) -> Result<()> {
+    pub fn write(&self, out: &mut dyn Out) -> Result<()> {
         let start = SUPERBLOCK as u64;
         let somewhere = vec![Storage::Contiguous(0); self.nodes.len()];
         let (headers, _) = headers_from(start, self, &somewhere)?;
@@ -29,6 +30,11 @@ impl Tree<'_> {
                 && address != NOWHERE
             {
                 out.pad_to(address)?;
+                if let Data::Apart(numbers) = &dataset.data {
+                    out.out.apart(numbers, 0)?;
+                    out.at += numbers.n_bytes();
+                    continue;
+                }
                 write_values(dataset, address, &mut |bytes| out.write(bytes))?;
             }
         }

@@ -20,8 +20,8 @@ mod write;
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
-use std::io::Write;
 use write::Version;
 
 /// VTK legacy file: reads every version and writes one of them.
@@ -81,7 +81,7 @@ impl Format for Legacy {
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, options, self.version)

@@ -12,7 +12,7 @@ use super::topology::{StoredFile, Topology};
 use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result, option};
 use crate::formats::records::{left_out, push_integer, write_all};
-use crate::formats::{Notes, OutputSet, WriteOptions};
+use crate::formats::{Notes, Out, OutputSet, WriteOptions};
 use crate::mesh::{Group, MeshView};
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -182,7 +182,7 @@ impl Files<'_, '_> {
         for (pieces, folder) in self.place.pieces.iter().zip(self.place.folders(CONSTANT)) {
             for file in &pieces.files {
                 let path = format!("{folder}/{}", file.name);
-                let write = |out: &mut dyn Write| write_all(out, file.stored.bytes());
+                let write = |out: &mut dyn Out| write_all(out, file.stored.bytes());
                 self.out.in_folder(&self.place.case, &path, write)?;
             }
             self.further(&origin.case.join(&folder), &pieces.files, &folder)?;
@@ -195,7 +195,7 @@ impl Files<'_, '_> {
         for (name, path) in further_files(from, own) {
             let io = |error: io::Error| Error::io(&path, &error);
             let mut file = File::open(&path).map_err(io)?;
-            let copy = |out: &mut dyn Write| io::copy(&mut file, out).map(|_| ()).map_err(io);
+            let copy = |out: &mut dyn Out| io::copy(&mut file, out).map(|_| ()).map_err(io);
             let path = format!("{to}/{name}");
             self.out.in_folder(&self.place.case, &path, copy)?;
         }
@@ -375,7 +375,8 @@ impl Files<'_, '_> {
 
     fn file(&mut self, name: &str, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
         let path = format!("{}/{name}", self.place.folder(CONSTANT));
-        self.out.in_folder(&self.place.case, &path, write)
+        self.out
+            .in_folder(&self.place.case, &path, |out| write(out))
     }
 }
 

@@ -4,13 +4,12 @@ use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtu::{NAMES, Vtu, escaped};
-use super::super::{Format, Notes, OutputSet, WriteOptions, check_listed};
+use super::super::{Format, Notes, Out, OutputSet, WriteOptions, check_listed};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::error::{Error, Result};
 use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
-use std::io::Write;
 
 /// Cuts the mesh into `n` pieces and writes them into a folder next to the list of them, which has its name
 /// without the ending. Returns a note for each thing that is not in the files.
@@ -69,7 +68,7 @@ fn write_all(
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
         let part = part.view();
-        let write = |out: &mut dyn Write| Vtu.write_file(&part, out, options);
+        let write = |out: &mut dyn Out| Vtu.write_file(&part, out, options);
         notes.extend(out.in_folder(&folder, name, write)?);
         if piece == 0 {
             arrays = declared(&VtkArrays::new(&part, options, &NAMES));

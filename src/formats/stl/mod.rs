@@ -10,8 +10,8 @@ mod write;
 use super::surface::{OuterFaces, surface_of};
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
-use std::io::Write;
 
 /// STL (.stl).
 pub struct Stl;
@@ -54,7 +54,7 @@ impl Format for Stl {
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         let (surface, mut notes) = self.surface(mesh, OuterFaces::All).expect("it has one");

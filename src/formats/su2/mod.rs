@@ -17,8 +17,8 @@ pub use surface::{n_zones, write_surface};
 
 use super::{Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{CellKind, Mesh, MeshView};
-use std::io::Write;
 
 /// SU2 mesh (.su2).
 pub struct Su2;
@@ -47,7 +47,7 @@ impl Format for Su2 {
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, options)

@@ -17,9 +17,9 @@ mod write;
 
 use super::{Encoding, Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
 use layout::Layout;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// One way of storing a UGRID file.
@@ -91,7 +91,7 @@ impl Format for Ugrid {
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, &self.layout, options)

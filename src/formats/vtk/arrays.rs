@@ -226,9 +226,15 @@ impl<'a> VtkArrays<'a> {
 
     fn points(&self) -> Content<'_> {
         let coordinates = self.mesh.points.as_flattened();
-        let (element, part) = match self.options.precision {
-            Precision::F64 => (Element::Float64, slice(coordinates)),
-            Precision::F32 => (Element::Float32, ContentPart::Singles(coordinates)),
+        let is_single = self.options.precision == Precision::F32;
+        let element = match is_single {
+            true => Element::Float32,
+            false => Element::Float64,
+        };
+        let part = match self.mesh.apart(None, is_single) {
+            Some(numbers) => ContentPart::Apart(numbers),
+            None if is_single => ContentPart::Singles(coordinates),
+            None => slice(coordinates),
         };
         Content {
             n_components: 3,

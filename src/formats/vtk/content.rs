@@ -2,7 +2,7 @@
 
 use super::number::Element;
 use crate::error::Result;
-use crate::mesh::{CellKind, Cells, Values, arrays::with_numbers};
+use crate::mesh::{CellKind, Cells, NumbersApart, Values, arrays::with_numbers};
 use std::borrow::Cow;
 
 /// Values made at a time where an array is not in memory.
@@ -24,6 +24,8 @@ pub enum ContentPart<'a> {
     Bytes(Cow<'a, [u8]>),
     /// Coordinates in 32 bits.
     Singles(&'a [f64]),
+    /// Coordinates that other ranks write: all that there is of an array.
+    Apart(NumbersApart<'a>),
     /// VTK type of each cell.
     Types(&'a Cells),
     /// End of each cell's nodes, as 32 bits or as 64.
@@ -70,7 +72,18 @@ impl<'a> Content<'a> {
         }
     }
 
+    /// The numbers that other ranks write; none where the bytes are here.
+    pub fn apart(&self) -> Option<&NumbersApart<'a>> {
+        match &self.parts[..] {
+            [ContentPart::Apart(numbers)] => Some(numbers),
+            _ => None,
+        }
+    }
+
     /// Passes all bytes to `sink`, in as few parts as possible, each of whole values.
+    ///
+    /// # Panics
+    /// When other ranks write them.
     pub fn for_each(&self, sink: Sink) -> Result<()> {
         for part in &self.parts {
             match part {
@@ -81,6 +94,7 @@ impl<'a> Content<'a> {
                         sink(bytemuck::cast_slice(&singles))?;
                     }
                 }
+                ContentPart::Apart(_) => panic!("what other ranks write is not here"),
                 ContentPart::Types(cells) => types(cells, sink)?,
                 ContentPart::Offsets(cells, Element::Int32) => offsets(cells, |x| x as i32, sink)?,
                 ContentPart::Offsets(cells, _) => offsets(cells, |x| x as i64, sink)?,

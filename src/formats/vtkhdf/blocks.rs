@@ -118,8 +118,9 @@ fn unwritten_components(mesh: &MeshView) -> impl Iterator<Item = ArrayWritten> {
 fn array<'a>(group: &'static str, name: String, content: Content<'a>) -> Block<'a> {
     let (n_rows, n_components) = (content.n_tuples as u64, content.n_components as u64);
     let element = element(content.element);
-    let data = match element {
-        Element::String => Data::Strings(strings(&content).into()),
+    let data = match (element, content.apart()) {
+        (_, Some(numbers)) => Data::Apart(*numbers),
+        (Element::String, _) => Data::Strings(strings(&content).into()),
         _ => Data::Stream(Box::new(move |sink| content.for_each(sink))),
     };
     Block {

@@ -26,8 +26,8 @@ use super::{
     CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
 use crate::error::{Error, Result};
+use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
-use std::io::Write;
 
 /// Name of the group that holds everything.
 const ROOT: &str = "VTKHDF";
@@ -78,10 +78,14 @@ impl Format for VtkHdf {
         placed(unstructured(source).and_then(|grid| extent::times(&grid)))
     }
 
+    fn takes_points_apart(&self, _: &WriteOptions) -> bool {
+        true
+    }
+
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, options)

@@ -11,6 +11,7 @@ use super::write::{Grid, POLYHEDRA, SEQUENCE};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::mesh::{Cells, MeshView};
+use crate::ranks::hash::TreeHasher;
 use std::path::Path;
 
 /// A chunk of a dataset has less than 4 GB.
@@ -313,6 +314,7 @@ pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
 fn store(file: &mut StepFile, block: &Block) -> Result<Stored> {
     match &block.data {
         Data::Strings(strings) => file.store_strings(strings),
+        Data::Apart(numbers) => file.store_apart(numbers),
         data => file.store(|sink| data.each(sink)),
     }
 }
@@ -329,6 +331,12 @@ fn pad(file: &mut StepFile, mut n_bytes: u64) -> Result<()> {
 fn hash_of_block(block: &Block) -> Result<blake3::Hash> {
     let mut hasher = blake3::Hasher::new();
     match &block.data {
+        Data::Apart(numbers) => {
+            let mut hasher = TreeHasher::default();
+            let told = numbers.points.write(None, numbers.numbers, 0)?;
+            told.iter().for_each(|part| hasher.take(part));
+            return Ok(hasher.finalize());
+        }
         Data::Strings(strings) => {
             for string in strings.iter() {
                 hasher.update(&(string.len() as u64).to_le_bytes());

@@ -6,13 +6,12 @@ use super::super::vtk::arrays::VtkArrays;
 use super::ROOT;
 use super::blocks::{Blocks, NAMES};
 use crate::error::Result;
-use crate::formats::Notes;
+use crate::formats::{Notes, Out};
 use crate::mesh::MeshView;
 use std::collections::BTreeMap;
-use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is not in the file.
-pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
     options.check_coordinates(mesh)?;
     let plan = VtkArrays::new(mesh, options, &NAMES);
     let blocks = Blocks::new(mesh, &plan);

@@ -4,6 +4,7 @@ use super::super::Compression;
 use super::super::vtk::content::Content;
 pub(super) use super::super::vtk::text::{ascii, failed};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::parallel::{block, try_map};
 use std::io::Write;
 
@@ -11,8 +12,11 @@ use std::io::Write;
 const BLOCK: usize = 256 << 10;
 
 /// Writes the values as they are, after their number of bytes.
-pub(super) fn raw(array: &Content, out: &mut dyn Write) -> Result<()> {
+pub(super) fn raw(array: &Content, out: &mut dyn Out) -> Result<()> {
     out.write_all(&size(array.n_bytes)).map_err(failed)?;
+    if let Some(numbers) = array.apart() {
+        return out.apart(numbers, 0).map(drop);
+    }
     array.for_each(&mut |bytes| out.write_all(bytes).map_err(failed))
 }
 

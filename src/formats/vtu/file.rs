@@ -7,6 +7,7 @@ use super::super::vtk::number::Element;
 use super::super::{Compression, Encoding, WriteOptions};
 use super::encode::{self, CompressedBlocks, failed};
 use crate::error::Result;
+use crate::formats::Out;
 use std::io::Write;
 
 /// Arrays that are declared to VTK as global numbers of nodes and cells in a mesh of several files.
@@ -29,7 +30,7 @@ pub(super) struct File<'a> {
 
 impl File<'_> {
     /// XML first, all values behind it.
-    pub fn appended(&self, out: &mut dyn Write) -> Result<()> {
+    pub fn appended(&self, out: &mut dyn Out) -> Result<()> {
         let compression = self.options.compression;
         let compressed: Option<Vec<CompressedBlocks>> = match compression {
             Compression::None => None,

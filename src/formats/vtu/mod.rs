@@ -30,10 +30,10 @@ pub use polydata::Vtp;
 
 pub(super) use file::{NAMES, escaped, is_xml};
 
-use super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
+use super::{Compression, Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
-use std::io::Write;
 
 /// VTK XML unstructured grid (.vtu).
 pub struct Vtu;
@@ -83,10 +83,14 @@ impl Format for Vtu {
         read::read(source.bytes(), options, notes)
     }
 
+    fn takes_points_apart(&self, options: &WriteOptions) -> bool {
+        options.encoding == Encoding::Raw && options.compression == Compression::None
+    }
+
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, options)

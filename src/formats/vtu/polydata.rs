@@ -8,8 +8,8 @@ use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use super::file::{File, NAMES};
 use super::{Vtu, write};
 use crate::error::Result;
+use crate::formats::Out;
 use crate::mesh::{CellSet, Cells, Group, Mesh, MeshView};
-use std::io::Write;
 
 /// VTK XML polygonal data (.vtp).
 pub struct Vtp;
@@ -72,7 +72,7 @@ impl Format for Vtp {
     fn write_file(
         &self,
         mesh: &MeshView,
-        out: &mut dyn Write,
+        out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
         options.check_coordinates(mesh)?;

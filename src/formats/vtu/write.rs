@@ -6,7 +6,7 @@ use super::super::{Encoding, WriteOptions};
 use super::encode::failed;
 use super::file::{File, NAMES};
 use crate::error::Result;
-use crate::formats::Notes;
+use crate::formats::{Notes, Out};
 use crate::mesh::MeshView;
 use std::io::{BufWriter, Write};
 
@@ -14,7 +14,7 @@ use std::io::{BufWriter, Write};
 const BUFFER: usize = 1 << 20;
 
 /// Writes the mesh; returns a note for each thing that is not in the file.
-pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
     options.check_coordinates(mesh)?;
     let plan = VtkArrays::new(mesh, options, &NAMES);
     let file = File {
@@ -30,7 +30,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
 }
 
 /// Writes a file in the encoding of its options.
-pub(super) fn write_file(file: &File<'_>, out: &mut dyn Write) -> Result<()> {
+pub(super) fn write_file(file: &File<'_>, out: &mut dyn Out) -> Result<()> {
     let mut out = BufWriter::with_capacity(BUFFER, out);
     match file.options.encoding {
         Encoding::Raw => file.appended(&mut out)?,

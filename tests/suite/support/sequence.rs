@@ -29,12 +29,13 @@ pub fn write(mesh: &Mesh, path: &Path) {
 /// Writes a mesh in the format of this name.
 pub fn write_as(format: &str, mesh: &Mesh, path: &Path) {
     let format = formats::with_flavours().find(|known| known.name() == format);
-    let mut file = std::fs::File::create(path).unwrap();
+    let mut bytes = Vec::new();
     let options = WriteOptions::default();
     format
         .unwrap()
-        .write_file(&mesh.view(), &mut file, &options)
+        .write_file(&mesh.view(), &mut bytes, &options)
         .unwrap();
+    std::fs::write(path, bytes).unwrap();
 }
 
 /// A file of testdata/.

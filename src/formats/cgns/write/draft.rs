@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::formats::hdf5::{Column, Data, Element, Id, Links, Sink, StepFile, Stored, Tree};
+use crate::mesh::NumbersApart;
 use std::collections::BTreeMap;
 
 /// The dataset of a node.
@@ -45,6 +46,7 @@ pub(super) type Make<'a> = Box<dyn Fn(Sink) -> Result<()> + Send + Sync + 'a>;
 enum Payload<'a> {
     Bytes(Vec<u8>),
     Stream(Make<'a>),
+    Apart(NumbersApart<'a>),
     Stored(Stored),
     Column(&'a Column),
 }
@@ -190,6 +192,19 @@ impl<'a> Draft<'a> {
         make: Make<'a>,
     ) -> NodeIndex {
         let data = (kind, vec![n as u64], Payload::Stream(make));
+        self.add(Some(parent), name, label, Some(data))
+    }
+
+    /// Adds a node whose values other ranks write.
+    pub fn apart(
+        &mut self,
+        parent: NodeIndex,
+        (name, label): (&str, &'static str),
+        kind: DataType,
+        numbers: NumbersApart<'a>,
+    ) -> NodeIndex {
+        let sizes = vec![numbers.n_nodes as u64];
+        let data = (kind, sizes, Payload::Apart(numbers));
         self.add(Some(parent), name, label, Some(data))
     }
 
@@ -354,6 +369,7 @@ impl Payload<'_> {
         match self {
             Payload::Bytes(bytes) => Data::Bytes(bytes.into()),
             Payload::Stream(make) => Data::Stream(Box::new(|sink| make(sink))),
+            Payload::Apart(numbers) => Data::Apart(*numbers),
             Payload::Stored(stored) => Data::Stored(*stored),
             Payload::Column(column) => Data::Column(column),
         }

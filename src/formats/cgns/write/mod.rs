@@ -24,14 +24,14 @@ use super::super::{Precision, WriteOptions};
 use super::{CELL_ORDER, FromAdf};
 use crate::diagnostic::formats::Written;
 use crate::error::Result;
-use crate::formats::Notes;
-use crate::mesh::{Mesh, MeshView};
+use crate::formats::{Notes, Out};
+use crate::geometry::vector::Vector;
+use crate::mesh::{MeshView, Numbers};
 use draft::{DataType, Draft, Make, NodeIndex};
 use faces::FaceTable;
 use names::Names;
 use numbering::Numbering;
 use plan::Planned;
-use std::io::Write;
 use std::slice::from_ref;
 
 /// Version of CGNS that is written: the first in which polygons have start offsets.
@@ -48,22 +48,21 @@ const UNITS: &str = "NormalizedByUnknownDimensional";
 const BLOCK: usize = 1 << 18;
 
 /// Writes the mesh; returns a note for each thing that is not in the file.
-pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
     let from_adf = mesh.origin.get::<FromAdf>();
     let sorted = plan::sorted(mesh)?;
-    let sorted_view = sorted.as_ref().map(Mesh::view);
+    let sorted_view = sorted
+        .as_ref()
+        .map(|sorted| sorted.view().with_points_apart(mesh.apart));
     let mesh = sorted_view.as_ref().unwrap_or(mesh);
     let numbering = Numbering::of(mesh);
     let faces = FaceTable::of(mesh, &numbering);
-    let is_flat = mesh.points.iter().all(|point| point[2] == 0.0);
+    let is_flat = || mesh.points.iter().all(|point| point[2] == 0.0);
     let mut static_part = Static::new(mesh, (&numbering, &faces), is_flat)?;
     let (draft, zone) = (&mut static_part.draft, static_part.zone);
     options.check_coordinates(mesh)?;
     let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
-    for (name, kind, make) in coordinates(mesh, options, static_part.n_axes) {
-        let node = draft.stream(grid, (name, "DataArray_t"), kind, mesh.points.len(), make);
-        add_length_exponents(draft, node);
-    }
+    add_coordinates(draft, grid, mesh, options, static_part.n_axes);
     let mut notes = static_part.notes;
     notes.extend(from_adf.map(|_| Written::Hdf5ForAdf));
     notes.extend(sorted.iter().map(|_| Written::CellsByType));
@@ -105,17 +104,17 @@ struct Static<'a> {
 }
 
 impl<'a> Static<'a> {
-    /// Of a mesh, all of whose nodes lie in the plane z = 0 where `is_flat`.
+    /// Of a mesh; `is_flat` tells whether all nodes of one of less than three dimensions lie in the plane z = 0.
     fn new(
         mesh: &'a MeshView<'a>,
         (numbering, faces): (&Numbering, &'a FaceTable),
-        is_flat: bool,
+        is_flat: impl FnOnce() -> bool,
     ) -> Result<Self> {
         let mut notes = Notes::default();
         let dimension = mesh.dimension().max(1);
         let n_axes = match dimension {
             3 => 3,
-            _ if is_flat => 2,
+            _ if is_flat() => 2,
             _ => 3,
         };
         let mut names = Names::of_zone();
@@ -193,31 +192,42 @@ fn add_length_exponents(draft: &mut Draft, array: NodeIndex) {
     draft.reals(array, name, &exponents);
 }
 
-/// The arrays of coordinates: name, type, bytes.
-fn coordinates<'a>(
+/// Adds the arrays of coordinates to a grid.
+fn add_coordinates<'a>(
+    draft: &mut Draft<'a>,
+    grid: NodeIndex,
     mesh: &'a MeshView<'a>,
     options: &WriteOptions,
     n_axes: usize,
-) -> Vec<(&'static str, DataType, Make<'a>)> {
+) {
     let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
-    let kind = match options.precision {
-        Precision::F64 => DataType::R8,
-        Precision::F32 => DataType::R4,
+    let is_single = options.precision == Precision::F32;
+    let kind = match is_single {
+        true => DataType::R4,
+        false => DataType::R8,
     };
-    let make = move |axis: usize| -> Make<'a> {
-        Box::new(move |sink| {
-            for block in mesh.points.chunks(BLOCK) {
-                if kind == DataType::R8 {
-                    let values: Vec<f64> = block.iter().map(|point| point[axis]).collect();
-                    sink(bytemuck::cast_slice(&values))?;
-                } else {
-                    let values: Vec<f32> = block.iter().map(|point| point[axis] as f32).collect();
-                    sink(bytemuck::cast_slice(&values))?;
-                }
-            }
-            Ok(())
-        })
-    };
-    let axes = names.into_iter().enumerate().take(n_axes);
-    axes.map(|(axis, name)| (name, kind, make(axis))).collect()
+    let n = mesh.points.len();
+    for (axis, name) in names.into_iter().enumerate().take(n_axes) {
+        let name = (name, "DataArray_t");
+        let node = match mesh.apart(Some(axis), is_single) {
+            Some(numbers) => draft.apart(grid, name, kind, numbers),
+            None => draft.stream(grid, name, kind, n, along(axis, mesh.points, is_single)),
+        };
+        add_length_exponents(draft, node);
+    }
+}
+
+/// The coordinates of nodes along an axis.
+fn along(axis: usize, points: &[Vector], is_single: bool) -> Make<'_> {
+    let axis = Some(axis);
+    let numbers = Numbers { axis, is_single };
+    Box::new(move |sink| {
+        let mut bytes = Vec::new();
+        for block in points.chunks(BLOCK) {
+            bytes.clear();
+            numbers.append(block, &mut bytes);
+            sink(&bytes)?;
+        }
+        Ok(())
+    })
 }

@@ -13,11 +13,11 @@ use super::names::LONGEST;
 use super::numbering::Numbering;
 use super::series::{Given, Series, names, padded, step_name};
 use super::{SIMULATION, Static, TIMES};
-use super::{add_length_exponents, coordinates, plan};
+use super::{add_coordinates, plan};
 use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
-use crate::mesh::{CellKind, Mesh, MeshView};
+use crate::mesh::{CellKind, MeshView};
 use crate::parallel::largest;
 use std::path::Path;
 use std::slice::from_ref;
@@ -87,7 +87,7 @@ impl Sequence {
             zone,
             n_axes,
             notes,
-        } = Static::new(mesh, (&numbering, &faces), is_flat(mesh))?;
+        } = Static::new(mesh, (&numbering, &faces), || is_flat(mesh))?;
         self.notes = notes;
         draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
         draft.text(zone, MOTION, "ArbitraryGridMotion_t", "DeformingGrid");
@@ -113,11 +113,7 @@ impl Sequence {
         let name = step_name("GridCoordinates", self.steps.n);
         let mut draft = Draft::default();
         let grid = draft.group(None, &name, "GridCoordinates_t");
-        let n = mesh.points.len();
-        for (name, kind, make) in coordinates(mesh, &self.options, first.n_axes) {
-            let node = draft.stream(grid, (name, "DataArray_t"), kind, n, make);
-            add_length_exponents(&mut draft, node);
-        }
+        add_coordinates(&mut draft, grid, mesh, &self.options, first.n_axes);
         draft.store(&mut self.file, None, None, &mut first.zone.links)?;
         self.steps.grids.push(&padded(&name));
         self.steps.motions.push(&padded(MOTION));
@@ -218,7 +214,9 @@ impl SequenceFile for Sequence {
         let mut notes = Notes::default();
         notes.extend(mesh.origin.get::<FromAdf>().map(|_| Written::Hdf5ForAdf));
         let sorted = plan::sorted(mesh)?;
-        let sorted_view = sorted.as_ref().map(Mesh::view);
+        let sorted_view = sorted
+            .as_ref()
+            .map(|sorted| sorted.view().with_points_apart(mesh.apart));
         let mesh = sorted_view.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
         self.append_grid(mesh)?;
