@@ -223,6 +223,20 @@ pub fn with_own_thread(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send))
     }
 }
 
+/// What `act` and `beside` give, as [`with_own_thread`] calls them.
+pub fn join_with_own_thread<A, B: Send>(
+    act: impl FnOnce() -> A,
+    beside: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    const CALLED: &str = "both were called once";
+    let (mut a, mut b) = (None, None);
+    let (mut act, mut beside) = (Some(act), Some(beside));
+    with_own_thread(&mut || a = act.take().map(|act| act()), &mut || {
+        b = beside.take().map(|beside| beside())
+    });
+    (a.expect(CALLED), b.expect(CALLED))
+}
+
 /// Block `i` of `size` of the numbers below `n`.
 pub fn block(n: usize, size: usize, i: usize) -> Range<usize> {
     i * size..n.min((i + 1) * size)

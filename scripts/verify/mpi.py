@@ -125,17 +125,51 @@ def check_rotors(folder):
 
 
 def check_large(folder):
-    """A mesh of several slabs: quality and deformation with 2 to 5 ranks."""
+    """A mesh of several slabs: quality and deformation with 2 to 5 ranks, which write the positions of their slabs."""
     mesh, schedule = folder / "b.vtu", folder / "b.toml"
     azimesh("sample", "blade", "--nodes", 40_000, "--cells", "tet", "-o", mesh)
     schedule.write_text(schedule.read_text().replace("step = 10.0", "step = 130.0"))
     judged = subprocess.run([AZIMESH, "quality", mesh, "--worst", "7"], capture_output=True, text=True, check=True)
-    azimesh("deform", mesh, schedule, "-o", folder / "alone")
     for n in (2, 4, 5):
         assert ranks(n, "quality", mesh, "--worst", 7).stdout == judged.stdout, f"quality with {n} ranks"
-        ranks(n, "-q", "deform", mesh, schedule, "-o", folder / f"large_{n}")
-        same(content(folder / f"large_{n}"), content(folder / "alone"), f"a blade with {n} ranks")
-    report("mpi: several slabs", 3, 0, "numbers of ranks")
+    narrow = ("support_radius = 5.625", "support_radius = 0.35")
+    for name, output, change, numbers in [
+        ("vtu", "", None, (2, 4, 5)),
+        ("vtkhdf", 'format = "vtkhdf"', None, (3,)),
+        ("cgns", 'format = "cgns"', None, (7,)),
+        ("unjudged", 'format = "cgns"\nquality = "none"', None, (2,)),
+        ("repaired", 'format = "vtkhdf"', narrow, (2, 3)),
+    ]:
+        text = schedule.read_text().replace("[rbf]", f"[output]\n{output}\n[rbf]").replace(*change or ("", ""))
+        of_case = folder / f"large_{name}.toml"
+        of_case.write_text(text)
+        azimesh("deform", mesh, of_case, "-o", folder / f"large_{name}")
+        for n in numbers:
+            out = folder / f"large_{name}_{n}"
+            told = ranks(n, "-v", "deform", mesh, of_case, "-o", out).stderr
+            assert "\nwriting: " in told, f"{name}: the ranks have written nothing\n{told}"
+            same(content(out), content(folder / f"large_{name}"), f"a blade, {name}, with {n} ranks")
+    report("mpi: several slabs", 8, 0, "runs")
+
+
+def check_no_room(folder):
+    """A rank that cannot write: one error, nothing short, and the run goes on where there is room."""
+    mesh, schedule = folder / "b.vtu", folder / "b.toml"
+    limited = folder / "limited.sh"
+    limited.write_text(
+        '#!/bin/bash\ntrap "" XFSZ\n[ "$OMPI_COMM_WORLD_RANK" = 2 ] && ulimit -f 300\n' f'exec {Path(PROGRAM).resolve()} "$@"\n'
+    )
+    limited.chmod(0o755)
+    for name in ("vtu", "vtkhdf"):
+        out, of_case = folder / f"room_{name}", folder / f"large_{name}.toml"
+        command = ["mpirun", "-n", "3", limited, "-q", "deform", mesh, of_case, "-o", out]
+        done = subprocess.run(command, capture_output=True, text=True, env=os.environ | ALLOWED)
+        assert done.returncode == 3 and done.stderr.count("rank 2: File too large") == 1, (done.returncode, done.stderr)
+        left = [path.name for path in out.iterdir() if path.suffix in (".vtu", ".vtkhdf", ".part")]
+        assert not left, left
+        ranks(2, "-q", "deform", mesh, of_case, "-o", out, "--resume")
+        same(content(out), content(folder / f"large_{name}"), f"{name}, once there is room")
+    report("mpi: a rank without room", 2, 0, "runs")
 
 
 def check_errors(folder):
@@ -222,6 +256,7 @@ def main():
         check_cases(folder)
         check_rotors(folder)
         check_large(folder)
+        check_no_room(folder)
         check_errors(folder)
         check_script(folder)
         check_kills(folder)

@@ -13,6 +13,7 @@ use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::{MeshView, PointsApart};
 use crate::motion::{OnInverted, QualityOutput, Step};
+use crate::parallel::join_with_own_thread;
 
 /// What is to be done for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,13 +73,19 @@ impl Run<'_> {
             let may_be_apart = self.may_be_apart(writer);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
-            let (written, then) = rayon::join(
-                || write(writer, &mesh, step, ready, task, kept.clone()),
-                || {
-                    let (step, task) = following?;
-                    Some(task.run(base_points, step, may_be_apart, &mut next))
-                },
-            );
+            let write = || write(writer, &mesh, step, ready, task, kept.clone());
+            let compute = || {
+                let (step, task) = following?;
+                Some(task.run(base_points, step, may_be_apart, &mut next))
+            };
+            let (written, then) = match is_apart {
+                false => rayon::join(write, compute),
+                // Writing waits for other ranks: none of the loops' threads may do that.
+                true => {
+                    let (then, written) = join_with_own_thread(compute, write);
+                    (written, then)
+                }
+            };
             let is_same = written?;
             self.note_choices(base_points)?;
             if !is_same {

@@ -4,9 +4,10 @@ use azimesh::deform::{dismiss, serve};
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
 use azimesh::ranks::{Ranks, on_threads};
+use azimesh::run::{Request, run};
 use azimesh::sample::{BladeOptions, CellShape, Naca0012Options, SizeOptions, blade, naca0012};
 use azimesh::{Deformation, Schedule, Step};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Everything that is told of a mesh, judged by the mesh at rest.
 fn judged(mesh: &Mesh, moved: &[[f64; 3]]) -> (Assessment, Vec<Statistic>, String) {
@@ -283,4 +284,83 @@ fn substeps_twist_repairs_and_velocities_give_the_same_nodes_on_any_number_of_ra
     deforms_alike("hart_ii.toml", &[twist]);
     let velocity = ("[rbf]", "[output]\nvelocity = true\n[rbf]");
     deforms_alike("hart_ii.toml", &[velocity]);
+}
+
+/// The files of a run that turns a blade, with their content; the folder is that of all ranks.
+fn written(
+    [format, precision, ramp]: [&str; 3],
+    mesh: &Mesh,
+    ranks: &Ranks,
+) -> Vec<(String, Vec<u8>)> {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Where all steps are the same, a file of all has their positions once.
+    let text = format!(
+        "version = 1\nangle_unit = \"deg\"\n[azimuth]\nstart = 0.0\nstop = 60.0\nstep = 20.0\n\
+         [[body]]\nname = \"blade\"\ntags = [\"blade\"]\n[body.rigid]\nramp = {ramp}\n\
+         rotate = {{ axis = [1.0, 0.0, 0.0], origin = [0.0, 0.0, 0.0], angle = 10.0 }}\n\
+         [boundaries]\nfixed = [\"outer\"]\n[rbf]\nkernel = \"wendland-c2\"\nsupport_radius = 6.0\n\
+         [selection]\ntolerance = 1e-3\n[output]\nformat = \"{format}\"\nprecision = \"{precision}\"\n"
+    );
+    let path = folder.path().join("s.toml");
+    std::fs::write(&path, text).expect("it can be written");
+    let schedule = Schedule::read(&path).expect("a good schedule");
+    let request = Request {
+        mesh: path,
+        folder: folder.path().join("out"),
+        ..Request::default()
+    };
+    let deformation = Deformation::builder(mesh.clone(), schedule).ranks(ranks);
+    run(&deformation.plan().expect("they fit"), &request).expect("it runs");
+    let files = std::fs::read_dir(&request.folder).expect("the folder is there");
+    let names = files.map(|file| file.expect("it is listed").path());
+    let mut names: Vec<_> = names
+        .filter(|path| !path.ends_with("run.json") && !path.ends_with("steps.csv"))
+        .collect();
+    names.sort();
+    let content = |path: &PathBuf| {
+        let name = path.file_name().expect("a name").to_string_lossy();
+        (name.into_owned(), std::fs::read(path).expect("a file"))
+    };
+    names.iter().map(content).collect()
+}
+
+#[test]
+fn ranks_write_what_one_process_writes() {
+    let size = SizeOptions {
+        nodes: Some(40_000),
+        surface_nodes: Some(3_000),
+        // Numbers of 32 bits hold its height.
+        first_cell: Some(0.02),
+        ..SizeOptions::default()
+    };
+    let options = BladeOptions {
+        size,
+        ..BladeOptions::default()
+    };
+    let mesh = blade(&options).expect("a sample").mesh;
+    for case in [
+        ["vtu", "f64", "true"],
+        ["vtkhdf", "f32", "true"],
+        ["vtkhdf", "f64", "false"],
+        ["cgns", "f64", "true"],
+    ] {
+        let alone = written(case, &mesh, &Ranks::alone());
+        assert!(!alone.is_empty());
+        for n in [2, 5] {
+            let found = on_threads(n, |ranks| {
+                if !ranks.is_first() {
+                    serve(&ranks);
+                    return None;
+                }
+                let found = written(case, &mesh, &ranks);
+                dismiss(&ranks);
+                Some(found)
+            });
+            let found = found[0].as_ref().expect("the first rank has all");
+            for (found, alone) in found.iter().zip(&alone) {
+                assert!(found == alone, "{case:?}, {n} ranks: {} differs", alone.0);
+            }
+            assert_eq!(found.len(), alone.len());
+        }
+    }
 }
