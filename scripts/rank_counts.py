@@ -9,6 +9,8 @@ from types import SimpleNamespace
 NEAR_WALL = 0.38
 # Cells whose sides are compared among themselves first, and that a rank has all or none of.
 CHUNK = 1 << 15
+# Bytes that are hashed as one where ranks write, and of the name of a file.
+BLOCK, PATH = 1 << 16, 60
 
 
 def counted(run, cores=math.inf):
@@ -25,7 +27,9 @@ def counted(run, cores=math.inf):
     c.swept = c.S * sum(c.sweeps) / min(c.P, cores)
     c.candidates = min(max(c.S // 16, 512), 2048)
     c.F = run["bytes_read"]
-    c.written = c.F + 24 * c.N * (c.K - 1)  # one file: the mesh once, and positions
+    # One file: the mesh once, and positions, which ranks write where there are several.
+    c.written = c.F + 24 * c.N * (c.K - 1) if c.P == 1 else c.F - 24 * c.N
+    c.written_apart = (c.P > 1) * 24 * c.N * c.K / min(c.P, cores)
     c.L = c.S / 2  # of a layer
     c.parts = [part(c, rank) for rank in range(c.P)]
     for key in ("rows", "own", "hexes", "near_wall"):
@@ -34,14 +38,15 @@ def counted(run, cores=math.inf):
     return c
 
 
-OF_RANK = ("slab", "rows", "nodes", "hexes", "own", "faces", "near", "near_wall")
+OF_RANK = ("slab", "rows", "nodes", "hexes", "own", "faces", "near", "near_wall", "told", "placed")
 
 
 def part(c, rank):
     """What a rank has: its slab of nodes, nodes with fields, nodes and cells of its part, its own cells, faces, and
-    points of the surface near its nodes, and nodes with fields that are near the wall."""
+    points of the surface near its nodes, nodes with fields that are near the wall, and nodes of its slab that it tells
+    the first rank of and that this places."""
     if c.P == 1:
-        has = (c.N, c.N, c.N, c.C - c.S, c.C - c.S, c.S, c.S, NEAR_WALL * c.N)
+        has = (c.N, c.N, c.N, c.C - c.S, c.C - c.S, c.S, c.S, NEAR_WALL * c.N, c.N, c.N)
     else:
         has = cube(c) if c.compact else layers(c, rank)
     return SimpleNamespace(**dict(zip(OF_RANK, has)))
@@ -52,7 +57,8 @@ def cube(c):
     gets its own and as much again to each side."""
     side = (c.N / c.P) ** (1 / 3)
     nodes = (side + 3) ** 3
-    return c.N / c.P, nodes, nodes, (side + 2) ** 3, c.N / c.P, c.S / c.P, min(c.S, 9 * c.S / c.P), nodes
+    near, of_surface = min(c.S, 9 * c.S / c.P), c.S / c.P
+    return c.N / c.P, nodes, nodes, (side + 2) ** 3, c.N / c.P, of_surface, near, nodes, of_surface, of_surface
 
 
 def layers(c, rank):
@@ -67,6 +73,9 @@ def layers(c, rank):
     nodes, hexes = high - low + wall, min(end + 1, n - 1) - low + wall / 2
     faces = (low < 1 or has_faces) + (high >= n)
     row, end_row = rank * n / c.P, (rank + 1) * n / c.P
+    # The wall and the outside; the other ends of first cells.
+    placed = within(row, end_row, 0, 1) + within(row, end_row, n - 1, n)
+    told = within(row, end_row, 1, 2)
     if c.judges:
         row, end_row = min(row, low), max(end_row, high)
     else:
@@ -74,7 +83,12 @@ def layers(c, rank):
     near = 1 + (end_row >= n)
     near_wall = max(0, min(end_row, NEAR_WALL * n) - row) + wall
     of_rank = (n / c.P, end_row - row + wall, nodes, hexes, (end - start) * c.judges, faces, near, near_wall)
-    return tuple(L * of for of in of_rank)
+    return tuple(L * of for of in (*of_rank, told, placed))
+
+
+def within(start, end, low, high):
+    """How much of one interval lies in another."""
+    return max(0, min(end, high) - max(start, low))
 
 
 # ---------------------------------------------------------------- messages
@@ -102,12 +116,15 @@ class Messages:
         """Round all ranks, and down a tree."""
         self.send([size] * (2 * self.ranks - 1))
 
-    def all(self, size):
-        """Up a tree, in which a rank gives what those below it have, and down again."""
-        n = self.ranks - 1
+    def gather(self, size):
+        """Up a tree, in which a rank gives what those below it have."""
         depths = sum(rank.bit_count() for rank in range(self.ranks))
-        self.send([size * depths / n] * n)
-        self.send([size * self.ranks] * n)
+        self.send([size * depths / (self.ranks - 1)] * (self.ranks - 1))
+
+    def all(self, size):
+        """The same, and down again."""
+        self.gather(size)
+        self.send([size * self.ranks] * (self.ranks - 1))
 
 
 def varint(number):
@@ -149,13 +166,19 @@ def messages(c):
         sent.fold(2)
     sent.order("fields", task(c))
     sent.send([24 * of.rows + 4 * of.nodes + near_surface(c, of.near) for of in others])
+    sent.order("writing", 1)
+    sent.send([(of.told + of.placed) * varint(of.slab) for of in others])
     for move in range(c.M):
-        sent.order("positions", 4)
-        sent.send([24 * of.slab for of in others])
-        if c.judges:
+        sent.order("positions", 5)
+        sent.send([24 * of.told for of in others])
+        is_look = move < c.J
+        if c.judges or not is_look:
             sent.order("places", 1)
-            sent.send([24 * of.faces for of in others])
-            judged(sent, is_look=move < c.J)
+            sent.send([24 * (of.faces + of.placed) for of in others])
+        if c.judges:
+            judged(sent, is_look)
+        if not is_look:
+            written(sent, c)
     sent.order("fields", 2)
     sent.order("fields", 1)
     return sent.sent
@@ -185,6 +208,16 @@ def selection(sent, c):
     sent.order("selection", 2)
     sent.send([points * 8 * c.R for points in slab])
     sent.order("selection", 2)
+
+
+def written(sent, c):
+    """A step that is kept: a hash of it for what the file has already, then numbers in the file, then the disk."""
+    sent.order("writing", 1)
+    for path in (0, PATH):
+        sent.order("writing", 12 + path)
+        sent.gather(1.5 * BLOCK + 32 * 24 * c.N / c.P / BLOCK)
+    sent.order("writing", 1)
+    sent.all(1)
 
 
 def judged(sent, is_look):
@@ -218,7 +251,8 @@ def memory(c):
             own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge
             lists = 4 * sum(other.nodes for other in c.parts)
             held = own * c.judges + places + 4 * of.nodes + (0 if rank else mesh + surface + lists)
-            steps = places + centres + (0 if rank else 48 * c.N)
+            # Positions that are kept; the first rank has room for all nodes twice, of which few are known.
+            steps = places + centres + 24 * of.slab + (0 if rank else 48 * 1.5 * c.S)
             evaluation += near_surface(c, of.near)
         found.append((program + held + fields + max(steps, evaluation)) / 1e6)
     return found
@@ -272,10 +306,10 @@ TERMS = {
         [("modes", lambda c: apart(c) * (c.P > 1)), ("rest", lambda c: apart(c) * (c.P == 1))],
     ),
     "node moved": (ALL, [("steps", lambda c: c.M * c.rows)]),
-    "node received": (ONE, [("steps", lambda c: c.M * c.N * (1 - 1 / c.P))]),
     "cell looked at": (ALL, [("steps", lambda c: c.J * c.own)]),
     "cell whose faces are judged": (ALL, [("steps", lambda c: c.K * c.own * c.judges)]),
     "byte written": (FIRST, [("writing", lambda c: c.written)]),
+    "byte written by ranks": (ALL, [("writing", lambda c: c.written_apart)]),
     "node of the plan": (FIRST, [("rest", lambda c: c.N)]),
     "start of the program": (ONE, [("rest", lambda c: 1)]),
     "start of ranks": (ONE, [("rest", lambda c: c.P > 1)]),

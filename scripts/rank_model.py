@@ -21,7 +21,7 @@ from measure import significant
 from rank_counts import ALL, FIRST, TERMS, counted, memory, messages, passed_on
 from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, check, kept, measure, threads_of
 
-PURPOSES = ["selection", "parts", "fields", "positions", "places", "quality"]
+PURPOSES = ["selection", "parts", "fields", "positions", "places", "quality", "writing"]
 
 
 def medians(runs):
@@ -169,14 +169,13 @@ def prospect(like, surface, compact, model, options):
     size = {"nodes": nodes, "cells": cells, "surface_points": surface, "bytes_read": 24 * nodes + 41 * cells}
     case = [nodes, ranks, options.outlook_threads, steps, "summary", True]
     c = counted({**like, **size, "case": case, "alone": options.outlook_threads, "compact": compact})
-    # Nodes come over the network.
-    rates, serial = {**model[0], "node received": 0}, model[1]
+    rates, serial = model
     found, sent = seconds(c, rates, serial), messages(c)
     disk, network = options.disk * 1e9, options.network * 1e9
     # All else goes to the first rank, or comes from it.
     found["network"] = (sum(size for _, size in sent.values()) - passed_on(c)) / network
     found["reading"] = max(found["reading"], c.F / disk)
-    found["writing"] = c.written / disk
+    found["writing"] = (c.F + 24 * nodes * (steps - 1)) / disk
     stepping = max(found["steps"] + found["network"], found["writing"])
     whole = stepping + sum(found[stage] for stage in ("reading", "selection", "modes", "rest"))
     first, *others = memory(c)

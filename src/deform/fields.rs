@@ -126,13 +126,13 @@ impl Fields {
         }
     }
 
-    /// Moves all nodes to a step, and writes to `out` where those are that are `known`: the others stay with their ranks.
+    /// Moves all nodes to a step, and writes to `out` where those are of which ranks tell: the others stay with their ranks.
     ///
     /// # Panics
     /// Where there are no other ranks.
-    pub(super) fn displace_apart(&self, step: usize, known: &[u32], out: &mut [Vector]) {
+    pub(super) fn displace_apart(&self, step: usize, out: &mut [Vector]) {
         match &self.way {
-            Way::Shared(shared) => shared.move_known(step, known, out),
+            Way::Shared(shared) => shared.move_apart(step, out),
             Way::Here(_) => panic!("nodes stay with ranks where there are several"),
         }
     }

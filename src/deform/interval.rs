@@ -197,7 +197,7 @@ impl Interval {
         let error = match &self.way {
             Way::AtOnce { fields, errors } => {
                 match known {
-                    Some(known) => fields.displace_apart(step.index, known, out),
+                    Some(_) => fields.displace_apart(step.index, out),
                     None => fields.displace(&plan.layers, step.index, self.reference(), out),
                 }
                 self.place_surface_nodes(step, 1.0, self.reference(), out);

@@ -10,7 +10,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{Mesh, OneLayer};
-use crate::motion::{BodyMap, Motion, Schedule, SelectionMethod, Step};
+use crate::motion::{BodyMap, Motion, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
@@ -157,8 +157,23 @@ impl Plan {
         known.extend(self.first_cells.nodes());
         known.sort_unstable();
         known.dedup();
-        team.divide(self.mesh.points.len(), &apart, &known);
+        let told = self.told(&known);
+        team.divide(self.mesh.points.len(), &apart, told);
         Some(known)
+    }
+
+    /// Which of some nodes ranks have to tell of: the surface that the correction makes exact is known without that.
+    fn told(&self, nodes: &[u32]) -> Vec<u32> {
+        let surface = &self.motion.surface.nodes;
+        let is_exact = |node: &u32| match surface.nodes.binary_search(node) {
+            Ok(at) => self.schedule.selection.correction && surface.roles[at] != Role::Sliding,
+            Err(_) => false,
+        };
+        nodes
+            .iter()
+            .copied()
+            .filter(|node| !is_exact(node))
+            .collect()
     }
 
     /// Whether all nodes that are not on the surface and follow none are where fields move them: of one layer half of them are

@@ -1,7 +1,6 @@
 //! Positions that stay with the ranks, which write them: the first rank knows those of few nodes.
 //!
-//! A rank has the slab of nodes that it moves. At a step by fields it tells the first rank where those are that this has to
-//! know, and is told where those are that are placed one by one. Once the step is kept, the next may begin while it is written.
+//! A rank has the slab of nodes that it moves. At a step by fields it tells the first rank where some of them are, and is told where those are that are placed one by one. Once the step is kept, the next may begin while it is written.
 
 use super::order::Order;
 use super::work::Work;
@@ -27,9 +26,9 @@ const NODES: usize = 1 << 14;
 pub(super) struct OwnNodes {
     /// The number of its first node.
     pub first: usize,
-    /// Which of its nodes the first rank places one by one, and which it has to know; ascending, from the first one on.
+    /// Which of its nodes the first rank places one by one, and of which it is told; ascending, from the first one on.
     pub apart: Vec<u32>,
-    pub known: Vec<u32>,
+    pub told: Vec<u32>,
 }
 
 /// Numbers that ranks are to write.
@@ -61,8 +60,8 @@ pub(crate) struct KeptPoints {
 
 impl Team {
     /// Has each rank keep the nodes of its slab, of `n_nodes` that all deform. The first rank places those that are `apart` one
-    /// by one, and has to know those that are `known`; both are ascending.
-    pub fn divide(&self, n_nodes: usize, apart: &[u32], known: &[u32]) {
+    /// by one, and is told of others at every step; both are ascending.
+    pub fn divide(&self, n_nodes: usize, apart: &[u32], told: Vec<u32>) {
         let mut state = self.state();
         self.order(Order::Divide);
         let n_ranks = self.ranks.n();
@@ -75,7 +74,7 @@ impl Team {
             OwnNodes {
                 first: slab.start,
                 apart: here(apart),
-                known: here(known),
+                told: here(&told),
             }
         };
         state.own_apart = (0..n_ranks)
@@ -85,6 +84,7 @@ impl Team {
             })
             .collect();
         state.work.own = self.ranks.scatter(&mut |rank| Some(own(rank)));
+        state.told = told;
     }
 
     /// Gives all positions of the step that the ranks have moved to last, which are known in part.
@@ -121,8 +121,8 @@ impl Team {
 }
 
 impl SharedFields {
-    /// Moves all nodes to a step, and writes to `out` where those are that are `known`.
-    pub fn move_known(&self, step: usize, known: &[u32], out: &mut [Vector]) {
+    /// Moves all nodes to a step, and writes to `out` where those are of which this rank is told.
+    pub fn move_apart(&self, step: usize, out: &mut [Vector]) {
         let (team, mut state) = (&self.team, self.team.state());
         team.order(Order::Move {
             id: self.id,
@@ -133,21 +133,21 @@ impl SharedFields {
         state.moves();
         let n_ranks = team.ranks.n();
         let slab = |rank| slab(out.len(), rank, n_ranks);
-        let mut places = vec![[0.0; 3]; known.len()];
+        let State { work, told, .. } = &mut *state;
+        let mut places = vec![[0.0; 3]; told.len()];
         let mut rest = &mut places[..];
         let mut parts = Vec::new();
         for rank in 0..n_ranks {
-            let (part, others) = rest.split_at_mut(within(known, &slab(rank)).len());
+            let (part, others) = rest.split_at_mut(within(told, &slab(rank)).len());
             parts.push(part);
             rest = others;
         }
         let own = &mut parts[0];
-        let work = &mut state.work;
-        let take = |known: &[Vector]| own.copy_from_slice(known);
+        let take = |told: &[Vector]| own.copy_from_slice(told);
         team.ranks
             .together(|| work.move_to((self.id, step, false), true, take));
         team.ranks.receive_parts(&mut parts);
-        for (&node, place) in known.iter().zip(places) {
+        for (&node, place) in told.iter().zip(places) {
             out[node as usize] = place;
         }
     }

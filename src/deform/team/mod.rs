@@ -60,6 +60,8 @@ struct State {
     moved_to: Option<usize>,
     /// The places that the parts have.
     placed: Option<Placed>,
+    /// The nodes of which this rank is told where slabs stay with theirs.
+    told: Vec<u32>,
     /// The nodes of each slab that are placed one by one, where slabs may stay with their ranks.
     own_apart: Vec<Vec<u32>>,
     /// Whether ranks know where these are at the step that they have moved to.

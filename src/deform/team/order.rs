@@ -23,7 +23,7 @@ pub(super) enum Order {
         id: usize,
         step: usize,
         from_zero: bool,
-        /// Whether the nodes of the slab stay with the rank, which tells of those that the first has to know.
+        /// Whether the nodes of the slab stay with the rank, which tells of some.
         stays: bool,
     },
     /// Fields are not needed any more.

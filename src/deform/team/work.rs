@@ -101,7 +101,7 @@ impl Work {
     }
 
     /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones; where these `stay` only those
-    /// that the first rank has to know.
+    /// of which the first rank is told.
     pub fn move_to(
         &mut self,
         (id, step, from_zero): (usize, usize, bool),
@@ -116,8 +116,8 @@ impl Work {
         match stay {
             false => take(own),
             true => {
-                let known = self.own.known.iter();
-                take(&known.map(|&node| own[node as usize]).collect::<Vec<_>>());
+                let told = self.own.told.iter();
+                take(&told.map(|&node| own[node as usize]).collect::<Vec<_>>());
             }
         }
         self.stays_with = stay.then_some(id);
