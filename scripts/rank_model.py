@@ -19,7 +19,7 @@ from pathlib import Path
 
 from measure import significant
 from rank_counts import ALL, FIRST, TERMS, counted, memory, messages, passed_on
-from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, check, kept, measure, threads_of
+from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, at_once, check, kept, measure, threads_of
 
 PURPOSES = ["selection", "parts", "fields", "positions", "places", "quality", "writing"]
 
@@ -89,10 +89,7 @@ def fitted_model(runs, threaded):
 def seconds(c, rates, serial):
     """Seconds of each stage, and of the run."""
     found = stages(c, rates, serial)
-    found["total"] = sum(found.values())
-    if c.alone > 1:  # a step is written while the next is computed
-        found["total"] -= min(found["steps"], found["writing"]) * (c.K - 1) / c.K
-    return found
+    return {**found, "total": sum(found.values()) - at_once(found, c.alone, c.K)}
 
 
 # ---------------------------------------------------------------- tables

@@ -112,15 +112,21 @@ def deform(program, folder, mesh, case):
     return {**result, "others": (all_cpu - sum(rank["cpu"] for rank in of_ranks)) / whole}
 
 
+def at_once(seconds, threads, steps):
+    """Seconds that count twice: with several threads a step is written while the next is computed."""
+    return min(seconds["steps"], seconds["writing"]) * (steps - 1) / steps * (threads > 1)
+
+
 def figures(case, mesh, out, said, whole):
     """What a run says of itself."""
     record = json.loads(next(out.glob("run*.json")).read_text())
     layer = record["selections"][0]["layers"][0]
     seconds = {**record["seconds"], "reading": float(re.search(r"^reading: ([\d.]+) s", said, re.MULTILINE)[1])}
-    seconds["rest"] = whole - sum(seconds[stage] for stage in STAGES[:-1])
+    alone = CORES if case[1] > 1 else case[2]
+    seconds["rest"] = whole - sum(seconds[stage] for stage in STAGES[:-1]) + at_once(seconds, alone, case[3])
     return {
         "case": list(case),
-        "alone": CORES if case[1] > 1 else case[2],
+        "alone": alone,
         **{key: record[key] for key in ("nodes", "cells", "surface_points", "modes", "steps")},
         "base_points": layer["base_points"],
         "sweeps": [n for n, _ in layer["history"]],

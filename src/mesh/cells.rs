@@ -7,6 +7,7 @@ use super::kind::CellKind;
 pub use super::streams::face_stream;
 use super::streams::{Listed, distinct_nodes};
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 
@@ -241,9 +242,9 @@ impl Cells {
     /// # Panics
     /// When a node is beyond `new_index`.
     pub fn renumber_nodes(&mut self, new_index: &[u32]) {
-        for node in &mut self.connectivity {
+        parallel::update(&mut self.connectivity, |_, node| {
             *node = new_index[*node as usize];
-        }
+        });
         let stream = &mut self.polyhedra.stream;
         let mut at = 0;
         while at < stream.len() {

@@ -13,6 +13,8 @@ use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicU32, AtomicU64};
 
 /// Own cells begin at multiples of this: no block over which sums are taken lies with two ranks.
 pub const SLAB: usize = 1 << 15;
@@ -119,8 +121,10 @@ impl Mesh {
     }
 }
 
-/// No rank, and the number of a node that is not in a part.
+/// No rank.
 const NONE: u32 = u32::MAX;
+/// Nodes of one task.
+const BLOCK: usize = 1 << 16;
 
 /// A mesh that is being cut into parts, in a time that does not grow with their number.
 struct Cut<'a> {
@@ -129,8 +133,10 @@ struct Cut<'a> {
     is_level: bool,
     /// For each rank, ascending, the cells of others that it needs.
     halos: Vec<Vec<u32>>,
-    /// For each node its number in the part that is being made; between two parts `NONE`.
+    /// For each node of the part that is being made its number there.
     numbers: Vec<u32>,
+    /// A bit for each node of that part; none between two parts.
+    is_here: Vec<AtomicU64>,
 }
 
 impl<'a> Cut<'a> {
@@ -163,7 +169,8 @@ impl<'a> Cut<'a> {
             n_ranks,
             is_level: mesh.is_level(),
             halos,
-            numbers: vec![NONE; mesh.points.len()],
+            numbers: vec![0; mesh.points.len()],
+            is_here: zeros(mesh.points.len().div_ceil(64)),
         }
     }
 
@@ -184,9 +191,6 @@ impl<'a> Cut<'a> {
         let nodes = self.number(&runs);
         let mut cells_here = mesh.cells.select_runs(&runs);
         cells_here.renumber_nodes(&self.numbers);
-        nodes
-            .iter()
-            .for_each(|&node| self.numbers[node as usize] = NONE);
         let place = |cell: usize| cells.partition_point(|&here| (here as usize) < cell);
         let group = |group: &Group| Group {
             cells: group
@@ -220,25 +224,42 @@ impl<'a> Cut<'a> {
 
     /// Numbers the nodes of some cells in their order, and gives them.
     fn number(&mut self, runs: &[Range<usize>]) -> Vec<u32> {
-        let mut nodes = Vec::new();
-        for run in runs
-            .iter()
-            .flat_map(|run| self.mesh.cells.runs_in(run.clone()))
-        {
-            for &node in run.connectivity {
-                let number = &mut self.numbers[node as usize];
-                if *number == NONE {
-                    *number = 0;
-                    nodes.push(node);
+        let (mesh, is_here) = (self.mesh, &self.is_here);
+        let blocks = runs.iter().flat_map(|run| {
+            let starts = run.clone().step_by(SLAB);
+            starts.map(|start| start..run.end.min(start + SLAB))
+        });
+        parallel::for_items(blocks, &|_, cells| {
+            for &node in mesh.cells.runs_in(cells).flat_map(|run| run.connectivity) {
+                let (word, bit) = (&is_here[node as usize / 64], 1 << (node % 64));
+                if word.load(Relaxed) & bit == 0 {
+                    word.fetch_or(bit, Relaxed);
                 }
             }
-        }
-        parallel::sort(&mut nodes);
-        for (number, &node) in (0..).zip(&nodes) {
-            self.numbers[node as usize] = number;
-        }
+        });
+        let nodes = parallel::concat_blocks(is_here.len(), BLOCK / 64, &|words| {
+            let mut nodes = Vec::new();
+            for word in words {
+                let mut bits = is_here[word].swap(0, Relaxed);
+                while bits != 0 {
+                    nodes.push(word as u32 * 64 + bits.trailing_zeros());
+                    bits &= bits - 1;
+                }
+            }
+            nodes
+        });
+        let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
+        parallel::for_blocks(&mut self.numbers, BLOCK, &|first, numbers| {
+            for at in before(first)..before(first + numbers.len()) {
+                numbers[nodes[at] as usize - first] = at as u32;
+            }
+        });
         nodes
     }
+}
+
+fn zeros<T: Default>(n: usize) -> Vec<T> {
+    std::iter::repeat_with(T::default).take(n).collect()
 }
 
 /// Which ranks have own cells at each node.
@@ -253,31 +274,44 @@ struct Touching {
 
 impl Touching {
     fn new(mesh: &Mesh, n_ranks: usize) -> Self {
-        let n = mesh.points.len();
-        let mut found = Self {
-            first: vec![NONE; n],
-            is_shared: vec![false; n],
-            others: Vec::new(),
-        };
-        let mut last = vec![NONE; n];
-        for rank in 0..n_ranks {
-            let own = slab(mesh.cells.len(), rank, n_ranks);
-            let rank = rank as u32;
-            for &node in mesh.cells.runs_in(own).flat_map(|run| run.connectivity) {
-                let at = node as usize;
-                if std::mem::replace(&mut last[at], rank) == rank {
-                    continue;
-                }
-                if found.first[at] == NONE {
-                    found.first[at] = rank;
-                } else {
-                    found.is_shared[at] = true;
-                    found.others.push((node, rank));
-                }
+        // The last rank at a node, and `n_ranks` less the first: both begin at zero and grow.
+        let last: Vec<AtomicU32> = zeros(mesh.points.len());
+        let first: Vec<AtomicU32> = zeros(mesh.points.len());
+        let (cells, n) = (&mesh.cells, n_ranks as u32);
+        let grow = |value: &AtomicU32, to: u32| {
+            if value.load(Relaxed) < to {
+                value.fetch_max(to, Relaxed);
             }
+        };
+        let blocks = (0..cells.len()).step_by(SLAB);
+        parallel::for_items(blocks, &|_, start| {
+            let rank = rank_of(cells.len(), start, n_ranks);
+            let runs = cells.runs_in(start..cells.len().min(start + SLAB));
+            for &node in runs.flat_map(|run| run.connectivity) {
+                grow(&last[node as usize], rank);
+                grow(&first[node as usize], n - rank);
+            }
+        });
+        let first = parallel::collect(first.len(), |node| match first[node].load(Relaxed) {
+            0 => NONE,
+            from_end => n - from_end,
+        });
+        let is_shared = parallel::collect(first.len(), |node| {
+            first[node] != NONE && first[node] != last[node].load(Relaxed)
+        });
+        let mut others = parallel::concat_blocks(cells.len(), SLAB, &|range| {
+            let rank = rank_of(cells.len(), range.start, n_ranks);
+            let nodes = cells.runs_in(range).flat_map(|run| run.connectivity);
+            let other = |node: &&u32| first[**node as usize] < rank;
+            nodes.filter(other).map(|&node| (node, rank)).collect()
+        });
+        parallel::sort(&mut others);
+        others.dedup();
+        Self {
+            first,
+            is_shared,
+            others,
         }
-        parallel::sort(&mut found.others);
-        found
     }
 
     /// The ranks but `own` that have own cells at so many of these nodes or more.
