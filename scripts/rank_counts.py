@@ -295,7 +295,7 @@ TERMS = {
     ),
     "node x base point": (ALL, [("modes", lambda c: c.rows * c.B)]),
     "node near the wall": (ALL, [("modes", lambda c: c.near_wall * c.corrects)]),
-    "cell that is cut": (ONE, [("modes", lambda c: c.C * c.judges * (c.P > 1))]),
+    "cell that is cut": (FIRST, [("modes", lambda c: c.C * c.judges * (c.P > 1))]),
     "byte of parts and fields": (ONE, [("modes", shared_bytes)]),
     "cell of the reference": (
         ALL,
