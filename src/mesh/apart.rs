@@ -46,12 +46,16 @@ impl Numbers {
 
     /// Appends the bytes of nodes.
     pub fn append(self, points: &[Vector], bytes: &mut Vec<u8>) {
-        let axes = self.axis.map_or(0..3, |axis| axis..axis + 1);
-        let numbers = points.iter().flat_map(|x| &x[axes.clone()]);
-        match self.is_single {
-            true => numbers.for_each(|x| bytes.extend((*x as f32).to_ne_bytes())),
-            false if self.axis.is_none() => bytes.extend(bytemuck::cast_slice::<_, u8>(points)),
-            false => numbers.for_each(|x| bytes.extend(x.to_ne_bytes())),
+        fn push<T: bytemuck::NoUninit>(numbers: impl Iterator<Item = T>, bytes: &mut Vec<u8>) {
+            let numbers: Vec<T> = numbers.collect();
+            bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
+        }
+        let all = points.as_flattened();
+        match (self.axis, self.is_single) {
+            (None, false) => bytes.extend_from_slice(bytemuck::cast_slice(all)),
+            (None, true) => push(all.iter().map(|x| *x as f32), bytes),
+            (Some(axis), false) => push(points.iter().map(|x| x[axis]), bytes),
+            (Some(axis), true) => push(points.iter().map(|x| x[axis] as f32), bytes),
         }
     }
 }

@@ -66,8 +66,10 @@ impl Run<'_> {
                 .map(|ready| self.arrays(&points, &mut ready.found));
             let arrays = arrays.unwrap_or_default();
             let is_apart = ready.as_ref().is_some_and(|ready| ready.found.is_apart);
-            let kept = is_apart.then(|| self.deformation.keep(&points, self.names.commit.sync));
-            let kept = kept.flatten();
+            let kept = match is_apart {
+                true => self.deformation.keep(&points, self.names.commit.sync),
+                false => None,
+            };
             let mesh = arrays.view(&self.plan.mesh, &points);
             let mesh = mesh.with_points_apart(kept.as_ref().map(|kept| kept as &dyn PointsApart));
             let may_be_apart = self.may_be_apart(writer);
