@@ -232,9 +232,6 @@ impl Interval {
     /// leaders, and keeps a plane mesh in its plane.
     fn finish_positions(&self, step: &Step, known: Option<&[u32]>, out: &mut [Vector]) {
         let plan = &*self.plan;
-        if let Some(team) = &plan.team {
-            team.finish(plan.motion.to_inertial(step), plan.motion.rotor.in_plane);
-        }
         if let Some(to_inertial) = plan.motion.to_inertial(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
             let turn = |node: usize, x: &mut Vector| {

@@ -5,7 +5,7 @@ use super::first_cells::FirstCells;
 use super::layer::{Layer, Method};
 use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
-use super::team::Team;
+use super::team::{Maps, Placing, Team};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
@@ -14,6 +14,7 @@ use crate::motion::{BodyMap, Motion, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -127,18 +128,47 @@ impl Plan {
     /// Gives each rank its part of the mesh, where there are several.
     pub(super) fn share(&self) {
         if let Some(team) = &self.team {
-            team.share(&self.mesh, &self.moving_faces, &self.nodes_apart());
+            team.share(&self.mesh, &self.moving_faces, &self.placings());
         }
     }
 
     /// The nodes that fields move to a place where they do not stay, ascending: those on the surface, and followers.
-    fn nodes_apart(&self) -> Vec<u32> {
-        let followers = self.periodic.followers().iter().map(|of| of.node);
-        let surface = &self.motion.surface.nodes.nodes;
-        let mut apart: Vec<u32> = surface.iter().copied().chain(followers).collect();
-        apart.sort_unstable();
-        apart.dedup();
-        apart
+    fn placings(&self) -> Vec<(u32, Placing)> {
+        let surface = &self.motion.surface.nodes;
+        let of_body: Vec<Placing> = (0..self.motion.bodies.len())
+            .map(|body| match self.motion.is_rigid(body) {
+                true => Placing::Body(body as u16),
+                false => Placing::Told,
+            })
+            .collect();
+        let is_exact = self.schedule.selection.correction;
+        let placing = |(&node, role): (&u32, &Role)| match role {
+            Role::Sliding => Some((node, Placing::Told)),
+            _ if !is_exact => None,
+            Role::Fixed => Some((node, Placing::AtRest)),
+            Role::Moving(body) => Some((node, of_body[usize::from(*body)])),
+        };
+        let mut placings: BTreeMap<u32, Placing> = (surface.nodes.iter())
+            .zip(&surface.roles)
+            .filter_map(placing)
+            .collect();
+        let followers = self.periodic.followers().iter();
+        placings.extend(followers.map(|of| (of.node, Placing::Told)));
+        placings.into_iter().collect()
+    }
+
+    /// How ranks end their move to a step.
+    pub(super) fn maps_at(&self, step: &Step) -> Maps {
+        let to_inertial = self.motion.to_inertial(step);
+        let poses = match to_inertial {
+            Some(_) => self.poses_at(step),
+            None => self.motion.poses(step, 1.0),
+        };
+        Maps {
+            bodies: poses.iter().map(|pose| pose.rigid().copied()).collect(),
+            to_inertial,
+            in_plane: self.motion.rotor.in_plane,
+        }
     }
 
     /// The nodes whose places this rank has to know at a step whose positions stay with the ranks that moved them, ascending;
@@ -150,15 +180,14 @@ impl Plan {
         if !(moves_all && is_solid && self.moves_by_fields() && self.velocity.is_none()) {
             return None;
         }
-        let apart = self.nodes_apart();
         let followers = self.periodic.followers().iter();
-        let mut known = apart.clone();
-        known.extend(followers.map(|of| of.leader));
+        let mut known = self.motion.surface.nodes.nodes.clone();
+        known.extend(followers.flat_map(|of| [of.leader, of.node]));
         known.extend(self.first_cells.nodes());
         known.sort_unstable();
         known.dedup();
         let told = self.told(&known);
-        team.divide(self.mesh.points.len(), &apart, told);
+        team.divide(self.mesh.points.len(), &self.placings(), told);
         Some(known)
     }
 

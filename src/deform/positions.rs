@@ -353,7 +353,7 @@ impl Stepper<'_> {
         Ok(error)
     }
 
-    /// Rounds positions that fields gave, on all ranks.
+    /// Rounds positions that fields gave, and has all ranks end the move.
     fn end_move(&self, step: &Step, known: Option<&[u32]>, points: &mut [Vector]) {
         match known {
             Some(known) => self.rounding.apply_to(known, points),
@@ -361,7 +361,7 @@ impl Stepper<'_> {
         }
         let team = self.plan.team.as_ref();
         if let Some(team) = team.filter(|_| self.plan.moves_by_fields()) {
-            team.end_move(step.index, self.rounding);
+            team.end_move(step.index, self.plan.maps_at(step), self.rounding);
         }
     }
 

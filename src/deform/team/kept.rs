@@ -1,8 +1,9 @@
 //! Positions that stay with the ranks, which write them: the first rank knows those of few nodes.
 //!
-//! A rank has the slab of nodes that it moves. At a step by fields it tells the first rank where some of them are, and is told where those are that are placed one by one. Once the step is kept, the next may begin while it is written.
+//! A rank has the slab of nodes that it moves. At a step by fields it tells the first rank where some of them are, and is told where those are that it does not place itself. Once the step is kept, the next may begin while it is written.
 
 use super::order::Order;
+use super::placing::{Apart, Placing};
 use super::work::Work;
 use super::{SharedFields, State, Team, slab};
 use crate::error::{Error, Result};
@@ -26,8 +27,9 @@ const NODES: usize = 1 << 14;
 pub(super) struct OwnNodes {
     /// The number of its first node.
     pub first: usize,
-    /// Which of its nodes the first rank places one by one, and of which it is told; ascending, from the first one on.
-    pub apart: Vec<u32>,
+    /// Those of its nodes that are not where fields move them.
+    pub apart: Apart,
+    /// Of which nodes the first rank is told; ascending, from the first one on.
     pub told: Vec<u32>,
 }
 
@@ -59,29 +61,25 @@ pub(crate) struct KeptPoints {
 }
 
 impl Team {
-    /// Has each rank keep the nodes of its slab, of `n_nodes` that all deform. The first rank places those that are `apart` one
-    /// by one, and is told of others at every step; both are ascending.
-    pub fn divide(&self, n_nodes: usize, apart: &[u32], told: Vec<u32>) {
+    /// Has each rank keep the nodes of its slab, of `n_nodes` that all deform but for those that are `apart`. The first rank is
+    /// told of some at every step; both are ascending.
+    pub fn divide(&self, n_nodes: usize, apart: &[(u32, Placing)], told: Vec<u32>) {
         let mut state = self.state();
         self.order(Order::Divide);
         let n_ranks = self.ranks.n();
         let own = |rank: usize| {
             let slab = slab(n_nodes, rank, n_ranks);
-            let here = |nodes: &[u32]| {
-                let nodes = nodes[within(nodes, &slab)].iter();
-                nodes.map(|node| node - slab.start as u32).collect()
-            };
+            let told = told[within(&told, &slab)].iter();
             OwnNodes {
                 first: slab.start,
-                apart: here(apart),
-                told: here(&told),
+                apart: Apart::within(&slab, apart),
+                told: told.map(|node| node - slab.start as u32).collect(),
             }
         };
+        let is_told = apart.iter().filter(|of| of.1 == Placing::Told);
+        let is_told: Vec<u32> = is_told.map(|of| of.0).collect();
         state.own_apart = (0..n_ranks)
-            .map(|rank| {
-                let slab = slab(n_nodes, rank, n_ranks);
-                apart[within(apart, &slab)].to_vec()
-            })
+            .map(|rank| is_told[within(&is_told, &slab(n_nodes, rank, n_ranks))].to_vec())
             .collect();
         state.work.own = self.ranks.scatter(&mut |rank| Some(own(rank)));
         state.told = told;
@@ -112,7 +110,7 @@ impl Team {
         }
     }
 
-    /// Tells ranks where the nodes of their slabs are that are placed one by one, if they were not told of this step.
+    /// Tells ranks where the nodes of their slabs are that they do not place, if they were not told of this step.
     fn place_own(&self, state: &mut State, points: &[Vector]) {
         if !state.own_is_placed {
             self.place_apart(state, points);

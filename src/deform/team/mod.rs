@@ -5,7 +5,8 @@
 //! selection   a slab of the surface, swept by each rank; the first picks among the worst points
 //! fields      a slab of the nodes that deform, and the nodes of the part; their values never leave the rank
 //! positions   each rank moves its nodes, the first gathers the slabs
-//! places      where the first puts a node elsewhere (on a wall, by a repair) it tells the ranks that have it
+//! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
+//!             slides, on a beam, by a repair) it tells the ranks that have it
 //! quality     a part of the cells with those around it, where the rank itself has moved the nodes
 //! ```
 //!
@@ -15,13 +16,13 @@
 mod kept;
 mod near_surface;
 mod order;
+mod placing;
 mod sweeps;
 mod work;
 
 use super::fields::{Chosen, MeshState, Narrow};
 use super::layer::Layer;
 use super::step_memory::Rounding;
-use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -30,12 +31,14 @@ use crate::quality::Summary;
 use crate::quality::faces::FaceSummary;
 use crate::ranks::Ranks;
 use near_surface::WholeSurface;
-use order::{Changed, Finish, LayerTask, Order, Rows, Task};
+use order::{Changed, LayerTask, Order, Rows, Task};
+use placing::Apart;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use work::{BlockHash, Work, hash, hashes, rows_by_node, rows_of};
 
 pub(crate) use kept::KeptPoints;
+pub(crate) use placing::{Maps, Placing};
 
 /// Slabs of nodes begin at multiples of this.
 const SLAB: usize = 256;
@@ -54,7 +57,7 @@ struct State {
     n_fields: usize,
     /// The nodes of the part of each rank.
     nodes: Vec<Vec<u32>>,
-    /// Of these, by their place there, those that are placed one by one.
+    /// Of these, by their place there, those of which the first rank tells.
     apart: Vec<Vec<u32>>,
     /// The step that the nodes of all parts have moved to by fields.
     moved_to: Option<usize>,
@@ -62,7 +65,7 @@ struct State {
     placed: Option<Placed>,
     /// The nodes of which this rank is told where slabs stay with theirs.
     told: Vec<u32>,
-    /// The nodes of each slab that are placed one by one, where slabs may stay with their ranks.
+    /// The nodes of each slab of which the first rank tells, where slabs may stay with their ranks.
     own_apart: Vec<Vec<u32>>,
     /// Whether ranks know where these are at the step that they have moved to.
     own_is_placed: bool,
@@ -150,9 +153,9 @@ impl Team {
         (fields, narrow)
     }
 
-    /// Gives each rank a part of the mesh to judge, once; `moving_faces` are ascending. Nodes that are `apart` are mostly not
+    /// Gives each rank a part of the mesh to judge, once; `moving_faces` are ascending, and so are nodes that are `apart`: not
     /// where fields move them.
-    pub fn share(&self, mesh: &Mesh, moving_faces: &[u32], apart: &[u32]) {
+    pub fn share(&self, mesh: &Mesh, moving_faces: &[u32], apart: &[(u32, Placing)]) {
         let mut state = self.state();
         if !state.nodes.is_empty() {
             return;
@@ -163,15 +166,15 @@ impl Team {
             unreachable!("a broadcast gives what it got")
         };
         let (part, nodes) = Mesh::shared_of(Some(mesh), &self.ranks);
-        let here = |nodes: &Vec<u32>| {
-            let nodes = (0..).zip(nodes);
-            let apart = nodes.filter(|(_, node)| apart.binary_search(node).is_ok());
-            apart.map(|(at, _)| at).collect::<Vec<u32>>()
-        };
-        state.apart = nodes.iter().map(here).collect();
-        let own = self
-            .ranks
-            .scatter(&mut |rank| Some(state.apart[rank].clone()));
+        let mut told = Vec::new();
+        let of_rank = |rank: usize| Apart::among(&nodes[rank], apart);
+        let own = self.ranks.scatter(&mut |rank| {
+            let apart = of_rank(rank);
+            told.push((rank, apart.told.clone()));
+            Some(apart)
+        });
+        told.sort_unstable();
+        state.apart = told.into_iter().map(|(_, told)| told).collect();
         let work = &mut state.work;
         self.ranks
             .together(|| work.take_part(part, &moving_faces, own));
@@ -179,31 +182,16 @@ impl Team {
         state.moves();
     }
 
-    /// Ends a step on all ranks as it is ended here.
-    pub fn finish(&self, to_inertial: Option<Transform>, in_plane: bool) {
-        let mut state = self.state();
-        if state.work.has_places() && (to_inertial.is_some() || in_plane) {
-            let finish = Finish {
-                to_inertial,
-                in_plane,
-            };
-            if let Order::Finish(finish) = self.order(Order::Finish(finish)) {
-                let work = &mut state.work;
-                self.ranks.together(|| work.finish(&finish));
-            }
-        }
-    }
-
-    /// Ends the move to a step on all ranks, with places rounded as they are here.
-    pub fn end_move(&self, step: usize, rounding: Rounding) {
+    /// Ends the move to a step on all ranks as it is ended here, with places rounded as they are here.
+    pub fn end_move(&self, step: usize, maps: Maps, rounding: Rounding) {
         let mut state = self.state();
         if !state.work.has_places() {
             return;
         }
-        if rounding == Rounding::Single {
-            self.order(Order::Round);
+        let is_rounded = rounding == Rounding::Single;
+        if let Order::EndMove { maps, .. } = self.order(Order::EndMove { maps, is_rounded }) {
             let work = &mut state.work;
-            self.ranks.together(|| work.round());
+            self.ranks.together(|| work.end_move(&maps, is_rounded));
         }
         state.moved_to = Some(step);
     }
@@ -256,10 +244,14 @@ impl Team {
         state
     }
 
-    /// Tells each rank where nodes are that are placed one by one.
+    /// Tells each rank where nodes are that it does not place itself.
     fn place_apart(&self, state: &mut State, points: &[Vector]) {
-        self.order(Order::PlaceApart);
         state.own_is_placed = true;
+        let mut told = state.apart.iter().chain(&state.own_apart);
+        if told.all(Vec::is_empty) {
+            return;
+        }
+        self.order(Order::PlaceApart);
         let State {
             work,
             nodes,
@@ -359,10 +351,9 @@ pub fn serve(ranks: &Ranks) {
                 let apart = ranks.scatter(&mut |_| None);
                 work.take_part(part, &moving_faces, apart);
             }
-            Order::Finish(finish) => work.finish(&finish),
-            Order::Round => work.round(),
+            Order::EndMove { maps, is_rounded } => work.end_move(&maps, is_rounded),
             Order::PlaceApart => {
-                let mut places = vec![[0.0; 3]; work.n_apart()];
+                let mut places = vec![[0.0; 3]; work.n_told()];
                 ranks.scatter_into(&nothing, &mut places, &[]);
                 work.take_apart(&places);
             }

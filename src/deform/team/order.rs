@@ -1,10 +1,10 @@
 //! What the first rank tells the others.
 
 use super::kept::WriteTask;
+use super::placing::Maps;
 use super::sweeps::SweepOrder;
 use crate::deform::fields::Chosen;
 use crate::deform::layer::{Layer, LayerKind};
-use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use crate::ranks::{Ranks, raw};
 use crate::rbf::interpolant::Interpolant;
@@ -30,11 +30,9 @@ pub(super) enum Order {
     Forget { id: usize },
     /// Take a part of the mesh and of its moving faces.
     Share { moving_faces: Vec<u32> },
-    /// End a step for the nodes of the part.
-    Finish(Finish),
-    /// Round the places of the part to 32 bits.
-    Round,
-    /// Take the places of nodes of the part that are placed one by one.
+    /// End the move to a step, with places rounded to 32 bits or not.
+    EndMove { maps: Maps, is_rounded: bool },
+    /// Take the places of nodes of which the first rank tells.
     PlaceApart,
     /// Take the places that other nodes of the part have on the first rank, where they are others.
     PlaceRest,
@@ -86,15 +84,6 @@ pub(super) struct Rows {
     pub of_part: Vec<u32>,
 }
 
-/// What ends a step once nodes have moved.
-#[derive(Serialize, Deserialize)]
-pub(super) struct Finish {
-    /// Turns nodes that deform.
-    pub to_inertial: Option<Transform>,
-    /// Whether each node keeps its z.
-    pub in_plane: bool,
-}
-
 /// Blocks of nodes with other places than a rank has.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Changed {
@@ -111,7 +100,7 @@ impl Order {
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
             Self::Move { .. } | Self::Collect => "positions",
             Self::Share { .. } => "parts",
-            Self::Finish(_) | Self::Round | Self::PlaceApart | Self::PlaceRest => "places",
+            Self::EndMove { .. } | Self::PlaceApart | Self::PlaceRest => "places",
             Self::Divide | Self::Keep | Self::Write(_) | Self::Settle => "writing",
             Self::Cells | Self::Faces | Self::Walls => "quality",
         }

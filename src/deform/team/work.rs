@@ -2,7 +2,8 @@
 
 use super::kept::{Kept, OwnNodes};
 use super::near_surface::NearSurface;
-use super::order::{Changed, Finish, Rows, Task};
+use super::order::{Changed, Rows, Task};
+use super::placing::{Apart, Maps};
 use crate::deform::fields::{Chosen, Fields, MeshState};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
@@ -57,8 +58,8 @@ pub(super) struct Part {
     walls: WallAngles,
     /// The places.
     pub points: Vec<Vector>,
-    /// Nodes that the first rank places one by one, ascending.
-    pub apart: Vec<u32>,
+    /// Nodes that are not where fields move them.
+    apart: Apart,
     /// The fields that moved its nodes last.
     moved_by: Option<usize>,
 }
@@ -133,7 +134,7 @@ impl Work {
     }
 
     /// Takes a part of the mesh, with the faces of moving walls by their number in the whole mesh.
-    pub fn take_part(&mut self, mesh: Mesh, moving_faces: &[u32], apart: Vec<u32>) {
+    pub fn take_part(&mut self, mesh: Mesh, moving_faces: &[u32], apart: Apart) {
         let judge = Judge::new(&mesh);
         let numbers = mesh.part.as_ref().map_or(&[][..], |part| &part.cells);
         let here = moving_faces
@@ -150,25 +151,23 @@ impl Work {
         });
     }
 
-    /// Does to the nodes of the rank what ends every step, as the first rank does to those that it has.
-    pub fn finish(&mut self, finish: &Finish) {
-        if let (Some(own), Some(to_inertial)) = (self.own_points(), &finish.to_inertial) {
-            parallel::update(own, |_, x| *x = to_inertial.apply(*x));
+    /// Ends the move of the nodes of the rank to a step, as the first rank does for those that it has.
+    pub fn end_move(&mut self, maps: &Maps, is_rounded: bool) {
+        if let Some(slab) = self.stays_with.and_then(|id| self.slabs.get_mut(&id)) {
+            let own = slab.rows.own.clone();
+            let (rest, points) = (&slab.rows.nodes[own.clone()], &mut slab.moved[own]);
+            self.own.apart.end_move(maps, |_| true, rest, points);
         }
-        let Some(part) = &mut self.part else { return };
-        let slab = part.moved_by.and_then(|id| self.slabs.get(&id));
-        let rows = slab.map_or(&[][..], |slab| &slab.rows.of_part);
-        let rest = &part.mesh.points;
-        parallel::update(&mut part.points, |node, x| {
-            if let Some(to_inertial) = &finish.to_inertial
-                && rows.get(node).is_some_and(|&row| row != NO_ROW)
-            {
-                *x = to_inertial.apply(*x);
-            }
-            if finish.in_plane {
-                x[2] = rest[node][2];
-            }
-        });
+        if let Some(part) = &mut self.part {
+            let slab = part.moved_by.and_then(|id| self.slabs.get(&id));
+            let rows = slab.map_or(&[][..], |slab| &slab.rows.of_part);
+            let deforms = |node: usize| rows.get(node).is_some_and(|&row| row != NO_ROW);
+            let rest = &part.mesh.points;
+            (part.apart).end_move(maps, deforms, rest, &mut part.points);
+        }
+        if is_rounded {
+            self.round();
+        }
     }
 
     /// Whether the rank knows where nodes are that it has moved.
@@ -177,36 +176,33 @@ impl Work {
     }
 
     /// Rounds the places of all nodes of the rank.
-    pub fn round(&mut self) {
+    fn round(&mut self) {
         if let Some(part) = &mut self.part {
             Rounding::Single.apply(&mut part.points);
         }
         Rounding::Single.apply(self.own_points().unwrap_or_default());
     }
 
-    /// How many nodes the first rank places one by one.
-    pub fn n_apart(&self) -> usize {
-        let of_part = self.part.as_ref().map_or(0, |part| part.apart.len());
-        let own = self.stays_with.map_or(0, |_| self.own.apart.len());
-        of_part + own
+    /// Of how many nodes the first rank tells.
+    pub fn n_told(&self) -> usize {
+        let own = self.stays_with.map_or(0, |_| self.own.apart.told.len());
+        self.n_told_of_part() + own
+    }
+
+    fn n_told_of_part(&self) -> usize {
+        self.part.as_ref().map_or(0, |part| part.apart.told.len())
     }
 
     /// Takes the places of these nodes: first of those of the part, then of those of the slab.
     pub fn take_apart(&mut self, places: &[Vector]) {
-        let n = self.part.as_ref().map_or(0, |part| part.apart.len());
-        let (of_part, of_slab) = places.split_at(n);
+        let (of_part, of_slab) = places.split_at(self.n_told_of_part());
         if let Some(part) = &mut self.part {
-            for (&node, &place) in part.apart.iter().zip(of_part) {
-                part.points[node as usize] = place;
-            }
+            part.apart.take(of_part, &mut part.points);
         }
-        let apart = std::mem::take(&mut self.own.apart);
-        if let Some(own) = self.own_points() {
-            for (&node, &place) in apart.iter().zip(of_slab) {
-                own[node as usize] = place;
-            }
+        if let Some(slab) = self.stays_with.and_then(|id| self.slabs.get_mut(&id)) {
+            let own = &mut slab.moved[slab.rows.own.clone()];
+            self.own.apart.take(of_slab, own);
         }
-        self.own.apart = apart;
     }
 
     pub fn part(&self) -> &Part {
