@@ -42,6 +42,7 @@ mod save;
 mod sequence;
 mod series;
 mod sink;
+pub mod slabs;
 mod source;
 mod staged;
 mod staged_folder;
@@ -191,6 +192,13 @@ pub trait Format: Sync {
             Error::input(format!("{} is not read from a single file", self.title()))
                 .file(source.path()),
         )
+    }
+    /// Opens a file by slabs, where its mesh can be read so.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), as far as they are found here.
+    fn slabs<'a>(&self, _: &'a Source, _: &ReadOptions) -> Result<slabs::Opened<'a>> {
+        Ok(Err(format!("{} is not read by slabs", self.title())))
     }
     /// Whether a boundary face in several tags is listed once for each; else faces at one place are several faces.
     fn lists_faces_again(&self) -> bool {
