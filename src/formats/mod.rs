@@ -41,6 +41,7 @@ mod reserve;
 mod save;
 mod sequence;
 mod series;
+mod shared_file;
 mod sink;
 pub mod slabs;
 mod source;
@@ -76,6 +77,7 @@ pub use output_set::{Output, OutputSet};
 pub use reserve::Reserve;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
+pub use shared_file::{SharedFile, read_parts};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub use source::{Source, check_file, check_no_device, release_mapped};
 pub use staged::{
