@@ -1,10 +1,11 @@
 //! What a command reads: a mesh, or the meshes of a sequence one after another.
 
+use super::shared::Shared;
 use super::unfinished::unfinished;
 use super::{Context, heap};
 use crate::diagnostic::short;
 use crate::error::{Error, Position, Result};
-use crate::formats::{self, Format, Listed, Loaded, Location, ReadOptions};
+use crate::formats::{self, Format, Listed, Loaded, Location, ReadOptions, SharedFile};
 use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
@@ -76,18 +77,6 @@ impl Context {
             tag_array: self.common.tag_array.clone(),
             step: None,
         }
-    }
-}
-
-/// Meshes that several ranks share.
-impl Context {
-    /// Of the mesh that `read` gives on the first rank each rank gets its part.
-    pub fn share(&self, read: impl FnOnce() -> Result<Mesh>) -> Result<Mesh> {
-        let of_first = match self.ranks.is_first() {
-            true => read(),
-            false => Ok(Mesh::default()),
-        };
-        Mesh::shared(of_first, &self.ranks)
     }
 }
 
@@ -313,6 +302,21 @@ impl Input {
     pub fn mesh(&self, step: Option<usize>, context: &Context) -> Result<Mesh> {
         let loaded = self.read(step, context)?;
         Ok(context.with_notes(loaded, &self.path))
+    }
+
+    /// The file with the mesh of a step, of which each rank may read its part.
+    pub fn shared(&self, step: Option<usize>, context: &Context) -> Shared {
+        let mut options = context.read_options();
+        match &self.meshes {
+            Meshes::File { format, .. } => {
+                options.step = step;
+                SharedFile::new(&self.path, Some(*format), &options)
+            }
+            Meshes::Listed(_) => {
+                SharedFile::new(self.path_of(step.unwrap_or(0)), None, &options)
+            }
+            Meshes::Elsewhere(_) => Err("another rank has it".to_owned()),
+        }
     }
 
     /// Reads a mesh: that of a step of a sequence, or the one there is.

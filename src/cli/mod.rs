@@ -20,6 +20,7 @@ mod report;
 mod sample;
 pub mod scratch;
 mod select;
+mod shared;
 #[cfg(unix)]
 mod signals;
 mod threads;

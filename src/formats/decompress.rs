@@ -32,16 +32,25 @@ pub fn without_compression(name: &str) -> &str {
     }
 }
 
+/// How a file with these first bytes is compressed.
+fn codec(bytes: &[u8]) -> Option<Codec> {
+    match bytes {
+        [0x1f, 0x8b, ..] => Some(Codec::Gzip),
+        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Some(Codec::Xz),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] | [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] => Some(Codec::Zstd),
+        _ => None,
+    }
+}
+
+/// Whether a file with these first bytes is compressed.
+pub(super) fn is_compressed(bytes: &[u8]) -> bool {
+    codec(bytes).is_some()
+}
+
 /// The content of a compressed file, and the number of zeros that a gzip file is filled up with at its end; `None` for
 /// any other file. More than `limit` allows is an error.
 pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<(Vec<u8>, usize)>> {
-    let codec = match bytes {
-        [0x1f, 0x8b, ..] => Codec::Gzip,
-        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Codec::Xz,
-        [0x28, 0xb5, 0x2f, 0xfd, ..] => Codec::Zstd,
-        [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] => Codec::Zstd,
-        _ => return None,
-    };
+    let codec = codec(bytes)?;
     let limit = limit.for_compressed(bytes.len());
     let mut content = Vec::new();
     let mut n_padding = 0;

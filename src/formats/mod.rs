@@ -41,7 +41,9 @@ mod reserve;
 mod save;
 mod sequence;
 mod series;
+mod shared_file;
 mod sink;
+pub mod slabs;
 mod source;
 mod staged;
 mod staged_folder;
@@ -75,6 +77,7 @@ pub use output_set::{Output, OutputSet};
 pub use reserve::Reserve;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
+pub use shared_file::{SharedFile, read_parts};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub use source::{Source, check_file, check_no_device, release_mapped};
 pub use staged::{
@@ -191,6 +194,13 @@ pub trait Format: Sync {
             Error::input(format!("{} is not read from a single file", self.title()))
                 .file(source.path()),
         )
+    }
+    /// Opens a file by slabs, where its mesh can be read so.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), as far as they are found here.
+    fn slabs<'a>(&self, _: &'a Source, _: &ReadOptions) -> Result<slabs::Opened<'a>> {
+        Ok(Err(format!("{} is not read by slabs", self.title())))
     }
     /// Whether a boundary face in several tags is listed once for each; else faces at one place are several faces.
     fn lists_faces_again(&self) -> bool {

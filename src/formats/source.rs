@@ -1,6 +1,6 @@
 //! The bytes of an input: a mapped file, a decompressed one, or standard input.
 
-use super::decompress::decompress;
+use super::decompress::{decompress, is_compressed};
 use super::memory_limit::MemoryLimit;
 use crate::error::{Error, Result};
 use std::fs::File;
@@ -150,6 +150,16 @@ impl Source {
             }),
             Some(Err(error)) => Err(error.file(&self.path)),
         }
+    }
+
+    /// Whether the bytes are compressed: those of a file as it is [stored](Self::stored).
+    pub(super) fn is_compressed(&self) -> bool {
+        is_compressed((*self.bytes).as_ref())
+    }
+
+    /// Whether the file is mapped, so that only what is read of it is in memory.
+    pub(super) fn is_mapped(&self) -> bool {
+        matches!(*self.bytes, Bytes::Mapped(_))
     }
 
     /// Zeros behind compressed data, which were passed over.

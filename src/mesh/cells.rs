@@ -242,9 +242,12 @@ impl Cells {
     /// # Panics
     /// When a node is beyond `new_index`.
     pub fn renumber_nodes(&mut self, new_index: &[u32]) {
-        parallel::update(&mut self.connectivity, |_, node| {
-            *node = new_index[*node as usize];
-        });
+        self.renumber_nodes_by(|node| new_index[node as usize]);
+    }
+
+    /// Replaces each node by `new_index(node)`.
+    pub(super) fn renumber_nodes_by(&mut self, new_index: impl Fn(u32) -> u32 + Sync) {
+        parallel::update(&mut self.connectivity, |_, node| *node = new_index(*node));
         let stream = &mut self.polyhedra.stream;
         let mut at = 0;
         while at < stream.len() {
@@ -253,7 +256,7 @@ impl Cells {
             for _ in 0..n_faces {
                 let n = stream[at] as usize;
                 for node in &mut stream[at + 1..=at + n] {
-                    *node = new_index[*node as usize];
+                    *node = new_index(*node);
                 }
                 at += n + 1;
             }

@@ -15,6 +15,7 @@ pub mod difference;
 mod extrude;
 pub mod faces;
 pub mod facets;
+pub mod from_slabs;
 pub mod groups;
 pub mod join;
 mod kind;

@@ -4,8 +4,11 @@
 //! with them and the boundary faces that touch them, so that all that is asked of an own cell can be answered without a
 //! message. Nodes and cells of a part are in the order of the whole mesh: what comes first there comes first here, and ties
 //! that go to the lowest index go the same way.
+//!
+//! Groups of a part are there where it was cut from a whole mesh. A part that was read by slabs ([`Mesh::from_slabs`]) has none:
+//! no measure asks for them, but the list of the worst cells names the tags near them.
 
-use super::{CellSet, Group, Mesh, Origin};
+use super::{CellKind, CellSet, Group, Mesh, Origin};
 use crate::error::Result;
 use crate::parallel;
 use crate::ranks::Ranks;
@@ -44,7 +47,7 @@ impl PartialEq for Part {
 }
 
 /// The own cells of each of `n` ranks.
-fn slab(n_cells: usize, rank: usize, n: usize) -> Range<usize> {
+pub(super) fn slab(n_cells: usize, rank: usize, n: usize) -> Range<usize> {
     let n_slabs = n_cells.div_ceil(SLAB);
     let start = |rank: usize| (rank * n_slabs / n * SLAB).min(n_cells);
     start(rank)..start(rank + 1)
@@ -87,6 +90,15 @@ impl Mesh {
         part.cells
             .get(first)
             .map_or(0, |&number| number as usize - first)
+    }
+
+    /// The nodes of all parts, by their numbers in the whole mesh, on rank 0 alone.
+    pub fn nodes_of_parts(&self) -> Option<Vec<Vec<u32>>> {
+        #[derive(Serialize, Deserialize)]
+        struct Nodes(#[serde(with = "raw")] Vec<u32>);
+        let part = self.part.as_ref()?;
+        let of_parts = part.ranks.gather(Nodes(part.nodes.clone()))?;
+        Some(of_parts.into_iter().map(|Nodes(nodes)| nodes).collect())
     }
 
     /// Gives each rank a part of the mesh that rank 0 has.
@@ -147,11 +159,8 @@ impl<'a> Cut<'a> {
             let mut found = Vec::new();
             let own = rank_of(mesh.cells.len(), range.start, n_ranks);
             for run in mesh.cells.runs_in(range) {
-                // As many nodes as a face has, or one of a boundary face.
-                let wanted = match run.kind.dimension() {
-                    of if of == dimension => u32::from(dimension).max(1),
-                    of if of + 1 == dimension => 1,
-                    _ => continue,
+                let Some(wanted) = nodes_to_share(run.kind, dimension) else {
+                    continue;
                 };
                 for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
                     let ranks = touching.ranks_that_share(wanted, nodes, own);
@@ -258,6 +267,24 @@ impl<'a> Cut<'a> {
     }
 }
 
+/// How many nodes of a cell another rank has to have cells at if it is to hold the cell: as many as a face has, or one of a
+/// boundary face. None where other ranks have no use for it.
+pub(super) fn nodes_to_share(kind: CellKind, dimension: u8) -> Option<u32> {
+    match kind.dimension() {
+        of if of == dimension => Some(u32::from(dimension).max(1)),
+        of if of + 1 == dimension => Some(1),
+        _ => None,
+    }
+}
+
+/// Counts a rank once more.
+pub(super) fn count(counts: &mut Vec<(u32, u32)>, rank: u32) {
+    match counts.iter_mut().find(|of| of.0 == rank) {
+        Some((_, n)) => *n += 1,
+        None => counts.push((rank, 1)),
+    }
+}
+
 fn zeros<T: Default>(n: usize) -> Vec<T> {
     std::iter::repeat_with(T::default).take(n).collect()
 }
@@ -317,10 +344,10 @@ impl Touching {
     /// The ranks but `own` that have own cells at so many of these nodes or more.
     fn ranks_that_share(&self, wanted: u32, nodes: &[u32], own: u32) -> impl Iterator<Item = u32> {
         let mut counts: Vec<(u32, u32)> = Vec::new();
-        let mut count = |rank: u32| match counts.iter_mut().find(|of| of.0 == rank) {
-            _ if rank == own => {}
-            Some((_, n)) => *n += 1,
-            None => counts.push((rank, 1)),
+        let mut count = |rank: u32| {
+            if rank != own {
+                count(&mut counts, rank);
+            }
         };
         for &node in nodes {
             count(self.first[node as usize]);

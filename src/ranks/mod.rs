@@ -4,6 +4,7 @@
 //! the same on every rank, whatever their number: values are put together in the order of the ranks, and nothing is added
 //! up by the network. A program that runs alone is rank 0 of 1, and sends nothing.
 
+mod exchange;
 pub mod hash;
 #[cfg(feature = "mpi")]
 mod mpi;

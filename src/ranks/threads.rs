@@ -1,12 +1,12 @@
-//! Ranks as threads of one process, for tests.
+//! Ranks as threads of one process, for tests. What is sent waits until it is received, as MPI may have it.
 
 use super::{Network, Ranks};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 
 struct Channels {
     rank: usize,
-    to: Vec<Mutex<Sender<Vec<u8>>>>,
+    to: Vec<Mutex<SyncSender<Vec<u8>>>>,
     from: Vec<Mutex<Receiver<Vec<u8>>>>,
 }
 
@@ -45,7 +45,7 @@ pub fn on_threads<T: Send>(n: usize, work: impl Fn(Ranks) -> T + Sync) -> Vec<T>
     let mut receivers: Vec<Vec<_>> = (0..n).map(|_| Vec::new()).collect();
     for from in 0..n {
         for to in &mut receivers {
-            let (sender, receiver) = channel();
+            let (sender, receiver) = sync_channel(0);
             senders[from].push(Mutex::new(sender));
             to.push(Mutex::new(receiver));
         }

@@ -8,7 +8,7 @@ use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::diagnostic::with_verb;
 use crate::error::{Error, Result};
-use crate::formats::Format;
+use crate::formats::{Format, SharedFile};
 use crate::mesh::{Cells, Mesh, Part};
 use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, statistics};
 use std::collections::BTreeSet;
@@ -147,7 +147,7 @@ fn judge_mesh<'a>(
     input: Input,
     format: Formats,
 ) -> Result<Findings<'a>> {
-    let mesh = read(&input, None, context, &mut BTreeSet::new())?;
+    let mesh = read(args, &input, None, context, &mut BTreeSet::new())?;
     // A file that is mapped would count as memory of the program until its end.
     drop(input);
     let given = given_reference(args, context, format)?;
@@ -203,7 +203,7 @@ fn judge_sequence<'a>(
     let mut findings = Findings::new(args);
     let mut told = BTreeSet::new();
     for (index, &time) in times.iter().enumerate() {
-        let mesh = read(input, Some(index), context, &mut told)?;
+        let mesh = read(args, input, Some(index), context, &mut told)?;
         let given = given.get_or_insert_with(|| Given::new(&mesh));
         let checked = context.ranks.agree(given.check(&mesh));
         checked.map_err(|error| error.file(input.path_of(index)))?;
@@ -215,21 +215,32 @@ fn judge_sequence<'a>(
 
 /// Reads a mesh; what there is to remark on every mesh of a sequence is remarked once.
 fn read(
+    args: &QualityArgs,
     input: &Input,
     step: Option<usize>,
     context: &Context,
     told: &mut BTreeSet<String>,
 ) -> Result<Mesh> {
-    context.share(|| {
+    let mut is_new = |text: &str| told.insert(text.to_owned());
+    let file = || match args.worst {
+        0 => input.shared(step, context),
+        _ => Err("--worst names the tags near cells".to_owned()),
+    };
+    let whole = || {
         let loaded = input.read(step, context)?;
         for note in loaded.notes.iter() {
             let note = format!("{}: {note}", input.path().display());
-            if told.insert(note.clone()) {
+            if is_new(&note) {
                 context.note(&note);
             }
         }
         Ok(loaded.mesh)
-    })
+    };
+    let (mesh, reason) = context.read_shared(file, whole)?;
+    if let Some(reason) = reason.filter(|reason| is_new(reason)) {
+        context.tell_why_whole(input.path(), &reason);
+    }
+    Ok(mesh)
 }
 
 /// A reference for several meshes.
@@ -247,10 +258,15 @@ fn given_reference(
     let Some(path) = &args.reference else {
         return Ok(None);
     };
-    let mesh = context.share(|| match format.input {
+    let whole = || match format.input {
         Some(_) => context.read_mesh(path),
         None => context.read_any(path),
-    })?;
+    };
+    let file = || SharedFile::new(path, format.input, &context.read_options());
+    let (mesh, reason) = context.read_shared(file, whole)?;
+    if let Some(reason) = reason {
+        context.tell_why_whole(path, &reason);
+    }
     Ok(Some(Given::new(&mesh)))
 }
 

@@ -318,6 +318,18 @@ impl Dataset {
         hdf5_reader::dtype_element_size(self.inner.dtype()).unwrap_or(0)
     }
 
+    /// Whether its values are integers.
+    pub fn is_of_integers(&self) -> bool {
+        let is_read = matches!(self.value_size(), 1 | 2 | 4 | 8);
+        is_read && matches!(self.inner.dtype(), Datatype::FixedPoint { .. })
+    }
+
+    /// Whether its values are numbers.
+    pub fn is_of_numbers(&self) -> bool {
+        let is_real = matches!(self.inner.dtype(), Datatype::FloatingPoint { .. });
+        self.is_of_integers() || is_real && matches!(self.value_size(), 4 | 8)
+    }
+
     /// An attribute that is text.
     pub fn text(&self, name: &str) -> Result<Option<String>> {
         match self.inner.attribute(name) {

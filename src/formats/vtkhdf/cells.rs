@@ -35,7 +35,7 @@ pub(super) fn read(
         if part.cells.is_empty() {
             continue;
         }
-        let types = types(grid, part)?;
+        let types = types(grid, &part.cells)?;
         append(grid, part, nodes, &types, &mut table)?;
         if types.contains(&CellKind::Polyhedron.vtk()) {
             let missing =
@@ -47,9 +47,10 @@ pub(super) fn read(
     table.finish(notes)
 }
 
-fn types(grid: &Group, part: &PartRows) -> Result<Vec<u8>> {
+/// VTK's types of some cells.
+pub(super) fn types(grid: &Group, rows: &Range<u64>) -> Result<Vec<u8>> {
     let mut types = Vec::new();
-    windows(&column(grid, "Types")?, &part.cells, |values| {
+    windows(&column(grid, "Types")?, rows, |values| {
         let start = types.len();
         types.resize(start + values.len(), 0);
         integers(&values, "Types")?.types(&mut types[start..]);

@@ -6,6 +6,7 @@
 //! ```text
 //! extent    which rows of each dataset belong to a step
 //! read      those rows -> mesh; cells: its cells
+//! slabs     some of those rows
 //! blocks    mesh -> datasets; faces: those of polyhedra
 //! write     datasets -> a file of one mesh
 //! sequence  datasets -> a file that grows, with what does not change written once
@@ -19,6 +20,7 @@ mod read;
 mod rows;
 mod sequence;
 mod series;
+mod slabs;
 mod write;
 
 use super::hdf5::{self, File, Group};
@@ -27,6 +29,7 @@ use super::{
 };
 use crate::error::{Error, Result};
 use crate::formats::Out;
+use crate::formats::slabs::Opened;
 use crate::mesh::{Mesh, MeshView};
 
 /// Name of the group that holds everything.
@@ -60,6 +63,10 @@ impl Format for VtkHdf {
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         let read = |grid: Group| read::read(&grid, options, notes);
         placed(unstructured(source).and_then(read))
+    }
+
+    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
+        placed(unstructured(source).and_then(|grid| slabs::open(grid, options)))
     }
 
     fn encodings(&self) -> &'static [Encoding] {

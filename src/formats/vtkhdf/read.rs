@@ -14,12 +14,7 @@ use std::ops::Range;
 /// Reads a mesh or a step of a sequence. Parts share no nodes.
 pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let extent = Extent::new(grid, options.step)?;
-    let rows = |of: fn(&PartRows) -> &Range<u64>| match (extent.parts.first(), extent.parts.last())
-    {
-        (Some(first), Some(last)) => of(first).start..of(last).end,
-        _ => 0..0,
-    };
-    let (point_rows, cell_rows) = (rows(|part| &part.points), rows(|part| &part.cells));
+    let (point_rows, cell_rows) = rows(&extent);
     let points = points(grid, &point_rows)?;
     let built = cells::read(grid, &extent.parts, &cell_rows, notes)?;
     let mut mesh = Mesh {
@@ -38,7 +33,17 @@ pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Re
     Ok(mesh)
 }
 
-fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
+/// The rows of all nodes, and of all cells.
+pub(super) fn rows(extent: &Extent) -> (Range<u64>, Range<u64>) {
+    let rows = |of: fn(&PartRows) -> &Range<u64>| match (extent.parts.first(), extent.parts.last())
+    {
+        (Some(first), Some(last)) => of(first).start..of(last).end,
+        _ => 0..0,
+    };
+    (rows(|part| &part.points), rows(|part| &part.cells))
+}
+
+pub(super) fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
     if rows.is_empty() {
         return Ok(Vec::new());
     }
@@ -77,10 +82,24 @@ fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
 fn arrays(
     grid: &Group,
     extent: &Extent,
-    (of, what): (&str, &'static str),
+    of: (&str, &'static str),
     rows: &Range<u64>,
     notes: &mut Notes,
 ) -> Result<Vec<DataArray>> {
+    let located = located(grid, extent, of, rows, notes)?.into_iter();
+    located
+        .map(|(dataset, rows)| array(&dataset, rows, notes))
+        .collect()
+}
+
+/// Where the arrays are that [`arrays`] reads.
+pub(super) fn located(
+    grid: &Group,
+    extent: &Extent,
+    (of, what): (&str, &'static str),
+    rows: &Range<u64>,
+    notes: &mut Notes,
+) -> Result<Vec<(Dataset, Range<u64>)>> {
     let group_name = format!("{of}Data");
     let Some(group) = grid.group(&group_name)? else {
         return Ok(Vec::new());
@@ -103,12 +122,12 @@ fn arrays(
             let message = format!("it has {found}; it must have {needed}, one for each {what}");
             return Err(Error::input(message).dataset(&format!("{group_name}/{name}")));
         }
-        arrays.push(array(&dataset, of_grid, notes)?);
+        arrays.push((dataset, of_grid));
     }
     Ok(arrays)
 }
 
-fn fields(grid: &Group, extent: &Extent, notes: &mut Notes) -> Result<Vec<DataArray>> {
+pub(super) fn fields(grid: &Group, extent: &Extent, notes: &mut Notes) -> Result<Vec<DataArray>> {
     let Some(group) = grid.group("FieldData")? else {
         return Ok(Vec::new());
     };
@@ -119,19 +138,24 @@ fn fields(grid: &Group, extent: &Extent, notes: &mut Notes) -> Result<Vec<DataAr
         .collect()
 }
 
-fn array(dataset: &Dataset, rows: Range<u64>, notes: &mut Notes) -> Result<DataArray> {
-    dataset.check_rows(&rows)?;
-    let n_components = dataset.row()?;
-    if n_components == 0 {
-        return Err(Error::input("its tuples have no values").dataset(dataset.name()));
+/// The components of an array that has these rows.
+pub(super) fn check_array(dataset: &Dataset, rows: &Range<u64>) -> Result<usize> {
+    dataset.check_rows(rows)?;
+    match dataset.row()? {
+        0 => Err(Error::input("its tuples have no values").dataset(dataset.name())),
+        n => Ok(n),
     }
+}
+
+fn array(dataset: &Dataset, rows: Range<u64>, notes: &mut Notes) -> Result<DataArray> {
+    let n_components = check_array(dataset, &rows)?;
     let values = dataset.rows(rows)?;
     dataset.note_latin1(notes);
     Ok(DataArray::tuples(dataset.name(), n_components, values))
 }
 
 /// Notes groups that are not read.
-fn note_others(grid: &Group, notes: &mut Notes) -> Result<()> {
+pub(super) fn note_others(grid: &Group, notes: &mut Notes) -> Result<()> {
     const KNOWN: [&str; 4] = ["PointData", "CellData", "FieldData", "Steps"];
     for name in grid.names()?.0 {
         if !KNOWN.contains(&name.as_str()) {

@@ -34,9 +34,11 @@ pub(super) fn windows(
     mut take: impl FnMut(Values) -> Result<()>,
 ) -> Result<()> {
     dataset.check_rows(rows)?;
+    // A chunk is decoded anew for each window that has some of it.
+    let n = dataset.whole_chunks(WINDOW);
     let mut start = rows.start;
     while start < rows.end {
-        let end = rows.end.min(start + WINDOW);
+        let end = rows.end.min(start.saturating_add(n));
         take(dataset.rows(start..end)?)?;
         start = end;
     }

@@ -1,0 +1,154 @@
+//! Files of which each of several ranks reads its own slab, so that no rank has the whole mesh.
+
+use super::slabs::Slabs;
+use super::{Format, Location, ReadOptions, Source, by_name, of};
+use crate::error::{Error, Result};
+use crate::mesh::{Mesh, from_slabs};
+use crate::ranks::Ranks;
+use serde::{Deserialize, Serialize};
+use std::fs::Metadata;
+use std::path::{Path, absolute};
+use std::time::UNIX_EPOCH;
+
+/// A mesh in a file that ranks are told to read their parts of.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SharedFile {
+    path: String,
+    format: String,
+    step: Option<usize>,
+    tag_array: Option<String>,
+    stamp: Stamp,
+}
+
+/// What tells a file from another of the same name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+struct Stamp {
+    n_bytes: u64,
+    /// Nanoseconds since 1970.
+    modified: i128,
+}
+
+impl Stamp {
+    fn of(metadata: &Metadata) -> Self {
+        let nanoseconds = |time: std::time::SystemTime| match time.duration_since(UNIX_EPOCH) {
+            Ok(after) => after.as_nanos() as i128,
+            Err(before) => -(before.duration().as_nanos() as i128),
+        };
+        Self {
+            n_bytes: metadata.len(),
+            modified: metadata.modified().map_or(0, nanoseconds),
+        }
+    }
+}
+
+impl SharedFile {
+    /// A file as the first rank sees it, of a format that is known or that its content tells.
+    ///
+    /// # Errors
+    /// Why it cannot be read by slabs, as far as that is found here.
+    pub fn new(
+        path: &Path,
+        format: Option<&'static dyn Format>,
+        options: &ReadOptions,
+    ) -> std::result::Result<Self, String> {
+        let named = |error: Error| error.message;
+        if path.as_os_str() == "-" {
+            return Err("it is standard input".to_owned());
+        }
+        let path = absolute(path).map_err(|error| error.to_string())?;
+        let text = path.to_str().ok_or("its path is not of UTF-8")?;
+        let (location, stamp) = open(&path).map_err(named)?;
+        let format = format.map_or_else(|| of(&location), Ok).map_err(named)?;
+        Ok(Self {
+            path: text.to_owned(),
+            format: format.name().to_owned(),
+            step: options.step,
+            tag_array: options.tag_array.clone(),
+            stamp,
+        })
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        Path::new(&self.path)
+    }
+
+    /// Opens the same file on any rank.
+    fn open(&self) -> Result<(Location, &'static dyn Format)> {
+        let format = by_name(&self.format)?;
+        let (location, stamp) = open(self.path())?;
+        match stamp == self.stamp && format.recognizes(&location) {
+            true => Ok((location, format)),
+            false => Err(Error::input("ranks see different files")),
+        }
+    }
+
+    fn options(&self) -> ReadOptions {
+        ReadOptions {
+            tag_array: self.tag_array.clone(),
+            step: self.step,
+        }
+    }
+}
+
+/// Opens a file that the system maps and that is not compressed: whoever reads some of it has no more of it in memory.
+fn open(path: &Path) -> Result<(Location, Stamp)> {
+    let io = |error| Error::io(path, &error);
+    super::check_file(path).map_err(io)?;
+    let stamp = Stamp::of(&std::fs::metadata(path).map_err(io)?);
+    let source = Source::stored(path)?;
+    if source.is_compressed() {
+        return Err(Error::input("it is compressed"));
+    }
+    match source.is_mapped() {
+        true => Ok((source.into(), stamp)),
+        false => Err(Error::input("the system does not map it")),
+    }
+}
+
+/// The part of each rank of the mesh in a file, which is what [`Mesh::shared`] makes of the mesh that [`read`](super::read)
+/// gives, but without groups. All ranks call it with the same file.
+///
+/// # Errors
+/// On all ranks, why the file has to be read as a whole: in words that complete "read whole by one rank: ...".
+pub fn read_parts(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh, String> {
+    let reason = |error: Error| Error { path: None, ..error }.to_string();
+    let opened = ranks.agree(file.open()).map_err(reason)?;
+    parts(opened, file, ranks).map_err(reason)
+}
+
+fn parts(
+    (location, format): (Location, &'static dyn Format),
+    file: &SharedFile,
+    ranks: &Ranks,
+) -> Result<Mesh> {
+    let source = location.file()?;
+    let slabs = ranks.agree(by_slabs(format, source, &file.options()))?;
+    let (n_nodes, n_cells, space) = (slabs.n_nodes(), slabs.n_cells(), slabs.space());
+    let counts = ranks.all((n_nodes, n_cells, space));
+    if counts.windows(2).any(|pair| pair[0] != pair[1]) {
+        return Err(Error::input("ranks see different files"));
+    }
+    let slabs = from_slabs::Slabs {
+        n_nodes,
+        n_cells,
+        space,
+        points: &|nodes| released(source, slabs.points(nodes)),
+        cells: &|cells| released(source, slabs.cells(cells)),
+    };
+    Mesh::from_slabs(&slabs, format.lists_faces_again(), ranks)
+}
+
+fn by_slabs<'a>(
+    format: &dyn Format,
+    source: &'a Source,
+    options: &ReadOptions,
+) -> Result<Box<dyn Slabs + 'a>> {
+    format.slabs(source, options)?.map_err(Error::input)
+}
+
+/// What was read, once the memory that holds the mapped file is let go of.
+fn released<T>(source: &Source, read: T) -> T {
+    source.release();
+    read
+}

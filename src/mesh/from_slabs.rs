@@ -1,0 +1,361 @@
+//! Makes the parts of a mesh from slabs of its nodes and cells, of which each rank reads its own: no rank has the whole mesh.
+//!
+//! Every node has an owner, the rank that reads its coordinates. Ranks tell owners at which nodes they have cells, and learn who
+//! else has some there; so each knows which of its cells others need. What a rank holds is as large as its part.
+
+use super::part::{self, Part, SLAB};
+use super::{Cells, Mesh, first_where};
+use crate::error::{Error, Result};
+use crate::parallel;
+use crate::ranks::{Ranks, raw};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A mesh of which nodes and cells can be had by ranges.
+pub struct Slabs<'a> {
+    /// How many nodes it has.
+    pub n_nodes: usize,
+    /// How many cells it has.
+    pub n_cells: usize,
+    /// [`Mesh::space`] of it.
+    pub space: Option<u8>,
+    /// The coordinates of some nodes.
+    pub points: &'a dyn Fn(Range<usize>) -> Result<Vec<[f64; 3]>>,
+    /// Some cells.
+    pub cells: &'a dyn Fn(Range<usize>) -> Result<Cells>,
+}
+
+/// Cells of a part that another rank has, with their numbers in the whole mesh, ascending.
+#[derive(Default, Serialize, Deserialize)]
+struct Needed {
+    #[serde(with = "raw")]
+    numbers: Vec<u32>,
+    cells: Cells,
+}
+
+impl Mesh {
+    /// The part of each rank, as [`Mesh::shared`] cuts it from the whole, but without groups. All ranks call it.
+    ///
+    /// # Errors
+    /// On all ranks, where one cannot read, a mesh of these nodes and cells would not be [valid](Mesh::validate) or, with
+    /// `faces_once`, boundary faces have the same nodes.
+    pub fn from_slabs(slabs: &Slabs, faces_once: bool, ranks: &Ranks) -> Result<Self> {
+        let owners = Owners::new(slabs.n_nodes, ranks);
+        let own = part::slab(slabs.n_cells, ranks.rank(), ranks.n());
+        let cells = ranks.agree(own_cells(slabs, own.clone()))?;
+        let here = cells.dimension().max(slabs.space.unwrap_or(0));
+        let dimension = ranks.all(here).into_iter().max().unwrap_or(0);
+        if faces_once {
+            owners.check_faces(&cells, dimension)?;
+        }
+        let others = owners.others(&nodes_of(&cells));
+        let needed = needed(&cells, dimension, &others, ranks.n());
+        let (numbers, own_cells, mut cells) = with_needed(cells, own, needed, ranks);
+        let nodes = nodes_of(&cells);
+        let numbering = Numbering::new(&nodes);
+        cells.renumber_nodes_by(|node| numbering.of(node));
+        let (points, is_level) = owners.points(slabs, &nodes)?;
+        let part = Part {
+            ranks: ranks.clone(),
+            is_level,
+            nodes,
+            cells: numbers,
+            own_cells,
+        };
+        Ok(Self {
+            points,
+            cells,
+            space: (dimension > 0).then_some(dimension),
+            part: Some(Arc::new(part)),
+            ..Self::default()
+        })
+    }
+}
+
+fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
+    let cells = (slabs.cells)(own.clone())?;
+    let wrong = |message: String| Err(Error::input(message));
+    if cells.len() != own.len() {
+        return wrong(format!("{} of cells {own:?} are there", cells.len()));
+    }
+    let n_nodes = slabs.n_nodes;
+    let outside = |node: &u32| *node as usize >= n_nodes;
+    match first_where(cells.connectivity(), outside) {
+        Some(at) => wrong(format!("there is no node {}", cells.connectivity()[at])),
+        None => Ok(cells),
+    }
+}
+
+/// The nodes of some cells, ascending.
+fn nodes_of(cells: &Cells) -> Vec<u32> {
+    let mut nodes = parallel::concat_blocks(cells.len(), SLAB, &|range| {
+        let runs = cells.runs_in(range);
+        let mut nodes: Vec<u32> = runs.flat_map(|run| run.connectivity).copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    });
+    parallel::sort(&mut nodes);
+    nodes.dedup();
+    nodes
+}
+
+/// Which rank owns each node: consecutive nodes have one owner.
+struct Owners<'a> {
+    ranks: &'a Ranks,
+    n_nodes: usize,
+    /// Nodes of one rank.
+    each: usize,
+}
+
+impl<'a> Owners<'a> {
+    fn new(n_nodes: usize, ranks: &'a Ranks) -> Self {
+        Self {
+            ranks,
+            n_nodes,
+            each: n_nodes.div_ceil(ranks.n()).max(1),
+        }
+    }
+
+    fn nodes_of(&self, rank: usize) -> Range<usize> {
+        let start = |rank: usize| (rank * self.each).min(self.n_nodes);
+        start(rank)..start(rank + 1)
+    }
+
+    /// Nodes, ascending, by their owners.
+    fn split(&self, nodes: &[u32]) -> Vec<Vec<u32>> {
+        let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
+        let of_rank = |rank: usize| {
+            let Range { start, end } = self.nodes_of(rank);
+            nodes[before(start)..before(end)].to_vec()
+        };
+        (0..self.ranks.n()).map(of_rank).collect()
+    }
+
+    /// For some of the nodes of this rank, those where others have cells, each of these; ascending.
+    fn others(&self, nodes: &[u32]) -> Vec<[u32; 2]> {
+        let asked = self.ranks.exchange(self.split(nodes));
+        let own = self.nodes_of(self.ranks.rank());
+        let mut n_ranks = vec![0u32; own.len()];
+        for &node in asked.iter().flatten() {
+            n_ranks[node as usize - own.start] += 1;
+        }
+        let is_shared = |node: &u32| n_ranks[*node as usize - own.start] > 1;
+        let shared = (0u32..).zip(&asked).flat_map(|(rank, nodes)| {
+            let nodes = nodes.iter().filter(|node| is_shared(node));
+            nodes.map(move |&node| [node, rank])
+        });
+        let mut shared: Vec<[u32; 2]> = shared.collect();
+        parallel::sort(&mut shared);
+        let mut answers = vec![Vec::new(); self.ranks.n()];
+        for of_node in shared.chunk_by(|a, b| a[0] == b[0]) {
+            for &[_, rank] in of_node {
+                let others = of_node.iter().filter(|other| other[1] != rank);
+                answers[rank as usize].extend(others);
+            }
+        }
+        self.ranks.exchange(answers).concat()
+    }
+
+    /// The coordinates of some nodes, ascending, and whether all nodes of the mesh have the same z.
+    fn points(&self, slabs: &Slabs, nodes: &[u32]) -> Result<(Vec<[f64; 3]>, bool)> {
+        let own = self.nodes_of(self.ranks.rank());
+        let points = self.ranks.agree(own_points(slabs, own.clone()))?;
+        let is_level = points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
+        let of_ranks = self.ranks.all((points.first().map(|x| x[2]), is_level));
+        let heights: Vec<f64> = of_ranks.iter().filter_map(|(z, _)| *z).collect();
+        let is_level = of_ranks.iter().all(|(_, is_level)| *is_level)
+            && heights.windows(2).all(|pair| pair[0] == pair[1]);
+        let asked = self.ranks.exchange(self.split(nodes));
+        let places = |nodes: Vec<u32>| {
+            let place = |i: usize| points[nodes[i] as usize - own.start];
+            parallel::collect(nodes.len(), place)
+        };
+        let answers = asked.into_iter().map(places).collect();
+        drop(points);
+        Ok((self.ranks.exchange(answers).concat(), is_level))
+    }
+
+    /// Refuses boundary faces that have the same nodes. They meet at the owner of their lowest node, as numbers that differ where
+    /// their nodes do, but once in a very great while.
+    fn check_faces(&self, cells: &Cells, dimension: u8) -> Result<()> {
+        let mut to_each = vec![Vec::new(); self.ranks.n()];
+        let runs = cells.runs();
+        for run in runs.filter(|run| run.kind.dimension() + 1 == dimension) {
+            for nodes in run.cells() {
+                let mut nodes = nodes.to_vec();
+                nodes.sort_unstable();
+                let owner = nodes[0] as usize / self.each;
+                let start = u64::from(run.kind.vtk());
+                let number = nodes.iter().fold(start, |hash, &node| mixed(hash, node));
+                to_each[owner].push(number);
+            }
+        }
+        let mut faces = self.ranks.exchange(to_each).concat();
+        parallel::sort(&mut faces);
+        let is_repeated = faces.windows(2).any(|pair| pair[0] == pair[1]);
+        self.ranks.agree(match is_repeated {
+            true => Err(Error::input("boundary faces have the same nodes")),
+            false => Ok(()),
+        })
+    }
+}
+
+/// A number of 64 bits that all bits of both depend on.
+fn mixed(hash: u64, node: u32) -> u64 {
+    let mut x = (hash ^ u64::from(node)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+fn own_points(slabs: &Slabs, own: Range<usize>) -> Result<Vec<[f64; 3]>> {
+    let points = (slabs.points)(own.clone())?;
+    let wrong = |message: String| Err(Error::input(message));
+    if points.len() != own.len() {
+        return wrong(format!("{} of nodes {own:?} are there", points.len()));
+    }
+    match first_where(&points, |x| !x.iter().all(|x| x.is_finite())) {
+        Some(at) => wrong(format!(
+            "a coordinate of node {} is not finite",
+            own.start + at
+        )),
+        None => Ok(points),
+    }
+}
+
+/// For each rank, ascending, the cells of this one that it needs, by their places among these.
+fn needed(cells: &Cells, dimension: u8, others: &[[u32; 2]], n_ranks: usize) -> Vec<Vec<u32>> {
+    let shared: Vec<u32> = others.iter().map(|other| other[0]).collect();
+    let shared = Numbering::new(&shared);
+    let found = parallel::concat_blocks(cells.len(), SLAB, &|range| {
+        let mut found = Vec::new();
+        let mut counts: Vec<(u32, u32)> = Vec::new();
+        for run in cells.runs_in(range) {
+            let Some(wanted) = part::nodes_to_share(run.kind, dimension) else {
+                continue;
+            };
+            for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
+                counts.clear();
+                for &node in nodes {
+                    let others = shared.places(node).map(|at| others[at][1]);
+                    others.for_each(|rank| part::count(&mut counts, rank));
+                }
+                let sharing = counts.iter().filter(|(_, n)| *n >= wanted);
+                found.extend(sharing.map(|(rank, _)| (*rank, cell as u32)));
+            }
+        }
+        found
+    });
+    let mut needed = vec![Vec::new(); n_ranks];
+    for (rank, cell) in found {
+        needed[rank as usize].push(cell);
+    }
+    needed
+}
+
+/// The cells of a part with their numbers in the whole mesh, and the own ones among them: cells go to the ranks that need them.
+fn with_needed(
+    cells: Cells,
+    own: Range<usize>,
+    needed: Vec<Vec<u32>>,
+    ranks: &Ranks,
+) -> (Vec<u32>, Range<usize>, Cells) {
+    let parcel = |places: Vec<u32>| Needed {
+        cells: cells.select(places.iter().map(|&place| place as usize)),
+        numbers: places.iter().map(|at| at + own.start as u32).collect(),
+    };
+    let parcels = needed.into_iter().map(parcel).collect();
+    let mut from_each = ranks.exchange_values(parcels);
+    from_each[ranks.rank()] = Needed {
+        numbers: (own.start as u32..own.end as u32).collect(),
+        cells,
+    };
+    let before: usize = from_each[..ranks.rank()]
+        .iter()
+        .map(|from| from.numbers.len())
+        .sum();
+    let mut all = Needed::default();
+    for from in from_each {
+        all.numbers.extend(from.numbers);
+        all.cells.append(&from.cells);
+    }
+    (all.numbers, before..before + own.len(), all.cells)
+}
+
+/// Finds numbers in an ascending list, in a time that hardly grows with its length where they are spread evenly.
+struct Numbering<'a> {
+    sorted: &'a [u32],
+    /// Where the numbers with each of their first bits start.
+    starts: Vec<u32>,
+    /// How many bits come after those.
+    shift: u32,
+}
+
+impl<'a> Numbering<'a> {
+    fn new(sorted: &'a [u32]) -> Self {
+        let largest = sorted.last().copied().unwrap_or(0);
+        let mut shift = 0;
+        while (largest >> shift) as usize > sorted.len() {
+            shift += 1;
+        }
+        let mut starts = Vec::with_capacity((largest >> shift) as usize + 2);
+        for (at, number) in (0..).zip(sorted) {
+            while starts.len() <= (number >> shift) as usize {
+                starts.push(at);
+            }
+        }
+        starts.push(sorted.len() as u32);
+        Self {
+            sorted,
+            starts,
+            shift,
+        }
+    }
+
+    /// The places of a number in the list.
+    fn places(&self, number: u32) -> Range<usize> {
+        let bits = (number >> self.shift) as usize;
+        let Some(&end) = self.starts.get(bits + 1) else {
+            return 0..0;
+        };
+        let start = self.starts[bits] as usize;
+        let few = &self.sorted[start..end as usize];
+        let first = few.partition_point(|&other| other < number);
+        let n = few[first..].partition_point(|&other| other == number);
+        start + first..start + first + n
+    }
+
+    /// The place of a number that is in the list.
+    fn of(&self, number: u32) -> u32 {
+        self.places(number).start as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_found_wherever_they_lie() {
+        for sorted in [
+            vec![],
+            vec![0],
+            vec![7, 7, 7, 4_000_000_000],
+            (0..1000).map(|i| i * i).collect::<Vec<u32>>(),
+            vec![u32::MAX - 1],
+        ] {
+            let numbering = Numbering::new(&sorted);
+            assert!(numbering.starts.len() <= sorted.len() + 2);
+            for number in (0..2000).chain(sorted.iter().copied()).chain([u32::MAX]) {
+                let found = numbering.places(number);
+                assert_eq!(
+                    found.len(),
+                    sorted.iter().filter(|x| **x == number).count()
+                );
+                assert!(sorted[found].iter().all(|x| *x == number));
+            }
+        }
+    }
+}
